@@ -1,0 +1,1 @@
+"""Scenario files, run loop, grading, recording and the command line."""

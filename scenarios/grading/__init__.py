@@ -1,0 +1,1 @@
+"""Grading: what the tracker said, held against the truth of the simulation."""

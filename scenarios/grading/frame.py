@@ -1,0 +1,24 @@
+"""What one frame's grading knows: who is graded, which track and which box belongs to whom, and how far off it is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameGrade:
+    """Verdicts of one frame for A actors, T tracks and B boxes; `NO_ACTOR` and NaN where there is none."""
+
+    graded: npt.NDArray[np.bool_]
+    """(A,) the actor is a vehicle near enough and with enough points of its own."""
+    points: npt.NDArray[np.int64]
+    """(A,) scan points that lie on the actor."""
+    track_actor: npt.NDArray[np.int64]
+    """(T,) id of the actor each track follows."""
+    track_heading_error: npt.NDArray[np.float64]
+    """(T,) track minus truth, modulo a full turn, in (-pi, pi] [rad]."""
+    box_actor: npt.NDArray[np.int64]
+    """(B,) id of the graded actor that owns most points of the box's segment."""
+    box_heading_error: npt.NDArray[np.float64]
+    """(B,) box minus truth, modulo a quarter turn, in (-pi/4, pi/4] [rad]."""

@@ -1,0 +1,35 @@
+"""What a run leaves behind: metrics with units and validity, tables, and all that is needed to repeat it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import pandas as pd
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """One number. `value` is None where it does not apply, and `reason` then says why."""
+
+    value: float | None
+    unit: str
+    """"deg", "m", "ms", "1" for fractions and scores, "count"."""
+    n: int
+    """Observations behind the value."""
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One graded run."""
+
+    scenario: str
+    seed: int
+    trace_hash: str
+    complete: bool
+    """False when the traffic ended before the scenario's duration."""
+    metrics: dict[str, Metric]
+    tables: dict[str, pd.DataFrame] = field(repr=False)
+    """Per-frame tables by name: truth, fits, tracks."""
+    config: dict[str, Any] = field(repr=False)
+    """The effective scenario, defaults filled in."""
+    versions: dict[str, str] = field(repr=False)

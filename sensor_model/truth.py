@@ -1,0 +1,95 @@
+"""What the caster knows and the tracker may not: where each point comes from, and what each actor shows."""
+
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+
+import numpy as np
+import numpy.typing as npt
+
+NO_ACTOR = -1
+"""`ScanTruth.actor_id` of points on the ground, on obstacles and on nothing."""
+
+
+class Part(IntEnum):
+    """What a beam met."""
+
+    NONE = 0
+    GROUND = 1
+    OBSTACLE = 2
+    BODY = 3
+    GREENHOUSE = 4
+    MIRROR = 5
+    WHEEL = 6
+
+
+class Cause(IntEnum):
+    """Why a point is where it is. All but CLEAN are what outlier removal should find."""
+
+    CLEAN = 0
+    MIRROR = 1
+    """On a side mirror of the vehicle."""
+    LAYER_OVERLAP = 2
+    """On a part of the vehicle well inside its outline: window behind the deck, wheel under the bumper."""
+    RANGE_OUTLIER = 3
+    GHOST = 4
+
+
+class Loss(IntEnum):
+    """Why a beam that met something returned nothing."""
+
+    THRESHOLD = 0
+    """The echo was too weak."""
+    RANDOM = 1
+    """The detector's random floor."""
+
+
+class Face(IntFlag):
+    """Faces of a vehicle's outline."""
+
+    FRONT = 1
+    LEFT = 2
+    REAR = 4
+    RIGHT = 8
+
+
+class View(IntEnum):
+    """How much of a vehicle's outline returned points (table 1 of the paper)."""
+
+    NONE = 0
+    L_SHAPE = 1
+    SIDE = 2
+    REAR = 3
+    FRONT = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScanTruth:
+    """Truth beside a `Scan` of N points, for the frame's A actors in the order of `WorldFrame.actors`."""
+
+    actor_id: npt.NDArray[np.int64]
+    """(N,) the actor the point lies on, `NO_ACTOR` where none."""
+    part: npt.NDArray[np.uint8]
+    """(N,) `Part`."""
+    cause: npt.NDArray[np.uint8]
+    """(N,) `Cause`."""
+    true_range: npt.NDArray[np.float32]
+    """(N,) range without noise [m]."""
+    lost_unit: npt.NDArray[np.uint8]
+    """(L,) unit of each lost beam."""
+    lost_beam: npt.NDArray[np.int32]
+    """(L,) index of the lost beam in its unit's beam table."""
+    lost_cause: npt.NDArray[np.uint8]
+    """(L,) `Loss`."""
+    hits: npt.NDArray[np.int32]
+    """(A,) beams that end on the actor, before any loss or noise."""
+    hits_alone: npt.NDArray[np.int32]
+    """(A,) beams that would, were it alone on the ground."""
+    faces: npt.NDArray[np.uint8]
+    """(A,) `Face` bits of the faces that returned at least `MIN_FACE_HITS` beams."""
+    view: npt.NDArray[np.uint8]
+    """(A,) `View`."""
+
+    @property
+    def visible_fraction(self) -> npt.NDArray[np.float64]:
+        """(A,) hits / hits_alone, 0 to 1; 0 where not even a lone actor would be met."""
+        return self.hits / np.maximum(self.hits_alone, 1)

@@ -1,0 +1,119 @@
+"""The world record: the truth that a traffic source delivers, one frame at a time.
+
+World frame: x east, y north, z up, metres; yaw counter-clockwise from x, radians in (-pi, pi].
+A pose is the centre of the body's bounding box on the ground plane.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+class Kind(IntEnum):
+    """What an actor is; decides its body shape and whether it is graded."""
+
+    CAR = 0
+    SUV = 1
+    VAN = 2
+    TRUCK = 3
+    TRAILER_TRUCK = 4
+    BUS = 5
+    MOTORCYCLE = 6
+    BICYCLE = 7
+    PEDESTRIAN = 8
+    OBSTACLE = 9
+
+
+VEHICLE_KINDS = frozenset(
+    {Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS, Kind.MOTORCYCLE}
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ego:
+    """The vehicle that carries the rig. The ego frame is this pose: box centre, on the ground."""
+
+    pose_world: Floats
+    """(3,) x [m], y [m], yaw [rad]."""
+    velocity_world: Floats
+    """(2,) [m/s]."""
+    acceleration_world: Floats
+    """(2,) [m/s^2]."""
+    yaw_rate: float
+    """[rad/s], counter-clockwise positive."""
+    size: Floats
+    """(3,) length, width, height [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Actors:
+    """Every other road user near the ego, one row each, sorted by id."""
+
+    id: Ints
+    """(N,) stable for the actor's life, never reused within a run."""
+    name: npt.NDArray[np.str_]
+    """(N,) the traffic simulator's own name, for people to look up."""
+    kind: npt.NDArray[np.uint8]
+    """(N,) `Kind`."""
+    pose_world: Floats
+    """(N, 3) x [m], y [m], yaw [rad]."""
+    velocity_world: Floats
+    """(N, 2) [m/s], of the box centre."""
+    acceleration_world: Floats
+    """(N, 2) [m/s^2], of the box centre."""
+    yaw_rate: Floats
+    """(N,) [rad/s], counter-clockwise positive."""
+    size: Floats
+    """(N, 3) length, width, height [m]."""
+    reflectivity: Floats
+    """(N,) paint's diffuse reflectivity at 905 nm, 0 to 1."""
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldFrame:
+    """The truth of one instant."""
+
+    index: int
+    """Frames since the start of the run, 0 for the first."""
+    time: float
+    """[s] since the start of the run."""
+    ego: Ego
+    actors: Actors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacles:
+    """Static things that block beams: polygons pulled up from the ground. They come once per source."""
+
+    vertices_world: Floats
+    """(V, 2) corners of all polygons [m], each polygon closed implicitly."""
+    offset: Ints
+    """(M + 1,) polygon m holds vertices offset[m] to offset[m + 1]."""
+    height: Floats
+    """(M,) [m]."""
+    reflectivity: Floats
+    """(M,) diffuse, 0 to 1."""
+
+    def __len__(self) -> int:
+        return len(self.height)
+
+    @classmethod
+    def from_polygons(
+        cls, polygons: list[Floats], height: list[float], reflectivity: float = 0.3
+    ) -> "Obstacles":
+        """Gather polygons, each (K, 2) in the world frame [m], K >= 2 (two points make a wall)."""
+        counts = [len(polygon) for polygon in polygons]
+        return cls(
+            vertices_world=np.concatenate(polygons) if polygons else np.empty((0, 2)),
+            offset=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            height=np.asarray(height, dtype=np.float64),
+            reflectivity=np.full(len(polygons), reflectivity),
+        )

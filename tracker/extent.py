@@ -1,0 +1,46 @@
+"""How big a vehicle is: what was seen of each side, completed by what vehicles of that size measure."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracker.records import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class ExtentConfig:
+    """Memory of a vehicle's size and priors for the sides not seen."""
+
+    car_length_m: float = 4.7
+    """Shortest length given to a vehicle whose length has not been seen [m]."""
+    car_width_m: float = 1.8
+    large_length_m: float = 8.0
+    """The same for trucks and buses."""
+    large_width_m: float = 2.5
+    large_from_length_m: float = 6.0
+    """Longer than this is no car."""
+    large_from_width_m: float = 2.25
+    """Wider than this is no car."""
+    growth: float = 0.3
+    """Share of the difference taken over when a side is seen longer than remembered."""
+    decay: float = 0.03
+    """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
+    nearly: float = 0.85
+    """A side seen at this share of its remembered length counts as seen in full."""
+
+
+def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
+    """(2,) remembered extents along and across the heading after one more observation (2,) [m].
+
+    A vehicle is never smaller than what is seen of it, while a short sight may be an occlusion:
+    long sights pull fast, nearly full ones slowly, short ones not at all.
+    """
+    pull = np.where(observed > seen, config.growth, np.where(observed > config.nearly * seen, config.decay, 0.0))
+    return np.asarray(seen + pull * (observed - seen))
+
+
+def complete(seen: Floats, config: ExtentConfig) -> Floats:
+    """(2,) length and width [m]: the remembered extents, no shorter than the vehicle's class allows."""
+    large = seen[0] > config.large_from_length_m or seen[1] > config.large_from_width_m
+    prior = (config.large_length_m, config.large_width_m) if large else (config.car_length_m, config.car_width_m)
+    return np.maximum(seen, prior)

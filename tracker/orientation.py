@@ -1,0 +1,53 @@
+"""Which way a vehicle faces: a rectangle's heading is known modulo a quarter turn, a vehicle's must not flip."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracker.geometry import QUARTER, wrap
+from tracker.records import Floats, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class OrientationConfig:
+    """Choice among the four directions of a rectangle."""
+
+    width_max_m: float = 2.6
+    """A longer side is a vehicle's length."""
+    depth_min_m: float = 0.8
+    """With both sides seen at least this deep the longer one is the length."""
+    course_speed_min_mps: float = 2.0
+    """A vehicle faces where it goes when it goes faster than this."""
+    course_votes: int = 5
+    """Successive frames of contradiction before the heading turns."""
+
+
+def turn_sign(sign: Ints, quarters: int) -> Ints:
+    """(2,) the same corner, named in a frame turned counter-clockwise by `quarters`."""
+    x, y = sign
+    return np.array([(x, y), (y, -x), (-x, -y), (-y, x)][quarters % 4], dtype=np.int64)
+
+
+def turn_size(size: Floats, quarters: int) -> Floats:
+    """(2,) the same sides, named in a frame turned by `quarters`."""
+    return size[::-1].copy() if quarters % 2 else size
+
+
+def first_guess(heading: float, size: Floats, forward: float, config: OrientationConfig) -> int:
+    """Quarter turns from a new box's heading to the vehicle's.
+
+    The length lies along the longer side, unless only one short side is seen, which is then the width. Of the
+    two directions left, the one nearer to the ego's own, `forward`, is taken until the vehicle moves.
+    """
+    longer = int(np.argmax(size))
+    only_width = size.max() < config.width_max_m and size.min() < config.depth_min_m
+    axis = heading + QUARTER * (longer != only_width)
+    against = np.cos(axis - forward) < 0
+    return int(longer != only_width) + 2 * int(against)
+
+
+def contradiction(heading: float, velocity: Floats, config: OrientationConfig) -> int:
+    """Quarter turns from the heading to the course, 0 when they agree or the vehicle is too slow to tell."""
+    if np.hypot(*velocity) < config.course_speed_min_mps:
+        return 0
+    return int(np.round(wrap(np.arctan2(velocity[1], velocity[0]) - heading) / QUARTER)) % 4

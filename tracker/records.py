@@ -1,0 +1,143 @@
+"""Records between the tracker's stages. Angles are radians, counter-clockwise; N points, S segments, T tracks.
+
+A box's heading points along one of its sides; its sides are `size` = (along heading, across heading).
+A corner is named by its signs in the box's frame: (+1, +1) is front left, (-1, +1) rear left, and so on.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.geometry import rotate
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+METHODS = ("area", "closeness", "variance", "tlinkage")
+"""Where a candidate heading comes from, in the order of `Candidates`' second axis."""
+
+MODELS = ("stationary", "cv", "ca")
+"""The filters of the bank, equations (7), (8) and (9), in the order of every per-model axis."""
+
+NOT_USED = -1
+"""`Segments.label` of points in no segment."""
+
+
+class Status(IntEnum):
+    """Life of a track."""
+
+    TENTATIVE = 0
+    CONFIRMED = 1
+    COASTING = 2
+    """Confirmed before, not seen now: kept for re-association."""
+    DEAD = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segments:
+    """Points grouped into things."""
+
+    label: Ints
+    """(N,) segment of each scan point, 0 to count - 1, or `NOT_USED`."""
+    count: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linkage:
+    """T-linkage's verdict on the points, algorithm 1."""
+
+    line: Ints
+    """(N,) which line of its segment a point belongs to, 0 the dominant one; -1 for outliers and unused points."""
+    heading: Floats
+    """(S,) direction of the dominant line, in [0, pi/2)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """One rectangle per segment and method."""
+
+    heading: Floats
+    """(S, M) in [0, pi/2), ego frame; a rectangle's heading is known modulo a quarter turn."""
+    center_ego: Floats
+    """(S, M, 2) [m]."""
+    size: Floats
+    """(S, M, 2) along and across heading [m]."""
+    cost: Floats
+    """(S, M) variance of absolute residuals, equation (3) [m^2]."""
+    best: Ints
+    """(S,) method of the lowest cost."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boxes:
+    """The selected rectangle of each segment that looks like a vehicle (B <= S of them)."""
+
+    segment: Ints
+    """(B,) the segment it was fitted to."""
+    center_ego: Floats
+    """(B, 2) [m]."""
+    heading: Floats
+    """(B,) in [0, pi/2), ego frame."""
+    size: Floats
+    """(B, 2) seen extent along and across heading [m]."""
+    corner_ego: Floats
+    """(B, 2) the corner nearest to the ego [m]."""
+    corner_sign: Ints
+    """(B, 2) which corner that is, signs in the box's frame."""
+    covariance: Floats
+    """(B, 3, 3) of corner x, corner y [m] and heading [rad], ego frame."""
+    support: Ints
+    """(B,) points on the fitted lines."""
+
+    def __len__(self) -> int:
+        return len(self.segment)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracks:
+    """What the tracker reports: one row per living track, in the odometry frame.
+
+    State (6): x, y, vx, vy, ax, ay, heading, yaw rate, where x, y is the tracked corner.
+    """
+
+    id: Ints
+    """(T,) never reused."""
+    status: npt.NDArray[np.uint8]
+    """(T,) `Status`."""
+    mean: Floats
+    """(T, 8) state of the selected model [m, s, rad]; heading modulo a full turn."""
+    covariance: Floats
+    """(T, 8, 8)."""
+    model_probability: Floats
+    """(T, len(MODELS)) equation (12), rows sum to 1."""
+    model: Ints
+    """(T,) the selected model."""
+    model_position_odom: Floats
+    """(T, len(MODELS), 2) the tracked corner by each model alone [m]."""
+    corner_sign: Ints
+    """(T, 2) which corner of the vehicle is tracked, signs in the vehicle's frame (x forward, y left)."""
+    size: Floats
+    """(T, 2) length, width [m]."""
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    @property
+    def center_odom(self) -> Floats:
+        """(T, 2) box centre: half the box away from the tracked corner [m]."""
+        return self.mean[:, :2] - rotate(0.5 * self.corner_sign * self.size, self.mean[:, 6])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepTrace:
+    """Everything between scan and tracks, for the grader, the recorder and tests."""
+
+    segments: Segments
+    linkage: Linkage
+    candidates: Candidates
+    boxes: Boxes
+    track_id: Ints
+    """(B,) the track each box was given to or started."""

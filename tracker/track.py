@@ -1,0 +1,154 @@
+"""One tracked vehicle: its filters, its corner, its size and its life."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracker import extent, mma, orientation
+from tracker.extent import ExtentConfig
+from tracker.filters import Bank, FilterConfig
+from tracker.geometry import QUARTER, rotate, wrap
+from tracker.mma import MmaConfig
+from tracker.orientation import OrientationConfig
+from tracker.records import Floats, Ints, Status
+
+
+@dataclass(frozen=True, slots=True)
+class LifeConfig:
+    """When a track is believed and when it is given up."""
+
+    confirm_hits: int = 4
+    """Observations before a track is confirmed."""
+    tentative_coast_s: float = 0.2
+    """A tentative track dies when not seen for longer than this [s]."""
+    coast_s: float = 3.0
+    """A confirmed track waits this long for re-association [s]."""
+    coast_std_max_m: float = 3.0
+    """It is given up earlier when its position is no better known than this [m]."""
+    heading_gate_sigma: float = 4.0
+    """A measured heading farther off than this is not believed ..."""
+    heading_rejections_max: int = 8
+    """... unless it comes this often in a row."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackConfig:
+    """All that one track needs to know."""
+
+    filters: FilterConfig
+    mma: MmaConfig
+    extent: ExtentConfig
+    orientation: OrientationConfig
+    life: LifeConfig
+
+
+class Track:
+    """A vehicle followed by one of its corners, in the odometry frame."""
+
+    def __init__(
+        self,
+        track_id: int,
+        position: Floats,
+        heading: float,
+        size: Floats,
+        corner_sign: Ints,
+        covariance: Floats,
+        config: TrackConfig,
+    ) -> None:
+        self.id = track_id
+        self.status = Status.TENTATIVE
+        self.bank = Bank(position, heading, covariance, config.filters)
+        self.model_probability = mma.initial_probability()
+        self.corner_sign = corner_sign
+        self.seen_size = size
+        self.hits = 1
+        self.unseen_s = 0.0
+        self._config = config
+        self._votes: list[int] = []
+        self._heading_rejections = 0
+
+    @property
+    def heading(self) -> float:
+        """Heading [rad]."""
+        return float(self.bank.heading.x[0])
+
+    @property
+    def size(self) -> Floats:
+        """(2,) length and width [m], unseen sides from priors."""
+        return extent.complete(self.seen_size, self._config.extent)
+
+    @property
+    def model(self) -> int:
+        """The selected model: the highest score of (12)."""
+        return int(np.argmax(self.model_probability))
+
+    @property
+    def position(self) -> Floats:
+        """(2,) tracked corner by the selected model [m]."""
+        return np.asarray(self.bank.models[self.model].x[:2])
+
+    @property
+    def covariance(self) -> Floats:
+        """(2, 2) of the tracked corner by the selected model [m^2]."""
+        return np.asarray(self.bank.models[self.model].P[:2, :2])
+
+    def predict(self, dt: float) -> None:
+        """Move on by `dt` [s]; the track counts as unseen until it is updated."""
+        self.bank.predict(dt)
+        self.unseen_s += dt
+
+    def update(self, position: Floats, heading: float, size: Floats, corner_sign: Ints, covariance: Floats) -> None:
+        """Take over one observation: corner (2,), heading near the track's own, extents (2,), covariance (3, 3)."""
+        self._follow(corner_sign)
+        evidence = self.bank.log_likelihood(position, covariance[:2, :2])
+        self.model_probability = mma.update(self.model_probability, evidence, self._config.mma)
+        self.bank.update(position, covariance[:2, :2])
+        self._update_heading(heading, covariance[2, 2])
+        self.seen_size = extent.remember(self.seen_size, size, self._config.extent)
+        self._face_course()
+        self.hits += 1
+        self.unseen_s = 0.0
+
+    def settle(self) -> None:
+        """Decide the status after a frame's updates."""
+        life = self._config.life
+        if self.unseen_s == 0.0:
+            if self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
+                self.status = Status.CONFIRMED
+        elif self.status is Status.TENTATIVE:
+            if self.unseen_s > life.tentative_coast_s:
+                self.status = Status.DEAD
+        else:
+            lost = self.unseen_s > life.coast_s or np.trace(self.covariance) > 2 * life.coast_std_max_m**2
+            self.status = Status.DEAD if lost else Status.COASTING
+
+    def _follow(self, corner_sign: Ints) -> None:
+        """Move the state by the known side length when another corner is measured, so that it does not jump."""
+        side = 0.5 * (corner_sign - self.corner_sign) * self.size
+        if side.any():
+            self.bank.shift(rotate(side, self.heading))
+            self.corner_sign = corner_sign
+
+    def _update_heading(self, heading: float, variance: float) -> None:
+        """Correct the heading unless it is an outlier; one that insists is believed."""
+        life, kf = self._config.life, self.bank.heading
+        innovation_std = np.sqrt(kf.P[0, 0] + variance)
+        if abs(heading - kf.x[0]) > life.heading_gate_sigma * innovation_std:
+            self._heading_rejections += 1
+            if self._heading_rejections <= life.heading_rejections_max:
+                return
+            kf.x[:] = heading, 0.0
+        self._heading_rejections = 0
+        kf.update(np.array([heading]), R=variance)
+        kf.x[0] = wrap(kf.x[0])
+
+    def _face_course(self) -> None:
+        """Turn the heading by quarters once the motion has contradicted it for long enough."""
+        config = self._config.orientation
+        quarters = orientation.contradiction(self.heading, self.bank.models[1].x[2:4], config)
+        self._votes = [*self._votes, quarters] if self._votes[:1] == [quarters] else [quarters]
+        if quarters and len(self._votes) >= config.course_votes:
+            self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
+            self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
+            self.seen_size = orientation.turn_size(self.seen_size, quarters)
+            self._votes = []

@@ -1,0 +1,144 @@
+"""The tracker of the paper: scan in, tracks out. `Tracker.step` reads as its block diagram."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tracker import boxes, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker.association import AssociationConfig, Pairing, Predictions, associate, pair
+from tracker.boxes import BoxConfig
+from tracker.extent import ExtentConfig
+from tracker.filters import FilterConfig
+from tracker.geometry import QUARTER, wrap
+from tracker.mma import MmaConfig
+from tracker.observations import Observations, observe
+from tracker.orientation import OrientationConfig
+from tracker.preprocess import PreprocessConfig
+from tracker.records import Ints, Status, StepTrace, Tracks
+from tracker.rectangles import RectangleConfig
+from tracker.report import report
+from tracker.scan import Scan
+from tracker.segmentation import SegmentationConfig
+from tracker.selection import SelectionConfig
+from tracker.tlinkage import LinkageConfig
+from tracker.track import LifeConfig, Track, TrackConfig
+
+ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
+"""Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackerConfig:
+    """One section per stage."""
+
+    preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
+    segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    linkage: LinkageConfig = field(default_factory=LinkageConfig)
+    rectangles: RectangleConfig = field(default_factory=RectangleConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+    boxes: BoxConfig = field(default_factory=BoxConfig)
+    association: AssociationConfig = field(default_factory=AssociationConfig)
+    filters: FilterConfig = field(default_factory=FilterConfig)
+    mma: MmaConfig = field(default_factory=MmaConfig)
+    extent: ExtentConfig = field(default_factory=ExtentConfig)
+    orientation: OrientationConfig = field(default_factory=OrientationConfig)
+    life: LifeConfig = field(default_factory=LifeConfig)
+
+
+class Tracker:
+    """Follows the vehicles around the ego through a sequence of scans."""
+
+    def __init__(self, config: TrackerConfig | None = None) -> None:
+        self.config = config or TrackerConfig()
+        self._track_config = TrackConfig(
+            filters=self.config.filters,
+            mma=self.config.mma,
+            extent=self.config.extent,
+            orientation=self.config.orientation,
+            life=self.config.life,
+        )
+        self._tracks: list[Track] = []
+        self._time: float | None = None
+        self._born = 0
+
+    def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
+        """Take in one scan; return the living tracks (and those that just died) and all that was between."""
+        config = self.config
+        keep = preprocess.keep(scan, config.preprocess)
+        segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
+        linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
+        candidates = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
+        candidates = selection.select(scan.points_ego, segments, linkage, candidates, config.selection)
+        fitted = boxes.build(scan.points_ego, segments, linkage, candidates, config.boxes)
+
+        seen = observe(fitted, scan.ego_pose_odom, config.filters)
+        self._predict(scan.time)
+        track_id = self._associate(seen)
+        self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
+        for track in self._tracks:
+            track.settle()
+        return report(self._tracks), StepTrace(segments, linkage, candidates, fitted, track_id)
+
+    def _predict(self, time: float) -> None:
+        """Drop the dead and move the living to `time` [s]."""
+        self._tracks = [track for track in self._tracks if track.status is not Status.DEAD]
+        dt = 0.0 if self._time is None else time - self._time
+        self._time = time
+        for track in self._tracks:
+            track.predict(dt)
+
+    def _associate(self, seen: Observations) -> Ints:
+        """Give boxes to tracks, round by round, and update them; (B,) id of each box's track, -1 for none."""
+        track_id = np.full(len(seen), -1, dtype=np.int64)
+        for status in ROUNDS:
+            tracks = [track for track in self._tracks if track.status is status]
+            free = np.flatnonzero(track_id < 0)
+            if not tracks or not len(free):
+                continue
+            open_boxes = seen.subset(free)
+            predictions = predict(tracks)
+            pairing = pair(predictions, open_boxes, self.config.association)
+            for t, b in associate(predictions, open_boxes, pairing, self.config.association):
+                update(tracks[t], pairing, open_boxes, t, b)
+                track_id[free[b]] = tracks[t].id
+        return track_id
+
+    def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
+        """Start a tentative track on every box that belongs to none; writes its id into `track_id`."""
+        for b in np.flatnonzero(track_id < 0):
+            heading, size = float(seen.heading[b]), seen.size[b]
+            turns = orientation.first_guess(heading, size, forward, self.config.orientation)
+            track = Track(
+                track_id=self._born,
+                position=seen.corner[b],
+                heading=wrap(heading + turns * QUARTER),
+                size=orientation.turn_size(size, turns),
+                corner_sign=orientation.turn_sign(seen.corner_sign[b], turns),
+                covariance=seen.covariance[b],
+                config=self._track_config,
+            )
+            self._tracks.append(track)
+            track_id[b] = self._born
+            self._born += 1
+
+
+def predict(tracks: list[Track]) -> Predictions:
+    """What these tracks expect to see."""
+    return Predictions(
+        position=np.stack([track.position for track in tracks]),
+        covariance=np.stack([track.covariance for track in tracks]),
+        heading=np.array([track.heading for track in tracks]),
+        size=np.stack([track.size for track in tracks]),
+        corner_sign=np.stack([track.corner_sign for track in tracks]),
+    )
+
+
+def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -> None:
+    """Hand box `b`, read as an observation of track `t`, to that track."""
+    track.update(
+        position=pairing.position[t, b],
+        heading=float(pairing.heading[t, b]),
+        size=pairing.size[t, b],
+        corner_sign=pairing.corner_sign[t, b],
+        covariance=seen.covariance[b],
+    )
