@@ -25,11 +25,18 @@ class Result:
     scenario: str
     seed: int
     trace_hash: str
-    complete: bool
-    """False when the traffic ended before the scenario's duration."""
+    ended_early: str
+    """Why the traffic ended before the scenario's duration; empty when it did not."""
+    frames: int
+    """Frames that were run and graded."""
     metrics: dict[str, Metric]
     tables: dict[str, pd.DataFrame] = field(repr=False)
     """Per-frame tables by name: truth, fits, tracks."""
     config: dict[str, Any] = field(repr=False)
     """The effective scenario, defaults filled in."""
     versions: dict[str, str] = field(repr=False)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run lasted for the scenario's duration."""
+        return not self.ended_early

@@ -29,9 +29,7 @@ class Kind(IntEnum):
     OBSTACLE = 9
 
 
-VEHICLE_KINDS = frozenset(
-    {Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS, Kind.MOTORCYCLE}
-)
+VEHICLE_KINDS = frozenset({Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS, Kind.MOTORCYCLE})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,9 +104,7 @@ class Obstacles:
         return len(self.height)
 
     @classmethod
-    def from_polygons(
-        cls, polygons: list[Floats], height: list[float], reflectivity: float = 0.3
-    ) -> "Obstacles":
+    def from_polygons(cls, polygons: list[Floats], height: list[float], reflectivity: float = 0.3) -> "Obstacles":
         """Gather polygons, each (K, 2) in the world frame [m], K >= 2 (two points make a wall)."""
         counts = [len(polygon) for polygon in polygons]
         return cls(

@@ -89,23 +89,46 @@ def heading_filter(heading: float, variance: float, config: FilterConfig) -> Kal
     return kf
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Transition and process noise of every filter for one time step; the same for all tracks."""
+
+    dt: float
+    """[s]."""
+    models: list[tuple[Floats, Floats]]
+    """Transition F and noise Q of each model of the bank."""
+    heading: tuple[Floats, Floats]
+    """F and Q of the heading filter."""
+
+
+def motion(dt: float, config: FilterConfig) -> Motion:
+    """Equations (7), (8) and (9) for a time step `dt` [s]."""
+    axes = np.eye(2)
+    return Motion(
+        dt=dt,
+        models=[
+            (np.kron(integrator(order, dt), axes), np.kron(process_noise(order, dt, config), axes))
+            for order in range(1, len(MODELS) + 1)
+        ],
+        heading=(integrator(2, dt), Q_discrete_white_noise(2, dt, config.yaw_acceleration_std_radps2**2)),
+    )
+
+
 class Bank:
     """Every filter of one track: three of position, one of heading."""
 
     def __init__(self, position: Floats, heading: float, covariance: Floats, config: FilterConfig) -> None:
-        self._config = config
         self.models = [
             position_filter(order, position, covariance[:2, :2], config) for order in range(1, len(MODELS) + 1)
         ]
         self.heading = heading_filter(heading, covariance[2, 2], config)
 
-    def predict(self, dt: float) -> None:
-        """Move all filters on by `dt` [s]."""
-        for order, kf in enumerate(self.models, start=1):
-            transition, noise = integrator(order, dt), process_noise(order, dt, self._config)
-            kf.predict(F=np.kron(transition, np.eye(2)), Q=np.kron(noise, np.eye(2)))
-        noise = Q_discrete_white_noise(dim=2, dt=dt, var=self._config.yaw_acceleration_std_radps2**2)
-        self.heading.predict(F=integrator(2, dt), Q=noise)
+    def predict(self, step: Motion) -> None:
+        """Move all filters on by one time step."""
+        for kf, (transition, noise) in zip(self.models, step.models, strict=True):
+            kf.predict(F=transition, Q=noise)
+        transition, noise = step.heading
+        self.heading.predict(F=transition, Q=noise)
 
     def log_likelihood(self, position: Floats, covariance: Floats) -> Floats:
         """(M,) logarithm of (11) for a measured corner (2,) with covariance (2, 2).

@@ -18,7 +18,7 @@ class OrientationConfig:
     """With both sides seen at least this deep the longer one is the length."""
     course_speed_min_mps: float = 2.0
     """A vehicle faces where it goes when it goes faster than this."""
-    course_votes: int = 5
+    course_votes: int = 8
     """Successive frames of contradiction before the heading turns."""
 
 

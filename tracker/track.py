@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker import extent, mma, orientation
 from tracker.extent import ExtentConfig
-from tracker.filters import Bank, FilterConfig
+from tracker.filters import Bank, FilterConfig, Motion
 from tracker.geometry import QUARTER, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.orientation import OrientationConfig
@@ -92,10 +92,16 @@ class Track:
         """(2, 2) of the tracked corner by the selected model [m^2]."""
         return np.asarray(self.bank.models[self.model].P[:2, :2])
 
-    def predict(self, dt: float) -> None:
-        """Move on by `dt` [s]; the track counts as unseen until it is updated."""
-        self.bank.predict(dt)
-        self.unseen_s += dt
+    @property
+    def velocity(self) -> Floats:
+        """(2,) by the selected model [m/s]."""
+        state = self.bank.models[self.model].x
+        return np.asarray(state[2:4] if len(state) > 2 else np.zeros(2))
+
+    def predict(self, step: Motion) -> None:
+        """Move on by one time step; the track counts as unseen until it is updated."""
+        self.bank.predict(step)
+        self.unseen_s += step.dt
 
     def update(self, position: Floats, heading: float, size: Floats, corner_sign: Ints, covariance: Floats) -> None:
         """Take over one observation: corner (2,), heading near the track's own, extents (2,), covariance (3, 3)."""
@@ -145,7 +151,7 @@ class Track:
     def _face_course(self) -> None:
         """Turn the heading by quarters once the motion has contradicted it for long enough."""
         config = self._config.orientation
-        quarters = orientation.contradiction(self.heading, self.bank.models[1].x[2:4], config)
+        quarters = orientation.contradiction(self.heading, self.velocity, config)
         self._votes = [*self._votes, quarters] if self._votes[:1] == [quarters] else [quarters]
         if quarters and len(self._votes) >= config.course_votes:
             self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)

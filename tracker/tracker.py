@@ -8,7 +8,7 @@ from tracker import boxes, orientation, preprocess, rectangles, segmentation, se
 from tracker.association import AssociationConfig, Pairing, Predictions, associate, pair
 from tracker.boxes import BoxConfig
 from tracker.extent import ExtentConfig
-from tracker.filters import FilterConfig
+from tracker.filters import FilterConfig, motion
 from tracker.geometry import QUARTER, wrap
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
@@ -67,8 +67,8 @@ class Tracker:
         keep = preprocess.keep(scan, config.preprocess)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
-        candidates = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
-        candidates = selection.select(scan.points_ego, segments, linkage, candidates, config.selection)
+        found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
+        candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
         fitted = boxes.build(scan.points_ego, segments, linkage, candidates, config.boxes)
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
@@ -82,10 +82,10 @@ class Tracker:
     def _predict(self, time: float) -> None:
         """Drop the dead and move the living to `time` [s]."""
         self._tracks = [track for track in self._tracks if track.status is not Status.DEAD]
-        dt = 0.0 if self._time is None else time - self._time
+        step = motion(0.0 if self._time is None else time - self._time, self.config.filters)
         self._time = time
         for track in self._tracks:
-            track.predict(dt)
+            track.predict(step)
 
     def _associate(self, seen: Observations) -> Ints:
         """Give boxes to tracks, round by round, and update them; (B,) id of each box's track, -1 for none."""

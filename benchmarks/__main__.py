@@ -1,0 +1,31 @@
+"""Time the parts that have to be fast: `make bench` prints a table and writes `benchmarks/latest.json`.
+
+Figures of one machine mean little on another: compare medians and the ratios to a peer run beside them.
+"""
+
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks import bench_fit, bench_loop, bench_sensor, bench_tracker
+
+OUT = Path(__file__).parent / "latest.json"
+
+
+def main() -> None:
+    """Run every benchmark, then print and write the rows."""
+    rows = {}
+    for bench in (bench_sensor, bench_fit, bench_tracker, bench_loop):
+        rows.update(bench.rows())
+    OUT.write_text(json.dumps(rows, indent=2) + "\n")
+    table = Table("benchmark", "value", "unit", "peer", "ratio", title="luxloop, one core, kernels compiled")
+    for name, row in rows.items():
+        ratio = "" if row["ratio"] is None else f"{row['ratio']:.1f}"
+        table.add_row(name, f"{row['value']:.3g}", row["unit"], row["peer"] or "", ratio)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,48 @@
+"""Renders the picture of a recording in the README, with the real viewer and without a screen.
+
+    luxloop run sumo-crossing --out run
+    python docs/make_pictures.py run/recording.rrd 20.0
+
+It needs a graphics driver; Mesa's software driver lavapipe will do (Debian: mesa-vulkan-drivers).
+"""
+
+import io
+import sys
+import time
+from pathlib import Path
+
+from PIL import Image
+from rerun.experimental import ViewerClient
+
+PICTURE = Path(__file__).parent / "pictures" / "recording.png"
+WIDTH = 1600
+TOP_BAR = 36
+"""Height of the viewer's own menu, which is cut off [pixels of 1920 x 1080]."""
+SETTLE_S = 4.0
+"""The viewer loads and draws in the background and does not say when it is done [s]."""
+
+
+def screenshot(recording: Path, at_s: float) -> Image.Image:
+    """Open a recording at a simulated time and return what the viewer shows."""
+    viewer = ViewerClient.spawn(headless=True, port=9898, hide_welcome_screen=True)
+    try:
+        viewer.open(str(recording.resolve()))
+        time.sleep(SETTLE_S)
+        viewer.set_time("sim_time", duration=at_s, play_state="paused")
+        time.sleep(SETTLE_S)
+        return Image.open(io.BytesIO(viewer.take_screenshot()))
+    finally:
+        viewer.quit()
+
+
+def main() -> None:
+    """Write the picture, with colours in steps of 8 to keep it small."""
+    image = screenshot(Path(sys.argv[1]), float(sys.argv[2])).convert("RGB")
+    image = image.crop((0, TOP_BAR, image.width, image.height))
+    image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.BILINEAR)
+    PICTURE.parent.mkdir(exist_ok=True)
+    image.point(lambda value: min(255, 8 * ((value + 4) // 8))).save(PICTURE, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

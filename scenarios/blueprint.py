@@ -1,0 +1,127 @@
+"""How a recording looks: its colours, the legend that explains them, and the layout the viewer opens in.
+
+Rerun takes half a second to import, so the functions that need it import it.
+"""
+
+from typing import TYPE_CHECKING
+
+from sensor_model.truth import Cause
+from tracker.records import MODELS
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+    from rerun.encodings import EntityPathLike
+
+TRAIL_S = 3.0
+"""How long the trail behind a track is [s]."""
+RINGS_M = (25.0, 50.0)
+"""Radii of the circles around the ego that give the scale [m]."""
+WALL_TOP_M = 2.0
+"""Walls are drawn no higher, so that they do not hide what stands behind them [m]."""
+NAME_GAP_M = 1.5
+"""From a track's front to its name [m]."""
+
+WHITE, GREY, DARK, YELLOW = (255, 255, 255), (95, 95, 105), (60, 64, 78), (255, 214, 0)
+GREEN, BLUE, VIOLET = (46, 204, 113), (70, 130, 255), (177, 90, 230)
+CYCLE = (GREEN, BLUE, VIOLET, (20, 200, 190), (177, 227, 72), (190, 150, 110))
+"""Tracks by id, units and layers take these in turn; none is a colour of noise."""
+HIDDEN, VISIBLE = (210, 60, 60), (235, 235, 235)
+"""Truth boxes at visible fractions 0 and 1."""
+DIM = 0.5
+"""Brightness of truth that is not graded, of tracks that are not confirmed, and of trails."""
+CAUSES = {
+    Cause.CLEAN: (110, 190, 255),
+    Cause.MIRROR: (255, 0, 255),
+    Cause.LAYER_OVERLAP: (255, 140, 0),
+    Cause.RANGE_OUTLIER: (255, 40, 40),
+    Cause.GHOST: (255, 130, 200),
+}
+MODEL_NAMES = tuple(model[:2] for model in MODELS)
+"""Short, to stand beside a track's id: st, cv, ca."""
+BACKGROUND = 16
+"""Class id of clean points on no actor; the other points have their `Cause`'s."""
+
+PLOTS = {
+    "plots/models_moving": dict(zip(MODELS, (GREEN, BLUE, VIOLET), strict=True)),
+    "plots/models_standing": dict(zip(MODELS, (GREEN, BLUE, VIOLET), strict=True)),
+    "plots/heading_error": {"fits (mod 90)": YELLOW, "tracks (mod 360)": GREEN},
+    "plots/counts": {"graded vehicles": WHITE, "confirmed tracks": GREEN, "coasting tracks": BLUE},
+    "plots/points": {"all": CAUSES[Cause.CLEAN], "noise": CAUSES[Cause.RANGE_OUTLIER]},
+}
+"""Lines of each plot, in the order in which their values are logged."""
+
+LEGEND = f"""\
+From above; the **ego is the solid box**, driving up. Circles at {RINGS_M[0]:.0f} and {RINGS_M[1]:.0f} m.
+- **Truth**: thin white boxes, redder the more is hidden, dim when not graded
+- **Fits**: thin yellow rectangles
+- **Tracks**: thick coloured rectangles with id and chosen motion model ({", ".join(MODEL_NAMES)}), an arrow of 1 s
+  of travel and a trail of {TRAIL_S:.0f} s; thin and dim when tentative or coasting
+- **Points**: blue on vehicles, grey elsewhere; noise is magenta on a mirror, orange inside the outline, red as a
+  range outlier, pink as a ghost. Tabs colour them by unit or layer instead.
+"""
+
+
+def layout() -> "rrb.Blueprint":
+    """Lay out the scene at the left, one tab per colouring of the points, and plots and events at the right."""
+    import rerun.blueprint as rrb
+
+    def plot(name: str, path: str, axis: rrb.ScalarAxis | None = None) -> rrb.TimeSeriesView:
+        return rrb.TimeSeriesView(origin=path, name=name, axis_y=axis, plot_legend=rrb.Corner2D.LeftTop)
+
+    probability, degrees = rrb.ScalarAxis(range=(0.0, 1.0)), rrb.ScalarAxis(range=(0.0, 10.0))
+    columns = rrb.TextLogColumns(text_log_columns=["loglevel", "body"])
+    scenes = rrb.Tabs(_scene("Points by cause"), _scene("Points by unit", "unit"), _scene("Points by layer", "layer"))
+    figures = rrb.Vertical(
+        rrb.TextDocumentView(origin="legend", name="What you see"),
+        plot("Model probability [0 to 1], mean over tracks of moving vehicles", "plots/models_moving", probability),
+        plot("Model probability [0 to 1], mean over tracks of standing vehicles", "plots/models_standing", probability),
+        plot("Heading error, median absolute [0 to 10 deg]", "plots/heading_error", degrees),
+        rrb.Tabs(
+            rrb.TextLogView(origin="events", name="Events", columns=columns),
+            plot("Vehicles and tracks", "plots/counts"),
+            plot("Points", "plots/points"),
+        ),
+        row_shares=[1.1, 1, 1, 1, 1.3],
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(scenes, figures, column_shares=[1.7, 1]),
+        rrb.TimePanel(timeline="sim_time", state="collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def _scene(name: str, color_by: str | None = None) -> "rrb.Spatial3DView":
+    """View from above that turns with the ego; points take another component's colours if `color_by` names one."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+    from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
+
+    trail = rrb.VisibleTimeRanges(
+        timeline="sim_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-TRAIL_S),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    overrides: dict[EntityPathLike, rrb.VisibleTimeRanges | rrb.Visualizer] = {"world/odom/trails": trail}
+    if color_by is not None:
+        source = ComponentSourceKind.SourceComponent
+        colors = VisualizerComponentMapping("Points3D:colors", source, source_component=f"by:{color_by}")
+        overrides["world/ego/points"] = rr.Points3D.from_fields().visualizer(mappings=[colors])
+    return rrb.Spatial3DView(
+        origin="world/ego",
+        contents="world/**",
+        name=name,
+        background=(22, 23, 28),
+        line_grid=False,
+        eye_controls=rrb.EyeControls3D(position=(-22, 0, 62), look_target=(4, 0, 0), eye_up=(0, 0, 1)),
+        overrides=overrides,
+    )
+
+
+def point_classes() -> "rr.AnnotationContext":
+    """Name and colour the class ids of points."""
+    import rerun as rr
+
+    causes = [(int(cause), cause.name.lower(), color) for cause, color in CAUSES.items()]
+    return rr.AnnotationContext([*causes, (BACKGROUND, "background", GREY)])

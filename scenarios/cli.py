@@ -1,0 +1,125 @@
+"""The command line. What takes long to import is imported where it is needed, so that help and list stay quick."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.command("list")
+def list_scenarios() -> None:
+    """List the scenarios that ship, with a sentence on each."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from scenarios.listing import entries
+
+    table = Table("family", "name", "what happens", box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for entry in entries():
+        table.add_row(*entry)
+    Console().print(table)
+
+
+@app.command()
+def run(
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="A name from `luxloop list`, or the path of a .toml file.")
+    ],
+    seed: Annotated[int | None, typer.Option(help="Seed of traffic and noise, instead of the scenario's.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated seconds, instead of the scenario's.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results, else runs/SCENARIO-seedN.")] = None,
+    tracker: Annotated[
+        str, typer.Option(metavar="MODULE:NAME", help="The device under test, see scenarios/device.py.")
+    ] = "tracker.tracker:Tracker",
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
+    no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+) -> None:
+    """Run a scenario, grade it, and exit with 1 if an expectation fails."""
+    import json
+
+    from scenarios import device, listing, loop, report, run_folder
+    from scenarios.expect import check, verdict
+    from scenarios.scenario import Scenario
+
+    overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
+    chosen = Scenario.load(listing.find(scenario), overrides)
+    make_device = device.load(tracker)
+    out = out or Path("runs") / f"{chosen.name}-seed{chosen.seed}"
+    with run_folder.create(out) as folder:
+        result = loop.run(chosen, make_device, None if no_recording else folder / run_folder.RECORDING)
+        checks = check(result.metrics, chosen.expect)
+        printed = report.report(result, checks)
+        run_folder.write(folder, result, checks, report.as_text(printed))
+    if as_json:
+        print(json.dumps({**run_folder.document(result, checks), "out": str(out)}, allow_nan=False))
+    else:
+        report.show(printed)
+        print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
+    raise typer.Exit(0 if verdict(checks) == "passed" else 1)
+
+
+@app.command()
+def view(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")],
+    web: Annotated[bool, typer.Option("--web", help="In a browser instead of the rerun viewer.")] = False,
+) -> None:
+    """Open a run's recording in the rerun viewer."""
+    import subprocess
+
+    from scenarios.run_folder import recording
+
+    command = [sys.executable, "-m", "rerun", str(recording(run))]
+    raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of scenario files, for editors."""
+    from scenarios.scenario import schema_text
+
+    print(schema_text(), end="")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line and return its exit code: 0 passed, 1 failed, 2 bad input, 3 simulator failed, 130 Ctrl-C.
+
+    Known errors become one line on standard error. Others keep their traceback: they are ours to mend.
+    """
+    try:
+        code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
+    except typer.TyperException as error:
+        return _complain(error.format_message(), error.exit_code)
+    except Exception as error:
+        known = _exit_code(error)
+        if known is None:
+            raise
+        return _complain(str(error), known)
+    return _complain("interrupted; nothing was written", code) if code == INTERRUPTED else code
+
+
+INTERRUPTED = 130
+"""What typer makes of Ctrl-C."""
+
+
+def _exit_code(error: Exception) -> int | None:
+    """Exit code of an error that people can mend themselves; None for any other."""
+    from scenarios.errors import InputError
+    from sensor_model.rig import RigError
+    from sim.source import SimulatorFailedError, TrafficError
+
+    if isinstance(error, SimulatorFailedError):
+        return 3
+    return 2 if isinstance(error, InputError | RigError | TrafficError) else None
+
+
+def _complain(message: str, code: int) -> int:
+    """Say it in one line, whatever a simulator put into the message."""
+    print(f"luxloop: error: {' '.join(message.split())}", file=sys.stderr)
+    return code

@@ -1,0 +1,76 @@
+"""The device under test: what the run loop asks of a tracker, and how one is named on the command line."""
+
+import importlib
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from scenarios.errors import DeviceError
+from tracker.records import StepTrace, Tracks
+from tracker.scan import Scan
+from tracker.tracker import TrackerConfig
+
+SHIPPED = "tracker.tracker:Tracker"
+
+
+class Device(Protocol):
+    """A tracker. It sees scans only, one at a time, in order; it is made anew for every run.
+
+    `Tracks` of a tracker without a bank of models have one-hot `model_probability` and equal `model_position_odom`.
+    Without a `StepTrace` its fits are not graded and `fit.*` does not apply.
+    """
+
+    def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
+        """Take in one scan and return what is tracked after it."""
+        ...
+
+
+DeviceFactory = Callable[[TrackerConfig], Device]
+"""Gets the `[tracker]` table of the scenario. It is called once more than there are runs: a throw-away device
+compiles what it compiles before the clock starts."""
+
+
+def load(spec: str) -> DeviceFactory:
+    """Import a tracker from `MODULE:NAME`; modules of the current folder count.
+
+    Raises
+    ------
+    DeviceError
+        There is no such module, no such name in it, or it cannot be called.
+    """
+    module_name, colon, name = spec.partition(":")
+    if not (module_name and colon and name):
+        raise DeviceError(f"--tracker {spec}: should be MODULE:NAME, as in {SHIPPED}")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        module = importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
+            raise  # the module is there, and it is one of its own imports that is not
+        raise DeviceError(f"--tracker {spec}: no module {error.name} on the Python path or in {here}") from error
+    factory: Any = getattr(module, name, None)
+    if not callable(factory):
+        problem = "is not callable" if hasattr(module, name) else "is not there"
+        raise DeviceError(f"--tracker {spec}: {name} {problem} in {module_name}; name a class with step(scan)")
+    return factory  # type: ignore[no-any-return]
+
+
+def step(device: Device, scan: Scan) -> tuple[Tracks, StepTrace | None]:
+    """Give the device one scan; the trace is None if it does not tell.
+
+    Raises
+    ------
+    DeviceError
+        It returned something else than tracks.
+    """
+    match device.step(scan):
+        case Tracks() as tracks:
+            return tracks, None
+        case (Tracks() as tracks, StepTrace() as trace):
+            return tracks, trace
+        case other:
+            name = f"{type(device).__module__}:{type(device).__qualname__}"
+            raise DeviceError(f"{name}.step returned {type(other).__name__}; return Tracks or (Tracks, StepTrace)")

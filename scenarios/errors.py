@@ -1,0 +1,23 @@
+"""What goes wrong between a person and a run; every message is one line: what, where, the offending value, the remedy.
+
+- `InputError`, of which there are
+    - `ScenarioError`: the scenario file
+    - `DeviceError`: the tracker named by --tracker
+    - `OutputError`: the folder of results
+"""
+
+
+class InputError(Exception):
+    """What was asked for cannot be run."""
+
+
+class ScenarioError(InputError):
+    """No such scenario, or its file is wrong."""
+
+
+class DeviceError(InputError):
+    """What was named as a tracker cannot be imported, or is none."""
+
+
+class OutputError(InputError):
+    """Results cannot be written, or what should be results is none."""

@@ -1,0 +1,136 @@
+"""One line for people from what pydantic finds wrong with a scenario file."""
+
+import json
+from collections.abc import Iterator
+from difflib import get_close_matches
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+Json = dict[str, Any]
+Key = tuple[str | int, ...]
+
+UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
+MISSING = {"missing", "union_tag_not_found"}
+LONGEST_VALUE = 60
+
+
+def explain(error: ValidationError, document: Json, schema: Json) -> str:
+    """Name the first wrong key, its value and the remedy: `traffic.eggo = "a": unknown key; did you mean ego?`.
+
+    Parameters
+    ----------
+    error
+        What validation raised.
+    document
+        What was validated.
+    schema
+        JSON schema of the model, to know which keys there are.
+    """
+    first = _most_telling(error.errors(include_url=False))
+    key, kind = _key(first, document), first["type"]
+    if kind in MISSING:
+        return f"{_dotted(key)} is missing; add it{_choices(key, document, schema)}"
+    if kind in UNKNOWN_KEY:
+        return f"{_dotted(key)} = {_short(first['input'])}: unknown key; {_known(key, document, schema)}"
+    if kind == "union_tag_invalid":
+        remedy = f"should be one of {first['ctx']['expected_tags']}"
+    elif kind == "value_error":
+        remedy = str(first["ctx"]["error"])
+    else:
+        remedy = first["msg"].removeprefix("Input ").replace("an object", "a table")
+    value = _value(document, key)
+    # A table fails as a whole by a rule over several of its keys; the remedy then names them.
+    return f"{_dotted(key)}: {remedy}" if isinstance(value, dict) else f"{_dotted(key)} = {_short(value)}: {remedy}"
+
+
+def _most_telling(errors: list[ErrorDetails]) -> ErrorDetails:
+    """Leave out alternatives of a union that the file did not mean, and prefer a misspelt key to what it left open."""
+    others = {error["loc"][:-1] for error in errors if error["type"] == "literal_error" and error["loc"][-1] == "kind"}
+    meant = [error for error in errors if not any(error["loc"][: len(loc)] == loc for loc in others)]
+    return min(meant or errors, key=lambda error: error["type"] not in UNKNOWN_KEY)
+
+
+def _key(error: ErrorDetails, document: Json) -> Key:
+    """Where the error is in the file: pydantic's location without the alternatives of unions that it passes."""
+    key: Key = ()
+    for step in error["loc"]:
+        value = _value(document, key)
+        if isinstance(value, list) if isinstance(step, int) else isinstance(value, dict) and step in value:
+            key = (*key, step)
+    if error["type"] == "missing":
+        return (*key, error["loc"][-1])
+    if error["type"].startswith("union_tag"):
+        return (*key, error["ctx"]["discriminator"].strip("'"))
+    return key
+
+
+def _value(document: Any, key: Key) -> Any:
+    for step in key:
+        document = document[step]
+    return document
+
+
+def _dotted(key: Key) -> str:
+    """Spell a key as TOML does: `traffic.actors[2].motion`, `expect."track.hota"`."""
+    text = ""
+    for step in key:
+        if isinstance(step, int):
+            text += f"[{step}]"
+        else:
+            text += ("." if text else "") + (f'"{step}"' if "." in step else step)
+    return text or "the file"
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+
+
+def _known(key: Key, document: Json, schema: Json) -> str:
+    """Tell the key that was probably meant, or else all that could be."""
+    known = sorted({name for table in _tables(key[:-1], document, schema) for name in table["properties"]})
+    close = get_close_matches(str(key[-1]), known, n=3)
+    return f"did you mean {' or '.join(close)}?" if close else f"known here: {', '.join(known)}"
+
+
+def _choices(key: Key, document: Json, schema: Json) -> str:
+    """The values that a missing key can have, where they are a few fixed ones."""
+    properties = [table["properties"].get(key[-1], {}) for table in _tables(key[:-1], document, schema)]
+    values = [json.dumps(choice["const"]) for choice in properties if "const" in choice]
+    return f": one of {', '.join(values)}" if values else ""
+
+
+def _tables(key: Key, document: Json, schema: Json) -> list[Json]:
+    """Schemas of the tables that may stand at `key`; where one says its `kind`, of that kind only."""
+    nodes = [schema]
+    for depth, step in enumerate((*key, None)):
+        nodes = [table for node in nodes for table in _alternatives(node, schema["$defs"])]
+        nodes = [node for node in nodes if _is_kind(node, _value(document, key[:depth]))]
+        if step is not None:
+            nodes = [child for node in nodes for child in _below(node, step)]
+    return [node for node in nodes if "properties" in node]
+
+
+def _alternatives(node: Json, definitions: Json) -> Iterator[Json]:
+    """Follow references and unions down to plain schemas."""
+    if "$ref" in node:
+        yield from _alternatives(definitions[node["$ref"].rpartition("/")[2]], definitions)
+    elif options := node.get("oneOf") or node.get("anyOf"):
+        for option in options:
+            yield from _alternatives(option, definitions)
+    else:
+        yield node
+
+
+def _is_kind(node: Json, value: Any) -> bool:
+    kind = node.get("properties", {}).get("kind", {}).get("const")
+    return kind is None or not isinstance(value, dict) or value.get("kind", kind) == kind
+
+
+def _below(node: Json, step: str | int) -> list[Json]:
+    """The schema of one key or item, where there is one."""
+    child = node.get("items") if isinstance(step, int) else node.get("properties", {}).get(step)
+    child = child or node.get("additionalProperties")
+    return [child] if isinstance(child, dict) else []

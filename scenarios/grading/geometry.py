@@ -1,0 +1,100 @@
+"""Plane geometry on the side of the truth, written apart from the tracker's so that no bug is shared.
+
+Angles in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y, yaw, length, width) about its centre.
+"""
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+QUARTER = np.pi / 2
+CORNER_SIGNS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
+"""Front left, rear left, rear right, front right: once around, counter-clockwise."""
+
+
+def wrap(angle: Floats, period: float = 2 * np.pi) -> Floats:
+    """Bring angles into (-period / 2, period / 2]."""
+    return angle - period * np.ceil(angle / period - 0.5)
+
+
+def turned(vectors: Floats | Ints, angle: Floats | float) -> Floats:
+    """Turn vectors (..., 2) by angles (...)."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+
+
+def into_frame(poses: Floats, frame: Floats) -> Floats:
+    """Poses (N, 3) as seen from `frame` (3,), both given in the same parent frame."""
+    out = np.empty_like(poses)
+    out[:, :2] = turned(poses[:, :2] - frame[:2], -frame[2])
+    out[:, 2] = wrap(poses[:, 2] - frame[2])
+    return out
+
+
+def out_of_frame(poses: Floats, frame: Floats) -> Floats:
+    """Poses (N, 3) given in `frame` (3,), as seen from its parent: the inverse of `into_frame`."""
+    out = np.empty_like(poses)
+    out[:, :2] = turned(poses[:, :2], frame[2]) + frame[:2]
+    out[:, 2] = wrap(poses[:, 2] + frame[2])
+    return out
+
+
+def corner(boxes: Floats, sign: Ints) -> Floats:
+    """Corners (..., 2) of boxes (..., 5) named by signs (..., 2) in the boxes' own frames."""
+    return boxes[..., :2] + turned(0.5 * sign * boxes[..., 3:], boxes[..., 2])
+
+
+def nearest_sign(boxes: Floats) -> Ints:
+    """Signs (N, 2) of the corner of each box (N, 5) that is nearest to the origin."""
+    origin = turned(-boxes[:, :2], -boxes[:, 2])
+    return np.where(origin >= 0, 1, -1)
+
+
+def matching_sign(sign: Ints, turn: Floats) -> Ints:
+    """Name the same corner in another box's frame.
+
+    Parameters
+    ----------
+    sign
+        (N, 2) corner in its own box's frame.
+    turn
+        (N,) heading of that box minus heading of the other [rad]. A tracker may call a side the front: the corner is
+        the same when the two headings are brought together by the nearest quarter turn.
+
+    Returns
+    -------
+    (N, 2) signs in the other box's frame.
+    """
+    quarters = np.round(turn / QUARTER)
+    return np.rint(turned(sign, quarters * QUARTER)).astype(np.int64)
+
+
+def iou(a: Floats, b: Floats) -> Floats:
+    """Bird's-eye intersection over union of boxes `a` (N, 5) and `b` (N, 5), row by row; 0 for empty or NaN boxes."""
+    out = np.zeros(len(a))
+    area_a, area_b = a[:, 3] * a[:, 4], b[:, 3] * b[:, 4]
+    sound = np.flatnonzero(np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1) & (area_a > 0) & (area_b > 0))
+    if not len(sound):
+        return out
+    shared = shapely.area(shapely.intersection(_polygons(a[sound]), _polygons(b[sound])))
+    out[sound] = np.minimum(shared / (area_a[sound] + area_b[sound] - shared), 1.0)
+    return out
+
+
+def iou_table(a: Floats, b: Floats) -> Floats:
+    """(A, B) intersection over union of every box of `a` (A, 5) with every box of `b` (B, 5)."""
+    reach = 0.5 * (np.hypot(a[:, 3], a[:, 4])[:, None] + np.hypot(b[:, 3], b[:, 4]))
+    gap = np.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
+    row, column = np.nonzero(gap < reach)
+    table = np.zeros((len(a), len(b)))
+    table[row, column] = iou(a[row], b[column])
+    return table
+
+
+def _polygons(boxes: Floats) -> npt.NDArray[np.object_]:
+    polygons: npt.NDArray[np.object_] = shapely.polygons(corner(boxes[:, None], CORNER_SIGNS))
+    return polygons

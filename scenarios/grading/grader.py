@@ -1,0 +1,129 @@
+"""The grader: frames in, verdicts out; metrics and tables at the end. `add` is cheap, `finish` does the sums."""
+
+import numpy as np
+import pandas as pd
+
+from scenarios.grading import fit, mma, occlusion, outliers, segmentation, tables, track
+from scenarios.grading.config import GradingConfig
+from scenarios.grading.following import Following
+from scenarios.grading.frame import FrameGrade
+from scenarios.grading.geometry import QUARTER, Floats, Ints, wrap
+from scenarios.grading.instant import Instant
+from scenarios.grading.modes import true_modes
+from scenarios.grading.ownership import NOBODY, Ownership
+from scenarios.grading.pairing import Pairer
+from scenarios.grading.sheet import MetricSheet
+from scenarios.grading.tables import TableBuilder
+from scenarios.result import Metric
+from sensor_model.truth import NO_ACTOR, ScanTruth
+from sim.world import WorldFrame
+from tracker.records import StepTrace, Tracks
+from tracker.scan import Scan
+
+NO_TRACE = "the tracker gives no trace of its stages"
+
+
+class Grader:
+    """Holds what a tracker says against the truth, frame by frame; one grader per run."""
+
+    def __init__(self, config: GradingConfig, dt: float) -> None:
+        """Start a run with frames `dt` apart [s]."""
+        self._config = config
+        self._dt = dt
+        self._pairer = Pairer(config)
+        self._traced = False
+        self._truth = TableBuilder(tables.TRUTH)
+        self._tracks = TableBuilder(tables.TRACKS)
+        self._overlaps = TableBuilder(tables.OVERLAPS)
+        self._fits = TableBuilder(tables.FITS)
+        self._segments = TableBuilder(tables.SEGMENTS)
+        self._outliers = TableBuilder(tables.OUTLIERS)
+
+    def add(
+        self, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None
+    ) -> FrameGrade:
+        """Grade one frame.
+
+        Parameters
+        ----------
+        frame, truth
+            The truth of the world and of the scan.
+        scan
+            What the tracker was given.
+        tracks
+            What it answered.
+        trace
+            How it got there, or None for a tracker that does not tell; its stages are then not graded.
+        """
+        now = Instant.of(frame, scan, truth, self._config)
+        following = Following.of(now, tracks, self._pairer)
+        self._tracks.add(frame, following.rows(now, tracks))
+        self._overlaps.add(frame, following.overlap_rows(now, tracks))
+
+        segments, largest_share = np.zeros(len(frame.actors), np.int64), np.full(len(frame.actors), np.nan)
+        box_actor, box_error = np.empty(0, np.int64), np.empty(0)
+        if trace is not None:
+            ownership = Ownership.of(now.point_row, trace.segments, now.graded, self._config.owner_share_min)
+            segments, largest_share = self._add_stages(now, ownership, trace)
+            box_actor, box_error = _grade_boxes(now, ownership, trace)
+        self._truth.add(frame, now.rows(following.track_of_actor(now, tracks), segments, largest_share))
+        return FrameGrade(
+            graded=now.graded,
+            points=now.points,
+            track_actor=following.actor_id(now),
+            track_heading_error=following.heading_error,
+            box_actor=box_actor,
+            box_heading_error=box_error,
+        )
+
+    def _add_stages(self, now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
+        """Enter the rows of segmentation, outlier removal and fitting; return the actors' segment shares."""
+        self._traced = True
+        share_min = self._config.part_share_min
+        self._segments.add(now.frame, segmentation.rows(now.actors.id, now.graded, ownership, share_min))
+        self._outliers.add(now.frame, outliers.rows(now.point_row, now.truth.cause, ownership, trace))
+        self._fits.add(now.frame, fit.rows(now.actors, now.boxes_ego, now.truth, ownership, trace.candidates))
+        return segmentation.actor_shares(ownership, now.points, share_min)
+
+    def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
+        """Return every metric of `metrics.GRADED` by name, and the tables behind them."""
+        truth = self._truth.build()
+        truth["mode"] = true_modes(truth, self._config, self._dt)
+        modes = truth[["frame", "actor_id", "mode"]].rename(columns={"mode": "true_mode"})
+        tracks = self._tracks.build().merge(modes, on=["frame", "actor_id"], how="left")
+        result = {
+            "truth": truth,
+            "tracks": tracks,
+            "overlaps": self._overlaps.build(),
+            "fits": fit.measure(self._fits.build()),
+            "segments": self._segments.build(),
+            "outliers": self._outliers.build(),
+        }
+        return self._grade(result), result
+
+    def _grade(self, table: dict[str, pd.DataFrame]) -> dict[str, Metric]:
+        sheet, config = MetricSheet(), self._config
+        nothing_seen = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
+        fit.grade(sheet, table["fits"], nothing_seen)
+        segmentation.grade(
+            sheet,
+            table["truth"],
+            table["segments"],
+            config.part_share_min,
+            track.NO_TRUTH if self._traced else NO_TRACE,
+        )
+        outliers.grade(sheet, table["outliers"], NO_TRACE)
+        mma.grade(sheet, table["tracks"], config.nees_confidence)
+        track.grade(sheet, table["truth"], table["tracks"], table["overlaps"], config)
+        occlusion.grade(sheet, table["truth"], config)
+        return sheet.metrics
+
+
+def _grade_boxes(now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
+    """(B,) graded vehicle of each box, and the box's heading error modulo a quarter turn."""
+    boxes = trace.boxes
+    row = ownership.owner[boxes.segment]
+    owned = np.flatnonzero(row != NOBODY)
+    error = np.full(len(boxes), np.nan)
+    error[owned] = wrap(boxes.heading[owned] - now.boxes_ego[row[owned], 2], QUARTER)
+    return np.append(now.actors.id, NO_ACTOR)[row], error

@@ -1,0 +1,117 @@
+"""The names of all metrics, with their units: what `[expect]` may ask for and what a result may hold.
+
+Light to import, for scenario files are validated against it.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import product
+from typing import NamedTuple
+
+from sensor_model.truth import Cause, View
+from tracker.records import METHODS, MODELS
+
+FIT_METHODS = (*METHODS, "best", "oracle")
+"""`best` is what the tracker selected, `oracle` the candidate with the least heading error."""
+
+VIEWS = {View.L_SHAPE: "l_shape", View.SIDE: "side", View.REAR: "rear", View.FRONT: "front"}
+
+CAUSES = {cause: cause.name.lower() for cause in Cause if cause != Cause.CLEAN}
+
+ESTIMATES = (*MODELS, "mma")
+"""Whose position is graded: each model alone, and the one that multiple-model association selected."""
+
+TARGETS = ("stationary_target", "moving_target")
+
+
+class Definition(NamedTuple):
+    """A metric's name, unit and meaning in one line."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+def _fit() -> Iterator[Definition]:
+    for scope, method in product(("", *(f"{view}." for view in VIEWS.values())), FIT_METHODS):
+        prefix = f"fit.{scope}{method}"
+        yield Definition(f"{prefix}.heading_mean_deg", "deg", "mean heading error modulo 90 degrees")
+        yield Definition(f"{prefix}.heading_std_deg", "deg", "STD of the heading error modulo 90 degrees")
+        yield Definition(f"{prefix}.heading_abs_mean_deg", "deg", "mean absolute heading error")
+        yield Definition(f"{prefix}.heading_abs_std_deg", "deg", "STD of the absolute heading error")
+        for limit in range(1, 6):
+            yield Definition(f"{prefix}.within_{limit}deg", "1", f"share of heading errors <= {limit} degrees")
+        yield Definition(f"{prefix}.position_abs_mean_m", "m", "mean distance of the nearest corner to the true one")
+        yield Definition(f"{prefix}.iou_mean", "1", "mean overlap of rectangle and true box, seen from above")
+    yield Definition("fit.best.regret_deg", "deg", "mean absolute heading error of best minus that of oracle")
+
+
+def _stages() -> Iterator[Definition]:
+    yield Definition("segmentation.over_rate", "1", "graded vehicles split over two or more segments")
+    yield Definition("segmentation.under_rate", "1", "segments of graded vehicles that hold something else as well")
+    yield Definition("segmentation.missed_rate", "1", "graded vehicles of which no segment holds most points")
+    for cause in CAUSES.values():
+        yield Definition(f"outliers.{cause}.precision", "1", "removed points that are of this cause, not clean")
+        yield Definition(f"outliers.{cause}.recall", "1", "points of this cause that were removed")
+
+
+def _mma() -> Iterator[Definition]:
+    for estimate, target, axis in product(ESTIMATES, TARGETS, "xy"):
+        prefix = f"mma.{estimate}.{target}.{axis}_abs"
+        yield Definition(f"{prefix}_mean_m", "m", f"mean absolute error of the tracked corner, ego {axis} axis")
+        yield Definition(f"{prefix}_std_m", "m", f"STD of the absolute error of the tracked corner, ego {axis} axis")
+    yield Definition("mma.mode_accuracy", "1", "share of frames in which the selected model is the true mode")
+    yield Definition("mma.switch_latency_frames", "count", "median frames from a true change of mode to its selection")
+    yield Definition("mma.nees_in_band", "1", "share of position NEES inside the two-sided chi-square band, 2 dof")
+
+
+def _track() -> Iterator[Definition]:
+    yield Definition("track.hota", "1", "higher order tracking accuracy")
+    yield Definition("track.deta", "1", "detection accuracy of HOTA")
+    yield Definition("track.assa", "1", "association accuracy of HOTA")
+    yield Definition("track.loca", "1", "localisation accuracy of HOTA: mean overlap of what matched")
+    yield Definition("track.mota", "1", "CLEAR multiple object tracking accuracy")
+    yield Definition("track.idf1", "1", "F1 score of identities")
+    yield Definition("track.id_switches", "count", "times a vehicle was taken over by another track (CLEAR)")
+    yield Definition("track.fragments", "count", "times a vehicle was taken up again after a break (CLEAR)")
+    yield Definition("track.missed", "count", "graded vehicles without a track, summed over frames (CLEAR)")
+    yield Definition("track.false", "count", "tracks on no actor or doubled, summed over frames (CLEAR)")
+    yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles that their track's id outlived")
+    yield Definition("track.heading_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving vehicles")
+    yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
+
+
+def _performance() -> Iterator[Definition]:
+    for stage, quantile in product(("sim", "sensor", "tracker"), ("p50", "p99")):
+        yield Definition(f"perf.{stage}_ms_{quantile}", "ms", f"time per frame in the {stage}, {quantile}")
+    yield Definition("perf.realtime_factor", "1", "simulated time over wall-clock time of the whole loop")
+
+
+def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
+    """Return definitions by name.
+
+    Raises
+    ------
+    ValueError
+        A name is defined twice.
+    """
+    registry: dict[str, Definition] = {}
+    for definition in definitions:
+        if definition.name in registry:
+            raise ValueError(f"metric {definition.name} is defined twice")
+        registry[definition.name] = definition
+    return registry
+
+
+GRADED = register([*_fit(), *_stages(), *_mma(), *_track()])
+"""What `Grader.finish` returns, every name of it in every run."""
+
+REGISTRY = register([*GRADED.values(), *_performance()])
+"""All metrics of a result; the run loop measures those of `perf`."""
+
+METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}
+"""Unit of every metric by name."""
+
+
+def is_metric(name: str) -> bool:
+    """Whether a result can hold a metric of this name."""
+    return name in REGISTRY

@@ -1,0 +1,110 @@
+"""The run loop: traffic, LIDARs, tracker, grader, recorder."""
+
+import platform
+from contextlib import closing
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from sim.highway import HighwaySource, HighwayTraffic
+from sim.scripted import ScriptedSource, ScriptedTraffic
+
+from scenarios import device, progress
+from scenarios.device import DeviceFactory
+from scenarios.grading.grader import Grader
+from scenarios.recording import NullRecorder, Recorder
+from scenarios.result import Result
+from scenarios.scenario import Scenario
+from scenarios.speed import RECORDING, Stopwatch
+from scenarios.trace import TraceHash
+from scenarios.warm_up import warm_up
+from sensor_model.lidar import Lidar
+from sensor_model.rig import Rig, load_rig
+from sim.source import TrafficEndedError, TrafficSource
+from sim.sumo import SumoSource, SumoTraffic
+
+PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")
+"""Whose versions can change a result."""
+
+
+def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None = None) -> Result:
+    """Run a scenario and grade it.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    make_device
+        Makes the tracker, see `scenarios.device`.
+    record_to
+        File of the recording; without it there is none.
+
+    Raises
+    ------
+    RigError, TrafficInputError
+        What the scenario names does not exist or is out of range.
+    SimulatorFailedError
+        The simulator gave up.
+    TrafficEndedError
+        There was not a single frame. Traffic that ends later makes an incomplete result.
+    DeviceError
+        The tracker returned no tracks.
+    """
+    rig = load_rig(str(scenario.rig), scenario.folder)
+    stopwatch, trace_hash, frames, ended_early = Stopwatch(), TraceHash(), 0, ""
+    with closing(_source(scenario, rig)) as source:
+        obstacles = source.reset(scenario.seed)
+        warm_up(rig, scenario.noise, make_device(scenario.tracker))
+        lidar = Lidar(rig, scenario.noise, scenario.seed, obstacles)
+        tracker = make_device(scenario.tracker)
+        grader = Grader(scenario.grading, source.dt)
+        recorder = Recorder(record_to, scenario.name, obstacles) if record_to else NullRecorder()
+        with closing(recorder):
+            try:
+                for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
+                    frame = stopwatch.time("sim", source.step)
+                    scan, truth = stopwatch.time("sensor", lidar.scan, frame)
+                    tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
+                    grade = grader.add(frame, scan, truth, tracks, trace)
+                    trace_hash.add(frame, scan, truth, tracks)
+                    stopwatch.time(RECORDING, recorder.log, frame, scan, truth, tracks, trace, grade)
+                    frames += 1
+            except TrafficEndedError as end:
+                if not frames:
+                    raise
+                ended_early = str(end)
+    metrics, tables = grader.finish()
+    return Result(
+        scenario=scenario.name,
+        seed=scenario.seed,
+        trace_hash=trace_hash.hexdigest(),
+        ended_early=ended_early,
+        frames=frames,
+        metrics={**metrics, **stopwatch.metrics(frames, source.dt)},
+        tables=tables,
+        config=_effective_config(scenario, rig, make_device),
+        versions={"python": platform.python_version(), **{package: version(package) for package in PACKAGES}},
+    )
+
+
+def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
+    """Make the traffic source of a scenario; it delivers whom the farthest seeing unit can see."""
+    range_m = max(mount.model.range_max_m for mount in rig.mounts)
+    match scenario.traffic:
+        case SumoTraffic() as config:
+            return SumoSource(config, scenario.folder, range_m)
+        case HighwayTraffic() as config:
+            return HighwaySource(config, scenario.folder, range_m)
+        case ScriptedTraffic() as config:
+            return ScriptedSource(config, scenario.folder, range_m)
+
+
+def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
+    return max(1, round(scenario.duration_s / source.dt))
+
+
+def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
+    """Everything that the run followed, defaults and the rig's files filled in."""
+    made_by = f"{make_device.__module__}:{getattr(make_device, '__qualname__', make_device)}"
+    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": made_by}

@@ -1,0 +1,116 @@
+"""Scenario files: what may stand in them, and how they are read.
+
+Each stage's settings are that stage's own dataclass; pydantic holds a file against them, unknown keys forbidden.
+"""
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+from sim.highway import HighwayTraffic
+from sim.scripted import ScriptedTraffic
+
+from scenarios.errors import ScenarioError
+from scenarios.expect import Limit, metric_name
+from scenarios.explain import explain
+from scenarios.grading.config import GradingConfig
+from sensor_model.noise import NoiseConfig
+from sim.sumo import SumoTraffic
+from tracker.tracker import TrackerConfig
+
+DEFAULT_SEED = 1
+_LARGEST_SEED = 2**31 - 1  # SUMO's seed is a signed 32-bit number
+
+
+@dataclass(frozen=True, slots=True)
+class RigChoice:
+    """Which rig the ego carries: a shipped one by `name`, or one's own by `file`."""
+
+    name: str | None = None
+    """A file of `sensor_model/rigs`, without `.toml`."""
+    file: str | None = None
+    """Path of a rig file, relative to the scenario file."""
+
+    def __post_init__(self) -> None:
+        if (self.name is None) == (self.file is None):
+            raise ValueError("give either name (a shipped rig) or file (the path of a rig file)")
+
+    def __str__(self) -> str:
+        return self.name or self.file or ""
+
+
+class Scenario(BaseModel):
+    """One scenario file."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+    description: Annotated[str, Field(min_length=1)]
+    """One English sentence: what happens, and what it is for."""
+    seed: Annotated[int, Field(ge=0, le=_LARGEST_SEED)] = DEFAULT_SEED
+    """Seed of the traffic and of the noise."""
+    duration_s: Annotated[float, Field(gt=0)]
+    """Simulated time [s]."""
+    traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic, Field(discriminator="kind")]
+    """Who simulates the traffic, and what happens in it."""
+    rig: RigChoice = RigChoice(name="srx_six_lux")
+    """The LIDARs around the ego."""
+    noise: NoiseConfig = NoiseConfig()
+    """What is wrong with the points."""
+    tracker: TrackerConfig = TrackerConfig()
+    """Settings of the tracker that differ from its defaults."""
+    grading: GradingConfig = GradingConfig()
+    """What counts, and when."""
+    expect: dict[Annotated[str, AfterValidator(metric_name)], Limit] = {}
+    """Limits by metric; a run that exceeds one has failed."""
+
+    _path: Path = PrivateAttr()
+
+    @classmethod
+    def load(cls, path: Path, overrides: Mapping[str, Any] | None = None) -> Self:
+        """Read a scenario file, its top-level keys replaced by `overrides`.
+
+        Raises
+        ------
+        ScenarioError
+            The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
+        """
+        document = _read(path) | dict(overrides or {})
+        try:
+            # By way of JSON, whose strict mode takes lists for tuples and texts for paths, but no "12" for 12.
+            scenario = cls.model_validate_json(json.dumps(document, default=str))
+        except ValidationError as error:
+            raise ScenarioError(f"{path}: {explain(error, document, cls.model_json_schema())}") from error
+        scenario._path = path
+        return scenario
+
+    @property
+    def name(self) -> str:
+        """The file's name without its ending."""
+        return self._path.stem
+
+    @property
+    def folder(self) -> Path:
+        """Where the paths in the file start."""
+        return self._path.parent
+
+
+def schema_text() -> str:
+    """The JSON schema of scenario files, as committed in `scenarios/schema/`."""
+    return json.dumps(Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror}; give a readable file or a name from luxloop list") from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: not TOML: {error}; correct that line") from error

@@ -1,0 +1,77 @@
+"""What each actor shows of itself, and which of its points lie where a fitted outline must not look for them."""
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.truth import Cause, Face, Part, View
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bytes = npt.NDArray[np.uint8]
+
+MIN_FACE_HITS = 3
+"""Points on a face of an actor from which the face counts as visible."""
+MAX_CLEAN_DEPTH = 0.20
+"""A point farther inside the outline than this is not on it [m]. Rounded corners are at most 0.18 m deep."""
+
+_MIN_FACING = np.cos(np.deg2rad(30.0))  # a cut corner, at 45 degrees, belongs to neither of its faces
+_FACES = np.array([Face.FRONT, Face.LEFT, Face.REAR, Face.RIGHT], dtype=np.uint8)
+
+
+def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
+    """(N,) `Cause` of points that lie on actors.
+
+    Parameters
+    ----------
+    part
+        (N,) `Part`.
+    points_body
+        (N, 2) the true points, in the frame of their actor [m].
+    size
+        (N, 3) length, width, height of their actor [m].
+    """
+    depth = 0.5 * size[:, :2] - np.abs(points_body)
+    inside = (depth[:, 0] > MAX_CLEAN_DEPTH) & (depth[:, 1] > MAX_CLEAN_DEPTH)
+    cause = np.zeros(len(part), dtype=np.uint8)  # Cause.CLEAN
+    cause[inside] = Cause.LAYER_OVERLAP
+    cause[part == Part.MIRROR] = Cause.MIRROR
+    return cause
+
+
+def visible_faces(actor: Ints, normal_body: Floats, actors: int) -> Bytes:
+    """(A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points.
+
+    Parameters
+    ----------
+    actor
+        (N,) actor of each point on an outline.
+    normal_body
+        (N, 3) outward normal of the surface there, in the actor's frame. It says which face the point is on, where the
+        point alone would not: at the corners.
+    actors
+        A.
+    """
+    along, across = normal_body[:, 0], normal_body[:, 1]
+    facing = np.stack([along, across, -along, -across], axis=1) > _MIN_FACING
+    point, face = np.nonzero(facing)
+    counts = np.bincount(actor[point] * 4 + face, minlength=4 * actors).reshape(actors, 4)
+    return ((counts >= MIN_FACE_HITS) @ _FACES).astype(np.uint8)
+
+
+def view_kind(faces: Bytes) -> Bytes:
+    """(A,) `View` of visible faces: an L is an end and a side together."""
+    return _VIEW[faces]
+
+
+def _view(faces: int) -> View:
+    end, side = faces & (Face.FRONT | Face.REAR), faces & (Face.LEFT | Face.RIGHT)
+    if end and side:
+        return View.L_SHAPE
+    if side:
+        return View.SIDE
+    if end:
+        return View.REAR if faces & Face.REAR else View.FRONT
+    return View.NONE
+
+
+_VIEW = np.array([_view(faces) for faces in range(16)], dtype=np.uint8)

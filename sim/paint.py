@@ -1,0 +1,33 @@
+"""Paint: how much 905 nm light an actor's surface sends back."""
+
+import numpy as np
+
+SHADES = (
+    # share, lowest, highest diffuse reflectivity
+    (0.20, 0.02, 0.06),  # black: carbon-black paints absorb near infrared too
+    (0.20, 0.10, 0.20),  # dark metallic
+    (0.30, 0.30, 0.50),  # silver and grey
+    (0.30, 0.60, 0.80),  # white
+)
+"""[U] Engineering estimates, ranges and shares alike: tunable, never to be quoted as fact."""
+
+_PAINT_STREAM = 1
+
+
+def paint_reflectivity(seed: int, actor_id: int) -> float:
+    """Draw the diffuse reflectivity of one actor, 0 to 1.
+
+    The draw is keyed by (seed, actor), so nobody's paint depends on who else is on the road.
+    """
+    rng = actor_rng(seed, actor_id, _PAINT_STREAM)
+    share = rng.random()
+    for shade_share, low, high in SHADES:
+        share -= shade_share
+        if share < 0:
+            break
+    return float(rng.uniform(low, high))
+
+
+def actor_rng(seed: int, actor_id: int, stream: int) -> np.random.Generator:
+    """Return the generator of one actor and one purpose: Philox, keyed by (seed, actor), `stream` in its counter."""
+    return np.random.Generator(np.random.Philox(key=[seed, actor_id], counter=[0, 0, 0, stream]))

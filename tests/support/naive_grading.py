@@ -1,0 +1,61 @@
+"""Slow and obvious twins of what the grader does with arrays."""
+
+import cmath
+from itertools import permutations
+
+import numpy as np
+
+
+def corners(box):
+    """Corners of a box (x, y, yaw, length, width) as complex numbers, counter-clockwise."""
+    x, y, yaw, length, width = box
+    signs = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    return [complex(x, y) + complex(sx * length / 2, sy * width / 2) * cmath.exp(1j * yaw) for sx, sy in signs]
+
+
+def cross(a, b):
+    return a.real * b.imag - a.imag * b.real
+
+
+def area(polygon):
+    return 0.5 * sum(cross(p, q) for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True))
+
+
+def clip(polygon, start, end):
+    """The part of a polygon left of the line from start to end (Sutherland and Hodgman 1974)."""
+    out = []
+    for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+        left_p, left_q = cross(end - start, p - start), cross(end - start, q - start)
+        if left_p >= 0:
+            out.append(p)
+        if (left_p > 0 > left_q) or (left_p < 0 < left_q):
+            out.append(p + (q - p) * left_p / (left_p - left_q))
+    return out
+
+
+def iou(a, b):
+    shared = corners(a)
+    frame = corners(b)
+    for start, end in zip(frame, frame[1:] + frame[:1], strict=True):
+        shared = clip(shared, start, end) if shared else []
+    inside = area(shared) if shared else 0.0
+    return inside / (a[3] * a[4] + b[3] * b[4] - inside)
+
+
+def best_pairing(score):
+    """Pairs (row, column) of the largest total score, by trying all; pairs of no score are left out."""
+    rows, columns = score.shape
+    if rows > columns:
+        return sorted((row, column) for column, row in best_pairing(score.T))
+    best = max(permutations(range(columns), rows), key=lambda p: sum(score[r, c] for r, c in enumerate(p)))
+    return [(r, c) for r, c in enumerate(best) if score[r, c] > 0]
+
+
+def counts(point_actor, label, actor_id, segment_count):
+    """Points of each actor (the last row: of none) in each segment."""
+    table = np.zeros((len(actor_id) + 1, segment_count), dtype=np.int64)
+    ids = list(actor_id)
+    for actor, segment in zip(point_actor, label, strict=True):
+        if segment >= 0:
+            table[ids.index(actor) if actor in ids else len(ids), segment] += 1
+    return table

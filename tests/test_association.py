@@ -1,0 +1,94 @@
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from support.seen import corners, observe_boxes
+
+from tracker.association import AssociationConfig, Predictions, assign, associate, pair
+
+CONFIG = AssociationConfig()
+CAR = (4.6, 1.8)
+
+
+def expecting(pose, corner_sign, size=CAR, std_m=0.2):
+    """One track that tracks the named corner of a vehicle at `pose`."""
+    return Predictions(
+        position=corners(pose, size)[[tuple(c) == corner_sign for c in ((1, 1), (1, -1), (-1, -1), (-1, 1))]],
+        covariance=np.eye(2)[None] * std_m**2,
+        heading=np.array([pose[2]]),
+        size=np.array([size]),
+        corner_sign=np.array([corner_sign], dtype=np.int64),
+    )
+
+
+def best_by_brute_force(cost, admissible):
+    """Most pairs first, then the least total cost, over every way to pair rows with columns."""
+    rows, columns = cost.shape
+    ways = permutations(range(columns), rows) if rows <= columns else None
+    if ways is None:
+        return best_by_brute_force(cost.T, admissible.T)
+    found = []
+    for way in ways:
+        chosen = [(r, c) for r, c in enumerate(way) if admissible[r, c]]
+        found.append((-len(chosen), sum(cost[r, c] for r, c in chosen)))
+    return min(found)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.data())
+def test_assign_is_optimal(data):
+    shape = data.draw(st.tuples(st.integers(1, 4), st.integers(1, 4)))
+    cost = data.draw(arrays(float, shape, elements=st.floats(-20, 20, width=16)))
+    admissible = data.draw(arrays(bool, shape))
+    pairs = assign(cost, admissible)
+    assert all(admissible[p] for p in pairs)
+    assert len({t for t, _ in pairs}) == len({b for _, b in pairs}) == len(pairs)
+    count, total = best_by_brute_force(cost, admissible)
+    assert (-len(pairs), sum(cost[p] for p in pairs)) == (count, pytest.approx(total, abs=1e-6))
+
+
+def test_nothing_outside_the_gate_is_paired():
+    tracks = expecting((10.0, 4.0, 0.1), (-1, -1))
+    near, far = (10.3, 4.0, 0.1), (12.0, 4.0, 0.1)
+    for pose, expected in ((near, [(0, 0)]), (far, [])):
+        seen = observe_boxes(pose, CAR)
+        assert associate(tracks, seen, pair(tracks, seen, CONFIG), CONFIG) == expected
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_a_box_means_the_same_however_its_sides_are_named(quarters):
+    pose = (10.0, 4.0, 0.3)
+    tracks = expecting(pose, (-1, -1))
+    reading = pair(tracks, observe_boxes(pose, CAR, quarters=quarters), CONFIG)
+    assert reading.heading[0, 0] == pytest.approx(0.3)
+    assert reading.size[0, 0] == pytest.approx(CAR)
+    assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
+    assert reading.position[0, 0] == pytest.approx(reading.expected[0, 0])
+
+
+def test_another_nearest_corner_is_expected_one_known_side_away():
+    """The car has passed: its front left is tracked, its rear left is now far nearer."""
+    pose = (6.0, -3.0, 0.0)
+    tracks = expecting(pose, (1, 1))
+    reading = pair(tracks, observe_boxes(pose, CAR), CONFIG)
+    assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
+    assert reading.expected[0, 0] == pytest.approx(reading.position[0, 0])
+
+
+def test_the_tracked_corner_is_kept_while_another_is_hardly_nearer():
+    """Straight ahead both rear corners are equally near: the track must not hop between them."""
+    pose = (12.0, 0.05, 0.0)
+    tracks = expecting(pose, (-1, 1))
+    reading = pair(tracks, observe_boxes(pose, CAR), CONFIG)
+    assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
+
+
+def test_of_two_tracks_the_sure_one_wins_the_box_between_them():
+    pose = (10.0, 4.0, 0.0)
+    vague, sure = expecting(pose, (-1, -1), std_m=2.0), expecting((10.1, 4.0, 0.0), (-1, -1), std_m=0.1)
+    both = Predictions(*(np.concatenate([getattr(vague, f), getattr(sure, f)]) for f in Predictions.__slots__))
+    seen = observe_boxes(pose, CAR)
+    assert associate(both, seen, pair(both, seen, CONFIG), CONFIG) == [(1, 0)]

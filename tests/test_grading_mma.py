@@ -1,0 +1,188 @@
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from support.frames import DT, Body, Scripted, drive, follow, grade_run
+
+from scenarios.grading.config import GradingConfig
+from scenarios.grading.mma import band, mahalanobis_squared, switch_latencies
+from scenarios.grading.modes import CA, CV, STATIONARY, modes_of, settle
+from tracker.records import MODELS, Status
+
+CONFIG = GradingConfig()
+
+
+def one_car(frames=10, speed=5.0, yaw=0.6):
+    return [[Body(0, *drive(12.0, 4.0, yaw, speed, i), yaw, speed)] for i in range(frames)]
+
+
+def run(scene, ego=None, **changes):
+    script = [[follow(body, **changes) for body in bodies] for bodies in scene]
+    return grade_run(scene, Scripted(script), **({"ego": ego} if ego else {}))[0]
+
+
+def test_errors_of_each_model_and_of_the_chosen_one_are_along_the_egos_axes():
+    # The ego of world and odometry looks along world y: ego x is world y, ego y is minus world x.
+    def ego(_):
+        return (0.0, 0.0, math.pi / 2), (0.0, 0.0, math.pi / 2)
+
+    metrics = run(one_car(), ego=ego, model_offset=(0.3 + 0.1j, 0.2j, -0.5 + 0j))
+    found = {
+        model: [metrics[f"mma.{model}.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
+        for model in (*MODELS, "mma")
+    }
+    assert found["stationary"] == pytest.approx([0.1, 0.3])
+    assert found["cv"] == pytest.approx([0.2, 0.0], abs=1e-9)
+    assert found["ca"] == pytest.approx([0.0, 0.5], abs=1e-9)
+    assert found["mma"] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert metrics["mma.cv.moving_target.x_abs_std_m"].value == pytest.approx(0.0, abs=1e-9)
+    assert metrics["mma.cv.stationary_target.x_abs_mean_m"].value is None
+
+
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3])
+@pytest.mark.parametrize("corner", [(1, 1), (-1, 1), (1, -1)])
+def test_the_tracked_corner_is_found_on_the_truth_whatever_side_is_called_the_front(quarters, corner):
+    # The track has the true rectangle, but calls another side the front; its corners are exact all the same.
+    size = (1.8, 4.6) if quarters % 2 else (4.6, 1.8)
+    heading = 0.6 + quarters * math.pi / 2 + 0.1
+    scene = one_car()
+    metrics = run(scene, heading=heading, size=size, corner=corner)
+    # What is left is the 0.1 rad of heading: the corner swings by the half diagonal times it.
+    swing = math.hypot(4.6, 1.8) * math.sin(0.05)
+    errors = [metrics[f"mma.mma.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
+    assert math.hypot(*errors) == pytest.approx(swing)
+
+
+def test_only_confirmed_tracks_are_judged():
+    metrics = run(one_car(), status=Status.COASTING)
+    assert metrics["mma.mode_accuracy"].value is None
+    assert "confirmed" in metrics["mma.mode_accuracy"].reason
+
+
+def test_mode_accuracy_and_stationary_targets():
+    standing = one_car(speed=0.0)
+    assert run(standing, model=0)["mma.mode_accuracy"].value == 1.0
+    assert run(standing, model=1)["mma.mode_accuracy"].value == 0.0
+    metrics = run(standing, model_offset=(0.25, 0, 0))
+    assert metrics["mma.stationary.stationary_target.x_abs_mean_m"].value == pytest.approx(0.25)
+    assert metrics["mma.mma.moving_target.x_abs_mean_m"].value is None
+
+
+def test_the_band_is_that_of_the_textbook():
+    # Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2: two-sided 95 % region of chi-square with 2 dof.
+    assert band(0.95) == pytest.approx((0.0506, 7.378), abs=1e-3)
+
+
+@pytest.mark.parametrize(("error_m", "inside"), [(0.02, 0.0), (0.05, 1.0), (0.26, 1.0), (0.28, 0.0)])
+def test_nees_in_band(error_m, inside):
+    # Variance 0.01 m^2: the band is 0.0225 to 0.2716 m of distance.
+    scene = one_car()
+    script = [[follow(b, x=b.x + error_m)] for (b,) in scene]
+    assert grade_run(scene, Scripted(script))[0]["mma.nees_in_band"].value == inside
+
+
+def test_nees_weighs_each_axis_and_an_impossible_covariance_is_out_of_band():
+    covariance = np.array([[[4.0, 1.0], [1.0, 2.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]])
+    error = np.array([[1.0, 2.0]] * 3)
+    expected = error[0] @ np.linalg.inv(covariance[0]) @ error[0]
+    np.testing.assert_allclose(mahalanobis_squared(error, covariance), [expected, np.inf, np.inf])
+
+
+class Elongated(Scripted):
+    """A scripted tracker sure of odometry y and unsure of odometry x."""
+
+    def step(self, scan):
+        tracks, trace = super().step(scan)
+        tracks.covariance[:, 0, 0], tracks.covariance[:, 1, 1] = 0.25, 1e-4
+        return tracks, trace
+
+
+def test_nees_is_taken_in_the_odometry_frame_where_the_covariance_lives():
+    # 0.5 m off along odometry x, a variance of 0.25 m^2 there; the ego is turned by 90 degrees.
+    scene = one_car()
+    turned = ((0.0, 0.0, math.pi / 2), (0.0, 0.0, math.pi / 2))
+    script = [[follow(b, x=b.x + 0.5)] for (b,) in scene]
+    _, tables, _ = grade_run(scene, Elongated(script), ego=lambda _: turned)
+    np.testing.assert_allclose(tables["tracks"].nees, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "mode"),
+    [
+        (lambda t: (0.4 + 0 * t, 0 * t), STATIONARY),
+        (lambda t: (6.0 + 0 * t, 2.0 + 0 * t), CV),
+        (lambda t: (6.0 + 0.4 * t, 0 * t), CV),
+        (lambda t: (6.0 - 0.6 * t, 0 * t), CA),
+        # 8 m/s on a circle at 0.1 rad/s: 0.8 m/s^2 to the side.
+        (lambda t: (8 * np.cos(0.1 * t), 8 * np.sin(0.1 * t)), CA),
+        # SUMO's jitter: +-1.5 m/s^2 from step to step, nothing on average.
+        (lambda t: (6.0 + 0.06 * (np.round(t / DT) % 2), 0 * t), CV),
+    ],
+    ids=["creeping", "straight", "hardly speeding up", "braking", "turning", "jitter"],
+)
+def test_true_modes_of_known_motions(velocity, mode):
+    time = np.arange(40) * DT
+    velocity = np.stack(np.broadcast_arrays(*velocity(time)), axis=1)
+    assert (modes_of(velocity, time, CONFIG, window=6) == mode).all()
+
+
+def test_a_short_spell_is_no_change_and_the_first_one_stands():
+    def settled(text):
+        state = np.array([c == "1" for c in text], dtype=bool)
+        return "".join("01"[int(s)] for s in settle(state, hold=3))
+
+    assert settled("111001110001") == "111111110000"
+    assert settled("0111") == "0111"
+    assert settled("") == ""
+
+
+def test_moving_and_accelerating_settle_apart():
+    # Stands, jumps to 5 m/s, and stops for 0.16 s: it moves from the jump on, through the stop.
+    speed = np.concatenate([np.zeros(20), np.full(30, 5.0), np.zeros(2), np.full(28, 5.0)])
+    modes = modes_of(np.column_stack([speed, 0 * speed]), np.arange(80) * DT, CONFIG, window=6)
+    assert (modes[:20] == STATIONARY).all()
+    assert (modes[20:] != STATIONARY).all()
+    assert (modes[30:40] == CV).all()
+
+
+def judged(frame, true, model, actor=0):
+    return pd.DataFrame(
+        {
+            "frame": frame,
+            "actor_id": actor,
+            "true_mode": pd.Categorical.from_codes(true, list(MODELS)),
+            "model": pd.Categorical.from_codes(model, list(MODELS)),
+        }
+    )
+
+
+def test_switch_latency_runs_from_the_true_change_to_the_selection():
+    rows = judged(range(8), true=[1, 1, 0, 0, 0, 2, 2, 2], model=[1, 1, 1, 1, 0, 2, 2, 2])
+    assert switch_latencies(rows).tolist() == [2.0, 0.0]
+
+
+def test_a_change_never_followed_is_infinite_and_one_out_of_sight_is_none():
+    never = judged(range(5), true=[1, 1, 0, 0, 1], model=[1] * 5)
+    assert switch_latencies(never).tolist() == [np.inf, 0.0]
+    unseen = judged([0, 1, 7, 8], true=[1, 1, 0, 0], model=[1] * 4)
+    assert switch_latencies(unseen).tolist() == []
+
+
+def test_median_latency_and_its_absence():
+    # Stands for 20 frames, then speeds up by 2 m/s^2: at 0.5 m/s, in frame 23.125, the mode becomes `ca`.
+    scene = []
+    for i in range(50):
+        t = max(i - 20, 0) * DT
+        scene.append([Body(0, 12.0 + t * t, 4.0, 0.0, 2 * t)])
+
+    def latency(model):
+        script = [[follow(body, model=model(i)) for body in bodies] for i, bodies in enumerate(scene)]
+        return grade_run(scene, Scripted(script))[0]["mma.switch_latency_frames"]
+
+    followed = latency(lambda i: 0 if i < 28 else 2)
+    assert (followed.value, followed.n) == (4.0, 1)
+    assert latency(lambda _: 0).value is None
+    assert "never followed" in latency(lambda _: 0).reason
+    standing = run(one_car(speed=0.0))["mma.switch_latency_frames"]
+    assert (standing.value, standing.n) == (None, 0)

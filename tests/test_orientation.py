@@ -1,0 +1,41 @@
+import numpy as np
+import pytest
+
+from tracker.geometry import rotate, wrap
+from tracker.orientation import OrientationConfig, contradiction, first_guess, turn_sign, turn_size
+
+CONFIG = OrientationConfig()
+
+
+@pytest.mark.parametrize("quarters", range(-3, 8))
+def test_turned_names_mean_the_same_corner(quarters):
+    sign, size, heading = np.array([1, -1]), np.array([4.6, 1.8]), 0.4
+    before = rotate(0.5 * sign * size, heading)
+    after = rotate(0.5 * turn_sign(sign, quarters) * turn_size(size, quarters), heading + quarters * np.pi / 2)
+    assert after == pytest.approx(before)
+
+
+@pytest.mark.parametrize(
+    ("size", "forward", "expected"),
+    [
+        ((4.5, 1.7), 0.0, 0.0),  # L-shape: the longer side is the length
+        ((1.7, 4.5), 0.0, 90.0),
+        ((4.5, 0.1), 0.0, 0.0),  # a side alone: longer than any car is wide
+        ((0.1, 1.8), 0.0, 0.0),  # a rear alone: the seen side is the width
+        ((1.8, 0.1), 0.0, 90.0),
+        ((2.2, 1.7), 0.0, 0.0),  # both sides seen in part
+        ((0.1, 1.8), 180.0, 180.0),  # of two directions the ego's own
+    ],
+)
+def test_first_guess(size, forward, expected):
+    quarters = first_guess(0.0, np.array(size), np.radians(forward), CONFIG)
+    assert np.cos(quarters * np.pi / 2 - np.radians(expected)) ** 2 == pytest.approx(1.0)
+    if expected in (0.0, 180.0):
+        assert wrap(quarters * np.pi / 2 - np.radians(expected)) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-1, 0), 0)]
+)
+def test_contradiction(velocity, quarters):
+    assert contradiction(0.0, np.array(velocity, dtype=float), CONFIG) == quarters

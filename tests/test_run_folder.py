@@ -1,0 +1,133 @@
+"""The run folder appears whole or not at all, and reads back as what was written."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from scenarios import run_folder
+from scenarios.errors import OutputError
+from scenarios.expect import Check, Limit
+from scenarios.result import Metric, Result
+
+RESULT = Result(
+    scenario="ring",
+    seed=3,
+    trace_hash="00ff",
+    ended_early="the ego arrived",
+    frames=12,
+    metrics={"track.hota": Metric(0.5, "1", 12), "track.mota": Metric(None, "1", 0, "nothing was graded")},
+    tables={"truth": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
+    config={"description": "A ring."},
+    versions={"numpy": "2"},
+)
+CHECKS = [
+    Check("track.hota", Limit(min=0.4), RESULT.metrics["track.hota"]),
+    Check("track.mota", Limit(min=0.4), RESULT.metrics["track.mota"]),
+]
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def write_run(out, result=RESULT):
+    with run_folder.create(out) as folder:
+        run_folder.write(folder, result, CHECKS, "the report\n")
+
+
+def test_a_run_reads_back_as_written(tmp_path):
+    write_run(tmp_path / "run")
+    back = run_folder.read(tmp_path / "run")
+    pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
+    for field in ("scenario", "seed", "trace_hash", "complete", "ended_early", "frames", "metrics", "config", "versions"):
+        assert getattr(back, field) == getattr(RESULT, field)
+    assert names(tmp_path / "run") == ["report.txt", "result.json", "tables"]
+
+
+def test_the_json_has_the_documented_shape(tmp_path):
+    write_run(tmp_path / "run")
+    document = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert document["verdict"] == "failed"
+    assert document["failed"] == ["track.mota"]
+    assert document["complete"] is False
+    assert document["metrics"] == {
+        "track.hota": {"value": 0.5, "unit": "1", "n": 12},
+        "track.mota": {"value": None, "unit": "1", "n": 0, "reason": "nothing was graded"},
+    }
+
+
+def test_folders_above_are_made_and_taken_back_when_the_run_fails(tmp_path):
+    with pytest.raises(ZeroDivisionError), run_folder.create(tmp_path / "a" / "b" / "run") as folder:
+        (folder / "half").write_text("written")
+        raise ZeroDivisionError
+    assert names(tmp_path) == []
+    write_run(tmp_path / "a" / "b" / "run")
+    assert names(tmp_path / "a" / "b") == ["run"]
+
+
+def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
+    write_run(tmp_path / "run")
+    with pytest.raises(KeyboardInterrupt), run_folder.create(tmp_path / "run") as folder:
+        (folder / "half").write_text("written")
+        raise KeyboardInterrupt
+    assert names(tmp_path) == ["run"]
+    assert run_folder.read(tmp_path / "run").seed == 3
+
+
+def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):
+    write_run(tmp_path / "run")
+    (tmp_path / "run" / "recording.rrd").write_text("of the earlier run")
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == ["run"]
+    assert "recording.rrd" not in names(tmp_path / "run")
+
+
+def test_what_is_no_run_is_not_replaced(tmp_path):
+    (tmp_path / "thesis.tex").write_text("three years of work")
+    for out, complaint in {tmp_path: "holds other things than a run", tmp_path / "thesis.tex": "is a file"}.items():
+        with pytest.raises(OutputError, match=complaint), run_folder.create(out):
+            pytest.fail("must be found out before anything is run")
+    assert names(tmp_path) == ["thesis.tex"]
+
+
+def test_a_run_with_a_note_in_it_is_not_replaced(tmp_path):
+    write_run(tmp_path / "run")
+    (tmp_path / "run" / "note.txt").write_text("why car 7 is lost")
+    with pytest.raises(OutputError, match="holds other things than a run"):
+        write_run(tmp_path / "run")
+
+
+def test_an_empty_folder_may_become_the_run(tmp_path):
+    (tmp_path / "run").mkdir()
+    write_run(tmp_path / "run")
+    assert run_folder.read(tmp_path / "run").seed == 3
+
+
+def test_a_folder_that_cannot_be_made_is_found_out_before_the_run(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot write there"), run_folder.create(tmp_path / "file" / "run"):
+        pytest.fail("must be found out before anything is run")
+    assert names(tmp_path) == ["file"]
+
+
+def test_a_link_to_a_run_stays_a_link(tmp_path):
+    write_run(tmp_path / "run")
+    (tmp_path / "latest").symlink_to("run")
+    write_run(tmp_path / "latest")
+    assert (tmp_path / "latest").is_symlink()
+    assert names(tmp_path) == ["latest", "run"]
+
+
+def test_what_is_no_run_does_not_read(tmp_path):
+    with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
+        run_folder.read(tmp_path)
+    (tmp_path / "result.json").write_text('{"another": "tool"}')
+    with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
+        run_folder.read(tmp_path)
+
+
+def test_a_run_without_recording_says_how_to_get_one(tmp_path):
+    write_run(tmp_path / "run")
+    with pytest.raises(OutputError, match="without --no-recording"):
+        run_folder.recording(tmp_path / "run")

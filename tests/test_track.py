@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+from support.seen import observe_boxes
+
+from tracker.association import AssociationConfig, pair
+from tracker.extent import ExtentConfig
+from tracker.filters import FilterConfig, motion
+from tracker.mma import MmaConfig
+from tracker.orientation import OrientationConfig
+from tracker.records import MODELS, Status
+from tracker.report import report
+from tracker.track import LifeConfig, Track, TrackConfig
+from tracker.tracker import predict, update
+
+DT = 0.08
+CAR = np.array([4.7, 1.8])
+LIFE = LifeConfig()
+STEP = motion(DT, FilterConfig())
+CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(), OrientationConfig(), LIFE)
+
+
+def start(pose, heading=None, size=CAR):
+    seen = observe_boxes(pose, size)
+    heading = pose[2] if heading is None else heading
+    return Track(0, seen.corner[0], heading, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], CONFIG)
+
+
+def follow(track, poses, rng=None):
+    """Feed one observation per pose; return (K, 2) the reported centre after each."""
+    centers = []
+    for pose in poses:
+        noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
+        seen = observe_boxes(np.asarray(pose) + noise, CAR)
+        track.predict(STEP)
+        update(track, pair(predict([track]), seen, AssociationConfig()), seen, 0, 0)
+        track.settle()
+        centers.append(report([track]).center_odom[0])
+    return np.array(centers)
+
+
+def straight(start_pose, speed, frames):
+    x, y, yaw = start_pose
+    travelled = speed * DT * np.arange(1, frames + 1)
+    return np.stack([x + np.cos(yaw) * travelled, y + np.sin(yaw) * travelled, np.full(frames, yaw)], axis=1)
+
+
+def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
+    """It drives past the ego from behind: the tracked corner goes from its front to its rear."""
+    first = (-20.0, 3.5, 0.0)
+    track = start(first)
+    poses = straight(first, 10.0, 60)
+    first_corner = tuple(track.corner_sign)
+    centers = follow(track, poses)
+    assert first_corner == (1, -1)
+    assert tuple(track.corner_sign) == (-1, -1)
+    assert np.abs(centers - poses[:, :2])[10:].max() < 0.03
+
+
+def test_a_wrong_first_direction_is_turned_by_the_motion_and_the_box_stays():
+    first = (30.0, 3.5, np.pi)
+    poses = straight(first, 8.0, 30)
+    seen = observe_boxes(first, CAR, quarters=2)
+    track = Track(0, seen.corner[0], 0.0, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], CONFIG)
+    centers = follow(track, poses)
+    assert abs(track.heading) == pytest.approx(np.pi, abs=0.01)
+    assert np.abs(centers - poses[:, :2])[5:].max() < 0.05
+
+
+def test_life_from_tentative_to_dead():
+    first = (15.0, 2.0, 0.0)
+    track = start(first)
+    seen_states = []
+    for _ in range(LIFE.confirm_hits):
+        follow(track, [first])
+        seen_states.append(track.status)
+    assert seen_states == [Status.TENTATIVE] * (LIFE.confirm_hits - 2) + [Status.CONFIRMED] * 2
+    waited = 0
+    while track.status is not Status.DEAD:
+        track.predict(STEP)
+        track.settle()
+        waited += 1
+        assert waited < 100
+    assert waited * DT == pytest.approx(LIFE.coast_s, abs=DT) or waited * DT < LIFE.coast_s
+    assert waited * DT > 1.0
+
+
+def test_a_tentative_track_dies_soon():
+    track = start((15.0, 2.0, 0.0))
+    for _ in range(3):
+        track.predict(STEP)
+        track.settle()
+    assert track.status is Status.DEAD
+
+
+@pytest.mark.parametrize(("motion", "model"), [("stands", 0), ("drives", 1), ("brakes", 2)])
+def test_the_model_that_fits_the_motion_is_selected(motion, model):
+    """Most of the frames once settled, under the fit's own noise."""
+    rng = np.random.default_rng(3)
+    time = DT * np.arange(1, 80)
+    travelled = {
+        "stands": 0 * time,
+        "drives": 10 * time,
+        "brakes": 10 * np.sin(2 * time),  # 40 m/s^2 peaks: no constant velocity by any measure
+    }[motion]
+    poses = np.stack([20 + travelled, np.full_like(time, 4.0), 0 * time], axis=1)
+    track = start((20.0, 4.0, 0.0))
+    chosen = []
+    for pose in poses:
+        follow(track, [pose], rng)
+        chosen.append(track.model)
+    assert np.mean(np.array(chosen[20:]) == model) > 0.6
+
+
+def test_one_wild_heading_is_not_believed_but_an_insisting_one_is():
+    first = (15.0, 4.0, 0.0)
+    track = start(first)
+    follow(track, [first] * 10)
+    follow(track, [(15.0, 4.0, 0.6)])
+    assert abs(track.heading) < 0.01
+    follow(track, [(15.0, 4.0, 0.6)] * (LIFE.heading_rejections_max + 4))
+    assert track.heading == pytest.approx(0.6, abs=0.05)
+
+
+def test_report_of_no_tracks_keeps_its_shapes():
+    empty = report([])
+    assert (len(empty), empty.mean.shape, empty.model_probability.shape) == (0, (0, 8), (0, len(MODELS)))
+    assert empty.center_odom.shape == (0, 2)

@@ -1,0 +1,103 @@
+"""Selected rectangles of vehicle size, with the corner nearest to the ego and how well the points fix it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.records import Boxes, Candidates, Floats, Ints, Linkage, Segments
+
+CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
+"""Signs of a rectangle's corners in its own frame."""
+HEADING_PRIOR_STD = 0.5 * math.pi / math.sqrt(12.0)
+"""Of a heading spread evenly over a quarter turn: what is known of it without points."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoxConfig:
+    """What a vehicle may measure, and how exact its points are."""
+
+    longer_max_m: float = 20.0
+    """Longest rectangle taken for a vehicle [m]: a trailer truck measures 16.5, a bendy bus 17.9."""
+    shorter_max_m: float = 3.2
+    """The same for its shorter side [m]: a truck measures 2.55, with mirrors 3."""
+    longer_min_m: float = 0.5
+    """Smaller things are no vehicles [m]: a motorcycle is 0.7 wide. One side alone may be all that is seen."""
+    noise_std_m: float = 0.03
+    """Spread of points about a side [m]: range noise and the layers' different biases."""
+    end_std_m: float = 0.3
+    """Where a side ends, when no points lie on the side next to it [m]: its rounded corner, the beams' spacing."""
+
+    def __post_init__(self) -> None:
+        if min(self.noise_std_m, self.end_std_m) <= 0.0:
+            raise ValueError("noise_std_m and end_std_m must be above 0")
+
+
+def build(
+    points_ego: npt.NDArray[np.floating],
+    segments: Segments,
+    linkage: Linkage,
+    candidates: Candidates,
+    config: BoxConfig,
+) -> Boxes:
+    """Boxes of the segments of points (N, 2 or more columns) whose best rectangle has the size of a vehicle.
+
+    A view of one side alone gives a box with one tiny side, left so.
+    """
+    each = np.arange(segments.count)
+    center, heading, size = (
+        field[each, candidates.best] for field in (candidates.center_ego, candidates.heading, candidates.size)
+    )
+    shorter, longer = size.min(axis=1), size.max(axis=1)
+    fits = (longer <= config.longer_max_m) & (longer >= config.longer_min_m) & (shorter <= config.shorter_max_m)
+    kept = np.flatnonzero(fits)
+    center, heading, size = center[kept], heading[kept], size[kept]
+    corner, sign = nearest_corner(center, heading, size)
+
+    used = np.flatnonzero(linkage.line >= 0)
+    used = used[fits[segments.label[used]]]
+    used = used[np.argsort(segments.label[used], kind="stable")]
+    box = np.searchsorted(kept, segments.label[used])
+    from_corner = np.asarray(points_ego[used, :2], dtype=np.float64) - corner[box]
+    return Boxes(
+        segment=kept,
+        center_ego=center,
+        heading=heading,
+        size=size,
+        corner_ego=corner,
+        corner_sign=sign,
+        covariance=covariance(from_corner, box, heading, config),
+        support=np.bincount(box, minlength=len(kept)),
+    )
+
+
+def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:
+    """(B, 2) corner nearest to the ego [m], and (B, 2) its signs in the box's frame."""
+    cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
+    half = 0.5 * CORNERS * size[:, None]
+    along, across = half[..., 0], half[..., 1]
+    corners = center[:, None] + np.stack([cos * along - sin * across, sin * along + cos * across], axis=2)
+    nearest = np.argmin(np.hypot(corners[..., 0], corners[..., 1]), axis=1)
+    return corners[np.arange(len(center)), nearest], CORNERS[nearest]
+
+
+def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfig) -> Floats:
+    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, by least squares on both sides.
+
+    In the box's frame, from its corner, a point at (u, 0) on one side moves off it by dy + u * dheading when the box
+    moves by (dx, dy) and turns about the corner, a point at (0, v) on the other by dx - v * dheading. These
+    rows, over the noise, sum up to the information matrix, on top of what is known without points.
+    """
+    cos, sin = np.cos(heading), np.sin(heading)
+    x, y = from_corner.T
+    u, v = cos[box] * x + sin[box] * y, cos[box] * y - sin[box] * x
+    lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)
+    row = np.where(lies_along, [none, one, u], [one, none, -v]).T / config.noise_std_m
+    information = np.zeros((len(heading), 3, 3))
+    information[:] = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
+    np.add.at(information, box, row[:, :, None] * row[:, None, :])
+    turn = np.zeros_like(information)
+    turn[:, 0, 0] = turn[:, 1, 1] = cos
+    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = sin, -sin, 1.0
+    return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))

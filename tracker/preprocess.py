@@ -1,0 +1,55 @@
+"""Which points of a scan are worth fitting: off the ground, off the ego, near enough, and not disowned by the unit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tracker.records import Bools
+from tracker.scan import PointFlag, Scan
+
+
+@dataclass(frozen=True, slots=True)
+class PreprocessConfig:
+    """Limits of what is kept. The defaults for flags are those of the common driver (AutonomouStuff ibeo_core)."""
+
+    drop_flags: tuple[str, ...] = ("transparent", "clutter", "ground", "dirt")
+    """Names of `PointFlag`: points that carry any of them are dropped."""
+    first_echo_only: bool = False
+    """Drop second and third echoes. Off: behind a ground echo the second one is the vehicle."""
+    ground_z_max_m: float = 0.15
+    """Lower points are ground [m]. A car's ground clearance, so nothing but tyres is lost; a level lowest layer,
+    1.2 degrees down and 0.8 high, reports its ground echoes no higher than a quarter of its mounting height."""
+    range_max_m: float = 60.0
+    """Farther points are dropped [m], from the ego's centre."""
+    own_length_m: float = 4.83
+    """The ego's body, centred on the ego frame: points in it are its own [m]."""
+    own_width_m: float = 1.91
+    own_margin_m: float = 0.1
+    """How far outside its body a point still is the ego's own [m]."""
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.drop_flags if name.upper() not in PointFlag.__members__]
+        if unknown:
+            known = ", ".join(name.lower() for name in PointFlag.__members__)
+            raise ValueError(f"drop_flags: {unknown[0]!r} is no point flag; choose from {known}")
+        if self.range_max_m <= 0.0:
+            raise ValueError(f"range_max_m is {self.range_max_m}; give a positive range in metres")
+
+
+def keep(scan: Scan, config: PreprocessConfig) -> Bools:
+    """(N,) whether each point takes part in the fitting; points that are not finite never do."""
+    x, y, z = scan.points_ego.T
+    drop = sum(PointFlag[name.upper()] for name in set(config.drop_flags))
+    outside = (np.abs(x) > 0.5 * config.own_length_m + config.own_margin_m) | (
+        np.abs(y) > 0.5 * config.own_width_m + config.own_margin_m
+    )
+    kept: Bools = (
+        np.isfinite(scan.points_ego).all(axis=1)
+        & (scan.flags & drop == 0)
+        & (z >= config.ground_z_max_m)
+        & (np.hypot(x, y) <= config.range_max_m)
+        & outside
+    )
+    if config.first_echo_only:
+        kept &= scan.echo == 0
+    return kept
