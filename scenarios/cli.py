@@ -75,7 +75,7 @@ def view(
 
     from scenarios.run_folder import recording
 
-    command = [sys.executable, "-m", "rerun", str(recording(run))]
+    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(recording(run))]
     raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
 
 

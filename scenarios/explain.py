@@ -28,7 +28,8 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
     schema
         JSON schema of the model, to know which keys there are.
     """
-    first = _most_telling(error.errors(include_url=False))
+    errors = error.errors(include_url=False)
+    first = _most_telling(errors)
     key, kind = _key(first, document), first["type"]
     if kind in MISSING:
         return f"{_dotted(key)} is missing; add it{_choices(key, document, schema)}"
@@ -36,6 +37,9 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
         return f"{_dotted(key)} = {_short(first['input'])}: unknown key; {_known(key, document, schema)}"
     if kind == "union_tag_invalid":
         remedy = f"should be one of {first['ctx']['expected_tags']}"
+    elif kind == "literal_error":  # each alternative of a union expects another
+        expected = [error["ctx"]["expected"] for error in errors if error["loc"][-1] == first["loc"][-1]]
+        remedy = f"should be {' or '.join(expected)}"
     elif kind == "value_error":
         remedy = str(first["ctx"]["error"])
     else:
@@ -47,23 +51,29 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
 
 def _most_telling(errors: list[ErrorDetails]) -> ErrorDetails:
     """Leave out alternatives of a union that the file did not mean, and prefer a misspelt key to what it left open."""
-    others = {error["loc"][:-1] for error in errors if error["type"] == "literal_error" and error["loc"][-1] == "kind"}
+    wrong_kind = [error for error in errors if error["type"] == "literal_error" and error["loc"][-1] == "kind"]
+    others = {error["loc"][:-1] for error in wrong_kind}
     meant = [error for error in errors if not any(error["loc"][: len(loc)] == loc for loc in others)]
-    return min(meant or errors, key=lambda error: error["type"] not in UNKNOWN_KEY)
+    return min(meant or wrong_kind, key=lambda error: error["type"] not in UNKNOWN_KEY)
 
 
 def _key(error: ErrorDetails, document: Json) -> Key:
     """Where the error is in the file: pydantic's location without the alternatives of unions that it passes."""
     key: Key = ()
     for step in error["loc"]:
-        value = _value(document, key)
-        if isinstance(value, list) if isinstance(step, int) else isinstance(value, dict) and step in value:
+        if _has(_value(document, key), step):
             key = (*key, step)
     if error["type"] == "missing":
         return (*key, error["loc"][-1])
     if error["type"].startswith("union_tag"):
         return (*key, error["ctx"]["discriminator"].strip("'"))
     return key
+
+
+def _has(value: Any, step: str | int) -> bool:
+    if isinstance(step, int):
+        return isinstance(value, list) and step < len(value)
+    return isinstance(value, dict) and step in value
 
 
 def _value(document: Any, key: Key) -> Any:

@@ -115,7 +115,7 @@ def read(folder: Path) -> Result:
             versions=document["versions"],
         )
     except (OSError, json.JSONDecodeError, KeyError, TypeError) as error:
-        raise OutputError(f"{folder}: no {RESULT} of a run in it; give a folder that luxloop run wrote") from error
+        raise _no_run(folder) from error
 
 
 def recording(folder: Path) -> Path:
@@ -124,12 +124,18 @@ def recording(folder: Path) -> Path:
     Raises
     ------
     OutputError
-        The run has none.
+        The run has none, or the folder holds no run.
     """
+    if not (folder / RESULT).is_file():
+        raise _no_run(folder)
     path = folder / RECORDING
     if not path.is_file():
         raise OutputError(f"{folder}: no {RECORDING} in it; run the scenario again without --no-recording")
     return path
+
+
+def _no_run(folder: Path) -> OutputError:
+    return OutputError(f"{folder}: no {RESULT} of a run in it; give a folder that luxloop run wrote")
 
 
 def _cannot_write(folder: Path, error: OSError) -> OutputError:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim.kinematics import Motion
+from sim.kinematics import Rates
 from sim.paint import paint_reflectivity
 from sim.world import Actors, Ego, Floats, Kind, WorldFrame
 
@@ -57,7 +57,7 @@ class Cast:
 
 
 def frame_around_ego(
-    index: int, dt: float, members: list[Member], pose_world: Floats, motion: Motion, range_m: float
+    index: int, dt: float, members: list[Member], pose_world: Floats, rates: Rates, range_m: float
 ) -> WorldFrame:
     """Build the frame: the ego, and of all others those whose centre is within `range_m` of the ego's.
 
@@ -69,7 +69,7 @@ def frame_around_ego(
         N members by ascending number, the ego first.
     pose_world
         (N, 3) x [m], y [m], yaw [rad].
-    motion
+    rates
         Rates of the N poses.
     range_m
         Delivery radius [m].
@@ -79,9 +79,9 @@ def frame_around_ego(
     size = np.array([member.size for member in members], dtype=np.float64)
     ego = Ego(
         pose_world=pose_world[0],
-        velocity_world=motion.velocity_world[0],
-        acceleration_world=motion.acceleration_world[0],
-        yaw_rate=float(motion.yaw_rate[0]),
+        velocity_world=rates.velocity_world[0],
+        acceleration_world=rates.acceleration_world[0],
+        yaw_rate=float(rates.yaw_rate[0]),
         size=size[0],
     )
     actors = Actors(
@@ -89,9 +89,9 @@ def frame_around_ego(
         name=np.array([members[n].name for n in near], dtype=np.str_),
         kind=np.array([members[n].kind for n in near], dtype=np.uint8),
         pose_world=pose_world[near],
-        velocity_world=motion.velocity_world[near],
-        acceleration_world=motion.acceleration_world[near],
-        yaw_rate=motion.yaw_rate[near],
+        velocity_world=rates.velocity_world[near],
+        acceleration_world=rates.acceleration_world[near],
+        yaw_rate=rates.yaw_rate[near],
         size=size[near],
         reflectivity=np.array([members[n].reflectivity for n in near], dtype=np.float64),
     )

@@ -36,15 +36,15 @@ _TUNED_BY_INTERSECTIONS = ("DISTANCE_WANTED", "COMFORT_ACC_MAX", "COMFORT_ACC_MI
 
 @dataclass(frozen=True, slots=True)
 class HighwayTraffic:
-    """highway-env traffic. The episode's own end is ignored: the run ends with the scenario, or when the ego crashes."""
+    """highway-env traffic. An episode's own end is ignored: the run ends with the scenario, or by the ego's crash."""
 
     kind: Literal["highway-env"] = "highway-env"
     env: str = "highway-v0"
-    """Id of any environment that highway-env registers."""
+    """Id of any environment that highway-env registers, but for lane-keeping-v0, which has nobody but its ego."""
     config: dict[str, Any] = field(default_factory=dict)
     """Overrides of the environment's own configuration, by its keys."""
     ego: Literal["idm", "fixed"] = "idm"
-    """`idm`: the ego drives as the others do, by IDM and MOBIL. `fixed`: it repeats `action`, and mostly crashes soon."""
+    """`idm`: the ego drives as the others do, by IDM and MOBIL. `fixed`: it repeats `action`, and crashes soon."""
     action: int = 1
     """Under `fixed`, the index of a discrete action; 1 is IDLE."""
 
@@ -107,12 +107,12 @@ class HighwaySource:
         members = {self._member(vehicle): vehicle for vehicle in self._env.road.vehicles}
         row = sorted(members, key=lambda member: member.id)
         pose_world = _mirrored([members[member] for member in row])
-        motion = self._differencer.add(
+        rates = self._differencer.add(
             np.array([member.id for member in row], dtype=np.int64),
             pose_world,
             np.array([members[member].speed for member in row], dtype=np.float64),
         )
-        frame = frame_around_ego(self._next, self.dt, row, pose_world, motion, self._range)
+        frame = frame_around_ego(self._next, self.dt, row, pose_world, rates, self._range)
         self._next += 1
         return frame
 

@@ -18,7 +18,7 @@ def wrap_angle(angle: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Motion:
+class Rates:
     """Rates of N poses."""
 
     velocity_world: Floats
@@ -58,8 +58,8 @@ class PoseDifferencer:
         nobody = np.empty((0, 3))
         self._past = _Past(np.empty(0, np.int64), nobody, nobody[:, :2], np.empty(0, np.bool_))
 
-    def add(self, id: Ints, pose_world: Floats, speed: Floats) -> Motion:
-        """Take the next frame and return its motion.
+    def add(self, id: Ints, pose_world: Floats, speed: Floats) -> Rates:
+        """Take the next frame and return its rates.
 
         Parameters
         ----------
@@ -87,4 +87,4 @@ class PoseDifferencer:
         yaw_rate = np.where(driven, wrap_angle(yaw - before[:, 2]) / self._dt, 0.0)
 
         self._past = _Past(id, pose_world, velocity, driven)
-        return Motion(velocity, acceleration, yaw_rate)
+        return Rates(velocity, acceleration, yaw_rate)

@@ -20,11 +20,8 @@ def paint_reflectivity(seed: int, actor_id: int) -> float:
     The draw is keyed by (seed, actor), so nobody's paint depends on who else is on the road.
     """
     rng = actor_rng(seed, actor_id, _PAINT_STREAM)
-    share = rng.random()
-    for shade_share, low, high in SHADES:
-        share -= shade_share
-        if share < 0:
-            break
+    shares = [share for share, _, _ in SHADES]
+    _, low, high = SHADES[rng.choice(len(SHADES), p=shares)]
     return float(rng.uniform(low, high))
 
 

@@ -14,34 +14,9 @@ import numpy as np
 from sim.cast import Cast, Member, frame_around_ego
 from sim.kinematics import PoseDifferencer, wrap_angle
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.sumo_bodies import kind_of_shape, polygons_as_obstacles
 from sim.sumo_input import captured_stderr, one_line, sumo_command
 from sim.world import Floats, Kind, Obstacles, WorldFrame
-
-KIND_BY_SHAPE = {
-    "passenger": Kind.CAR,
-    "passenger/van": Kind.VAN,
-    "delivery": Kind.VAN,
-    "emergency": Kind.VAN,
-    "firebrigade": Kind.TRUCK,
-    "army": Kind.TRUCK,
-    "truck": Kind.TRUCK,
-    "truck/semitrailer": Kind.TRAILER_TRUCK,
-    "truck/1trailer": Kind.TRAILER_TRUCK,
-    "bus": Kind.BUS,
-    "rail": Kind.BUS,
-    "motorcycle": Kind.MOTORCYCLE,
-    "moped": Kind.MOTORCYCLE,
-    "scooter": Kind.BICYCLE,
-    "bicycle": Kind.BICYCLE,
-    "pedestrian": Kind.PEDESTRIAN,
-    "container": Kind.OBSTACLE,
-    "ship": Kind.OBSTACLE,
-    "aircraft": Kind.OBSTACLE,
-}
-"""By SUMO's guiShape, or its part before the slash; whatever is not listed (taxi, police, unknown) is a car."""
-
-SUV_HEIGHT = 1.55
-"""[m] SUMO has no SUV shape: a passenger car at least this high is one."""
 
 _RESERVED_OPTIONS = frozenset(
     {"configuration-file", "net-file", "route-files", "additional-files", "seed", "random", "step-length"}
@@ -127,7 +102,7 @@ class SumoSource:
             _start(libsumo, command)
             self._ego = self._await_ego()
             self._subscribe()
-            obstacles = self._obstacles()
+            obstacles = polygons_as_obstacles(libsumo.polygon, self._config.building_height_m)
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
             self.close()
             raise TrafficInputError(f"SUMO: {one_line(str(error))}") from error
@@ -151,8 +126,8 @@ class SumoSource:
                 raise SimulatorFailedError(f"SUMO at {self._next * self.dt:.2f} s: {one_line(str(error))}") from error
         members, pose_world, speed = self._collect()
         ids = np.array([member.id for member in members], dtype=np.int64)
-        motion = self._differencer.add(ids, pose_world, speed)
-        frame = frame_around_ego(self._next, self.dt, members, pose_world, motion, self._range)
+        rates = self._differencer.add(ids, pose_world, speed)
+        frame = frame_around_ego(self._next, self.dt, members, pose_world, rates, self._range)
         self._next += 1
         return frame
 
@@ -232,7 +207,7 @@ class SumoSource:
         if member := self._cast.find(key):
             return member
         size = (vehicle.getLength(name), vehicle.getWidth(name), vehicle.getHeight(name))
-        return self._cast.enter(key, _kind(vehicle.getShapeClass(name), size[2]), size, name)
+        return self._cast.enter(key, kind_of_shape(vehicle.getShapeClass(name), size[2]), size, name)
 
     def _persons(self, centre: tuple[float, float]) -> list[tuple[Member, Any, float, float]]:
         """Return those on foot in range. A vehicle's context cannot hold two domains, so they are asked singly."""
@@ -252,18 +227,6 @@ class SumoSource:
         size = (person.getLength(name), person.getWidth(name), height)
         return self._cast.enter(key, Kind.PEDESTRIAN, size, name)
 
-    def _obstacles(self) -> Obstacles:
-        polygon = self._sumo.polygon
-        shapes, heights = [], []
-        for name in sorted(polygon.getIDList()):
-            height = polygon.getParameter(name, "height")
-            if height or polygon.getType(name).startswith("building"):
-                shape = np.array(polygon.getShape(name))[:, :2]
-                closed = len(shape) > 2 and np.array_equal(shape[0], shape[-1])
-                shapes.append(shape[:-1] if closed else shape)
-                heights.append(_height(name, height) if height else self._config.building_height_m)
-        return Obstacles.from_polygons(shapes, heights)
-
 
 def _start(sumo: Any, command: list[str]) -> None:
     """Start SUMO without a word on the terminal; what it would say of bad input becomes the error."""
@@ -276,23 +239,8 @@ def _start(sumo: Any, command: list[str]) -> None:
             raise TrafficInputError(f"SUMO: {one_line(complaint)}") from error
 
 
-def _kind(shape: str, height: float) -> Kind:
-    kind = KIND_BY_SHAPE.get(shape, KIND_BY_SHAPE.get(shape.partition("/")[0], Kind.CAR))
-    return Kind.SUV if kind is Kind.CAR and height >= SUV_HEIGHT else kind
-
-
 def _box_centre(front: Floats, angle_deg: Floats, length: Floats) -> Floats:
     """Return poses (N, 3) from front bumpers (N, 2) [m], angles clockwise from north (N,) and lengths (N,) [m]."""
     yaw = wrap_angle(np.radians(90.0 - angle_deg))
     back = 0.5 * length[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
     return np.column_stack([front - back, yaw])
-
-
-def _height(polygon: str, height: str) -> float:
-    try:
-        value = float(height)
-    except ValueError:
-        value = math.nan
-    if not value > 0:
-        raise TrafficInputError(f'polygon "{polygon}": height = "{height}"; write a positive number of metres')
-    return value

@@ -58,8 +58,8 @@ def sumo_command(folder: Path, files: dict[str, list[str]], dt: float, seed: int
 
 def require_net(path: Path) -> None:
     """Refuse what is not a net: libsumo 1.28 crashes the whole process on a `<net>` without a version."""
-    stream = gzip.open(_existing(path)) if path.suffix == ".gz" else _existing(path).open("rb")
-    with stream:
+    opened = gzip.open if path.suffix == ".gz" else open
+    with opened(_existing(path), "rb") as stream:
         try:
             _, root = next(ET.iterparse(stream, events=("start",)))
         except (ET.ParseError, gzip.BadGzipFile) as error:

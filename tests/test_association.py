@@ -11,13 +11,15 @@ from tracker.association import AssociationConfig, Predictions, assign, associat
 
 CONFIG = AssociationConfig()
 CAR = (4.6, 1.8)
+CORNERS = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
 
 
 def expecting(pose, corner_sign, size=CAR, std_m=0.2):
     """One track that tracks the named corner of a vehicle at `pose`."""
     return Predictions(
-        position=corners(pose, size)[[tuple(c) == corner_sign for c in ((1, 1), (1, -1), (-1, -1), (-1, 1))]],
-        covariance=np.eye(2)[None] * std_m**2,
+        position=corners(pose, size)[[CORNERS.index(corner_sign)]][None],
+        covariance=np.eye(2)[None, None] * std_m**2,
+        probability=np.ones((1, 1)),
         heading=np.array([pose[2]]),
         size=np.array([size]),
         corner_sign=np.array([corner_sign], dtype=np.int64),
@@ -66,7 +68,7 @@ def test_a_box_means_the_same_however_its_sides_are_named(quarters):
     assert reading.heading[0, 0] == pytest.approx(0.3)
     assert reading.size[0, 0] == pytest.approx(CAR)
     assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
-    assert reading.position[0, 0] == pytest.approx(reading.expected[0, 0])
+    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0] + reading.side[0, 0])
 
 
 def test_another_nearest_corner_is_expected_one_known_side_away():
@@ -75,7 +77,7 @@ def test_another_nearest_corner_is_expected_one_known_side_away():
     tracks = expecting(pose, (1, 1))
     reading = pair(tracks, observe_boxes(pose, CAR), CONFIG)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
-    assert reading.expected[0, 0] == pytest.approx(reading.position[0, 0])
+    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0] + reading.side[0, 0])
 
 
 def test_the_tracked_corner_is_kept_while_another_is_hardly_nearer():
@@ -92,3 +94,20 @@ def test_of_two_tracks_the_sure_one_wins_the_box_between_them():
     both = Predictions(*(np.concatenate([getattr(vague, f), getattr(sure, f)]) for f in Predictions.__slots__))
     seen = observe_boxes(pose, CAR)
     assert associate(both, seen, pair(both, seen, CONFIG), CONFIG) == [(1, 0)]
+
+
+def test_an_unlikely_model_opens_no_gate():
+    """Only the third model, which has become vague, reaches the box; it counts once it is likely."""
+    pose, reach = (10.0, 4.0, 0.0), (14.0, 4.0, 0.0)
+    one = expecting(pose, (-1, -1))
+    seen = observe_boxes(reach, CAR)
+    for probability, expected in (((0.96, 0.02, 0.02), []), ((0.5, 0.3, 0.2), [(0, 0)])):
+        tracks = Predictions(
+            position=np.repeat(one.position, 3, axis=1),
+            covariance=np.array([0.1, 0.2, 3.0])[None, :, None, None] ** 2 * np.eye(2),
+            probability=np.array([probability]),
+            heading=one.heading,
+            size=one.size,
+            corner_sign=one.corner_sign,
+        )
+        assert associate(tracks, seen, pair(tracks, seen, CONFIG), CONFIG) == expected

@@ -38,4 +38,10 @@ def test_first_guess(size, forward, expected):
     ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-1, 0), 0)]
 )
 def test_contradiction(velocity, quarters):
-    assert contradiction(0.0, np.array(velocity, dtype=float), CONFIG) == quarters
+    assert contradiction(0.0, np.array(velocity, dtype=float), np.array([4.6, 1.8]), CONFIG) == quarters
+
+
+def test_what_is_wider_than_any_vehicle_is_its_length():
+    still = np.zeros(2)
+    assert contradiction(0.0, still, np.array([0.2, 4.6]), CONFIG) == 1
+    assert contradiction(0.0, still, np.array([12.0, 2.7]), CONFIG) == 0

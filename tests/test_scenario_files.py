@@ -20,6 +20,17 @@ net = "a.net.xml"
 routes = ["a.rou.xml"]
 """
 
+SCRIPTED = """\
+description = "A car drives on."
+duration_s = 3
+[traffic]
+kind = "scripted"
+[[traffic.actor]]
+x_m = 12
+y_m = 3
+motion = [{kind = "straight", speed_mps = 5}]
+"""
+
 
 def load(folder: Path, text: str, **overrides: object) -> Scenario:
     path = folder / "written.toml"
@@ -75,6 +86,16 @@ def test_stage_settings_reach_their_stage(tmp_path):
         (VALID + "[expect]\n'track.hota' = {min = 2, max = 1}", 'expect."track.hota": min = 2.0 is above max = 1.0'),
         (VALID + "[expect]\n'track.hota' = {mx = 1}", 'expect."track.hota".mx = 1: unknown key; did you mean max?'),
         (VALID + "[expect]\n'track.hota' = 1", 'expect."track.hota" = 1: should be a table'),
+        (SCRIPTED + "kind = 'tram'", "traffic.actor[0].kind = \"tram\": should be 'car', 'suv'"),
+        (SCRIPTED + "size_m = [1, 2]", "traffic.actor[0].size_m[2] is missing; add it"),
+        (SCRIPTED + "size_m = [1, 2, -1]", "traffic.actor[0]: size_m takes a positive length, width and height"),
+        # the alternatives of a union must not be mixed up
+        (SCRIPTED.replace("= 5", "= ''"), 'traffic.actor[0].motion[0].speed_mps = "": should be a valid number'),
+        (SCRIPTED.replace("speed_mps", "speed"), "traffic.actor[0].motion[0].speed = 5: unknown key; did you mean sp"),
+        (
+            SCRIPTED.replace('"straight"', '"strait"'),
+            "traffic.actor[0].motion[0].kind = \"strait\": should be 'static' or",
+        ),
         (VALID + "[traffic", "not TOML: Expected ']' at the end of a table declaration"),
         ("a\n", "not TOML: Expected '=' after a key in a key/value pair (at line 1, column 2)"),
     ],

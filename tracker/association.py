@@ -16,6 +16,8 @@ class AssociationConfig:
 
     gate_chi2: float = 13.8
     """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees."""
+    gate_probability_min: float = 0.1
+    """A model less likely than this opens no gate: the widest of the bank would take in everything."""
     corner_margin_m: float = 0.5
     """Another corner must be nearer to the ego by this much before the track moves over to it."""
 
@@ -26,12 +28,14 @@ class AssociationConfig:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Predictions:
-    """What T tracks expect to see, in the odometry frame."""
+    """What T tracks expect to see by each of M models, in the odometry frame."""
 
     position: Floats
-    """(T, 2) tracked corner [m]."""
+    """(T, M, 2) tracked corner [m]."""
     covariance: Floats
-    """(T, 2, 2) of the tracked corner by the selected model."""
+    """(T, M, 2, 2) of the tracked corner."""
+    probability: Floats
+    """(T, M) of each model."""
     heading: Floats
     """(T,)."""
     size: Floats
@@ -55,8 +59,8 @@ class Pairing:
     """(T, B, 2) the corner of the vehicle that is measured."""
     position: Floats
     """(T, B, 2) where the box has that corner [m]."""
-    expected: Floats
-    """(T, B, 2) where the track expects that corner [m]."""
+    side: Floats
+    """(T, B, 2) from the tracked corner to the measured one, by the track's heading and size [m]."""
 
 
 def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
@@ -77,16 +81,15 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     range_m = [np.linalg.norm(corner(sign) - seen.sensor, axis=-1) for sign in (tracked, nearest)]
     keeps = range_m[0] <= range_m[1] + config.corner_margin_m
     sign = np.where(keeps[..., None], tracked, nearest).astype(np.int64)
-    side = 0.5 * (sign - tracked) * tracks.size[:, None]
-    expected = tracks.position[:, None] + rotate(side, np.broadcast_to(tracks.heading[:, None], turns.shape))
-    return Pairing(heading=heading, size=size, corner_sign=sign, position=corner(sign), expected=expected)
+    side = rotate(0.5 * (sign - tracked) * tracks.size[:, None], tracks.heading[:, None])
+    return Pairing(heading=heading, size=size, corner_sign=sign, position=corner(sign), side=side)
 
 
 def distance(tracks: Predictions, seen: Observations, pairing: Pairing) -> tuple[Floats, Floats]:
-    """(T, B) squared Mahalanobis distance of (5), and (T, B) log-determinant of its B = H P H' + R."""
-    spread = tracks.covariance[:, None] + seen.covariance[None, :, :2, :2]
-    residual = pairing.position - pairing.expected
-    squared = np.einsum("tbi,tbij,tbj->tb", residual, np.linalg.inv(spread), residual)
+    """(T, B, M) squared Mahalanobis distance of (5) by each model, and log-determinant of its B = H P H' + R."""
+    spread = tracks.covariance[:, None] + seen.covariance[None, :, None, :2, :2]
+    residual = (pairing.position - pairing.side)[:, :, None] - tracks.position[:, None]
+    squared = np.einsum("tbmi,tbmij,tbmj->tbm", residual, np.linalg.inv(spread), residual)
     return np.asarray(squared), np.asarray(np.log(np.linalg.det(spread)))
 
 
@@ -104,9 +107,13 @@ def assign(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
 def associate(
     tracks: Predictions, seen: Observations, pairing: Pairing, config: AssociationConfig
 ) -> list[tuple[int, int]]:
-    """Pairs (track, box): the most likely assignment inside the gate.
+    """Pairs (track, box): the most likely assignment inside the gate of any model that may be true.
 
-    The cost is minus twice the log-likelihood, so that a vague track does not win against a sure one.
+    The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
+    a vague track does not win against a sure one, nor an unlikely model against a likely one.
     """
     squared, log_determinant = distance(tracks, seen, pairing)
-    return assign(squared + log_determinant, squared < config.gate_chi2)
+    log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + log_determinant)
+    likely = tracks.probability[:, None] >= config.gate_probability_min
+    inside = (likely & (squared < config.gate_chi2)).any(axis=2)
+    return assign(-2 * np.logaddexp.reduce(log_likelihood, axis=2), inside)

@@ -13,13 +13,15 @@ class OrientationConfig:
     """Choice among the four directions of a rectangle."""
 
     width_max_m: float = 2.6
-    """A longer side is a vehicle's length."""
+    """A longer side is a vehicle's length [m]."""
     depth_min_m: float = 0.8
-    """With both sides seen at least this deep the longer one is the length."""
+    """With both sides seen at least this deep the longer one is the length [m]."""
     course_speed_min_mps: float = 2.0
-    """A vehicle faces where it goes when it goes faster than this."""
-    course_votes: int = 8
-    """Successive frames of contradiction before the heading turns."""
+    """A vehicle faces where it goes when it goes faster than this [m/s]."""
+    votes: int = 8
+    """Successive frames of contradiction before the heading turns ..."""
+    first_votes: int = 3
+    """... and before it turns for the first time, from the guess it started with."""
 
 
 def turn_sign(sign: Ints, quarters: int) -> Ints:
@@ -46,8 +48,11 @@ def first_guess(heading: float, size: Floats, forward: float, config: Orientatio
     return int(longer != only_width) + 2 * int(against)
 
 
-def contradiction(heading: float, velocity: Floats, config: OrientationConfig) -> int:
-    """Quarter turns from the heading to the course, 0 when they agree or the vehicle is too slow to tell."""
+def contradiction(heading: float, velocity: Floats, size: Floats, config: OrientationConfig) -> int:
+    """Quarter turns by which the motion or the seen size contradict the heading, 0 when nothing does.
+
+    A vehicle faces its course unless it is too slow to tell; and it is longer than wide if wider than any vehicle.
+    """
     if np.hypot(*velocity) < config.course_speed_min_mps:
-        return 0
+        return int(size[1] > max(config.width_max_m, size[0]))
     return int(np.round(wrap(np.arctan2(velocity[1], velocity[0]) - heading) / QUARTER)) % 4

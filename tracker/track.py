@@ -21,6 +21,8 @@ class LifeConfig:
     """Observations before a track is confirmed."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
+    gap_s: float = 0.25
+    """A confirmed track stays so through gaps this short [s]; longer ones make it coast."""
     coast_s: float = 3.0
     """A confirmed track waits this long for re-association [s]."""
     coast_std_max_m: float = 3.0
@@ -64,6 +66,7 @@ class Track:
         self.hits = 1
         self.unseen_s = 0.0
         self._config = config
+        self._turned = False
         self._votes: list[int] = []
         self._heading_rejections = 0
 
@@ -83,14 +86,20 @@ class Track:
         return int(np.argmax(self.model_probability))
 
     @property
-    def position(self) -> Floats:
-        """(2,) tracked corner by the selected model [m]."""
-        return np.asarray(self.bank.models[self.model].x[:2])
-
-    @property
     def covariance(self) -> Floats:
         """(2, 2) of the tracked corner by the selected model [m^2]."""
         return np.asarray(self.bank.models[self.model].P[:2, :2])
+
+    @property
+    def seen(self) -> bool:
+        """Whether the track was updated in this frame."""
+        return self.unseen_s == 0.0
+
+    @property
+    def center(self) -> Floats:
+        """(2,) box centre by the selected model [m]."""
+        corner = self.bank.models[self.model].x[:2]
+        return np.asarray(corner - rotate(0.5 * self.corner_sign * self.size, self.heading))
 
     @property
     def velocity(self) -> Floats:
@@ -111,14 +120,14 @@ class Track:
         self.bank.update(position, covariance[:2, :2])
         self._update_heading(heading, covariance[2, 2])
         self.seen_size = extent.remember(self.seen_size, size, self._config.extent)
-        self._face_course()
+        self._face_forward()
         self.hits += 1
         self.unseen_s = 0.0
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
         life = self._config.life
-        if self.unseen_s == 0.0:
+        if self.seen:
             if self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
                 self.status = Status.CONFIRMED
         elif self.status is Status.TENTATIVE:
@@ -126,7 +135,8 @@ class Track:
                 self.status = Status.DEAD
         else:
             lost = self.unseen_s > life.coast_s or np.trace(self.covariance) > 2 * life.coast_std_max_m**2
-            self.status = Status.DEAD if lost else Status.COASTING
+            if lost or self.unseen_s > life.gap_s:
+                self.status = Status.DEAD if lost else Status.COASTING
 
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
@@ -148,13 +158,16 @@ class Track:
         kf.update(np.array([heading]), R=variance)
         kf.x[0] = wrap(kf.x[0])
 
-    def _face_course(self) -> None:
-        """Turn the heading by quarters once the motion has contradicted it for long enough."""
+    def _face_forward(self) -> None:
+        """Turn the heading by quarters once motion or size have contradicted it for long enough."""
         config = self._config.orientation
-        quarters = orientation.contradiction(self.heading, self.velocity, config)
+        quarters = orientation.contradiction(self.heading, self.velocity, self.seen_size, config)
         self._votes = [*self._votes, quarters] if self._votes[:1] == [quarters] else [quarters]
-        if quarters and len(self._votes) >= config.course_votes:
+        if len(self._votes) < (config.votes if self._turned else config.first_votes):
+            return
+        if quarters:
             self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
             self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
             self.seen_size = orientation.turn_size(self.seen_size, quarters)
+            self._turned = True
             self._votes = []

@@ -6,15 +6,16 @@ import numpy as np
 
 from tracker import boxes, orientation, preprocess, rectangles, segmentation, selection, tlinkage
 from tracker.association import AssociationConfig, Pairing, Predictions, associate, pair
+from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
-from tracker.geometry import QUARTER, wrap
+from tracker.geometry import QUARTER, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
 from tracker.preprocess import PreprocessConfig
-from tracker.records import Ints, Status, StepTrace, Tracks
+from tracker.records import Floats, Ints, Status, StepTrace, Tracks
 from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
@@ -36,6 +37,7 @@ class TrackerConfig:
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
@@ -57,6 +59,7 @@ class Tracker:
             orientation=self.config.orientation,
             life=self.config.life,
         )
+        self._background = Background(self.config.background)
         self._tracks: list[Track] = []
         self._time: float | None = None
         self._born = 0
@@ -69,14 +72,16 @@ class Tracker:
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(scan.points_ego, segments, linkage, candidates, config.boxes)
+        background = self._background.step(into_odom(scan), segments, candidates.longer)
+        fitted = boxes.build(scan.points_ego, segments, linkage, candidates, background, config.boxes)
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
         self._predict(scan.time)
         track_id = self._associate(seen)
-        self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
         for track in self._tracks:
             track.settle()
+        self._exclude()
+        self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
         return report(self._tracks), StepTrace(segments, linkage, candidates, fitted, track_id)
 
     def _predict(self, time: float) -> None:
@@ -103,9 +108,19 @@ class Tracker:
                 track_id[free[b]] = tracks[t].id
         return track_id
 
+    def _exclude(self) -> None:
+        """End every track, not seen or not yet believed, whose place is taken by a confirmed one."""
+        sure = [track for track in self._tracks if track.status is Status.CONFIRMED and track.seen]
+        for track in self._tracks:
+            if track not in sure and taken(track.center, sure):
+                track.status = Status.DEAD
+
     def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
-        """Start a tentative track on every box that belongs to none; writes its id into `track_id`."""
+        """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
+        sure = [track for track in self._tracks if track.status is Status.CONFIRMED]
         for b in np.flatnonzero(track_id < 0):
+            if taken(seen.center[b], sure):
+                continue
             heading, size = float(seen.heading[b]), seen.size[b]
             turns = orientation.first_guess(heading, size, forward, self.config.orientation)
             track = Track(
@@ -122,11 +137,22 @@ class Tracker:
             self._born += 1
 
 
+def taken(center: Floats, tracks: list[Track]) -> bool:
+    """Whether a vehicle's centre (2,) lies inside another: two vehicles cannot be in one place."""
+    return any((np.abs(rotate(center - t.center, -t.heading)) <= 0.5 * t.size).all() for t in tracks)
+
+
+def into_odom(scan: Scan) -> Floats:
+    """(N, 2) points of the scan in the odometry frame [m]."""
+    return rotate(scan.points_ego[:, :2], scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]
+
+
 def predict(tracks: list[Track]) -> Predictions:
     """What these tracks expect to see."""
     return Predictions(
-        position=np.stack([track.position for track in tracks]),
-        covariance=np.stack([track.covariance for track in tracks]),
+        position=np.array([[kf.x[:2] for kf in track.bank.models] for track in tracks]),
+        covariance=np.array([[kf.P[:2, :2] for kf in track.bank.models] for track in tracks]),
+        probability=np.stack([track.model_probability for track in tracks]),
         heading=np.array([track.heading for track in tracks]),
         size=np.stack([track.size for track in tracks]),
         corner_sign=np.stack([track.corner_sign for track in tracks]),

@@ -46,7 +46,7 @@ class Following:
     def of(cls, now: Instant, tracks: Tracks, pairer: Pairer) -> "Following":
         """Pair the reported tracks, confirmed and coasting, with the actors."""
         boxes = track_boxes(tracks, now.scan.ego_pose_odom)
-        reported = np.flatnonzero((tracks.status == Status.CONFIRMED) | (tracks.status == Status.COASTING))
+        reported = np.flatnonzero((tracks.status == Status.CONFIRMED))
         pairing = pairer.pair(now.actors.id, now.boxes_ego, now.graded, tracks.id[reported], boxes[reported])
         actor_row = np.full(len(tracks), -1, dtype=np.int64)
         actor_row[reported] = pairing.actor_row

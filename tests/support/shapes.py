@@ -74,16 +74,21 @@ def outline(front: float, rear: float, half_width: float, chamfer: float) -> Flo
     )
 
 
-def layer_bodies(car: Car, layer: int) -> list[tuple[Floats, bool]]:
-    """Convex outlines in the car's frame that a layer meets, each with whether its points are outliers."""
+def layer_bodies(car: Car, layer: int) -> list[Floats]:
+    """Convex outlines in the car's frame that a layer meets: the body, and on layer 2 the mirrors."""
     length, width = car.size
     deep = car.window_depth if layer == 3 else 0.0
-    bodies = [(outline(length / 2, length / 2 - deep, width / 2 - 0.15 * (deep > 0), car.chamfer), deep > 0)]
+    bodies = [outline(length / 2, length / 2 - deep, width / 2 - 0.15 * (deep > 0), car.chamfer)]
     if car.mirrors and layer == 2:
-        for side in (-1.0, 1.0):
-            place = np.array([0.16 * length, side * (width / 2 + 0.1)])
-            bodies.append((outline(0.07, 0.07, 0.1, 0.02) + place, True))
+        box = outline(0.07, 0.07, 0.1, 0.02)
+        bodies += [box + np.array([0.16 * length, side * (width / 2 + 0.1)]) for side in (-1.0, 1.0)]
     return bodies
+
+
+def depth_inside(car: Car, points: Floats) -> Floats:
+    """(N,) how deep points lie within the car's box, negative outside [m]."""
+    local = (points - np.array(car.center)) @ rotation(car.heading)
+    return np.min(0.5 * np.array(car.size) - np.abs(local), axis=1)
 
 
 def cast(polygon: Floats, directions: Floats) -> Floats:
@@ -92,7 +97,7 @@ def cast(polygon: Floats, directions: Floats) -> Floats:
     normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
     offset = np.sum(normals * polygon, axis=1)
     speed = directions @ normals.T
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         crossing = offset / speed
     enter = np.max(np.where(speed < 0, crossing, -np.inf), axis=1)
     leave = np.min(np.where(speed > 0, crossing, np.inf), axis=1)
@@ -100,21 +105,21 @@ def cast(polygon: Floats, directions: Floats) -> Floats:
 
 
 def scan_car(car: Car, rng: np.random.Generator, step_deg: float = 0.5) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Points of a car and which of them are on a mirror or a window: (N, 2), (N,).
+    """Points of a car and which of them are on a mirror or a window, off its outline: (N, 2), (N,).
 
     Layers 0 and 1 fire between the beams of layers 2 and 3, as in the LUX (sensor_facts 1.2).
     """
     bearing = np.arctan2(car.center[1], car.center[0])
-    points, outlier = [], []
+    true_points, points = [], []
     for layer in range(4):
         phase = 0.5 * step_deg * (layer // 2)
         angle = bearing + np.deg2rad(np.arange(-30.0, 30.0, step_deg) + phase + rng.uniform(0.0, 0.01))
         directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        bodies = layer_bodies(car, layer)
-        ranges = np.stack([cast(body @ rotation(car.heading).T + car.center, directions) for body, _ in bodies])
-        first = np.argmin(ranges, axis=0)
-        hit = np.isfinite(ranges.min(axis=0))
-        measured = ranges.min(axis=0)[hit] + rng.normal(0.0, car.range_std, hit.sum()) + car.layer_bias[layer]
-        points.append(directions[hit] * measured[:, None])
-        outlier.append(np.array([wrong for _, wrong in bodies])[first[hit]])
-    return np.concatenate(points), np.concatenate(outlier)
+        bodies = [body @ rotation(car.heading).T + car.center for body in layer_bodies(car, layer)]
+        ranges = np.min([cast(body, directions) for body in bodies], axis=0)
+        hit = np.isfinite(ranges)
+        noise = rng.normal(0.0, car.range_std, hit.sum()) + car.layer_bias[layer]
+        true_points.append(directions[hit] * ranges[hit, None])
+        points.append(directions[hit] * (ranges[hit] + noise)[:, None])
+    depth = depth_inside(car, np.concatenate(true_points))
+    return np.concatenate(points), (depth < -0.001) | (depth > 0.2)

@@ -1,0 +1,36 @@
+"""The fitting half of the tracker, stage after stage, on bare points."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tracker import boxes, rectangles, segmentation, selection, tlinkage
+from tracker.records import Boxes, Candidates, Linkage, Segments
+
+
+class Fitted(NamedTuple):
+    segments: Segments
+    linkage: Linkage
+    candidates: Candidates
+    boxes: Boxes
+
+
+def one_segment(count):
+    """All points are one segment."""
+    return Segments(label=np.zeros(count, dtype=np.int64), count=1)
+
+
+def fit_points(points, segments=None, linkage=None, rectangle=None, choice=None, box=None):
+    """Fit points (N, 2), all kept, with the given configs or the defaults."""
+    if segments is None:
+        segments = segmentation.segment(points, np.ones(len(points), bool), segmentation.SegmentationConfig())
+    linked = tlinkage.link(points, segments, linkage or tlinkage.LinkageConfig())
+    found = rectangles.fit(points, segments, linked, rectangle or rectangles.RectangleConfig())
+    candidates = selection.select(points, segments, linked, found, choice or selection.SelectionConfig())
+    built = boxes.build(points, segments, linked, candidates, box or boxes.BoxConfig())
+    return Fitted(segments, linked, candidates, built)
+
+
+def off_quarter(heading, truth):
+    """Difference of headings modulo a quarter turn, signed [deg]."""
+    return np.rad2deg((heading - truth + np.pi / 4) % (np.pi / 2) - np.pi / 4)
