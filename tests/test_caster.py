@@ -35,10 +35,11 @@ things = st.builds(
 rigs = st.builds(
     one_unit_rig,
     model=st.sampled_from([small_unit(), small_unit((FULL_TURN,)), small_unit(TWO_FANS, range_min=4.0)]),
-    x=st.floats(-3, 3),
-    y=st.floats(-2, 2),
-    z=st.floats(0.2, 2),
-    yaw_deg=st.floats(-180, 180),
+    # Odd offsets, or half of the scenes have a unit exactly in the plane of a wall, where rounding decides.
+    x=st.floats(-3, 3).map(lambda x: x + 0.137),
+    y=st.floats(-2, 2).map(lambda y: y + 0.071),
+    z=st.floats(0.2, 2).map(lambda z: z + 0.0113),
+    yaw_deg=st.floats(-180, 180).map(lambda yaw: yaw + 0.77),
     pitch_deg=st.floats(-20, 20),
     roll_deg=st.floats(-20, 20),
 )

@@ -38,10 +38,17 @@ def test_first_guess(size, forward, expected):
     ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-1, 0), 0)]
 )
 def test_contradiction(velocity, quarters):
-    assert contradiction(0.0, np.array(velocity, dtype=float), np.array([4.6, 1.8]), CONFIG) == quarters
+    assert contradiction(0.0, np.array(velocity, dtype=float), np.array([4.6, 1.8]), 0.0, CONFIG) == quarters
 
 
-def test_what_is_wider_than_any_vehicle_is_its_length():
-    still = np.zeros(2)
-    assert contradiction(0.0, still, np.array([0.2, 4.6]), CONFIG) == 1
-    assert contradiction(0.0, still, np.array([12.0, 2.7]), CONFIG) == 0
+@pytest.mark.parametrize(
+    ("size", "forward", "quarters"),
+    [
+        ((0.2, 4.6), 90.0, 1),  # the remembered width is no width
+        ((0.2, 4.6), -90.0, 3),
+        ((1.7, 0.2), 90.0, 1),  # the seen side is a rear, not a length
+        ((12.0, 2.5), 180.0, 0),  # without motion a vehicle is not turned around
+    ],
+)
+def test_size_tells_length_from_width_while_a_vehicle_is_slow(size, forward, quarters):
+    assert contradiction(0.0, np.zeros(2), np.array(size), np.radians(forward), CONFIG) == quarters

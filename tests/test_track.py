@@ -22,7 +22,7 @@ CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(), OrientationCon
 def start(pose, heading=None, size=CAR):
     seen = observe_boxes(pose, size)
     heading = pose[2] if heading is None else heading
-    return Track(0, seen.corner[0], heading, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], CONFIG)
+    return Track(0, seen.corner[0], heading, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], 0.0, CONFIG)
 
 
 def follow(track, poses, rng=None):
@@ -60,7 +60,7 @@ def test_a_wrong_first_direction_is_turned_by_the_motion_and_the_box_stays():
     first = (30.0, 3.5, np.pi)
     poses = straight(first, 8.0, 30)
     seen = observe_boxes(first, CAR, quarters=2)
-    track = Track(0, seen.corner[0], 0.0, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], CONFIG)
+    track = Track(0, seen.corner[0], 0.0, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], 0.0, CONFIG)
     centers = follow(track, poses)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.01)
     assert np.abs(centers - poses[:, :2])[5:].max() < 0.05

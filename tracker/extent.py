@@ -12,15 +12,20 @@ class ExtentConfig:
     """Memory of a vehicle's size and priors for the sides not seen."""
 
     car_length_m: float = 4.7
-    """Shortest length given to a vehicle whose length has not been seen [m]."""
+    """Usual length of a car [m]."""
     car_width_m: float = 1.8
+    """Usual width of a car [m]."""
     large_length_m: float = 8.0
-    """The same for trucks and buses."""
+    """The same for trucks and buses [m]."""
     large_width_m: float = 2.5
     large_from_length_m: float = 6.0
     """Longer than this is no car."""
     large_from_width_m: float = 2.25
     """Wider than this is no car."""
+    length_min_m: float = 3.5
+    """A side seen this long is taken for the whole length [m]; no car is shorter."""
+    width_min_m: float = 1.7
+    """The same for the width [m]."""
     growth: float = 0.3
     """Share of the difference taken over when a side is seen longer than remembered."""
     decay: float = 0.03
@@ -40,7 +45,7 @@ def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
 
 
 def complete(seen: Floats, config: ExtentConfig) -> Floats:
-    """(2,) length and width [m]: the remembered extents, no shorter than the vehicle's class allows."""
+    """(2,) length and width [m]: what was seen, and the usual for its class where too little was seen to tell."""
     large = seen[0] > config.large_from_length_m or seen[1] > config.large_from_width_m
-    prior = (config.large_length_m, config.large_width_m) if large else (config.car_length_m, config.car_width_m)
-    return np.maximum(seen, prior)
+    usual = (config.large_length_m, config.large_width_m) if large else (config.car_length_m, config.car_width_m)
+    return np.where(seen >= (config.length_min_m, config.width_min_m), seen, usual)

@@ -20,7 +20,7 @@ class OrientationConfig:
     """A vehicle faces where it goes when it goes faster than this [m/s]."""
     votes: int = 8
     """Successive frames of contradiction before the heading turns ..."""
-    first_votes: int = 3
+    first_votes: int = 5
     """... and before it turns for the first time, from the guess it started with."""
 
 
@@ -48,11 +48,12 @@ def first_guess(heading: float, size: Floats, forward: float, config: Orientatio
     return int(longer != only_width) + 2 * int(against)
 
 
-def contradiction(heading: float, velocity: Floats, size: Floats, config: OrientationConfig) -> int:
+def contradiction(heading: float, velocity: Floats, size: Floats, forward: float, config: OrientationConfig) -> int:
     """Quarter turns by which the motion or the seen size contradict the heading, 0 when nothing does.
 
-    A vehicle faces its course unless it is too slow to tell; and it is longer than wide if wider than any vehicle.
+    A vehicle faces its course. If it is too slow to tell, its size still tells length from width.
     """
     if np.hypot(*velocity) < config.course_speed_min_mps:
-        return int(size[1] > max(config.width_max_m, size[0]))
+        quarters = first_guess(heading, size, forward, config)
+        return quarters if quarters % 2 else 0
     return int(np.round(wrap(np.arctan2(velocity[1], velocity[0]) - heading) / QUARTER)) % 4

@@ -55,6 +55,7 @@ class Track:
         size: Floats,
         corner_sign: Ints,
         covariance: Floats,
+        forward: float,
         config: TrackConfig,
     ) -> None:
         self.id = track_id
@@ -66,6 +67,7 @@ class Track:
         self.hits = 1
         self.unseen_s = 0.0
         self._config = config
+        self._forward = forward
         self._turned = False
         self._votes: list[int] = []
         self._heading_rejections = 0
@@ -161,7 +163,7 @@ class Track:
     def _face_forward(self) -> None:
         """Turn the heading by quarters once motion or size have contradicted it for long enough."""
         config = self._config.orientation
-        quarters = orientation.contradiction(self.heading, self.velocity, self.seen_size, config)
+        quarters = orientation.contradiction(self.heading, self.velocity, self.seen_size, self._forward, config)
         self._votes = [*self._votes, quarters] if self._votes[:1] == [quarters] else [quarters]
         if len(self._votes) < (config.votes if self._turned else config.first_votes):
             return

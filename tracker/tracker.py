@@ -130,6 +130,7 @@ class Tracker:
                 size=orientation.turn_size(size, turns),
                 corner_sign=orientation.turn_sign(seen.corner_sign[b], turns),
                 covariance=seen.covariance[b],
+                forward=forward,
                 config=self._track_config,
             )
             self._tracks.append(track)
