@@ -39,7 +39,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         one_by_one("Tracking", result, ("track.",)),
         speed(result),
         limits(result.config["grading"]),
-        expectations(checks),
+        *([expectations(checks)] if checks else []),
         conclusion(result, checks),
     )
     return Group(*(part for section in sections for part in (section, "")))
@@ -153,10 +153,8 @@ def limits(grading: dict[str, Any]) -> Text:
     return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in grading.items()), style="dim")
 
 
-def expectations(checks: list[Check]) -> Table | Text:
+def expectations(checks: list[Check]) -> Table:
     """Limits of the scenario beside what came out."""
-    if not checks:
-        return Text("The scenario expects nothing.", style="dim")
     table = _table("Expectations", "metric", "limit", "value")
     table.add_column("")
     for check in checks:
@@ -168,9 +166,13 @@ def expectations(checks: list[Check]) -> Table | Text:
 
 def conclusion(result: Result, checks: list[Check]) -> Text:
     """The verdict, and whether the run got to its end."""
-    held = sum(check.passed for check in checks)
     text = Text("PASSED", style="bold green") if verdict(checks) == "passed" else Text("FAILED", style="bold red")
-    text.append(f": {held} of {len(checks)} expectations hold", style="not bold default")
+    held = (
+        f"{sum(check.passed for check in checks)} of {len(checks)} expectations hold"
+        if checks
+        else "the scenario expects nothing"
+    )
+    text.append(f": {held}", style="not bold default")
     if not result.complete:
         text.append(f"; the run is incomplete: {result.ended_early}", style="not bold yellow")
     return text

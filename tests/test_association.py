@@ -1,3 +1,4 @@
+import dataclasses
 from itertools import permutations
 
 import numpy as np
@@ -57,7 +58,7 @@ def test_nothing_outside_the_gate_is_paired():
     near, far = (10.3, 4.0, 0.1), (12.0, 4.0, 0.1)
     for pose, expected in ((near, [(0, 0)]), (far, [])):
         seen = observe_boxes(pose, CAR)
-        assert associate(tracks, seen, pair(tracks, seen, CONFIG), CONFIG) == expected
+        assert associate(tracks, pair(tracks, seen, CONFIG), CONFIG) == expected
 
 
 @pytest.mark.parametrize("quarters", range(4))
@@ -68,16 +69,38 @@ def test_a_box_means_the_same_however_its_sides_are_named(quarters):
     assert reading.heading[0, 0] == pytest.approx(0.3)
     assert reading.size[0, 0] == pytest.approx(CAR)
     assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
-    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0] + reading.side[0, 0])
+    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0])
 
 
-def test_another_nearest_corner_is_expected_one_known_side_away():
+def test_another_nearest_corner_is_followed_and_measures_the_tracked_one_a_known_side_away():
     """The car has passed: its front left is tracked, its rear left is now far nearer."""
     pose = (6.0, -3.0, 0.0)
     tracks = expecting(pose, (1, 1))
-    reading = pair(tracks, observe_boxes(pose, CAR), CONFIG)
+    reading = pair(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), CONFIG)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
-    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0] + reading.side[0, 0])
+    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0] + [0.2, -0.1])
+
+
+@pytest.mark.parametrize(
+    ("piece", "moved"),
+    [
+        ((5.0, -3.0), (0.0, 0.0)),  # anywhere within the side: nothing is known along it
+        ((4.0, -3.0), (0.0, 0.0)),
+        ((3.2, -3.0), (-0.5, 0.0)),  # sticks out behind by 0.5 m
+        ((6.8, -2.8), (0.5, 0.2)),  # sticks out in front; the side itself is exact
+    ],
+)
+def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, moved):
+    """A side 4.6 m long from x = 2.7 to 7.3, of which 2 m are seen."""
+    tracks = expecting((5.0, -3.0, 0.0), (-1, 1))
+    depth = 0.1
+    seen = observe_boxes((piece[0], piece[1] + 0.9 - depth / 2, 0.0), (2.0, depth))
+    seen = dataclasses.replace(seen, corner_sign=np.array([(-1, 1)]))
+    reading = pair(tracks, seen, CONFIG)
+    assert reading.position[0, 0] - tracks.position[0, 0] == pytest.approx(moved, abs=1e-9)
+    along, across = np.diag(reading.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
+    assert along == pytest.approx(1.3**2 / 3)  # even over +- 1.3 m
+    assert across == pytest.approx(0.0)
 
 
 def test_the_tracked_corner_is_kept_while_another_is_hardly_nearer():
@@ -93,7 +116,7 @@ def test_of_two_tracks_the_sure_one_wins_the_box_between_them():
     vague, sure = expecting(pose, (-1, -1), std_m=2.0), expecting((10.1, 4.0, 0.0), (-1, -1), std_m=0.1)
     both = Predictions(*(np.concatenate([getattr(vague, f), getattr(sure, f)]) for f in Predictions.__slots__))
     seen = observe_boxes(pose, CAR)
-    assert associate(both, seen, pair(both, seen, CONFIG), CONFIG) == [(1, 0)]
+    assert associate(both, pair(both, seen, CONFIG), CONFIG) == [(1, 0)]
 
 
 def test_an_unlikely_model_opens_no_gate():
@@ -110,4 +133,4 @@ def test_an_unlikely_model_opens_no_gate():
             size=one.size,
             corner_sign=one.corner_sign,
         )
-        assert associate(tracks, seen, pair(tracks, seen, CONFIG), CONFIG) == expected
+        assert associate(tracks, pair(tracks, seen, CONFIG), CONFIG) == expected

@@ -57,7 +57,7 @@ def cast(rig, frame, obstacles, mirrors=True, plain=False):
 
 
 @given(rig=rigs, actors=st.lists(things, max_size=4), obstacles=obstacles)
-@settings(deadline=None, max_examples=1500)
+@settings(deadline=None, max_examples=80)
 def test_kernel_equals_its_naive_twin(rig, actors, obstacles):
     """Fails when a beam is skipped that should be tested, or a plane, a wall, a limit is got wrong."""
     beams, bodies, walls, hits = cast(rig, world(*actors), obstacles)
@@ -83,7 +83,7 @@ def test_kernel_equals_its_naive_twin(rig, actors, obstacles):
 
 
 @given(rig=rigs, actors=st.lists(things, min_size=1, max_size=4))
-@settings(deadline=None, max_examples=1000)
+@settings(deadline=None, max_examples=40)
 def test_hit_points_lie_on_the_surface_they_name(rig, actors):
     """Fails when plane, part, cosine or body coordinates belong to another surface than the range."""
     beams, bodies, _, hits = cast(rig, world(*actors), wall((50, -50), (50, 50)))

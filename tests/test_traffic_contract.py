@@ -2,6 +2,7 @@
 
 from contextlib import closing
 from dataclasses import fields
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +70,7 @@ def same(record, other):
 
 def consecutive(frames):
     """Rows of actors that are in two frames in a row: (before, its rows, after, its rows)."""
-    for before, after in zip(frames, frames[1:], strict=False):
+    for before, after in pairwise(frames):
         _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
         yield before.actors, old, after.actors, new
 

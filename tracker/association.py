@@ -19,7 +19,9 @@ class AssociationConfig:
     gate_probability_min: float = 0.1
     """A model less likely than this opens no gate: the widest of the bank would take in everything."""
     corner_margin_m: float = 0.5
-    """Another corner must be nearer to the ego by this much before the track moves over to it."""
+    """Another corner must be nearer to the ego by this much before the track moves over to it [m]."""
+    face_min_m: float = 0.6
+    """A face seen this wide fixes where the vehicle ends on its side [m]."""
 
     def __post_init__(self) -> None:
         if self.gate_chi2 <= 0 or self.corner_margin_m < 0:
@@ -43,8 +45,10 @@ class Predictions:
     corner_sign: Ints
     """(T, 2) which corner is tracked."""
 
-    def __len__(self) -> int:
-        return len(self.heading)
+    @property
+    def selected(self) -> Floats:
+        """(T, 2) tracked corner by the likeliest model [m]."""
+        return np.asarray(self.position[np.arange(len(self.heading)), self.probability.argmax(axis=1)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,40 +59,70 @@ class Pairing:
     """(T, B) the box's heading, turned by quarters towards the track's."""
     size: Floats
     """(T, B, 2) seen extent along and across that heading [m]."""
-    corner_sign: Ints
-    """(T, B, 2) the corner of the vehicle that is measured."""
     position: Floats
-    """(T, B, 2) where the box has that corner [m]."""
-    side: Floats
-    """(T, B, 2) from the tracked corner to the measured one, by the track's heading and size [m]."""
+    """(T, B, 2) measured position of the corner that the track follows [m]."""
+    covariance: Floats
+    """(T, B, 2, 2) of that position [m^2]."""
+    corner_sign: Ints
+    """(T, B, 2) the corner to follow from now on."""
 
 
 def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
-    """Read each of B boxes as each of T tracks: whole turns of the box are resolved by the track's heading.
-
-    The measured corner is the nearest one, but the tracked one keeps its place until another is nearer by
-    `corner_margin_m`; in between both are seen equally well and a change would only cost accuracy.
-    """
+    """Read each of B boxes as each of T tracks: the track's heading tells length from width, and front from rear."""
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
-    heading = seen.heading + turns * QUARTER
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     nearest = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
-    tracked = np.broadcast_to(tracks.corner_sign[:, None], size.shape)
+    misfit, slack = fit_in(tracks, seen, size, nearest, config)
+    position = tracks.selected[:, None] + rotate(misfit, tracks.heading[:, None])
+    axes = rotate(np.eye(2), tracks.heading[:, None])
+    spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)  # even over +- slack
+    return Pairing(
+        heading=seen.heading + turns * QUARTER,
+        size=size,
+        position=position,
+        covariance=seen.covariance[:, :2, :2] + spread,
+        corner_sign=follow(tracks, seen, nearest, config),
+    )
 
-    def corner(sign: Floats | Ints) -> Floats:
-        return np.asarray(seen.center + rotate(0.5 * sign * size, heading))
 
-    range_m = [np.linalg.norm(corner(sign) - seen.sensor, axis=-1) for sign in (tracked, nearest)]
-    keeps = range_m[0] <= range_m[1] + config.corner_margin_m
-    sign = np.where(keeps[..., None], tracked, nearest).astype(np.int64)
-    side = rotate(0.5 * (sign - tracked) * tracks.size[:, None], tracks.heading[:, None])
-    return Pairing(heading=heading, size=size, corner_sign=sign, position=corner(sign), side=side)
+def fit_in(
+    tracks: Predictions, seen: Observations, size: Floats, nearest: Floats, config: AssociationConfig
+) -> tuple[Floats, Floats]:
+    """How far each track must move to agree with each box, (T, B, 2) along and across its heading [m].
+
+    Where the face at the near end of an axis is seen, that end is exact. Where it is not, what is seen may be a
+    piece of the side, cut off by an occluder or a gap between units: the track moves only as far as the piece
+    sticks out. The second value, (T, B, 2), is how much the piece could slide along the side [m].
+    """
+    side = tracks.size[:, None]
+    center = tracks.selected - rotate(0.5 * tracks.corner_sign * tracks.size, tracks.heading)
+    offset = rotate(seen.center - center[:, None], -tracks.heading[:, None])
+    near_end = offset + 0.5 * nearest * (size - side)
+    sticks_out = np.maximum(offset + 0.5 * (size - side), 0) + np.minimum(offset - 0.5 * (size - side), 0)
+    exact = size[..., ::-1] >= config.face_min_m
+    return np.where(exact, near_end, sticks_out), np.where(exact, 0.0, np.maximum(side - size, 0) / 2)
 
 
-def distance(tracks: Predictions, seen: Observations, pairing: Pairing) -> tuple[Floats, Floats]:
+def follow(tracks: Predictions, seen: Observations, nearest: Floats, config: AssociationConfig) -> Ints:
+    """(T, B, 2) the corner to follow: the nearest, but the tracked one until another is nearer by a margin.
+
+    In between both are seen equally well, and a change would only cost accuracy.
+    """
+    tracked = np.broadcast_to(tracks.corner_sign[:, None], nearest.shape)
+    center = tracks.selected - rotate(0.5 * tracks.corner_sign * tracks.size, tracks.heading)
+
+    def range_m(sign: Floats | Ints) -> Floats:
+        corner = center[:, None] + rotate(0.5 * sign * tracks.size[:, None], tracks.heading[:, None])
+        return np.asarray(np.linalg.norm(corner - seen.sensor, axis=-1))
+
+    keeps = range_m(tracked) <= range_m(nearest) + config.corner_margin_m
+    return np.where(keeps[..., None], tracked, nearest).astype(np.int64)
+
+
+def distance(tracks: Predictions, pairing: Pairing) -> tuple[Floats, Floats]:
     """(T, B, M) squared Mahalanobis distance of (5) by each model, and log-determinant of its B = H P H' + R."""
-    spread = tracks.covariance[:, None] + seen.covariance[None, :, None, :2, :2]
-    residual = (pairing.position - pairing.side)[:, :, None] - tracks.position[:, None]
+    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None]
+    residual = pairing.position[:, :, None] - tracks.position[:, None]
     squared = np.einsum("tbmi,tbmij,tbmj->tbm", residual, np.linalg.inv(spread), residual)
     return np.asarray(squared), np.asarray(np.log(np.linalg.det(spread)))
 
@@ -104,15 +138,13 @@ def assign(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
     return [(int(t), int(b)) for t, b in zip(rows, columns, strict=True) if admissible[t, b]]
 
 
-def associate(
-    tracks: Predictions, seen: Observations, pairing: Pairing, config: AssociationConfig
-) -> list[tuple[int, int]]:
+def associate(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> list[tuple[int, int]]:
     """Pairs (track, box): the most likely assignment inside the gate of any model that may be true.
 
     The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
     a vague track does not win against a sure one, nor an unlikely model against a likely one.
     """
-    squared, log_determinant = distance(tracks, seen, pairing)
+    squared, log_determinant = distance(tracks, pairing)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + log_determinant)
     likely = tracks.probability[:, None] >= config.gate_probability_min
     inside = (likely & (squared < config.gate_chi2)).any(axis=2)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tracker.geometry import QUARTER, rotate
 from tracker.records import Bools, Boxes, Candidates, Floats, Ints, Linkage, Segments
 
 CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
 """Signs of a rectangle's corners in its own frame."""
-HEADING_PRIOR_STD = 0.5 * math.pi / math.sqrt(12.0)
+HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
 """Of a heading spread evenly over a quarter turn: what is known of it without points."""
 
 
@@ -78,10 +79,7 @@ def build(
 
 def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:
     """(B, 2) corner nearest to the ego [m], and (B, 2) its signs in the box's frame."""
-    cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    half = 0.5 * CORNERS * size[:, None]
-    along, across = half[..., 0], half[..., 1]
-    corners = center[:, None] + np.stack([cos * along - sin * across, sin * along + cos * across], axis=2)
+    corners = center[:, None] + rotate(0.5 * CORNERS * size[:, None], heading[:, None])
     nearest = np.argmin(np.hypot(corners[..., 0], corners[..., 1]), axis=1)
     return corners[np.arange(len(center)), nearest], CORNERS[nearest]
 
@@ -93,15 +91,13 @@ def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfi
     moves by (dx, dy) and turns about the corner, a point at (0, v) on the other by dx - v * dheading. These
     rows, over the noise, sum up to the information matrix, on top of what is known without points.
     """
-    cos, sin = np.cos(heading), np.sin(heading)
-    x, y = from_corner.T
-    u, v = cos[box] * x + sin[box] * y, cos[box] * y - sin[box] * x
+    u, v = rotate(from_corner, -heading[box]).T
     lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)
     row = np.where(lies_along, [none, one, u], [one, none, -v]).T / config.noise_std_m
     information = np.zeros((len(heading), 3, 3))
     information[:] = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
     np.add.at(information, box, row[:, :, None] * row[:, None, :])
     turn = np.zeros_like(information)
-    turn[:, 0, 0] = turn[:, 1, 1] = cos
-    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = sin, -sin, 1.0
+    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
+    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
     return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))

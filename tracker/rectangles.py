@@ -1,6 +1,5 @@
 """Candidate rectangles of a segment: a heading by each method, and the extent of its lines along it."""
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -8,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker import kernels
+from tracker.geometry import QUARTER, rotate
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
@@ -58,21 +58,14 @@ def fit(
         points, offset = line_points, line_offset
     grid = np.deg2rad(np.arange(0.0, 90.0, config.step_deg))
     by_criteria = kernels.best_headings(points, offset, grid, config.closeness_floor_m)
-    heading = np.mod(np.column_stack([by_criteria, linkage.heading]), 0.5 * math.pi)
+    heading = np.mod(np.column_stack([by_criteria, linkage.heading]), QUARTER)
     center, size = measure(line_points, line_offset, heading)
     return Rectangles(heading=heading, center_ego=center, size=size)
 
 
 def measure(points: Floats, offset: Ints, heading: Floats) -> tuple[Floats, Floats]:
     """Centre and size (S, M, 2) of the tightest rectangles at headings (S, M); no segment is empty."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    if not len(heading):
-        return np.empty((*heading.shape, 2)), np.empty((*heading.shape, 2))
-    count = np.diff(offset)
-    x, y = points[:, :1], points[:, 1:]
-    each_cos, each_sin = np.repeat(cos, count, axis=0), np.repeat(sin, count, axis=0)
-    place = np.stack([each_cos * x + each_sin * y, each_cos * y - each_sin * x], axis=2)
-    low, high = np.minimum.reduceat(place, offset[:-1]), np.maximum.reduceat(place, offset[:-1])
-    along, across = np.moveaxis(0.5 * (low + high), 2, 0)
-    center = np.stack([cos * along - sin * across, sin * along + cos * across], axis=2)
-    return center, high - low
+    each_heading = np.repeat(heading, np.diff(offset), axis=0)
+    local = rotate(points[:, None], -each_heading)
+    low, high = np.minimum.reduceat(local, offset[:-1]), np.maximum.reduceat(local, offset[:-1])
+    return rotate(0.5 * (low + high), heading), high - low

@@ -17,9 +17,15 @@ class SelectionConfig:
 
     variant: Literal["faces", "paper"] = "faces"
     """`paper`: equation (3), the variance of the absolute residuals on the dominant line. T-linkage's heading is its
-    least-squares direction, so that others hardly win. `faces`: the squared mean absolute residual on all lines. It
-    too estimates the residuals' variance, but a rounded corner weighs less, and a short dominant side is outvoted
-    by a long one: for Laplacian noise it is the likelihood of the heading given the lines."""
+    least-squares direction, so that others hardly win. `faces`: the squared mean of the absolute residuals on all
+    lines, each residual capped. It too measures their spread, but rounded corners weigh less, and a short dominant
+    side is outvoted by a long one: for Laplacian noise it is the likelihood of the heading given the lines."""
+    residual_max_m: float = 0.08
+    """Cap of `faces` [m], three standard deviations of the points: beyond, a point is not on a side's flat part."""
+
+    def __post_init__(self) -> None:
+        if self.residual_max_m <= 0.0:
+            raise ValueError(f"residual_max_m is {self.residual_max_m}; give a positive distance in metres")
 
 
 def select(
@@ -44,6 +50,8 @@ def select(
         np.append(start, len(judged)),
         rectangles.heading[segment[start]],
     )
+    if config.variant == "faces":
+        distance = np.minimum(distance, config.residual_max_m)
     first = np.searchsorted(segment, np.arange(segments.count))
     count = np.diff(first, append=len(judged))[:, None]
     cost = (np.add.reduceat(distance, first) / count) ** 2

@@ -8,10 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker import kernels
+from tracker.geometry import QUARTER
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
-
-QUARTER_TURN = 0.5 * math.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,4 +80,4 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     )
     line = np.full(len(segments.label), -1, dtype=np.int64)
     line[order] = label
-    return Linkage(line=line, heading=np.mod(heading, QUARTER_TURN))
+    return Linkage(line=line, heading=np.mod(heading, QUARTER))

@@ -114,14 +114,34 @@ class Track:
         self.bank.predict(step)
         self.unseen_s += step.dt
 
-    def update(self, position: Floats, heading: float, size: Floats, corner_sign: Ints, covariance: Floats) -> None:
-        """Take over one observation: corner (2,), heading near the track's own, extents (2,), covariance (3, 3)."""
-        self._follow(corner_sign)
-        evidence = self.bank.log_likelihood(position, covariance[:2, :2])
+    def update(
+        self,
+        position: Floats,
+        heading: float,
+        size: Floats,
+        covariance: Floats,
+        heading_variance: float,
+        corner_sign: Ints,
+    ) -> None:
+        """Take over one observation.
+
+        Parameters
+        ----------
+        position, covariance
+            (2,) [m] and (2, 2) [m^2] of the corner tracked so far.
+        heading, heading_variance
+            Near the track's own [rad], [rad^2].
+        size
+            (2,) seen extent along and across the heading [m].
+        corner_sign
+            (2,) the corner to track from now on.
+        """
+        evidence = self.bank.log_likelihood(position, covariance)
         self.model_probability = mma.update(self.model_probability, evidence, self._config.mma)
-        self.bank.update(position, covariance[:2, :2])
-        self._update_heading(heading, covariance[2, 2])
+        self.bank.update(position, covariance)
+        self._update_heading(heading, heading_variance)
         self.seen_size = extent.remember(self.seen_size, size, self._config.extent)
+        self._follow(corner_sign)
         self._face_forward()
         self.hits += 1
         self.unseen_s = 0.0

@@ -103,7 +103,7 @@ class Tracker:
             open_boxes = seen.subset(free)
             predictions = predict(tracks)
             pairing = pair(predictions, open_boxes, self.config.association)
-            for t, b in associate(predictions, open_boxes, pairing, self.config.association):
+            for t, b in associate(predictions, pairing, self.config.association):
                 update(tracks[t], pairing, open_boxes, t, b)
                 track_id[free[b]] = tracks[t].id
         return track_id
@@ -166,6 +166,7 @@ def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -
         position=pairing.position[t, b],
         heading=float(pairing.heading[t, b]),
         size=pairing.size[t, b],
+        covariance=pairing.covariance[t, b],
+        heading_variance=float(seen.covariance[b, 2, 2]),
         corner_sign=pairing.corner_sign[t, b],
-        covariance=seen.covariance[b],
     )

@@ -1,0 +1,36 @@
+"""T-linkage of one car of 150 points."""
+
+import time
+from typing import Any
+
+import numpy as np
+
+from tracker.records import Segments
+from tracker.tlinkage import LinkageConfig, link
+
+POINTS = 150
+REPEATS = 300
+
+
+def car_points() -> np.ndarray:
+    """Noisy points on the rear and the left side of a car 12 m ahead, and three on its mirror."""
+    rng = np.random.default_rng(0)
+    rear = np.stack([np.full(45, 12.0), np.linspace(-4.0, -2.2, 45)], axis=1)
+    side = np.stack([np.linspace(12.0, 16.7, 102), np.full(102, -2.2)], axis=1)
+    mirror = np.array([[15.0, -2.0], [15.0, -2.05], [15.05, -2.0]])
+    points = np.concatenate([rear, side, mirror])
+    return points + rng.normal(0.0, 0.025, points.shape)
+
+
+def rows() -> dict[str, dict[str, Any]]:
+    points = car_points()
+    segments = Segments(label=np.zeros(POINTS, dtype=np.int64), count=1)
+    config = LinkageConfig()
+    link(points, segments, config)
+    spent = []
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        link(points, segments, config)
+        spent.append(time.perf_counter() - start)
+    value = 1e3 * float(np.median(spent))
+    return {"tracker.tlinkage_150pt_ms": {"value": value, "unit": "ms", "peer": None, "ratio": None}}

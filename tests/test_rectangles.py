@@ -1,0 +1,154 @@
+"""Candidate headings and the rectangles measured along them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support import naive_fit
+from support.shapes import Car, l_shape, rotation, scan_car
+from support.stages import fit_points, off_quarter, one_segment
+
+from tracker import kernels, rectangles, tlinkage
+from tracker.records import METHODS, Linkage, Segments
+from tracker.rectangles import RectangleConfig
+from tracker.tlinkage import LinkageConfig
+
+GRID = np.deg2rad(np.arange(90.0))
+AREA, CLOSENESS, VARIANCE, TLINKAGE = range(4)
+
+
+def criteria(points, angle, floor=0.01):
+    return kernels.criteria(points, angle, floor, np.empty(len(points)), np.empty(len(points)))
+
+
+def headings(points):
+    return kernels.best_headings(points, np.array([0, len(points)]), GRID, 0.01)[0]
+
+
+def test_criteria_by_hand():
+    """L of (0,0) (1,0) (2,0) (0,1) at heading 0: the nearer edges are the lower ones, so D1 = x and D2 = y.
+
+    Area 2 x 1. All four points lie on an edge, each counts 1 / d0 = 100. E1 = {0} and E2 = {0, 0}: no variance.
+    """
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 1.0]])
+    assert criteria(points, 0.0) == pytest.approx((-2.0, 400.0, 0.0))
+
+
+def test_variance_by_hand():
+    """D1 = x, D2 = y as above; E1 holds x of points nearer to the left edge: {0, 0.2}, E2 {0.1, 0.3, 0}.
+
+    var E1 = 0.01, var E2 = (0.1^2 + 0.3^2) / 3 - (0.4 / 3)^2 = 0.14 / 9.
+    """
+    points = np.array([[0.0, 4.0], [0.2, 2.0], [1.0, 0.1], [3.0, 0.3], [4.0, 0.0], [0.1, 0.1]])
+    assert criteria(points, 0.0)[2] == pytest.approx(-(0.01 + 0.14 / 9))
+
+
+def test_nearer_side_is_chosen_once_for_all_points():
+    """Zhang 2017: a far mirror point keeps its full distance. Chosen for each point it would be 0, closeness 500."""
+    points = np.array([[0.0, 0.0], [0.0, 0.5], [0.0, 1.0], [0.1, 3.0], [2.0, 1.5]])
+    expected = 100 + 100 + 100 + 1 / 0.1 + 1 / 1.5  # left edge; the last two lie on neither
+    assert criteria(points, 0.0)[1] == pytest.approx(expected)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 10_000), st.integers(3, 40), st.floats(0.0, 1.57))
+def test_criteria_equal_their_slow_twin(seed, count, angle):
+    points = np.random.default_rng(seed).normal((10.0, -5.0), (2.0, 1.0), (count, 2))
+    np.testing.assert_allclose(criteria(points, angle), naive_fit.criteria(points, angle, 0.01), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_search_finds_the_best_of_a_fine_brute_force(seed):
+    """Variance is smooth near its peak: the refined search must reach what 9000 headings reach."""
+    points = l_shape(0.1 + 0.4 * seed, step=0.1)
+    points += np.random.default_rng(seed).normal(0.0, 0.02, points.shape)
+    fine = np.deg2rad(np.arange(0.0, 90.0, 0.01))
+    scores = np.array([naive_fit.criteria(points, angle, 0.01) for angle in fine])
+    found = headings(points)
+    for method in (AREA, VARIANCE):
+        assert abs(off_quarter(found[method], fine[scores[:, method].argmax()])) < 0.05
+    coarse = scores[::100].max(axis=0)
+    reached = [naive_fit.criteria(points, found[c], 0.01)[c] for c in range(3)]
+    assert np.all(reached >= coarse)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(0.0, np.pi / 2, exclude_max=True))
+def test_closeness_and_variance_find_a_clean_l_below_the_grid(heading):
+    """A bare grid of 1 degree is off by up to 0.5, also across the turn from 89.9 to 0 degrees."""
+    found = headings(l_shape(heading))
+    assert abs(off_quarter(found[VARIANCE], heading)) < 0.05
+    assert abs(off_quarter(found[CLOSENESS], heading)) < 0.2
+
+
+def test_area_does_not_know_the_legs_of_an_l_from_its_hypotenuse():
+    """Around a right triangle with legs a, b both rectangles measure a b; cut the corner and the wrong one wins."""
+    points = l_shape(0.0, length=4.0, width=2.0)[1:]
+    points = points[np.linalg.norm(points - [10.0, 5.0], axis=1) > 0.3]
+    assert abs(off_quarter(headings(points)[AREA], np.arctan2(-2.0, 4.0))) < 2.0
+
+
+def test_segments_are_fitted_apart():
+    """Offsets off by one would mix points of neighbours."""
+    shapes = [l_shape(heading) for heading in (0.2, 0.7, 1.3)]
+    segments = Segments(np.repeat(np.arange(3), [len(shape) for shape in shapes]), 3)
+    mixed = np.random.default_rng(0).permutation(len(segments.label))
+    points, segments = np.concatenate(shapes)[mixed], Segments(segments.label[mixed], 3)
+    found = rectangles.fit(points, segments, tlinkage.link(points, segments, LinkageConfig()), RectangleConfig())
+    assert found.heading.shape == (3, len(METHODS))
+    assert np.abs(off_quarter(found.heading[:, VARIANCE], [0.2, 0.7, 1.3])).max() < 0.05
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.3, 1.2])
+def test_rectangle_of_a_clean_l(heading):
+    points = l_shape(heading, length=4.0, width=2.0)
+    fitted = fit_points(points)
+    assert fitted.candidates.heading[0, TLINKAGE] == pytest.approx(fitted.linkage.heading[0])
+    np.testing.assert_allclose(fitted.candidates.size[0, TLINKAGE], [4.0, 2.0], atol=1e-6)
+    np.testing.assert_allclose(
+        fitted.candidates.center_ego[0, TLINKAGE], np.array([10.0, 5.0]) + rotation(heading) @ [2.0, 1.0], atol=1e-6
+    )
+
+
+def test_a_mirror_does_not_blow_the_rectangle_up_but_turns_the_criteria():
+    """As published: the headings judge all points; the sides are measured on the lines."""
+    body = l_shape(0.3, length=4.0, width=1.8, step=0.2)
+    mirror = np.array([10.0, 5.0]) + np.array([[2.8, -0.18], [2.8, -0.2], [2.85, -0.2]]) @ rotation(0.3).T
+    points = np.concatenate([body, mirror])
+    clean, found = fit_points(body).candidates, fit_points(points).candidates
+    np.testing.assert_allclose(found.size[0, TLINKAGE], clean.size[0, TLINKAGE], atol=1e-6)
+    assert abs(off_quarter(found.heading[0, VARIANCE], 0.3)) > 0.5
+    without = fit_points(points, rectangle=RectangleConfig(points="lines")).candidates
+    assert abs(off_quarter(without.heading[0, VARIANCE], 0.3)) < 0.1
+
+
+def test_measured_sides_cover_the_lines_and_no_more():
+    points, _ = scan_car(Car(center=(15.0, 4.0), heading=0.5), np.random.default_rng(0))
+    segments = one_segment(len(points))
+    line = np.where(np.arange(len(points)) % 7 == 3, -1, 0)
+    found = rectangles.fit(points, segments, Linkage(line, np.array([0.5])), RectangleConfig())
+    for heading, center, size in zip(found.heading[0], found.center_ego[0], found.size[0], strict=True):
+        local = np.abs((points[line >= 0] - center) @ rotation(heading)) / (0.5 * size)
+        np.testing.assert_allclose(local.max(axis=0), 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("points", [np.full((8, 2), 4.0), np.stack([np.linspace(5, 9, 9), np.full(9, 3.0)], axis=1)])
+def test_degenerate_segments_have_finite_rectangles(points):
+    found = fit_points(points, segments=one_segment(len(points))).candidates
+    assert np.isfinite(found.heading).all()
+    assert np.isfinite(found.center_ego).all()
+    assert (found.size >= 0.0).all()
+
+
+def test_no_segment():
+    found = rectangles.fit(
+        np.ones((3, 2)), Segments(np.full(3, -1), 0), Linkage(np.full(3, -1), np.empty(0)), RectangleConfig()
+    )
+    assert found.heading.shape == (0, 4)
+    assert found.size.shape == (0, 4, 2)
+
+
+@pytest.mark.parametrize("values", [{"step_deg": 0.0}, {"step_deg": 60.0}, {"closeness_floor_m": 0.0}])
+def test_config_says_what_is_wrong(values):
+    with pytest.raises(ValueError, match=next(iter(values))):
+        RectangleConfig(**values)

@@ -1,0 +1,123 @@
+"""The report and the verdict: every number is the result's own, and fits on a terminal."""
+
+from dataclasses import replace
+
+import pytest
+from support import short_run
+
+from scenarios import paper
+from scenarios.expect import Check, Limit, check, verdict
+from scenarios.report import NONE, WIDTH, as_text, report
+from scenarios.result import Metric
+
+
+def text_of(result, checks=()):
+    return as_text(report(result, list(checks)))
+
+
+def row(text, title, first_cell):
+    """Cells of the first row after `title` that starts with `first_cell`."""
+    lines = text[text.index(title) :].splitlines()
+    return next(line for line in lines if line.startswith(first_cell)).removeprefix(first_cell).split()
+
+
+def with_metrics(**values):
+    """The short result, some metrics replaced; names have __ for dots."""
+    result = short_run.result()
+    changed = {name.replace("__", "."): value for name, value in values.items()}
+    return replace(result, metrics={**result.metrics, **changed})
+
+
+def test_the_heading_table_shows_its_metrics_beside_the_papers():
+    result = with_metrics(
+        fit__best__heading_mean_deg=Metric(-0.25, "deg", 77),
+        fit__best__heading_std_deg=Metric(1.5, "deg", 77),
+        fit__best__heading_abs_mean_deg=Metric(1.125, "deg", 77),
+        fit__best__heading_abs_std_deg=Metric(0.75, "deg", 77),
+    )
+    expected = ["-0.250", "1.500", "1.125", "0.750", "77", "1.352", "1.215"]
+    assert row(text_of(result), "Heading error by method", "best") == expected
+
+
+def test_the_distribution_table_shows_its_metrics_and_the_papers():
+    result = with_metrics(**{f"fit__area__within_{n}deg": Metric(n / 10, "1", 9) for n in range(1, 6)})
+    text = text_of(result)
+    assert row(text, "Share of heading errors", "area") == ["10.0%", "20.0%", "30.0%", "40.0%", "50.0%"]
+    assert row(text, "Share of heading errors", "paper: best") == ["60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
+
+
+def test_the_position_table_shows_its_metrics_and_the_papers():
+    result = with_metrics(
+        mma__mma__moving_target__x_abs_mean_m=Metric(0.1, "m", 31),
+        mma__mma__moving_target__x_abs_std_m=Metric(0.2, "m", 31),
+        mma__mma__moving_target__y_abs_mean_m=Metric(0.3, "m", 31),
+        mma__mma__moving_target__y_abs_std_m=Metric(0.4, "m", 31),
+    )
+    text = text_of(result)
+    rows = [line.split() for line in text[text.index("Absolute error of the tracked corner") :].splitlines()]
+    assert ["mma", "moving", "0.100", "0.200", "0.300", "0.400", "31"] in rows
+    assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
+
+
+def test_every_title_keeps_its_unit_and_the_sentence_its_brackets():
+    """In rich's markup [deg] and [bold] would be styles, and vanish."""
+    text = text_of(short_run.result())
+    for expected in ("modulo 90 degrees [deg]", "by view [deg]", "ego's axes [m]", "Time per frame [ms]", "ego [bold]"):
+        assert expected in text
+
+
+def test_what_repeats_a_run_and_what_was_graded_stand_in_the_report():
+    result = short_run.result()
+    text = " ".join(text_of(result).split())
+    assert f"seed 4, 10 frames, trace {result.trace_hash}" in text
+    assert all(f"{name} = {value:g}" in text for name, value in result.config["grading"].items())
+
+
+def test_what_does_not_apply_is_said_with_its_reason_and_never_as_a_number():
+    result = with_metrics(track__hota=Metric(None, "1", 0, "nothing was graded"))
+    assert row(text_of(result), "Tracking", "track.hota") == [NONE, "0", "nothing", "was", "graded"]
+
+
+def test_no_line_is_wider_than_the_report():
+    assert max(map(len, text_of(short_run.result()).splitlines())) <= WIDTH
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "passes"),
+    [
+        (0.5, Limit(min=0.5), True),
+        (0.5, Limit(max=0.5), True),
+        (0.49, Limit(min=0.5), False),
+        (0.51, Limit(max=0.5), False),
+        (0.6, Limit(min=0.5, max=0.7), True),
+        (0.8, Limit(min=0.5, max=0.7), False),
+        (0.0, Limit(max=0.0), True),
+        (None, Limit(max=0.0), False),
+    ],
+)
+def test_an_expectation_holds_up_to_its_limits_and_not_without_a_value(value, limit, passes):
+    (outcome,) = check({"track.hota": Metric(value, "1", 1)}, {"track.hota": limit})
+    assert outcome.passed is passes
+    assert verdict([outcome]) == ("passed" if passes else "failed")
+
+
+def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value():
+    metric = Metric(0.625, "1", 3)
+    good, bad = Check("track.mota", Limit(max=1.0), metric), Check("track.hota", Limit(min=0.75), metric)
+    text = text_of(short_run.result(), [good, bad])
+    assert verdict([good, bad]) == "failed"
+    assert row(text, "Expectations", "track.hota") == ["≥", "0.75", "0.625", "FAILED"]
+    assert row(text, "Expectations", "track.mota") == ["≤", "1", "0.625", "passed"]
+    assert "FAILED: 1 of 2 expectations hold" in text
+
+
+def test_an_incomplete_run_says_why():
+    text = text_of(replace(short_run.result(), ended_early="the ego arrived"))
+    assert "PASSED: the scenario expects nothing; the run is incomplete: the ego arrived" in text
+
+
+def test_the_papers_figures_are_those_of_its_tables():
+    """Tables II to IV: the text repeats some of them (sections V-A and V-B)."""
+    assert paper.HEADING_ABS_DEG["best"][1] == 1.2147
+    assert paper.WITHIN["best"][4] == 0.993
+    assert [round(value, 3) for value in paper.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]

@@ -1,0 +1,124 @@
+"""Which candidate is chosen, and whether the choice is better than any single method."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support import naive_fit
+from support.shapes import Car, l_shape, rotation, scan_car
+from support.stages import fit_points, off_quarter, one_segment
+
+from tracker import kernels, selection
+from tracker.records import METHODS, Linkage
+from tracker.rectangles import Rectangles
+from tracker.selection import SelectionConfig
+
+
+def choose(points, line, headings, variant="faces"):
+    """Select among bare headings; the rectangles' places do not matter to the cost."""
+    count = len(headings)
+    found = Rectangles(np.array([headings]), np.zeros((1, count, 2)), np.ones((1, count, 2)))
+    linkage = Linkage(np.asarray(line), np.array([headings[-1]]))
+    return selection.select(points, one_segment(len(points)), linkage, found, SelectionConfig(variant=variant))
+
+
+def test_costs_by_hand():
+    """Four points at 0.05 m to either side of a line: all absolute residuals are 0.05, so (3) is 0 and `faces` 0.05^2.
+
+    Along the line |x| is 1.5, 0.5, 0.5, 1.5: the line must be judged by its own direction after a quarter turn too.
+    """
+    points = np.array([[8.5, 3.05], [9.5, 2.95], [10.5, 3.05], [11.5, 2.95]])
+    for heading in (0.0, np.pi / 2):
+        assert choose(points, [0] * 4, [heading] * 4).cost[0, 0] == pytest.approx(0.0025)
+        assert choose(points, [0] * 4, [heading] * 4, "paper").cost[0, 0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_equation_3_by_hand():
+    """Residuals -0.3, 0.1, 0.3, -0.1 about the middle: variance of {0.3, 0.1, 0.3, 0.1} is 0.01."""
+    points = np.array([[8.0, 2.7], [9.0, 3.1], [10.0, 3.3], [11.0, 2.9]])
+    assert choose(points, [0] * 4, [0.0] * 4, "paper").cost[0, 0] == pytest.approx(0.01)
+
+
+def test_residuals_are_capped():
+    """One point 2 m off its line must count as 0.08, or it decides alone."""
+    points = np.array([[float(x), 3.0] for x in range(20)] + [[10.0, 1.0]])
+    assert choose(points, [0] * 21, [0.0] * 4).cost[0, 0] == pytest.approx((0.08 / 21) ** 2)
+
+
+def test_outliers_and_other_lines_do_not_enter_equation_3():
+    points = np.concatenate([l_shape(0.0, 4.0, 2.0), [[12.0, 7.0], [13.0, 6.0]]])
+    line = np.where(points[:, 1] == 5.0, 0, 1)
+    line[-2:] = -1
+    assert choose(points, line, [0.0] * 4, "paper").cost[0, 0] == pytest.approx(0.0, abs=1e-12)
+    assert choose(points, line, [0.0] * 4).cost[0, 0] == pytest.approx(0.0, abs=1e-12)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10_000), st.integers(1, 30), st.lists(st.floats(0.0, 1.57), min_size=4, max_size=4))
+def test_distances_equal_their_slow_twin(seed, count, headings):
+    rng = np.random.default_rng(seed)
+    lines = [rng.normal((20.0, 5.0), (2.0, 0.3), (n, 2)) @ rotation(0.3).T for n in (count, 7)]
+    ours = kernels.side_distances(np.concatenate(lines), np.array([0, count, count + 7]), np.array([headings] * 2))
+    twin = [[naive_fit.side_distances(points, heading) for heading in headings] for points in lines]
+    np.testing.assert_allclose(ours, np.concatenate([np.transpose(block) for block in twin]), atol=1e-9)
+
+
+@given(st.permutations([0.0, 3.0, 20.0, 44.0]), st.floats(0.0, 1.5))
+@settings(deadline=None)
+def test_the_truth_is_chosen_wherever_it_stands(errors_deg, truth):
+    points = l_shape(truth)
+    corner = np.linalg.norm(points - [10.0, 5.0], axis=1) < 1e-9
+    line = np.where((points - [10.0, 5.0]) @ rotation(truth)[:, 1] < 1e-9, 0, 1)
+    line[corner] = 0
+    for variant in ("faces", "paper"):
+        best = choose(points, line, truth + np.deg2rad(errors_deg), variant).best[0]
+        assert errors_deg[best] == 0.0
+
+
+def test_a_short_dominant_side_is_outvoted():
+    """40 points on a bulging rear, 12 on a long side: (3) follows the bulge, the faces together the side."""
+    across = np.linspace(-0.8, 0.8, 40)
+    rear = np.stack([10.0 - 0.03 * across - 0.02 * across**2, across], axis=1)  # leans by 1.7 degrees
+    side = np.stack([np.linspace(10.0, 14.5, 12), np.full(12, 0.9)], axis=1)
+    points, line = np.concatenate([rear, side]), np.repeat([0, 1], [40, 12])
+    headings = [0.0, 0.03, 0.2, 0.5]
+    assert choose(points, line, headings, "paper").best[0] == 1
+    assert choose(points, line, headings).best[0] == 0
+
+
+@pytest.fixture(scope="module")
+def errors_deg():
+    """Absolute heading errors (300, 4) by method and (300,) of the selection, on L-shape views of noisy cars."""
+    rng = np.random.default_rng(11)
+    every, best = [], []
+    while len(best) < 300:
+        distance, bearing, heading = rng.uniform(8, 40), rng.uniform(-np.pi, np.pi), rng.uniform(0, np.pi)
+        if abs(off_quarter(heading, bearing)) < 10.0:
+            continue  # one side alone
+        car = Car(
+            center=(distance * np.cos(bearing), distance * np.sin(bearing)),
+            heading=heading,
+            mirrors=rng.random() < 0.5,
+            window_depth=rng.uniform(0.85, 1.45) * (rng.random() < 0.4),
+        )
+        points, _ = scan_car(car, rng)
+        found = fit_points(points, segments=one_segment(len(points))).candidates
+        error = np.abs(off_quarter(found.heading[0], heading))
+        every.append(error)
+        best.append(error[found.best[0]])
+    return np.array(every), np.array(best)
+
+
+def test_best_selection_beats_every_single_method(errors_deg):
+    """Table 2 of the paper: mean absolute error area 12.3, closeness 2.0, variance 1.5, T-linkage 1.6, best 1.35."""
+    every, best = errors_deg
+    mean = dict(zip(METHODS, every.mean(axis=0), strict=True))
+    assert best.mean() < 0.9 * min(mean.values())
+    assert mean["area"] > 3.0 * max(mean["closeness"], mean["variance"], mean["tlinkage"])
+    assert np.mean(best <= 2.0) > 0.95
+    assert best.max() < 6.0, "the paper: selection removes the errors beyond 6 degrees"
+
+
+def test_residual_max_must_be_positive():
+    with pytest.raises(ValueError, match="residual_max_m"):
+        SelectionConfig(residual_max_m=0.0)

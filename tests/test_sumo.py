@@ -1,0 +1,369 @@
+"""SUMO's conventions, its faults, and what the two SUMO scenarios promise."""
+
+import gzip
+import xml.etree.ElementTree as ET
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenarios.scenario import Scenario
+from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.sumo import SumoSource, SumoTraffic
+from sim.sumo_bodies import kind_of_shape
+from sim.world import Kind
+
+CATALOG = Path(__file__).parents[1] / "scenarios" / "catalog"
+CROSSING = CATALOG / "urban" / "sumo-crossing"
+NET = CROSSING / "crossing.net.xml"
+
+EASTBOUND = """<route id="east" edges="west_in east_out"/>
+<vehicle id="first" route="east" depart="0" departPos="60" departLane="1" departSpeed="0"/>
+<vehicle id="second" route="east" depart="3" departSpeed="0"/>"""
+
+
+@pytest.fixture
+def sumo(tmp_path):
+    """Make sources on the crossing's net from the inside of a route file; close them in the end."""
+    made = []
+
+    def make(traffic=EASTBOUND, *, range_m=100.0, **keys):
+        (tmp_path / "traffic.rou.xml").write_text(f"<routes>{traffic}</routes>")
+        keys = {"net": str(NET), "routes": ["traffic.rou.xml"]} | keys
+        made.append(SumoSource(SumoTraffic(**keys), tmp_path, range_m))
+        return made[-1]
+
+    yield make
+    for source in made:
+        source.close()
+
+
+def play(source, count):
+    for _ in range(count):
+        source.step()
+
+
+def frames(source, count):
+    source.reset(1)
+    return [source.step() for _ in range(count)]
+
+
+def lane_point(lane_id, distance):
+    """Point and direction on a straight lane, `distance` [m] from its beginning, read off the net file."""
+    (lane,) = [lane for lane in ET.parse(NET).getroot().iter("lane") if lane.get("id") == lane_id]
+    start, end = (np.array([float(v) for v in point.split(",")]) for point in lane.get("shape").split())
+    along = (end - start) / np.linalg.norm(end - start)
+    return start + along * distance * np.linalg.norm(end - start) / float(lane.get("length")), along
+
+
+# ---- poses, sizes, kinds
+
+
+@pytest.mark.parametrize("edge", ["west_in", "south_in", "east_in", "north_in"])
+def test_a_pose_is_the_box_centre_and_yaw_is_counter_clockwise_from_east(sumo, edge):
+    out = {"west_in": "east_out", "south_in": "north_out", "east_in": "west_out", "north_in": "south_out"}[edge]
+    route = f"""<vType id="long" length="8" width="2.1" height="2.5"/>
+    <vehicle id="ego" type="long" depart="0" departPos="60" departLane="1" departSpeed="0">
+        <route edges="{edge} {out}"/></vehicle>"""
+    (frame,) = frames(sumo(route), 1)
+    # the front bumper is at 60 m of the lane, the centre 4 m behind it
+    centre, along = lane_point(f"{edge}_1", 60.0 - 4.0)
+    assert frame.ego.pose_world[:2] == pytest.approx(centre, abs=0.02)
+    assert frame.ego.pose_world[2] == pytest.approx(np.arctan2(along[1], along[0]), abs=1e-3)
+    assert frame.ego.size == pytest.approx([8.0, 2.1, 2.5])
+
+
+@pytest.mark.parametrize(
+    ("shape", "height", "kind"),
+    [
+        ("passenger/sedan", 1.45, Kind.CAR),
+        ("passenger", 1.67, Kind.SUV),
+        ("taxi", 1.5, Kind.CAR),
+        ("passenger/van", 1.8, Kind.VAN),
+        ("delivery", 2.6, Kind.VAN),
+        ("truck", 3.4, Kind.TRUCK),
+        ("truck/semitrailer", 4.0, Kind.TRAILER_TRUCK),
+        ("bus/flexible", 3.0, Kind.BUS),
+        ("motorcycle", 1.5, Kind.MOTORCYCLE),
+        ("bicycle", 1.7, Kind.BICYCLE),
+        ("nobody/knows", 1.5, Kind.CAR),
+    ],
+)
+def test_kinds_by_shape(shape, height, kind):
+    assert kind_of_shape(shape, height) is kind
+
+
+def test_people_on_foot_are_delivered_and_are_nobody_s_namesake(sumo):
+    walker = """<person id="second" depart="0" departPos="55"><walk edges="west_in east_out"/></person>
+    <person id="far" depart="0" departPos="5"><walk edges="north_in north_out"/></person>
+    <person id="rider" depart="0"><ride from="west_in" to="east_out" lines="first"/></person>"""
+    seen = frames(sumo(EASTBOUND + walker, range_m=60.0), 60)
+    people = {
+        (int(actors.id[row]), str(actors.name[row]), actors.size[row, 2])
+        for actors in (frame.actors for frame in seen)
+        for row in np.flatnonzero(actors.kind == Kind.PEDESTRIAN)
+    }
+    assert [(name, height) for _, name, height in people] == [("second", pytest.approx(1.719))]
+    vehicles = {int(i) for frame in seen for i in frame.actors.id[frame.actors.name == "second"]}
+    assert len(vehicles) == 2, "the vehicle and the person of that name have a number each"
+
+
+# ---- obstacles
+
+
+def test_buildings_and_whatever_has_a_height_are_obstacles(sumo, tmp_path):
+    (tmp_path / "shapes.add.xml").write_text("""<additional>
+        <poly id="b" type="building.garage" shape="0,0 4,0 4,3 0,0"/>
+        <poly id="a" type="wall" shape="10,0 20,0"><param key="height" value="2.5"/></poly>
+        <poly id="c" type="lawn" shape="0,0 4,0 4,3"/></additional>""")
+    obstacles = sumo(additional=["shapes.add.xml"], building_height_m=6.0).reset(0)
+    assert obstacles.height == pytest.approx([2.5, 6.0])  # by name; the lawn stays flat
+    assert list(obstacles.offset) == [0, 2, 5]  # the closing corner is left out
+    assert obstacles.vertices_world[2:] == pytest.approx(np.array([[0, 0], [4, 0], [4, 3]]))
+
+
+# ---- who the ego is, and when it leaves
+
+
+@pytest.mark.parametrize(
+    ("ego", "name"),
+    [("first", "first"), ("vehicle:second", "second"), ("route:east", "first"), ("route:!late", "late")],
+)
+def test_the_ego_is_chosen(sumo, ego, name):
+    late = '<vehicle id="late" depart="2"><route edges="north_in south_out"/></vehicle>'
+    routes = EASTBOUND.replace('<vehicle id="second"', late + '<vehicle id="second"')
+    source = sumo(routes, ego=ego)
+    source.reset(1)
+    assert source.step().time == 0.0
+    assert source._ego == name
+
+
+def test_the_run_ends_when_the_ego_leaves(sumo):
+    source = sumo()
+    source.reset(1)
+    with pytest.raises(TrafficEndedError, match=r'ego "first" left the net at \d+\.\d\d s'):
+        play(source, 2000)
+    with pytest.raises(TrafficEndedError):
+        source.step()
+
+
+# ---- jumps
+
+
+def jumps_and_speeds(source, frames_count):
+    """Return displacements between an actor's sightings over the time between [m/s], and all speeds [m/s]."""
+    last, jumps, speeds = {}, [], []
+    for _ in range(frames_count):
+        frame = source.step()
+        speeds += list(np.hypot(*frame.actors.velocity_world.T))
+        for name, pose in zip(frame.actors.name, frame.actors.pose_world, strict=True):
+            time, place = last.get(name, (frame.time - 1.0, pose[:2]))
+            jumps.append(np.hypot(*(pose[:2] - place)) / (frame.time - time))
+            last[name] = frame.time, pose[:2]
+    return np.array(jumps), np.array(speeds)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        # without a lateral resolution, lanes are changed in one step
+        ("highway/sumo-cut-in", {}),
+        # whoever stands for a second is teleported
+        ("urban/sumo-crossing", {"lateral-resolution": "0.8", "time-to-teleport": "1"}),
+    ],
+    ids=["lane changes in one step", "teleports"],
+)
+def test_a_jump_is_no_speed(name, options):
+    scenario = Scenario.load(CATALOG / f"{name}.toml")
+    config = replace(scenario.traffic, options=options)
+    with closing(SumoSource(config, scenario.folder, 80.0)) as source:
+        source.reset(1)
+        jumps, speeds = jumps_and_speeds(source, 200)
+    assert (jumps > 40.0).any(), "nobody jumped, so nothing was tested"
+    assert speeds.max() < 30.0
+
+
+# ---- bad input: one line that names what is wrong, and not a word on the terminal
+
+
+def complaint(source, error=TrafficInputError):
+    with pytest.raises(error) as caught:
+        source.reset(1)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_missing_file_is_named(sumo):
+    assert "gone.net.xml: no such file" in complaint(sumo(net="gone.net.xml"))
+    assert "gone.rou.xml: no such file" in complaint(sumo(routes=["gone.rou.xml"]))
+    assert "gone.sumocfg: no such file" in complaint(sumo(config="gone.sumocfg", net="", routes=[]))
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("hello", "does not parse"),
+        ("", "does not parse"),
+        ("<net><edge", "no <net version"),  # libsumo would take the whole process down
+        ("<routes/>", "no <net version"),
+        ('<net version="1.20"><edge', "unexpected end of input"),
+        ('<net version="1.20"><edge id="a" from="b" to="c"/></net>', "Unknown from-node 'b'"),
+    ],
+)
+def test_a_net_that_does_not_parse(sumo, tmp_path, capfd, text, why):
+    (tmp_path / "bad.net.xml").write_text(text)
+    assert why in complaint(sumo(net="bad.net.xml"))
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("routes", "keys", "why"),
+    [
+        ('<route id="r" edges="west_in nowhere"/>', {}, "edge 'nowhere' within the route 'r' is not known"),
+        ("<vehicle", {}, "traffic.rou.xml"),
+        ('<vehicle id="v" depart="0" departLane="9"><route edges="west_in"/></vehicle>', {}, "departLane"),
+        (EASTBOUND, {"options": {"lateral-resolutio": "1"}}, "No option with the name 'lateral-resolutio'"),
+        (EASTBOUND, {"options": {"lateral-resolution": "wide"}}, "'wide' is not a valid float"),
+    ],
+)
+def test_bad_routes_and_options(sumo, capfd, routes, keys, why):
+    assert why in complaint(sumo(routes, **keys))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_ego_that_never_appears(sumo):
+    said = complaint(sumo(ego="vehicle:eggo"))
+    assert 'ego = "vehicle:eggo" did not enter' in said
+    assert "first, second" in said
+    assert "did not enter in 2 s" in complaint(sumo(ego="vehicle:second", max_wait_s=2.0))
+    assert "these did: east" in complaint(sumo(ego="route:west"))
+
+
+def test_a_building_of_no_height(sumo, tmp_path):
+    (tmp_path / "bad.add.xml").write_text(
+        """<additional><poly id="b" type="building" shape="0,0 1,0 1,1">
+        <param key="height" value="tall"/></poly></additional>"""
+    )
+    assert 'polygon "b": height = "tall"' in complaint(sumo(additional=["bad.add.xml"]))
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {},
+        {"net": "a.net.xml"},
+        {"config": "a.sumocfg", "net": "a.net.xml", "routes": ["b"]},
+        {"config": "a.sumocfg", "additional": ["b"]},
+        {"config": "a.sumocfg", "ego": "second"},
+        {"config": "a.sumocfg", "ego": "vehicle:"},
+        {"config": "a.sumocfg", "dt_s": 0.0},
+        {"config": "a.sumocfg", "options": {"seed": "3"}},
+    ],
+)
+def test_contradictory_settings(keys):
+    with pytest.raises(ValueError, match=r"\S"):
+        SumoTraffic(**keys)
+
+
+def test_trouble_in_mid_run_is_the_simulator_s(sumo):
+    # SUMO reads routes as it goes, 200 s ahead
+    traffic = """<route id="west" edges="west_in"/>
+    <vehicle id="ego" route="west" depart="0"><stop lane="west_in_1" endPos="50" duration="500"/></vehicle>
+    <vehicle id="next" route="west" depart="210"/>
+    <vehicle id="last" depart="230"><route edges="west_in nowhere"/></vehicle>"""
+    source = sumo(traffic, dt_s=0.5)
+    source.reset(1)
+    with pytest.raises(SimulatorFailedError, match="edge 'nowhere'"):
+        play(source, 500)
+
+
+# ---- one process, one simulation
+
+
+def test_a_second_simulation_in_the_process_is_refused_until_the_first_is_closed(sumo):
+    one, two = sumo(), sumo()
+    one.reset(1)
+    assert "one simulation per process" in complaint(two, SimulatorFailedError)
+    assert one.step().index == 0, "the first one is unharmed"
+    one.close()
+    two.reset(1)
+    one.close()
+    assert two.step().index == 0, "closing twice ends nobody else's run"
+
+
+def test_after_bad_input_the_next_run_starts(sumo):
+    complaint(sumo(ego="vehicle:eggo"))
+    assert frames(sumo(), 2)[1].index == 1
+
+
+def test_step_before_reset_is_told(sumo):
+    with pytest.raises(SimulatorFailedError, match="reset comes before step"):
+        sumo().step()
+
+
+# ---- other ways to name the files
+
+
+def test_a_sumocfg_with_a_compressed_net_runs_quietly(sumo, tmp_path, capfd):
+    (tmp_path / "sub").mkdir()
+    with gzip.open(tmp_path / "sub" / "crossing.net.xml.gz", "wb") as packed:
+        packed.write(NET.read_bytes())
+    (tmp_path / "sub" / "run.sumocfg").write_text("""<configuration>
+        <input><net-file value="crossing.net.xml.gz"/><route-files value="../traffic.rou.xml"/></input>
+        <report><verbose value="true"/></report></configuration>""")
+    assert len(frames(sumo(config="sub/run.sumocfg", net="", routes=[]), 3)) == 3
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_sumocfg_without_a_net_or_that_is_no_xml(sumo, tmp_path):
+    (tmp_path / "a.sumocfg").write_text("<configuration/>")
+    (tmp_path / "b.sumocfg").write_text("net = 3")
+    assert "no net-file" in complaint(sumo(config="a.sumocfg", net="", routes=[]))
+    assert "not a SUMO configuration" in complaint(sumo(config="b.sumocfg", net="", routes=[]))
+
+
+# ---- the scenarios
+
+
+def run(name):
+    scenario = Scenario.load(CATALOG / f"{name}.toml")
+    with closing(SumoSource(scenario.traffic, scenario.folder, 60.0)) as source:
+        obstacles = source.reset(scenario.seed)
+        return obstacles, [source.step() for _ in range(round(scenario.duration_s / source.dt))]
+
+
+def in_ego_frame(frame):
+    """x, y of actors in the ego frame."""
+    cos, sin = np.cos(frame.ego.pose_world[2]), np.sin(frame.ego.pose_world[2])
+    return (frame.actors.pose_world[:, :2] - frame.ego.pose_world[:2]) @ np.array([[cos, -sin], [sin, cos]])
+
+
+def test_the_crossing_is_crowded_and_crossed():
+    obstacles, seen = run("urban/sumo-crossing")
+    near = [int((np.hypot(*in_ego_frame(frame).T) <= 50.0).sum()) for frame in seen]
+    assert np.mean(np.array(near) >= 10) > 0.75
+    south, north = seen[0].ego.pose_world[1], seen[-1].ego.pose_world[1]
+    assert south < -100.0
+    assert north > 40.0
+    assert min(np.hypot(*frame.ego.velocity_world) for frame in seen) < 0.1, "the ego waits at the light"
+    kinds = {Kind(kind) for frame in seen for kind in frame.actors.kind}
+    assert kinds >= {Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.BUS, Kind.MOTORCYCLE}
+    corners = obstacles.vertices_world
+    for east, north in [(1, 1), (1, -1), (-1, 1), (-1, -1)]:
+        at_corner = (corners * (east, north) > 0).all(axis=1) & (np.hypot(*corners.T) < 40.0)
+        assert at_corner.any(), "a building stands at every corner"
+    assert obstacles.height.min() > 2.0
+
+
+def test_vehicles_cut_in_on_the_motorway():
+    _, seen = run("highway/sumo-cut-in")
+    beside, cut_in = set(), set()
+    for frame in seen:
+        for number, (x, y) in zip(frame.actors.id, in_ego_frame(frame), strict=True):
+            if 5.0 < x < 50.0 and abs(y) > 2.5:
+                beside.add(number)
+            if 5.0 < x < 50.0 and abs(y) < 1.2 and number in beside:
+                cut_in.add(number)
+    assert len(cut_in) >= 3
