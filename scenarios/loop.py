@@ -7,9 +7,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from sim.highway import HighwaySource, HighwayTraffic
-from sim.scripted import ScriptedSource, ScriptedTraffic
-
 from scenarios import device, progress
 from scenarios.device import DeviceFactory
 from scenarios.grading.grader import Grader
@@ -21,6 +18,8 @@ from scenarios.trace import TraceHash
 from scenarios.warm_up import warm_up
 from sensor_model.lidar import Lidar
 from sensor_model.rig import Rig, load_rig
+from sim.highway import HighwaySource, HighwayTraffic
+from sim.scripted import ScriptedSource, ScriptedTraffic
 from sim.source import TrafficEndedError, TrafficSource
 from sim.sumo import SumoSource, SumoTraffic
 

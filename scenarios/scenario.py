@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
-from sim.highway import HighwayTraffic
-from sim.scripted import ScriptedTraffic
 
 from scenarios.errors import ScenarioError
 from scenarios.expect import Limit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.config import GradingConfig
 from sensor_model.noise import NoiseConfig
+from sim.highway import HighwayTraffic
+from sim.scripted import ScriptedTraffic
 from sim.sumo import SumoTraffic
 from tracker.tracker import TrackerConfig
 

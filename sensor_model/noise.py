@@ -1,5 +1,6 @@
 """What happens to beams between the surface and the reported range. Each kind of noise has its own switch."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ Ints = npt.NDArray[np.int64]
 KEPT = -1
 """In the result of `lost_beams`: the beam returned."""
 
+_LOGISTIC_10_TO_90 = 2.0 * math.log(9.0)  # width of the standard logistic between these shares
 _TINY_POWER = 1e-30  # stands for none at all, in 1/m^2
 
 
@@ -50,7 +52,7 @@ class Dropout:
     The LUX sees a reflectivity of 10 % at 50 m: 0.1 / 50^2.
     """
     softness_db: float = 1.0
-    """Scale of the logistic between loss and return; an estimate."""
+    """Rise of power over which the share of beams that return goes from 10 to 90 %, along a logistic; an estimate."""
     random_rate: float = 0.01
     """Fraction of beams lost whatever their power; an estimate."""
 
@@ -105,7 +107,7 @@ def lost_beams(hits: Hits, beams: BeamTable, config: Dropout, draws: Draws, fram
     power = np.maximum(received_power(hits, beams), _TINY_POWER)
     margin_db = 10.0 * np.log10(power / config.threshold_per_m2)
     loss[by_chance < config.random_rate] = Loss.RANDOM
-    loss[by_power > expit(margin_db / config.softness_db)] = Loss.THRESHOLD
+    loss[by_power > expit(_LOGISTIC_10_TO_90 * margin_db / config.softness_db)] = Loss.THRESHOLD
     return loss
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tracker.geometry import rotate, wrap
-from tracker.orientation import OrientationConfig, contradiction, first_guess, turn_sign, turn_size
+from tracker.orientation import OrientationConfig, contradiction, course, first_guess, turn_sign, turn_size
 
 CONFIG = OrientationConfig()
 
@@ -35,10 +35,17 @@ def test_first_guess(size, forward, expected):
 
 
 @pytest.mark.parametrize(
-    ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-1, 0), 0)]
+    ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-0.9, 0), 0)]
 )
-def test_contradiction(velocity, quarters):
-    assert contradiction(0.0, np.array(velocity, dtype=float), np.array([4.6, 1.8]), 0.0, CONFIG) == quarters
+def test_motion_contradicts_the_heading(velocity, quarters):
+    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG)
+    assert contradiction(0.0, direction, np.array([4.6, 1.8]), 0.0, CONFIG) == quarters
+
+
+def test_a_vague_velocity_has_no_course():
+    fast = np.array([5.0, 0.0])
+    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == 0.0
+    assert course(fast, np.eye(2) * 2.0**2, CONFIG) is None
 
 
 @pytest.mark.parametrize(
@@ -51,4 +58,4 @@ def test_contradiction(velocity, quarters):
     ],
 )
 def test_size_tells_length_from_width_while_a_vehicle_is_slow(size, forward, quarters):
-    assert contradiction(0.0, np.zeros(2), np.array(size), np.radians(forward), CONFIG) == quarters
+    assert contradiction(0.0, None, np.array(size), np.radians(forward), CONFIG) == quarters

@@ -7,7 +7,8 @@ from support import short_run
 
 from scenarios import paper
 from scenarios.expect import Check, Limit, check, verdict
-from scenarios.report import NONE, WIDTH, as_text, report
+from scenarios.report import WIDTH, as_text, report
+from scenarios.report_tables import NONE
 from scenarios.result import Metric
 
 
@@ -113,7 +114,7 @@ def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value(
 
 def test_an_incomplete_run_says_why():
     text = text_of(replace(short_run.result(), ended_early="the ego arrived"))
-    assert "PASSED: the scenario expects nothing; the run is incomplete: the ego arrived" in text
+    assert "PASSED: 0 of 0 expectations hold; the run is incomplete: the ego arrived" in text
 
 
 def test_the_papers_figures_are_those_of_its_tables():

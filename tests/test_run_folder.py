@@ -36,11 +36,17 @@ def write_run(out, result=RESULT):
         run_folder.write(folder, result, CHECKS, "the report\n")
 
 
+def fail(out, error):
+    with run_folder.create(out) as folder:
+        (folder / "half").write_text("written")
+        raise error
+
+
 def test_a_run_reads_back_as_written(tmp_path):
     write_run(tmp_path / "run")
     back = run_folder.read(tmp_path / "run")
     pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
-    for field in ("scenario", "seed", "trace_hash", "complete", "ended_early", "frames", "metrics", "config", "versions"):
+    for field in ("scenario", "seed", "trace_hash", "ended_early", "frames", "metrics", "config", "versions"):
         assert getattr(back, field) == getattr(RESULT, field)
     assert names(tmp_path / "run") == ["report.txt", "result.json", "tables"]
 
@@ -58,9 +64,8 @@ def test_the_json_has_the_documented_shape(tmp_path):
 
 
 def test_folders_above_are_made_and_taken_back_when_the_run_fails(tmp_path):
-    with pytest.raises(ZeroDivisionError), run_folder.create(tmp_path / "a" / "b" / "run") as folder:
-        (folder / "half").write_text("written")
-        raise ZeroDivisionError
+    with pytest.raises(ZeroDivisionError):
+        fail(tmp_path / "a" / "b" / "run", ZeroDivisionError)
     assert names(tmp_path) == []
     write_run(tmp_path / "a" / "b" / "run")
     assert names(tmp_path / "a" / "b") == ["run"]
@@ -68,9 +73,8 @@ def test_folders_above_are_made_and_taken_back_when_the_run_fails(tmp_path):
 
 def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
     write_run(tmp_path / "run")
-    with pytest.raises(KeyboardInterrupt), run_folder.create(tmp_path / "run") as folder:
-        (folder / "half").write_text("written")
-        raise KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        fail(tmp_path / "run", KeyboardInterrupt)
     assert names(tmp_path) == ["run"]
     assert run_folder.read(tmp_path / "run").seed == 3
 

@@ -96,18 +96,19 @@ def test_kinds_by_shape(shape, height, kind):
 
 
 def test_people_on_foot_are_delivered_and_are_nobody_s_namesake(sumo):
-    walker = """<person id="second" depart="0" departPos="55"><walk edges="west_in east_out"/></person>
-    <person id="far" depart="0" departPos="5"><walk edges="north_in north_out"/></person>
-    <person id="rider" depart="0"><ride from="west_in" to="east_out" lines="first"/></person>"""
-    seen = frames(sumo(EASTBOUND + walker, range_m=60.0), 60)
-    people = {
-        (int(actors.id[row]), str(actors.name[row]), actors.size[row, 2])
+    walkers = """<person id="second" depart="0" departPos="55"><walk edges="west_in east_out"/></person>
+    <person id="far" depart="0" departPos="5"><walk edges="north_in north_out"/></person>"""
+    rider = '<person id="rider" depart="triggered"><ride from="west_in" to="east_out" lines="first"/></person>'
+    route, first, second = EASTBOUND.splitlines()
+    seen = frames(sumo("\n".join([route, walkers, first, rider, second]), range_m=120.0), 60)
+    on_foot = {
+        (str(actors.name[row]), float(actors.size[row, 2]))
         for actors in (frame.actors for frame in seen)
         for row in np.flatnonzero(actors.kind == Kind.PEDESTRIAN)
     }
-    assert [(name, height) for _, name, height in people] == [("second", pytest.approx(1.719))]
-    vehicles = {int(i) for frame in seen for i in frame.actors.id[frame.actors.name == "second"]}
-    assert len(vehicles) == 2, "the vehicle and the person of that name have a number each"
+    assert on_foot == {("second", 1.719)}
+    namesakes = {int(number) for frame in seen for number in frame.actors.id[frame.actors.name == "second"]}
+    assert len(namesakes) == 2, "the vehicle and the person of that name have a number each"
 
 
 # ---- obstacles

@@ -89,6 +89,24 @@ def test_stages_equal_their_slow_twins(seed):
     np.testing.assert_array_equal(kernels.assign(points, sides, 0.3), naive_fit.assign(points, sides, 0.3))
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_whole_linkage_equals_its_slow_twin(seed):
+    """From the clusters on: outliers, settling, curves. Cars at all aspects, with mirrors and windows."""
+    rng = np.random.default_rng(seed)
+    center = 18.0 * np.array([np.cos(seed), np.sin(seed)])
+    car = Car(tuple(center), rng.uniform(0, np.pi), mirrors=True, window_depth=1.1 * (seed % 2))
+    points, _ = scan_car(car, rng)
+    config = LinkageConfig(points_max=len(points))
+    lines = kernels.hypotheses(points, tlinkage.uniforms(0, len(points), 2), config.locality)
+    cluster = kernels.agglomerate(kernels.preferences(points, lines, config.tau_m))
+    names = sorted(np.unique(cluster), key=lambda name: (-np.sum(cluster == name), name))
+    clusters = [points[cluster == name] for name in names]
+    sides = naive_fit.find_lines(points, clusters, config.tau_m, config.length_min_m, np.sin(np.deg2rad(20.0)))
+    label = naive_fit.settle(points, sides, config.tau_m)
+    twin = naive_fit.add_curves(points, label, config.tau_m, config.curve_depth_m, config.curve_beyond_m)
+    np.testing.assert_array_equal(link(points, points_max=len(points)).line, twin)
+
+
 @settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000), st.floats(0.0, np.pi))
 def test_line_fit_equals_singular_values(seed, angle):

@@ -16,8 +16,10 @@ class OrientationConfig:
     """A longer side is a vehicle's length [m]."""
     depth_min_m: float = 0.8
     """With both sides seen at least this deep the longer one is the length [m]."""
-    course_speed_min_mps: float = 2.0
-    """A vehicle faces where it goes when it goes faster than this [m/s]."""
+    course_speed_min_mps: float = 1.0
+    """A vehicle faces where it goes when it goes faster than this [m/s] ..."""
+    course_sigma: float = 4.0
+    """... and its speed is this many standard deviations from standing."""
     votes: int = 8
     """Successive frames of contradiction before the heading turns ..."""
     first_votes: int = 5
@@ -48,12 +50,20 @@ def first_guess(heading: float, size: Floats, forward: float, config: Orientatio
     return int(longer != only_width) + 2 * int(against)
 
 
-def contradiction(heading: float, velocity: Floats, size: Floats, forward: float, config: OrientationConfig) -> int:
+def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> float | None:
+    """Direction of a velocity (2,) [m/s] of covariance (2, 2), None if it may as well be none."""
+    significance = velocity @ np.linalg.solve(covariance, velocity)
+    if np.hypot(*velocity) < config.course_speed_min_mps or significance < config.course_sigma**2:
+        return None
+    return float(np.arctan2(velocity[1], velocity[0]))
+
+
+def contradiction(heading: float, course: float | None, size: Floats, forward: float, config: OrientationConfig) -> int:
     """Quarter turns by which the motion or the seen size contradict the heading, 0 when nothing does.
 
-    A vehicle faces its course. If it is too slow to tell, its size still tells length from width.
+    A vehicle faces its course. If it is too slow to have one, its size still tells length from width.
     """
-    if np.hypot(*velocity) < config.course_speed_min_mps:
+    if course is None:
         quarters = first_guess(heading, size, forward, config)
         return quarters if quarters % 2 else 0
-    return int(np.round(wrap(np.arctan2(velocity[1], velocity[0]) - heading) / QUARTER)) % 4
+    return int(np.round(wrap(course - heading) / QUARTER)) % 4

@@ -10,14 +10,16 @@ from tracker.filters import Bank, FilterConfig, Motion
 from tracker.geometry import QUARTER, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import Floats, Ints, Status
+from tracker.records import MODELS, Floats, Ints, Status
+
+STATIONARY = MODELS.index("stationary")
 
 
 @dataclass(frozen=True, slots=True)
 class LifeConfig:
     """When a track is believed and when it is given up."""
 
-    confirm_hits: int = 4
+    confirm_hits: int = 3
     """Observations before a track is confirmed."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
@@ -104,10 +106,12 @@ class Track:
         return np.asarray(corner - rotate(0.5 * self.corner_sign * self.size, self.heading))
 
     @property
-    def velocity(self) -> Floats:
-        """(2,) by the selected model [m/s]."""
-        state = self.bank.models[self.model].x
-        return np.asarray(state[2:4] if len(state) > 2 else np.zeros(2))
+    def course(self) -> float | None:
+        """Direction of motion by the selected model [rad], None for a vehicle that may be standing."""
+        kf = self.bank.models[self.model]
+        if self.model == STATIONARY:
+            return None
+        return orientation.course(kf.x[2:4], kf.P[2:4, 2:4], self._config.orientation)
 
     def predict(self, step: Motion) -> None:
         """Move on by one time step; the track counts as unseen until it is updated."""
@@ -183,7 +187,7 @@ class Track:
     def _face_forward(self) -> None:
         """Turn the heading by quarters once motion or size have contradicted it for long enough."""
         config = self._config.orientation
-        quarters = orientation.contradiction(self.heading, self.velocity, self.seen_size, self._forward, config)
+        quarters = orientation.contradiction(self.heading, self.course, self.seen_size, self._forward, config)
         self._votes = [*self._votes, quarters] if self._votes[:1] == [quarters] else [quarters]
         if len(self._votes) < (config.votes if self._turned else config.first_votes):
             return

@@ -1,5 +1,7 @@
 """Slow, obvious twins of `tracker.kernels`: every pair, every matrix, numpy where the kernel has a loop."""
 
+import math
+
 import numpy as np
 
 
@@ -89,3 +91,62 @@ def side_distances(points, heading):
     along, across = points @ [np.cos(heading), np.sin(heading)], points @ [-np.sin(heading), np.cos(heading)]
     place = across if np.var(across) <= np.var(along) else along
     return np.abs(place - np.median(place))
+
+
+def chance(count, support, share):
+    """Expected lines with `support` of `count` scattered points near them, every pair of points a line."""
+    others, hits = count - 2, support - 2
+    tail = [math.comb(others, j) * share**j * (1 - share) ** (others - j) for j in range(hits, others + 1)]
+    return math.comb(count, 2) * math.fsum(tail)
+
+
+def find_lines(points, clusters, tau, length_min, turn_min):
+    """Lines of the clusters (index arrays into the sample's points) that are not outliers."""
+    lines, free, share = [], np.ones(len(points), bool), 1.0
+    for members in clusters:
+        line = fit_line(members)
+        member = free & (np.abs(points @ line[:2] + line[2]) < tau)
+        if member.sum() > 2:
+            line = fit_line(points[member])
+        member = free & (np.abs(points @ line[:2] + line[2]) < tau)
+        direction = np.array([line[1], -line[0]])
+        if not lines:
+            length, width = np.ptp(points @ direction), np.ptp(points @ line[:2])
+            share = min(0.999, 2 * tau * np.hypot(length, width) / ((length + 2 * tau) * (width + 2 * tau)))
+        else:
+            turned = all(abs(other[:2] @ direction) >= turn_min for other in lines)
+            if member.sum() <= 2 or len(members) <= 2 or not turned or np.ptp(points[member] @ direction) < length_min:
+                continue
+            if chance(free.sum(), member.sum(), share) > 1.0:
+                continue
+        lines.append(line)
+        free &= ~member
+    return np.array(lines)
+
+
+def settle(points, lines, tau):
+    """Fit and assign twice, assign once more, then number by size."""
+    for _ in range(2):
+        label = assign(points, lines, tau)
+        fits = [fit_line(points[label == k]) if np.sum(label == k) > 2 else lines[k] for k in range(len(lines))]
+        lines = np.array(fits)
+    label = assign(points, lines, tau)
+    size = np.bincount(label[label >= 0], minlength=len(lines))
+    ordered = sorted(range(len(lines)), key=lambda k: (-size[k], k))
+    place = {k: rank if rank == 0 or size[k] > 2 else -1 for rank, k in enumerate(ordered)}
+    return np.array([place.get(k, -1) for k in label])
+
+
+def add_curves(points, label, tau, depth_max, beyond_max):
+    """Points a little behind a line and not far beyond its ends, as seen from the origin."""
+    label = label.copy()
+    for k in range(label.max() + 1):
+        on_line = points[label == k]
+        mean = on_line.mean(axis=0)
+        normal = fit_line(on_line)[:2]
+        normal = normal * np.sign(normal @ mean)
+        along = np.array([normal[1], -normal[0]])
+        depth, place, ends = (points - mean) @ normal, points @ along, on_line @ along
+        near = (place > ends.min() - beyond_max) & (place < ends.max() + beyond_max)
+        label[(label < 0) & (depth > -tau) & (depth < depth_max) & near] = k
+    return label

@@ -78,3 +78,19 @@ def small_unit(fans=None, elevation_deg=(-6.0, 1.0, 9.0), range_min=0.3):
 
 def one_unit_rig(model, x=0.0, y=0.0, z=0.6, yaw_deg=0.0, pitch_deg=0.0, roll_deg=0.0):
     return Rig(0.0, (Mount("only", model, x, y, z, yaw_deg, pitch_deg, roll_deg),))
+
+
+def beam_origins(scan, beams):
+    """(N, 3) where the beam of each point starts; units that the table does not know start at its first one."""
+    return beams.origin_ego[np.where(scan.unit < len(beams.origin_ego), scan.unit, 0)]
+
+
+def beams_of(scan, beams):
+    """(N,) row of the beam table of each point, found by its direction; -1 for units that the table does not know."""
+    heading = scan.points_ego - beam_origins(scan, beams)
+    found = np.full(len(scan), -1)
+    for unit, layer in sorted(set(zip(beams.unit.tolist(), beams.layer.tolist(), strict=True))):
+        points = np.flatnonzero((scan.unit == unit) & (scan.layer == layer))
+        candidates = np.flatnonzero((beams.unit == unit) & (beams.layer == layer))
+        found[points] = candidates[np.argmax(heading[points] @ beams.direction_ego[candidates].T, axis=1)]
+    return found

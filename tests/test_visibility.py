@@ -1,0 +1,120 @@
+"""Truth of what each actor shows, on scenes whose answer is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.sensor_scenes import EGO_FRONT, EXACT, PLAIN, Thing, ahead, scan, wall
+
+from sensor_model.noise import NoiseConfig
+from sensor_model.truth import NO_ACTOR, Cause, Face, Part, View
+from sensor_model.visibility import MAX_CLEAN_DEPTH
+from sim.world import Kind
+
+HEAD_ON = np.pi
+
+
+@given(bearing=st.floats(-3, 3), distance=st.floats(7, 60), yaw=st.floats(-3, 3), kind=st.sampled_from(list(Kind)))
+@settings(deadline=None, max_examples=25)
+def test_a_lone_actor_shows_all_it_can(bearing, distance, yaw, kind):
+    thing = Thing(distance * np.cos(bearing), distance * np.sin(bearing), yaw, kind)
+    _, truth = scan(thing)
+    assert truth.hits[0] == truth.hits_alone[0] == np.sum(truth.actor_id == 0)
+    assert truth.visible_fraction[0] == (1.0 if truth.hits[0] else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("things", "obstacles"),
+    [
+        ([Thing(20, 0)], wall((15, -15), (15, 15))),
+        ([Thing(0, 7), Thing(0, 3.6, kind=Kind.BUS)], wall((50, 50), (51, 51))),
+    ],
+    ids=["long wall", "bus alongside"],
+)
+def test_a_hidden_car_has_no_points(things, obstacles):
+    for noise in (EXACT, PLAIN, NoiseConfig()):
+        _, truth = scan(*things, obstacles=obstacles, noise=noise)
+        assert not np.any(truth.actor_id == 0)
+        assert truth.hits[0] == 0
+        assert truth.hits_alone[0] > 50
+        assert truth.visible_fraction[0] == 0.0
+        assert truth.view[0] == View.NONE
+
+
+def test_visible_fraction_falls_as_a_wall_slides_in():
+    """Fails when hits of an occluded actor are counted, or a lone actor's depend on the wall."""
+    fractions, alone = [], set()
+    for edge in np.arange(-3.0, 3.01, 0.1):
+        _, truth = scan(Thing(20, 0), obstacles=wall((12, -9), (12, edge)))
+        fractions.append(truth.visible_fraction[0])
+        alone.add(int(truth.hits_alone[0]))
+    assert len(alone) == 1
+    assert fractions[0] == 1.0
+    assert fractions[-1] == 0.0
+    assert np.all(np.diff(fractions) <= 0.0)
+    assert np.any((np.array(fractions) > 0.3) & (np.array(fractions) < 0.7))
+
+
+@pytest.mark.parametrize(
+    ("thing", "faces", "view"),
+    [
+        (ahead(10), Face.REAR, View.REAR),
+        (Thing(15, 0, HEAD_ON), Face.FRONT, View.FRONT),
+        (Thing(0, 3.5), Face.RIGHT, View.SIDE),
+        (Thing(0, 3.5, HEAD_ON), Face.LEFT, View.SIDE),
+        (ahead(6, y=3.5), Face.REAR | Face.RIGHT, View.L_SHAPE),
+        (ahead(6, y=-3.5), Face.REAR | Face.LEFT, View.L_SHAPE),
+        (Thing(-10, 3.5), Face.FRONT | Face.RIGHT, View.L_SHAPE),
+        (Thing(150, 150), Face(0), View.NONE),
+    ],
+)
+@pytest.mark.parametrize("noise", [EXACT, PLAIN], ids=["body", "box"])
+def test_faces_and_view_follow_from_where_the_car_is(thing, faces, view, noise):
+    _, truth = scan(thing, noise=noise)
+    assert Face(truth.faces[0]) == faces
+    assert View(truth.view[0]) == view
+
+
+def test_mirrors_seen_from_behind_stick_out_ahead_of_the_rear():
+    """Sensor facts 4.1: 2.8 to 3.1 m ahead of the rear face and up to 0.2 m outside the width."""
+    found = 0
+    for gap in np.arange(14.0, 21.0, 0.5):
+        car = ahead(gap)
+        result, truth = scan(car)
+        on_mirror = truth.part == Part.MIRROR
+        found += on_mirror.sum()
+        assert np.all(truth.cause[on_mirror] == Cause.MIRROR)
+        from_rear = result.points_ego[on_mirror, 0] - (EGO_FRONT + gap)
+        outside = np.abs(result.points_ego[on_mirror, 1]) - car.lwh[1] / 2
+        assert np.all((from_rear > 2.8) & (from_rear < 3.2))
+        assert np.all((outside > -0.02) & (outside < 0.2))
+    assert found > 10
+
+
+def test_points_well_inside_the_outline_are_layer_overlap():
+    """From behind at 30 m the top layer clears the deck and meets the rear window."""
+    car = ahead(30.0)
+    result, truth = scan(car)
+    on_car = (truth.actor_id == 0) & (truth.part != Part.MIRROR)
+    depth = np.minimum(
+        result.points_ego[on_car, 0] - (car.x - car.lwh[0] / 2), car.lwh[1] / 2 - np.abs(result.points_ego[on_car, 1])
+    )
+    overlap = truth.cause[on_car] == Cause.LAYER_OVERLAP
+    assert np.any(overlap & (truth.part[on_car] == Part.GREENHOUSE))
+    assert np.all((depth > MAX_CLEAN_DEPTH) == overlap)
+    _, plain = scan(car, noise=PLAIN)
+    assert np.all(plain.cause == Cause.CLEAN)
+
+
+def test_points_on_no_actor_name_none():
+    _, truth = scan(ahead(10), obstacles=wall((20, -30), (20, 30)))
+    elsewhere = (truth.part == Part.GROUND) | (truth.part == Part.OBSTACLE)
+    assert elsewhere.any()
+    assert np.array_equal(truth.actor_id == NO_ACTOR, elsewhere)
+    assert np.all(truth.cause[elsewhere] == Cause.CLEAN)
+
+
+def test_ids_are_the_actors_own():
+    _, truth = scan(Thing(10, 4, id=7), Thing(-12, -4, id=31))
+    assert set(truth.actor_id[truth.part > Part.OBSTACLE]) == {7, 31}
+    assert np.sum(truth.actor_id == 31) == truth.hits[1]
