@@ -27,8 +27,8 @@ class Limit:
             raise ValueError(f"min = {self.min} is above max = {self.max}: no value can pass; swap them")
 
     def __str__(self) -> str:
-        low = [] if self.min is None else [f"≥ {self.min:g}"]
-        high = [] if self.max is None else [f"≤ {self.max:g}"]
+        low = [] if self.min is None else [f">= {self.min:g}"]
+        high = [] if self.max is None else [f"<= {self.max:g}"]
         return ", ".join(low + high)
 
     def holds(self, value: float) -> bool:

@@ -35,7 +35,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         *([tables.expectations(checks)] if checks else []),
         conclusion(result, checks),
     ]
-    return Group(*(Padding(section, (0, 0, 1, 0)) for section in sections))
+    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
 def show(report: RenderableType) -> None:

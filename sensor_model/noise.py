@@ -35,9 +35,11 @@ class RangeNoise:
     """Ranges are rounded to whole quanta; the LUX reports centimetres. 0 does not round."""
 
     def __post_init__(self) -> None:
-        if self.sigma_m < 0.0:
+        if not 0.0 <= self.sigma_m < math.inf:
             raise ValueError(f"sigma_m = {self.sigma_m}: must not be negative; use 0 for none")
-        if self.quantum_m < 0.0:
+        if not math.isfinite(self.layer_bias_scale):
+            raise ValueError(f"layer_bias_scale = {self.layer_bias_scale}: must be finite; use 0 for no bias")
+        if not 0.0 <= self.quantum_m < math.inf:
             raise ValueError(f"quantum_m = {self.quantum_m}: must not be negative; use 0 to not round")
 
 
@@ -57,9 +59,9 @@ class Dropout:
     """Fraction of beams lost whatever their power; an estimate."""
 
     def __post_init__(self) -> None:
-        if self.threshold_per_m2 <= 0.0:
-            raise ValueError(f"threshold_per_m2 = {self.threshold_per_m2}: must be positive; for none, set enabled")
-        if self.softness_db <= 0.0:
+        if not 0.0 < self.threshold_per_m2 < math.inf:
+            raise ValueError(f"threshold_per_m2 = {self.threshold_per_m2}: must be positive; 1e-12 loses nothing")
+        if not 0.0 < self.softness_db < math.inf:
             raise ValueError(f"softness_db = {self.softness_db}: must be positive; use 0.001 for a hard threshold")
         if not 0.0 <= self.random_rate <= 1.0:
             raise ValueError(f"random_rate = {self.random_rate}: must be from 0 to 1")

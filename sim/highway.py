@@ -181,7 +181,7 @@ def _make(config: HighwayTraffic) -> Any:
 
 
 def _did_you_mean(word: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=3, cutoff=0.4)
+    close = difflib.get_close_matches(word, known)
     return f"did you mean {', '.join(close)}?" if close else f"known are {', '.join(known)}"
 
 

@@ -57,7 +57,7 @@ def cast(rig, frame, obstacles, mirrors=True, plain=False):
 
 
 @given(rig=rigs, actors=st.lists(things, max_size=4), obstacles=obstacles)
-@settings(deadline=None, max_examples=80)
+@settings(deadline=None, max_examples=60)
 def test_kernel_equals_its_naive_twin(rig, actors, obstacles):
     """Fails when a beam is skipped that should be tested, or a plane, a wall, a limit is got wrong."""
     beams, bodies, walls, hits = cast(rig, world(*actors), obstacles)

@@ -88,10 +88,9 @@ def test_upper_layers_see_nothing_in_an_empty_world():
     assert set(result.layer) == {0, 1}
     assert np.all(truth.part == Part.GROUND)
     assert np.abs(result.points_ego[:, 2]).max() < 1e-5
-    # Sensor facts section 2: the lowest layer meets flat ground at z / tan(1.2 deg) = 26 m for z = 0.55.
-    assert truth.true_range[(result.unit == 0) & (result.layer == 0)] == pytest.approx(
-        0.55 / math.sin(math.radians(1.2))
-    )
+    # The lowest layer of a unit at 0.55 m meets flat ground 26 m away (sensor facts, section 2).
+    lowest = truth.true_range[(result.unit == 0) & (result.layer == 0)]
+    assert lowest == pytest.approx(0.55 / math.sin(math.radians(1.2)))
 
 
 def test_same_seed_same_scans():
@@ -105,24 +104,16 @@ def test_same_seed_same_scans():
 
 
 def test_another_seed_or_frame_has_other_noise():
-    points = [
-        scan(*STREET, noise=NoiseConfig(), seed=seed, index=index)[0].points_ego
-        for seed, index in ((1, 0), (2, 0), (1, 1))
-    ]
-    for other in points[1:]:
-        assert not np.array_equal(points[0], other)
+    first, *others = (scan(*STREET, noise=NoiseConfig(), seed=s, index=i)[0] for s, i in ((1, 0), (2, 0), (1, 1)))
+    for other in others:
+        assert not np.array_equal(first.points_ego, other.points_ego)
 
 
 def test_actors_may_come_go_and_change():
     """Fails when bodies of the last frame are reused although another actor has taken the place."""
     lidar = Lidar(LUX_RIG, EXACT, 1, NO_OBSTACLES)
-    for things in (
-        (ahead(10.0),),
-        (),
-        (ahead(10.0, kind=Kind.TRUCK),),
-        (ahead(10.0), ahead(10.0, y=4.0)),
-        (ahead(10.0),),
-    ):
+    car, truck = ahead(10.0), ahead(10.0, kind=Kind.TRUCK)
+    for things in ((car,), (), (truck,), (car, ahead(10.0, y=4.0)), (car,)):
         assert_same(lidar.scan(world(*things)), scan(*things))
 
 

@@ -186,7 +186,7 @@ def test_a_black_car_vanishes_beyond_its_range():
     assert far.hits[0] > 10
 
 
-SCENE = (ahead(17.0), Thing(8, 7, 1.0), Thing(-12, 1, 2.0))
+SCENE = (ahead(16.0), Thing(8, 7, 1.0), Thing(-12, 1, 2.0))
 HOUSE = wall((5, 20), (40, 15), (40, 30))
 """With room to hide in."""
 
@@ -248,6 +248,8 @@ def test_another_unit_changes_nothing_for_the_others():
     ("config", "values", "says"),
     [
         (RangeNoise, {"sigma_m": -0.1}, "sigma_m = -0.1: must not be negative"),
+        (RangeNoise, {"sigma_m": float("nan")}, "sigma_m = nan: must not be negative"),
+        (RangeNoise, {"layer_bias_scale": float("inf")}, "layer_bias_scale = inf: must be finite"),
         (RangeNoise, {"quantum_m": -0.1}, "quantum_m = -0.1: must not be negative"),
         (Dropout, {"threshold_per_m2": 0.0}, "threshold_per_m2 = 0.0: must be positive"),
         (Dropout, {"softness_db": 0.0}, "softness_db = 0.0: must be positive"),

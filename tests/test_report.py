@@ -107,8 +107,8 @@ def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value(
     good, bad = Check("track.mota", Limit(max=1.0), metric), Check("track.hota", Limit(min=0.75), metric)
     text = text_of(short_run.result(), [good, bad])
     assert verdict([good, bad]) == "failed"
-    assert row(text, "Expectations", "track.hota") == ["≥", "0.75", "0.625", "FAILED"]
-    assert row(text, "Expectations", "track.mota") == ["≤", "1", "0.625", "passed"]
+    assert row(text, "Expectations", "track.hota") == [">=", "0.75", "0.625", "FAILED"]
+    assert row(text, "Expectations", "track.mota") == ["<=", "1", "0.625", "passed"]
     assert "FAILED: 1 of 2 expectations hold" in text
 
 

@@ -12,7 +12,16 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
     """Turn vectors (..., 2) by angles (...)."""
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vector[..., 0], vector[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    turned = np.empty((*np.broadcast_shapes(x.shape, np.shape(angle)), 2))
+    turned[..., 0] = cos * x - sin * y
+    turned[..., 1] = sin * x + cos * y
+    return turned
+
+
+def inside_any(points: Floats, center: Floats, heading: Floats, size: Floats) -> npt.NDArray[np.bool_]:
+    """(P,) whether points (P, 2) lie inside any of the boxes with centre (B, 2), heading (B,), size (B, 2)."""
+    own_frame = rotate(points[:, None] - center, -heading)
+    return np.asarray((np.abs(own_frame) <= 0.5 * size).all(axis=2).any(axis=1))
 
 
 def wrap(angle: float) -> float:

@@ -100,6 +100,11 @@ class Track:
         return self.unseen_s == 0.0
 
     @property
+    def sure(self) -> bool:
+        """Whether the track is confirmed and was updated in this frame."""
+        return self.status is Status.CONFIRMED and self.seen
+
+    @property
     def center(self) -> Floats:
         """(2,) box centre by the selected model [m]."""
         corner = self.bank.models[self.model].x[:2]

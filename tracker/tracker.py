@@ -10,12 +10,12 @@ from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
-from tracker.geometry import QUARTER, rotate, wrap
+from tracker.geometry import QUARTER, inside_any, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
 from tracker.preprocess import PreprocessConfig
-from tracker.records import Floats, Ints, Status, StepTrace, Tracks
+from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
 from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
@@ -110,17 +110,24 @@ class Tracker:
 
     def _exclude(self) -> None:
         """End every track, not seen or not yet believed, whose place is taken by a confirmed one."""
-        sure = [track for track in self._tracks if track.status is Status.CONFIRMED and track.seen]
-        for track in self._tracks:
-            if track not in sure and taken(track.center, sure):
+        unsure = [track for track in self._tracks if not track.sure]
+        for track, is_taken in zip(unsure, self._taken([track.center for track in unsure]), strict=True):
+            if is_taken:
                 track.status = Status.DEAD
+
+    def _taken(self, center: Floats | list[Floats]) -> Bools:
+        """(P,) whether vehicles centred at (P, 2) would be inside a track that is sure: there is room for one."""
+        sure = [track for track in self._tracks if track.sure]
+        return inside_any(
+            np.reshape(center, (-1, 2)),
+            center=np.reshape([track.center for track in sure], (-1, 2)),
+            heading=np.array([track.heading for track in sure]),
+            size=np.reshape([track.size for track in sure], (-1, 2)),
+        )
 
     def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
         """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
-        sure = [track for track in self._tracks if track.status is Status.CONFIRMED]
-        for b in np.flatnonzero(track_id < 0):
-            if taken(seen.center[b], sure):
-                continue
+        for b in np.flatnonzero((track_id < 0) & ~self._taken(seen.center)):
             heading, size = float(seen.heading[b]), seen.size[b]
             turns = orientation.first_guess(heading, size, forward, self.config.orientation)
             track = Track(
@@ -136,11 +143,6 @@ class Tracker:
             self._tracks.append(track)
             track_id[b] = self._born
             self._born += 1
-
-
-def taken(center: Floats, tracks: list[Track]) -> bool:
-    """Whether a vehicle's centre (2,) lies inside another: two vehicles cannot be in one place."""
-    return any((np.abs(rotate(center - t.center, -t.heading)) <= 0.5 * t.size).all() for t in tracks)
 
 
 def into_odom(scan: Scan) -> Floats:
