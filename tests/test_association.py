@@ -69,7 +69,7 @@ def test_a_box_means_the_same_however_its_sides_are_named(quarters):
     assert reading.heading[0, 0] == pytest.approx(0.3)
     assert reading.size[0, 0] == pytest.approx(CAR)
     assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
-    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0])
+    assert reading.misfit[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
 
 
 def test_another_nearest_corner_is_followed_and_measures_the_tracked_one_a_known_side_away():
@@ -78,7 +78,7 @@ def test_another_nearest_corner_is_followed_and_measures_the_tracked_one_a_known
     tracks = expecting(pose, (1, 1))
     reading = pair(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), CONFIG)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
-    assert reading.position[0, 0] == pytest.approx(tracks.position[0, 0] + [0.2, -0.1])
+    assert reading.misfit[0, 0, 0] == pytest.approx([0.2, -0.1])
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, m
     seen = observe_boxes((piece[0], piece[1] + 0.9 - depth / 2, 0.0), (2.0, depth))
     seen = dataclasses.replace(seen, corner_sign=np.array([(-1, 1)]))
     reading = pair(tracks, seen, CONFIG)
-    assert reading.position[0, 0] - tracks.position[0, 0] == pytest.approx(moved, abs=1e-9)
+    assert reading.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
     along, across = np.diag(reading.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
     assert along == pytest.approx(1.3**2 / 3)  # even over +- 1.3 m
     assert across == pytest.approx(0.0)

@@ -82,6 +82,18 @@ def test_kernel_equals_its_naive_twin(rig, actors, obstacles):
     assert np.all(np.abs(alone[firm].sum(axis=0) - hits.alone) <= (~firm).sum())
 
 
+@pytest.mark.parametrize("yaw", [0.3, 2.0, 4.0])
+def test_a_unit_under_a_trailer_sees_it_all_around(yaw):
+    """Fails when the azimuth interval of a box around the unit leaves directions out."""
+    rig = one_unit_rig(small_unit((FULL_TURN,)), x=0.4, y=0.3, z=0.7)
+    beams, bodies, walls, hits = cast(rig, world(Thing(1.0, 0.0, yaw, Kind.TRAILER_TRUCK)), NO_OBSTACLES)
+    expected = ray_ranges(beams, bodies, walls)[:, 0] < ray_ranges(beams, bodies, walls)[:, 1]
+    bearing = beams.azimuth[hits.beam[hits.target == 0]]
+    assert np.array_equal(np.flatnonzero(expected), hits.beam[hits.target == 0])
+    assert bearing.max() > 3.0
+    assert bearing.min() < -2.9
+
+
 @given(rig=rigs, actors=st.lists(things, min_size=1, max_size=4))
 @settings(deadline=None, max_examples=40)
 def test_hit_points_lie_on_the_surface_they_name(rig, actors):

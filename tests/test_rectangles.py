@@ -81,6 +81,14 @@ def test_closeness_and_variance_find_a_clean_l_below_the_grid(heading):
     assert abs(off_quarter(found[CLOSENESS], heading)) < 0.2
 
 
+@pytest.mark.parametrize("heading_deg", [-0.4, -0.01, -1e-17, 0.0, 0.01, 89.7, 89.99])
+def test_headings_stay_in_the_first_quarter(heading_deg):
+    """The refinement looks below 0 degrees and the record promises [0, pi/2)."""
+    found = fit_points(l_shape(np.deg2rad(heading_deg))).candidates.heading
+    assert np.all((found >= 0.0) & (found < np.pi / 2))
+    assert abs(off_quarter(found[0, VARIANCE], np.deg2rad(heading_deg))) < 0.05
+
+
 def test_area_does_not_know_the_legs_of_an_l_from_its_hypotenuse():
     """Around a right triangle with legs a, b both rectangles measure a b; cut the corner and the wrong one wins."""
     points = l_shape(0.0, length=4.0, width=2.0)[1:]

@@ -48,6 +48,16 @@ def test_chains_are_those_of_all_pairs(points):
     np.testing.assert_array_equal(segmentation.connect(points, config), naive_fit.connected(points, radius))
 
 
+@settings(deadline=None)
+@given(st.floats(-50, 50), st.floats(-50, 50), st.sampled_from([*np.arange(0.0, 6.3, 0.1).tolist(), np.pi / 2, np.pi]))
+def test_reach_is_exact_in_every_direction(x, y, angle):
+    """Two points just within or just out of reach, wherever the cells lie."""
+    step = np.array([np.cos(angle), np.sin(angle)])
+    for reach, chains in ((0.499, 1), (0.501, 2)):
+        pair = np.array([[x, y], [x, y] + reach * step])
+        assert len(set(segmentation.connect(pair, SegmentationConfig(0.5, 0.0)))) == chains
+
+
 def test_chains_are_those_of_a_kd_tree():
     """Zhang 2017 searches a KD-tree; the cells must find the same chains in a full frame."""
     points = np.random.default_rng(3).uniform(-40, 40, (3000, 2))

@@ -111,6 +111,16 @@ def test_people_on_foot_are_delivered_and_are_nobody_s_namesake(sumo):
     assert len(namesakes) == 2, "the vehicle and the person of that name have a number each"
 
 
+def test_numbers_go_by_name_among_those_who_appear_together():
+    """Else they would go by the hash of the names, and differ from one process to the next."""
+    scenario = Scenario.load(CATALOG / "urban" / "sumo-crossing.toml")
+    with closing(SumoSource(scenario.traffic, scenario.folder, 150.0)) as source:
+        source.reset(1)
+        names = list(source.step().actors.name)
+    assert len(names) > 20
+    assert names == sorted(names)
+
+
 # ---- obstacles
 
 

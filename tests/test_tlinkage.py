@@ -89,6 +89,16 @@ def test_stages_equal_their_slow_twins(seed):
     np.testing.assert_array_equal(kernels.assign(points, sides, 0.3), naive_fit.assign(points, sides, 0.3))
 
 
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 10_000), st.integers(1, 9), st.floats(0.2, 0.9))
+def test_merging_equals_its_slow_twin_on_any_preferences(seed, count, density):
+    """Remembered neighbours must never hide the least distance."""
+    rng = np.random.default_rng(seed)
+    table = rng.random((6, count)) * (rng.random((6, count)) < density)
+    label = kernels.agglomerate(table.copy())
+    assert {frozenset(np.flatnonzero(label == name).tolist()) for name in label} == naive_fit.agglomerate(table)
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_whole_linkage_equals_its_slow_twin(seed):
     """From the clusters on: outliers, settling, curves. Cars at all aspects, with mirrors and windows."""
@@ -104,7 +114,10 @@ def test_whole_linkage_equals_its_slow_twin(seed):
     sides = naive_fit.find_lines(points, clusters, config.tau_m, config.length_min_m, np.sin(np.deg2rad(20.0)))
     label = naive_fit.settle(points, sides, config.tau_m)
     twin = naive_fit.add_curves(points, label, config.tau_m, config.curve_depth_m, config.curve_beyond_m)
-    np.testing.assert_array_equal(link(points, points_max=len(points)).line, twin)
+    linkage = link(points, points_max=len(points))
+    np.testing.assert_array_equal(linkage.line, twin)
+    normal = naive_fit.fit_line(points[label == 0])[:2]
+    assert off_quarter(linkage.heading[0], np.arctan2(normal[1], normal[0])) == pytest.approx(0.0, abs=1e-6)
 
 
 @settings(deadline=None, max_examples=50)

@@ -46,6 +46,11 @@ class Predictions:
     """(T, 2) which corner is tracked."""
 
     @property
+    def to_corner(self) -> Floats:
+        """(T, 2) from the box centre to the tracked corner [m]."""
+        return rotate(0.5 * self.corner_sign * self.size, self.heading)
+
+    @property
     def selected(self) -> Floats:
         """(T, 2) tracked corner by the likeliest model [m]."""
         return np.asarray(self.position[np.arange(len(self.heading)), self.probability.argmax(axis=1)])
@@ -59,10 +64,10 @@ class Pairing:
     """(T, B) the box's heading, turned by quarters towards the track's."""
     size: Floats
     """(T, B, 2) seen extent along and across that heading [m]."""
-    position: Floats
-    """(T, B, 2) measured position of the corner that the track follows [m]."""
+    misfit: Floats
+    """(T, B, M, 2) from where a model predicts the tracked corner to where the box has it [m]."""
     covariance: Floats
-    """(T, B, 2, 2) of that position [m^2]."""
+    """(T, B, 2, 2) of the box's corner [m^2]."""
     corner_sign: Ints
     """(T, B, 2) the corner to follow from now on."""
 
@@ -73,13 +78,12 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     nearest = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     misfit, slack = fit_in(tracks, seen, size, nearest, config)
-    position = tracks.selected[:, None] + rotate(misfit, tracks.heading[:, None])
     axes = rotate(np.eye(2), tracks.heading[:, None])
     spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)  # even over +- slack
     return Pairing(
         heading=seen.heading + turns * QUARTER,
         size=size,
-        position=position,
+        misfit=rotate(misfit, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + spread,
         corner_sign=follow(tracks, seen, nearest, config),
     )
@@ -88,19 +92,19 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
 def fit_in(
     tracks: Predictions, seen: Observations, size: Floats, nearest: Floats, config: AssociationConfig
 ) -> tuple[Floats, Floats]:
-    """How far each track must move to agree with each box, (T, B, 2) along and across its heading [m].
+    """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
     Where the face at the near end of an axis is seen, that end is exact. Where it is not, what is seen may be a
-    piece of the side, cut off by an occluder or a gap between units: the track moves only as far as the piece
+    piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the piece
     sticks out. The second value, (T, B, 2), is how much the piece could slide along the side [m].
     """
-    side = tracks.size[:, None]
-    center = tracks.selected - rotate(0.5 * tracks.corner_sign * tracks.size, tracks.heading)
-    offset = rotate(seen.center - center[:, None], -tracks.heading[:, None])
-    near_end = offset + 0.5 * nearest * (size - side)
-    sticks_out = np.maximum(offset + 0.5 * (size - side), 0) + np.minimum(offset - 0.5 * (size - side), 0)
+    excess = 0.5 * (size - tracks.size[:, None])
+    center = tracks.position - tracks.to_corner[:, None]
+    offset = rotate(seen.center[:, None] - center[:, None], -tracks.heading[:, None, None])
+    near_end = offset + (nearest * excess)[:, :, None]
+    sticks_out = np.maximum(offset + excess[:, :, None], 0) + np.minimum(offset - excess[:, :, None], 0)
     exact = size[..., ::-1] >= config.face_min_m
-    return np.where(exact, near_end, sticks_out), np.where(exact, 0.0, np.maximum(side - size, 0) / 2)
+    return np.where(exact[:, :, None], near_end, sticks_out), np.where(exact, 0.0, np.maximum(-excess, 0))
 
 
 def follow(tracks: Predictions, seen: Observations, nearest: Floats, config: AssociationConfig) -> Ints:
@@ -109,7 +113,7 @@ def follow(tracks: Predictions, seen: Observations, nearest: Floats, config: Ass
     In between both are seen equally well, and a change would only cost accuracy.
     """
     tracked = np.broadcast_to(tracks.corner_sign[:, None], nearest.shape)
-    center = tracks.selected - rotate(0.5 * tracks.corner_sign * tracks.size, tracks.heading)
+    center = tracks.selected - tracks.to_corner
 
     def range_m(sign: Floats | Ints) -> Floats:
         corner = center[:, None] + rotate(0.5 * sign * tracks.size[:, None], tracks.heading[:, None])
@@ -122,8 +126,7 @@ def follow(tracks: Predictions, seen: Observations, nearest: Floats, config: Ass
 def distance(tracks: Predictions, pairing: Pairing) -> tuple[Floats, Floats]:
     """(T, B, M) squared Mahalanobis distance of (5) by each model, and log-determinant of its B = H P H' + R."""
     spread = tracks.covariance[:, None] + pairing.covariance[:, :, None]
-    residual = pairing.position[:, :, None] - tracks.position[:, None]
-    squared = np.einsum("tbmi,tbmij,tbmj->tbm", residual, np.linalg.inv(spread), residual)
+    squared = np.einsum("tbmi,tbmij,tbmj->tbm", pairing.misfit, np.linalg.inv(spread), pairing.misfit)
     return np.asarray(squared), np.asarray(np.log(np.linalg.det(spread)))
 
 
@@ -147,5 +150,5 @@ def associate(tracks: Predictions, pairing: Pairing, config: AssociationConfig) 
     squared, log_determinant = distance(tracks, pairing)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + log_determinant)
     likely = tracks.probability[:, None] >= config.gate_probability_min
-    inside = (likely & (squared < config.gate_chi2)).any(axis=2)
+    inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
     return assign(-2 * np.logaddexp.reduce(log_likelihood, axis=2), inside)

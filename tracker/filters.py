@@ -107,7 +107,10 @@ def motion(dt: float, config: FilterConfig) -> Motion:
     return Motion(
         dt=dt,
         models=[
-            (np.kron(integrator(order, dt), axes), np.kron(process_noise(order, dt, config), axes))
+            (
+                np.asarray(np.kron(integrator(order, dt), axes)),
+                np.asarray(np.kron(process_noise(order, dt, config), axes)),
+            )
             for order in range(1, len(MODELS) + 1)
         ],
         heading=(integrator(2, dt), Q_discrete_white_noise(2, dt, config.yaw_acceleration_std_radps2**2)),
@@ -130,20 +133,19 @@ class Bank:
         transition, noise = step.heading
         self.heading.predict(F=transition, Q=noise)
 
-    def log_likelihood(self, position: Floats, covariance: Floats) -> Floats:
-        """(M,) logarithm of (11) for a measured corner (2,) with covariance (2, 2).
+    def log_likelihood(self, residual: Floats, covariance: Floats) -> Floats:
+        """(M,) logarithm of (11) for pre-fit residuals (M, 2) [m] of a measurement with covariance (2, 2).
 
         The paper prints S = H P H' in (10), which leaves out the measurement's own noise; S = H P H' + R here.
         """
-        residual = np.stack([position - kf.x[:2] for kf in self.models])
         spread = np.stack([kf.P[:2, :2] for kf in self.models]) + covariance
         distance = np.einsum("mi,mij,mj->m", residual, np.linalg.inv(spread), residual)
         return np.asarray(-0.5 * (distance + np.log(np.linalg.det(2 * np.pi * spread))))
 
-    def update(self, position: Floats, covariance: Floats) -> None:
-        """Correct every position filter with a measured corner (2,) [m] of covariance (2, 2)."""
-        for kf in self.models:
-            kf.update(position, R=covariance)
+    def update(self, residual: Floats, covariance: Floats) -> None:
+        """Correct every position filter by its pre-fit residual (M, 2) [m] of a measurement of covariance (2, 2)."""
+        for kf, off in zip(self.models, residual, strict=True):
+            kf.update(kf.x[:2] + off, R=covariance)
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by `offset` (2,) [m]: another corner of the same vehicle."""

@@ -21,9 +21,16 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
 def inside_any(points: Floats, center: Floats, heading: Floats, size: Floats) -> npt.NDArray[np.bool_]:
     """(P,) whether points (P, 2) lie inside any of the boxes with centre (B, 2), heading (B,), size (B, 2)."""
     own_frame = rotate(points[:, None] - center, -heading)
-    return np.asarray((np.abs(own_frame) <= 0.5 * size).all(axis=2).any(axis=1))
+    within = np.all(np.abs(own_frame) <= 0.5 * size, axis=2)
+    return np.asarray(np.any(within, axis=1))
 
 
 def wrap(angle: float) -> float:
     """Angle in [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def fold(heading: Floats) -> Floats:
+    """Headings in [0, pi/2), as a rectangle's is known; the remainder of a tiny negative angle rounds to pi/2."""
+    remainder = np.mod(heading, QUARTER)
+    return np.asarray(np.where(remainder < QUARTER, remainder, 0.0))

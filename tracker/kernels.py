@@ -15,7 +15,7 @@ MINIMAL_SAMPLE = 2
 """Points that define a line."""
 REFINEMENTS = 5
 """Halvings of the angle step around the best angle of the grid."""
-ASSIGNMENT_ROUNDS = 2
+ASSIGNMENT_ROUNDS = 1
 """Times that lines are fitted to their points and points given to the nearest line."""
 
 
@@ -174,8 +174,9 @@ def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, row: Fl
 def agglomerate(table: Floats) -> Ints:
     """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, named by a member.
 
-    `table` (M, N) is used up. Every row remembers its nearest neighbour, so that a merge costs one row of
-    inner products and not a search of the whole matrix.
+    `table` (M, N) is used up. Every row remembers its nearest neighbour, so that a merge costs one row of inner
+    products and not a search of the whole matrix. A distance changes only when one of its two clusters has merged, and
+    that one looks for its neighbour anew: the least distance is always remembered by one of them.
     """
     count = table.shape[1]
     label = np.arange(count)
@@ -200,8 +201,6 @@ def agglomerate(table: Floats) -> Ints:
                 label[i] = p
             if i == p or neighbour[i] == p or neighbour[i] == q:
                 neighbour[i] = nearest(distance, i)
-            elif distance[i, p] < distance[i, neighbour[i]]:
-                neighbour[i] = p
     return label
 
 

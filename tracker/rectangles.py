@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker import kernels
-from tracker.geometry import QUARTER, rotate
+from tracker.geometry import fold, rotate
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
@@ -58,7 +58,7 @@ def fit(
         points, offset = line_points, line_offset
     grid = np.deg2rad(np.arange(0.0, 90.0, config.step_deg))
     by_criteria = kernels.best_headings(points, offset, grid, config.closeness_floor_m)
-    heading = np.mod(np.column_stack([by_criteria, linkage.heading]), QUARTER)
+    heading = fold(np.column_stack([by_criteria, linkage.heading]))
     center, size = measure(line_points, line_offset, heading)
     return Rectangles(heading=heading, center_ego=center, size=size)
 

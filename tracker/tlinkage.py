@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker import kernels
-from tracker.geometry import QUARTER
+from tracker.geometry import fold
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
@@ -80,4 +80,4 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     )
     line = np.full(len(segments.label), -1, dtype=np.int64)
     line[order] = label
-    return Linkage(line=line, heading=np.mod(heading, QUARTER))
+    return Linkage(line=line, heading=fold(heading))

@@ -125,7 +125,7 @@ class Track:
 
     def update(
         self,
-        position: Floats,
+        misfit: Floats,
         heading: float,
         size: Floats,
         covariance: Floats,
@@ -136,8 +136,8 @@ class Track:
 
         Parameters
         ----------
-        position, covariance
-            (2,) [m] and (2, 2) [m^2] of the corner tracked so far.
+        misfit, covariance
+            (M, 2) from each model's prediction of the tracked corner to the observed one [m], and (2, 2) [m^2].
         heading, heading_variance
             Near the track's own [rad], [rad^2].
         size
@@ -145,9 +145,9 @@ class Track:
         corner_sign
             (2,) the corner to track from now on.
         """
-        evidence = self.bank.log_likelihood(position, covariance)
+        evidence = self.bank.log_likelihood(misfit, covariance)
         self.model_probability = mma.update(self.model_probability, evidence, self._config.mma)
-        self.bank.update(position, covariance)
+        self.bank.update(misfit, covariance)
         self._update_heading(heading, heading_variance)
         self.seen_size = extent.remember(self.seen_size, size, self._config.extent)
         self._follow(corner_sign)

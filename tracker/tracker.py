@@ -165,7 +165,7 @@ def predict(tracks: list[Track]) -> Predictions:
 def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -> None:
     """Hand box `b`, read as an observation of track `t`, to that track."""
     track.update(
-        position=pairing.position[t, b],
+        misfit=pairing.misfit[t, b],
         heading=float(pairing.heading[t, b]),
         size=pairing.size[t, b],
         covariance=pairing.covariance[t, b],
