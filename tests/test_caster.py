@@ -85,13 +85,24 @@ def test_kernel_equals_its_naive_twin(rig, actors, obstacles):
 @pytest.mark.parametrize("yaw", [0.3, 2.0, 4.0])
 def test_a_unit_under_a_trailer_sees_it_all_around(yaw):
     """Fails when the azimuth interval of a box around the unit leaves directions out."""
-    rig = one_unit_rig(small_unit((FULL_TURN,)), x=0.4, y=0.3, z=0.7)
+    rig = one_unit_rig(small_unit((FULL_TURN,)), x=0.4, y=0.3, z=0.5)
     beams, bodies, walls, hits = cast(rig, world(Thing(1.0, 0.0, yaw, Kind.TRAILER_TRUCK)), NO_OBSTACLES)
-    expected = ray_ranges(beams, bodies, walls)[:, 0] < ray_ranges(beams, bodies, walls)[:, 1]
-    bearing = beams.azimuth[hits.beam[hits.target == 0]]
-    assert np.array_equal(np.flatnonzero(expected), hits.beam[hits.target == 0])
-    assert bearing.max() > 3.0
-    assert bearing.min() < -2.9
+    on_trailer, on_ground = ray_ranges(beams, bodies, walls).T
+    met = hits.beam[hits.target == 0]
+    assert np.array_equal(np.flatnonzero(on_trailer < on_ground), met)
+    assert hits.alone[0] == len(met)
+    assert np.ptp(beams.azimuth[met]) > np.pi
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_a_beam_along_the_axes_of_a_body_meets_it(quarters):
+    """Fails when a direction with a component of exactly zero is divided by, or taken for a miss."""
+    straight = Fan((0,), 0.0, 0.0, 1.0, (100.0,))
+    rig = one_unit_rig(small_unit((straight,), elevation_deg=(0.0,)))
+    car = Thing(10.0, 0.0, quarters * np.pi / 2)
+    _, _, _, hits = cast(rig, world(car), NO_OBSTACLES)
+    depth = car.lwh[quarters % 2] / 2
+    assert hits.range == pytest.approx([10.0 - depth], abs=1e-12)
 
 
 @given(rig=rigs, actors=st.lists(things, min_size=1, max_size=4))

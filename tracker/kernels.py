@@ -15,8 +15,6 @@ MINIMAL_SAMPLE = 2
 """Points that define a line."""
 REFINEMENTS = 5
 """Halvings of the angle step around the best angle of the grid."""
-ASSIGNMENT_ROUNDS = 1
-"""Times that lines are fitted to their points and points given to the nearest line."""
 
 
 # --- segmentation -----------------------------------------------------------------------------
@@ -306,12 +304,11 @@ def assign(points: Floats, lines: Floats, tau: float) -> Ints:
 
 @njit(cache=True)
 def settle(points: Floats, lines: Floats, tau: float) -> Ints:
-    """Fit lines and give points to the nearest in turn; (N,) line of each point, the largest is 0, none is -1."""
-    for _ in range(ASSIGNMENT_ROUNDS):
-        label = assign(points, lines, tau)
-        for k in range(len(lines)):
-            if np.sum(label == k) > MINIMAL_SAMPLE:
-                lines[k] = fit_line(points, label, k)
+    """Fit lines to the points nearest to them and assign again; (N,) line of each point, 0 the largest, -1 none."""
+    label = assign(points, lines, tau)
+    for k in range(len(lines)):
+        if np.sum(label == k) > MINIMAL_SAMPLE:
+            lines[k] = fit_line(points, label, k)
     label = assign(points, lines, tau)
     size = np.array([np.sum(label == k) for k in range(len(lines))])
     rank = np.full(len(lines), -1, np.int64)

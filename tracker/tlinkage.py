@@ -60,9 +60,9 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     one is, when it is long enough, turned against the larger ones, and holds more of the points not yet explained
     than chance would give it: fewer than one such line expected among as many scattered points (Desolneux, Moisan
     and Morel 2000). All others are outliers. Unlike a cut at the largest jump in size (Magri and Fusiello) this also
-    judges one line alone, and a short side of few points. Lines and points are settled by total least squares in
-    turn; the line with the most points is dominant, and each segment has one. Last, lines take up what curves away
-    behind them.
+    judges one line alone, and a short side of few points. Lines are fitted once more, by total least squares, to the
+    points nearest to them; the line with the most points is dominant, and each segment has one. Last, lines take up
+    what curves away behind them.
     """
     order, offset = by_segment(segments)
     label: Ints

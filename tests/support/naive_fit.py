@@ -125,12 +125,10 @@ def find_lines(points, clusters, tau, length_min, turn_min):
 
 
 def settle(points, lines, tau):
-    """Fit and assign twice, assign once more, then number by size."""
-    for _ in range(2):
-        label = assign(points, lines, tau)
-        fits = [fit_line(points[label == k]) if np.sum(label == k) > 2 else lines[k] for k in range(len(lines))]
-        lines = np.array(fits)
+    """Assign, fit, assign again, then number by size."""
     label = assign(points, lines, tau)
+    fits = [fit_line(points[label == k]) if np.sum(label == k) > 2 else lines[k] for k in range(len(lines))]
+    label = assign(points, np.array(fits), tau)
     size = np.bincount(label[label >= 0], minlength=len(lines))
     ordered = sorted(range(len(lines)), key=lambda k: (-size[k], k))
     place = {k: rank if rank == 0 or size[k] > 2 else -1 for rank, k in enumerate(ordered)}

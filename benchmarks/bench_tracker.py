@@ -1,0 +1,38 @@
+"""One step of the tracker with four vehicles in view, the paper's own load."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenarios.listing import find
+from scenarios.scenario import Scenario
+from sensor_model.lidar import Lidar
+from sensor_model.rig import load_rig
+from sim.script import ScriptedActor, ScriptedEgo
+from sim.scripted import ScriptedSource, ScriptedTraffic
+from tracker.tracker import Tracker
+
+FRAMES = 200
+PLACES_M = ((12.0, 0.0), (20.0, 3.5), (-15.0, -3.5), (9.0, -7.0))
+
+
+def rows() -> dict[str, dict[str, Any]]:
+    """Median over a scripted scene that stands still."""
+    rig = load_rig("srx_six_lux", Path())
+    traffic = ScriptedTraffic(
+        kind="scripted",
+        ego=ScriptedEgo(),
+        actor=tuple(ScriptedActor(name=f"car {i}", x_m=x, y_m=y) for i, (x, y) in enumerate(PLACES_M)),
+    )
+    source = ScriptedSource(traffic, Path(), range_m=200.0)
+    lidar = Lidar(rig, Scenario.load(find("ring")).noise, 1, source.reset(1))
+    tracker, spent = Tracker(), []
+    for _ in range(FRAMES):
+        scan, _ = lidar.scan(source.step())
+        begin = time.perf_counter()
+        tracker.step(scan)
+        spent.append(time.perf_counter() - begin)
+    value = 1e3 * float(np.median(spent))
+    return {"tracker.step_4obs_ms_p50": {"value": value, "unit": "ms", "peer": None, "ratio": None}}
