@@ -24,7 +24,7 @@ def rows() -> dict[str, dict[str, Any]]:
     traffic = ScriptedTraffic(
         kind="scripted",
         ego=ScriptedEgo(),
-        actor=tuple(ScriptedActor(name=f"car {i}", x_m=x, y_m=y) for i, (x, y) in enumerate(PLACES_M)),
+        actor=[ScriptedActor(name=f"car {i}", x_m=x, y_m=y) for i, (x, y) in enumerate(PLACES_M)],
     )
     source = ScriptedSource(traffic, Path(), range_m=200.0)
     lidar = Lidar(rig, Scenario.load(find("ring")).noise, 1, source.reset(1))

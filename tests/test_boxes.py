@@ -39,13 +39,6 @@ def test_other_things_do_not(size):
     assert len(fit_block(*size)) == 0
 
 
-def test_background_gives_no_box():
-    points = block(4.7, 1.8)
-    fitted = fit_points(points, segments=one_segment(len(points)))
-    args = points, fitted.segments, fitted.linkage, fitted.candidates
-    assert len(boxes.build(*args, np.array([True]), BoxConfig())) == 0
-
-
 @settings(deadline=None, max_examples=60)
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(0, 1.57), st.floats(0.5, 18), st.floats(0.0, 3.0))
 def test_corner_is_the_nearest_of_four(x, y, heading, length, width):
@@ -161,7 +154,6 @@ def test_empty_candidates():
         Segments(np.empty(0, np.int64), 0),
         Linkage(np.empty(0, np.int64), np.empty(0)),
         nothing,
-        np.empty(0, bool),
         BoxConfig(),
     )
     assert built.covariance.shape == (0, 3, 3)

@@ -28,10 +28,11 @@ def test_a_single_outlier_wears_off():
 @pytest.mark.parametrize(
     ("extent", "size"),
     [
-        ((0.1, 1.72), (CONFIG.car_length_m, 1.72)),
-        ((4.05, 0.1), (4.05, CONFIG.car_width_m)),
+        ((0.1, 1.72), (CONFIG.car_length_m, CONFIG.car_width_m)),
+        ((4.05, 0.1), (4.05 + CONFIG.car_rounding_m, CONFIG.car_width_m)),
+        ((2.9, 1.9), (CONFIG.car_length_m, 1.9)),
         ((0.1, 2.5), (CONFIG.large_length_m, 2.5)),
-        ((11.9, 0.1), (11.9, CONFIG.large_width_m)),
+        ((11.9, 0.1), (11.9 + CONFIG.large_rounding_m, CONFIG.large_width_m)),
     ],
 )
 def test_unseen_sides_come_from_the_class(extent, size):

@@ -16,7 +16,7 @@ DT = 0.08
 CAR = np.array([4.7, 1.8])
 LIFE = LifeConfig()
 STEP = motion(DT, FilterConfig())
-CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(), OrientationConfig(), LIFE)
+CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(car_rounding_m=0.0), OrientationConfig(), LIFE)
 
 
 def start(pose, heading=None, size=CAR):

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.records import Bools, Floats, Ints, Segments
+from tracker.records import Floats, Ints, Segments
+from tracker.segmentation import by_segment, keep_only
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,31 +35,30 @@ class Background:
         self._config = config
         self._cells: Ints = np.empty(0, dtype=np.int64)
 
-    def step(self, points_odom: Floats, segments: Segments, length: Floats) -> Bools:
-        """Remember the walls among S segments and tell which segments belong to the background.
-
-        Parameters
-        ----------
-        points_odom
-            (N, 2) [m].
-        length
-            (S,) longer side of each segment's rectangle [m].
-
-        Returns
-        -------
-        (S,) whether a segment is background.
-        """
-        used = np.flatnonzero(segments.label >= 0)
-        label = segments.label[used]
-        cells = self._cell(points_odom[used])
-        wall = length > self._config.length_min_m
+    def remove(self, points_odom: Floats, segments: Segments) -> Segments:
+        """Remember the walls among segments of points (N, 2) [m], and drop all segments that lie on walls."""
+        order, offset = by_segment(segments)
+        if not len(order):
+            return segments
+        label, points = segments.label[order], points_odom[order]
+        cells = self._cell(points)
+        wall = extent(points, offset) > self._config.length_min_m
         self._cells = np.union1d(self._cells, cells[wall[label]])
-        known = np.isin(cells, self._cells)
-        on_wall = np.bincount(label[known], minlength=segments.count)
-        of = np.bincount(label, minlength=segments.count)
-        return np.asarray(on_wall > self._config.share_max * of)
+        on_wall = np.add.reduceat(np.isin(cells, self._cells).astype(np.int64), offset[:-1])
+        return keep_only(segments, on_wall <= self._config.share_max * np.diff(offset))
 
     def _cell(self, points_odom: Floats) -> Ints:
         """(N,) one number per cell; row and column share its halves."""
         column, row = np.floor(points_odom / self._config.cell_m).astype(np.int64).T
         return np.asarray((column << 32) + row)
+
+
+def extent(points: Floats, offset: Ints) -> Floats:
+    """(S,) longest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
+
+    No more than 2 % short of the segment's diameter.
+    """
+    angle = np.arange(0.0, np.pi, np.pi / 8)
+    along = points @ np.array([np.cos(angle), np.sin(angle)])
+    low, high = np.minimum.reduceat(along, offset[:-1]), np.maximum.reduceat(along, offset[:-1])
+    return np.asarray(np.max(high - low, axis=1))

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker.geometry import QUARTER, rotate
-from tracker.records import Bools, Boxes, Candidates, Floats, Ints, Linkage, Segments
+from tracker.records import Boxes, Candidates, Floats, Ints, Linkage, Segments
 
 CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
 """Signs of a rectangle's corners in its own frame."""
@@ -40,12 +40,9 @@ def build(
     segments: Segments,
     linkage: Linkage,
     candidates: Candidates,
-    background: Bools,
     config: BoxConfig,
 ) -> Boxes:
     """Boxes of the segments of points (N, 2 or more columns) whose best rectangle has the size of a vehicle.
-
-    Segments that are `background` (S,) get none.
 
     A view of one side alone gives a box with one tiny side, left so.
     """
@@ -55,7 +52,6 @@ def build(
     )
     shorter, longer = size.min(axis=1), size.max(axis=1)
     fits = (longer <= config.longer_max_m) & (longer >= config.longer_min_m) & (shorter <= config.shorter_max_m)
-    fits &= ~background
     kept = np.flatnonzero(fits)
     center, heading, size = center[kept], heading[kept], size[kept]
     corner, sign = nearest_corner(center, heading, size)

@@ -14,7 +14,7 @@ class ExtentConfig:
     car_length_m: float = 4.7
     """Usual length of a car [m]."""
     car_width_m: float = 1.8
-    """Usual width of a car [m]."""
+    """Least width of a car [m]; unlike its length, a car's width varies by no more than what is hidden of it."""
     large_length_m: float = 8.0
     """The same for trucks and buses [m]."""
     large_width_m: float = 2.5
@@ -24,8 +24,10 @@ class ExtentConfig:
     """Wider than this is no car."""
     length_min_m: float = 3.5
     """A side seen this long is taken for the whole length [m]; no car is shorter."""
-    width_min_m: float = 1.7
-    """The same for the width [m]."""
+    car_rounding_m: float = 0.3
+    """What the rounded far corner hides of a car's side [m]: corners are rounded by 0.25 to 0.4 m in plan view."""
+    large_rounding_m: float = 0.1
+    """The same for trucks and buses [m]."""
     growth: float = 0.3
     """Share of the difference taken over when a side is seen longer than remembered."""
     decay: float = 0.03
@@ -47,5 +49,9 @@ def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
 def complete(seen: Floats, config: ExtentConfig) -> Floats:
     """(2,) length and width [m]: what was seen, and the usual for its class where too little was seen to tell."""
     large = seen[0] > config.large_from_length_m or seen[1] > config.large_from_width_m
-    usual = (config.large_length_m, config.large_width_m) if large else (config.car_length_m, config.car_width_m)
-    return np.where(seen >= (config.length_min_m, config.width_min_m), seen, usual)
+    length, width = (
+        (config.large_length_m, config.large_width_m) if large else (config.car_length_m, config.car_width_m)
+    )
+    if seen[0] >= config.length_min_m:
+        length = seen[0] + (config.large_rounding_m if large else config.car_rounding_m)
+    return np.array([length, max(seen[1], width)])

@@ -5,6 +5,7 @@ builder serves them. Heading and yaw rate are uncoupled from position in (9): th
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from filterpy.common import Q_discrete_white_noise
@@ -101,8 +102,9 @@ class Motion:
     """F and Q of the heading filter."""
 
 
+@lru_cache(maxsize=8)
 def motion(dt: float, config: FilterConfig) -> Motion:
-    """Equations (7), (8) and (9) for a time step `dt` [s]."""
+    """Equations (7), (8) and (9) for a time step `dt` [s]; remembered, since scans come at a steady rate."""
     axes = np.eye(2)
     return Motion(
         dt=dt,

@@ -70,11 +70,6 @@ class Candidates:
     best: Ints
     """(S,) method of the lowest cost."""
 
-    @property
-    def longer(self) -> Floats:
-        """(S,) longer side of the selected rectangle [m]."""
-        return np.asarray(self.size[np.arange(len(self.best)), self.best].max(axis=1))
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boxes:

@@ -80,3 +80,9 @@ def by_segment(segments: Segments) -> tuple[Ints, Ints]:
     order = np.argsort(segments.label, kind="stable")
     offset = np.searchsorted(segments.label[order], np.arange(segments.count + 1))
     return order[offset[0] :], offset - offset[0]
+
+
+def keep_only(segments: Segments, kept: Bools) -> Segments:
+    """Drop the segments that are not `kept` (S,), and number the others anew in the same order."""
+    number = np.append(np.where(kept, np.cumsum(kept) - 1, NOT_USED), NOT_USED)
+    return Segments(label=number[segments.label], count=int(kept.sum()))

@@ -27,6 +27,9 @@ from tracker.track import LifeConfig, Track, TrackConfig
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
 
+CLOCK_DIGITS = 9
+"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrackerConfig:
@@ -34,10 +37,10 @@ class TrackerConfig:
 
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
-    background: BackgroundConfig = field(default_factory=BackgroundConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
@@ -69,11 +72,11 @@ class Tracker:
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
+        segments = self._background.remove(into_odom(scan), segments)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        background = self._background.step(into_odom(scan), segments, candidates.longer)
-        fitted = boxes.build(scan.points_ego, segments, linkage, candidates, background, config.boxes)
+        fitted = boxes.build(scan.points_ego, segments, linkage, candidates, config.boxes)
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
         self._predict(scan.time)
@@ -87,7 +90,8 @@ class Tracker:
     def _predict(self, time: float) -> None:
         """Drop the dead and move the living to `time` [s]."""
         self._tracks = [track for track in self._tracks if track.status is not Status.DEAD]
-        step = motion(0.0 if self._time is None else time - self._time, self.config.filters)
+        dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
+        step = motion(dt, self.config.filters)
         self._time = time
         for track in self._tracks:
             track.predict(step)
