@@ -14,8 +14,8 @@ class OrientationConfig:
 
     width_max_m: float = 2.6
     """A longer side is a vehicle's length [m]."""
-    depth_min_m: float = 0.8
-    """With both sides seen at least this deep the longer one is the length [m]."""
+    depth_min_m: float = 1.5
+    """With a shorter side at least as wide as a car, the longer one is the length [m]."""
     course_speed_min_mps: float = 1.0
     """A vehicle faces where it goes when it goes faster than this [m/s] ..."""
     course_sigma: float = 4.0

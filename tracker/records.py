@@ -95,6 +95,19 @@ class Boxes:
     def __len__(self) -> int:
         return len(self.segment)
 
+    def subset(self, index: Ints | Bools) -> "Boxes":
+        """Only the boxes of `index`."""
+        return Boxes(
+            self.segment[index],
+            self.center_ego[index],
+            self.heading[index],
+            self.size[index],
+            self.corner_ego[index],
+            self.corner_sign[index],
+            self.covariance[index],
+            self.support[index],
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:

@@ -21,6 +21,7 @@ from tracker.report import report
 from tracker.scan import Scan
 from tracker.segmentation import SegmentationConfig
 from tracker.selection import SelectionConfig
+from tracker.shadow import ShadowConfig, in_shadow
 from tracker.tlinkage import LinkageConfig
 from tracker.track import LifeConfig, Track, TrackConfig
 
@@ -42,6 +43,7 @@ class TrackerConfig:
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
+    shadow: ShadowConfig = field(default_factory=ShadowConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
@@ -77,6 +79,7 @@ class Tracker:
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
         fitted = boxes.build(scan.points_ego, segments, linkage, candidates, config.boxes)
+        fitted = fitted.subset(~in_shadow(fitted, config.shadow))
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
         self._predict(scan.time)
