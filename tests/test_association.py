@@ -23,6 +23,7 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2):
         probability=np.ones((1, 1)),
         heading=np.array([pose[2]]),
         size=np.array([size]),
+        known_size=np.array([size]),
         corner_sign=np.array([corner_sign], dtype=np.int64),
     )
 
@@ -131,6 +132,16 @@ def test_an_unlikely_model_opens_no_gate():
             probability=np.array([probability]),
             heading=one.heading,
             size=one.size,
+            known_size=one.known_size,
             corner_sign=one.corner_sign,
         )
         assert associate(tracks, pair(tracks, seen, CONFIG), CONFIG) == expected
+
+
+def test_the_leading_end_of_a_car_that_comes_out_from_behind_something_tells_its_motion():
+    """Only 1.2 m of a side were seen, now 1.8 m are, and the hidden end has not moved: the car went 0.6 m on."""
+    tracks = dataclasses.replace(expecting((5.0, -3.0, 0.0), (1, 1)), known_size=np.array([(1.2, 0.1)]))
+    front = 5.0 + CAR[0] / 2
+    seen = observe_boxes((front - 1.2 + 0.9, -2.15, 0.0), (1.8, 0.1))
+    seen = dataclasses.replace(seen, corner_sign=np.array([(1, 1)]))
+    assert pair(tracks, seen, CONFIG).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)

@@ -35,11 +35,16 @@ def test_first_guess(size, forward, expected):
 
 
 @pytest.mark.parametrize(
-    ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-0.9, 0), 0)]
+    ("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3), ((-0.9, 0), 1)]
 )
 def test_motion_contradicts_the_heading(velocity, quarters):
     direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG)
-    assert contradiction(0.0, direction, np.array([4.6, 1.8]), 0.0, CONFIG) == quarters
+    assert contradiction(0.0, direction, np.array([1.7, 0.2]), 0.0, CONFIG) == quarters
+
+
+def test_a_vehicle_whose_length_is_known_does_not_move_sideways():
+    assert contradiction(0.0, np.pi / 2, np.array([4.6, 0.2]), 0.0, CONFIG) == 0
+    assert contradiction(0.0, np.pi, np.array([4.6, 0.2]), 0.0, CONFIG) == 2
 
 
 def test_a_vague_velocity_has_no_course():

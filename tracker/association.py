@@ -41,7 +41,9 @@ class Predictions:
     heading: Floats
     """(T,)."""
     size: Floats
-    """(T, 2) length, width [m]."""
+    """(T, 2) length, width, unseen sides from priors [m]."""
+    known_size: Floats
+    """(T, 2) how much of both is known to be there, from the tracked corner on [m]."""
     corner_sign: Ints
     """(T, 2) which corner is tracked."""
 
@@ -77,7 +79,8 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     nearest = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
-    misfit, slack = fit_in(tracks, seen, size, nearest, config)
+    exact = size[..., ::-1] >= config.face_min_m
+    misfit, slack = fit_in(tracks, seen, size, nearest, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)  # even over +- slack
     return Pairing(
@@ -85,32 +88,34 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
         size=size,
         misfit=rotate(misfit, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + spread,
-        corner_sign=follow(tracks, seen, nearest, config),
+        corner_sign=follow(tracks, seen, nearest, exact, config),
     )
 
 
 def fit_in(
-    tracks: Predictions, seen: Observations, size: Floats, nearest: Floats, config: AssociationConfig
+    tracks: Predictions, seen: Observations, size: Floats, nearest: Floats, exact: Bools
 ) -> tuple[Floats, Floats]:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
-    Where the face at the near end of an axis is seen, that end is exact. Where it is not, what is seen may be a
-    piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the piece
-    sticks out. The second value, (T, B, 2), is how much the piece could slide along the side [m].
+    Where the face at the near end of an axis is seen, that end is `exact` (T, B, 2). Where it is not, what is
+    seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
+    piece sticks out of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
     """
-    excess = 0.5 * (size - tracks.size[:, None])
     center = tracks.position - tracks.to_corner[:, None]
     offset = rotate(seen.center[:, None] - center[:, None], -tracks.heading[:, None, None])
-    near_end = offset + (nearest * excess)[:, :, None]
-    sticks_out = np.maximum(offset + excess[:, :, None], 0) + np.minimum(offset - excess[:, :, None], 0)
-    exact = size[..., ::-1] >= config.face_min_m
-    return np.where(exact[:, :, None], near_end, sticks_out), np.where(exact, 0.0, np.maximum(-excess, 0))
+    near_end = offset + 0.5 * (nearest * (size - tracks.size[:, None]))[:, :, None]
+    known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
+    shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]
+    sticks_out = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
+    slack = np.where(exact, 0.0, np.maximum(-excess[:, :, 0], 0))
+    return np.where(exact[:, :, None], near_end, sticks_out), slack
 
 
-def follow(tracks: Predictions, seen: Observations, nearest: Floats, config: AssociationConfig) -> Ints:
+def follow(tracks: Predictions, seen: Observations, nearest: Floats, exact: Bools, config: AssociationConfig) -> Ints:
     """(T, B, 2) the corner to follow: the nearest, but the tracked one until another is nearer by a margin.
 
-    In between both are seen equally well, and a change would only cost accuracy.
+    In between both are seen equally well, and a change would only cost accuracy. Nor does the track go to the
+    other end of a side that is neither seen now nor has been: nobody knows where that end is.
     """
     tracked = np.broadcast_to(tracks.corner_sign[:, None], nearest.shape)
     center = tracks.selected - tracks.to_corner
@@ -120,7 +125,9 @@ def follow(tracks: Predictions, seen: Observations, nearest: Floats, config: Ass
         return np.asarray(np.linalg.norm(corner - seen.sensor, axis=-1))
 
     keeps = range_m(tracked) <= range_m(nearest) + config.corner_margin_m
-    return np.where(keeps[..., None], tracked, nearest).astype(np.int64)
+    known = tracks.known_size >= tracks.size - config.corner_margin_m
+    moves = ~keeps[..., None] & (exact | known[:, None])
+    return np.where(moves, nearest, tracked).astype(np.int64)
 
 
 def distance(tracks: Predictions, pairing: Pairing) -> tuple[Floats, Floats]:

@@ -30,9 +30,9 @@ class ExtentConfig:
     """The same for trucks and buses [m]."""
     growth: float = 0.3
     """Share of the difference taken over when a side is seen longer than remembered."""
-    decay: float = 0.03
+    decay: float = 0.01
     """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
-    nearly: float = 0.85
+    nearly: float = 0.8
     """A side seen at this share of its remembered length counts as seen in full."""
 
 
@@ -55,3 +55,9 @@ def complete(seen: Floats, config: ExtentConfig) -> Floats:
     if seen[0] >= config.length_min_m:
         length = seen[0] + (config.large_rounding_m if large else config.car_rounding_m)
     return np.array([length, max(seen[1], width)])
+
+
+def known(seen: Floats, config: ExtentConfig) -> Floats:
+    """(2,) how much of each side is known to be there [m]: all of it once nearly all was seen, else what was seen."""
+    size = complete(seen, config)
+    return np.where(seen >= config.nearly * size, size, seen)

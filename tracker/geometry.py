@@ -18,11 +18,10 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
     return turned
 
 
-def inside_any(points: Floats, center: Floats, heading: Floats, size: Floats) -> npt.NDArray[np.bool_]:
-    """(P,) whether points (P, 2) lie inside any of the boxes with centre (B, 2), heading (B,), size (B, 2)."""
+def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> npt.NDArray[np.bool_]:
+    """(P, B) whether points (P, 2) lie inside the boxes with centre (B, 2), heading (B,) and size (B, 2)."""
     own_frame = rotate(points[:, None] - center, -heading)
-    within = np.all(np.abs(own_frame) <= 0.5 * size, axis=2)
-    return np.asarray(np.any(within, axis=1))
+    return np.asarray(np.all(np.abs(own_frame) <= 0.5 * size, axis=2))
 
 
 def wrap(angle: float) -> float:

@@ -61,9 +61,12 @@ def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> f
 def contradiction(heading: float, course: float | None, size: Floats, forward: float, config: OrientationConfig) -> int:
     """Quarter turns by which the motion or the seen size contradict the heading, 0 when nothing does.
 
-    A vehicle faces its course. If it is too slow to have one, its size still tells length from width.
+    A vehicle faces its course, and never moves sideways. If it is too slow to have one, its size still tells
+    length from width.
     """
     if course is None:
         quarters = first_guess(heading, size, forward, config)
         return quarters if quarters % 2 else 0
-    return int(np.round(wrap(course - heading) / QUARTER)) % 4
+    quarters = int(np.round(wrap(course - heading) / QUARTER)) % 4
+    known_length = size[0] > config.width_max_m
+    return 0 if quarters % 2 and known_length else quarters

@@ -85,6 +85,11 @@ class Track:
         return extent.complete(self.seen_size, self._config.extent)
 
     @property
+    def known_size(self) -> Floats:
+        """(2,) how much of length and width is known to be there, from the tracked corner on [m]."""
+        return extent.known(self.seen_size, self._config.extent)
+
+    @property
     def model(self) -> int:
         """The selected model: the highest score of (12)."""
         return int(np.argmax(self.model_probability))
@@ -109,6 +114,12 @@ class Track:
         """(2,) box centre by the selected model [m]."""
         corner = self.bank.models[self.model].x[:2]
         return np.asarray(corner - rotate(0.5 * self.corner_sign * self.size, self.heading))
+
+    @property
+    def seen_center(self) -> Floats:
+        """(2,) middle of what has been seen of the vehicle [m]."""
+        corner = self.bank.models[self.model].x[:2]
+        return np.asarray(corner - rotate(0.5 * self.corner_sign * self.seen_size, self.heading))
 
     @property
     def course(self) -> float | None:

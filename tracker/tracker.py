@@ -10,7 +10,7 @@ from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
-from tracker.geometry import QUARTER, inside_any, rotate, wrap
+from tracker.geometry import QUARTER, inside, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
@@ -116,25 +116,18 @@ class Tracker:
         return track_id
 
     def _exclude(self) -> None:
-        """End every track, not seen or not yet believed, whose place is taken by a confirmed one."""
-        unsure = [track for track in self._tracks if not track.sure]
-        for track, is_taken in zip(unsure, self._taken([track.center for track in unsure]), strict=True):
-            if is_taken:
-                track.status = Status.DEAD
-
-    def _taken(self, center: Floats | list[Floats]) -> Bools:
-        """(P,) whether vehicles centred at (P, 2) would be inside a track that is sure: there is room for one."""
+        """End every track whose place is taken: there is room for one vehicle, the surer, or else the older."""
         sure = [track for track in self._tracks if track.sure]
-        return inside_any(
-            np.reshape(center, (-1, 2)),
-            center=np.reshape([track.center for track in sure], (-1, 2)),
-            heading=np.array([track.heading for track in sure]),
-            size=np.reshape([track.size for track in sure], (-1, 2)),
-        )
+        ranked = sure + [track for track in self._tracks if not track.sure]
+        taken = within(np.reshape([track.seen_center for track in ranked], (-1, 2)), sure)
+        for rank, track in enumerate(ranked):
+            if taken[rank, :rank].any():
+                track.status = Status.DEAD
 
     def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
         """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
-        for b in np.flatnonzero((track_id < 0) & ~self._taken(seen.center)):
+        taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
+        for b in np.flatnonzero((track_id < 0) & ~taken):
             heading, size = float(seen.heading[b]), seen.size[b]
             turns = orientation.first_guess(heading, size, forward, self.config.orientation)
             track = Track(
@@ -152,6 +145,16 @@ class Tracker:
             self._born += 1
 
 
+def within(points: Floats, tracks: list[Track]) -> Bools:
+    """(P, T) whether points (P, 2) lie inside the tracks' boxes."""
+    return inside(
+        points,
+        center=np.reshape([track.center for track in tracks], (-1, 2)),
+        heading=np.array([track.heading for track in tracks]),
+        size=np.reshape([track.size for track in tracks], (-1, 2)),
+    )
+
+
 def into_odom(scan: Scan) -> Floats:
     """(N, 2) points of the scan in the odometry frame [m]."""
     return rotate(scan.points_ego[:, :2], scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]
@@ -165,6 +168,7 @@ def predict(tracks: list[Track]) -> Predictions:
         probability=np.stack([track.model_probability for track in tracks]),
         heading=np.array([track.heading for track in tracks]),
         size=np.stack([track.size for track in tracks]),
+        known_size=np.stack([track.known_size for track in tracks]),
         corner_sign=np.stack([track.corner_sign for track in tracks]),
     )
 

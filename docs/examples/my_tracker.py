@@ -1,0 +1,73 @@
+"""A tracker of one's own, as small as they come: a patch of points is a car, the nearest patch is the same car.
+
+luxloop run docs/examples/my-first.toml --tracker docs.examples.my_tracker:PatchTracker
+"""
+
+import numpy as np
+from scipy import ndimage
+
+from tracker.records import MODELS, Status, Tracks
+
+CELL_M, RANGE_M, REACH_M = 0.5, 60.0, 1.5
+CAR_M = np.array([4.6, 1.8])
+
+
+class PatchTracker:
+    """Boxes of a car's size, as the ego is turned; good for straight roads only."""
+
+    def __init__(self, config):
+        del config  # the scenario's [tracker] table: settings of the shipped tracker
+        self.ids, self.centers, self.born = np.empty(0, int), np.empty((0, 2)), 0
+
+    def step(self, scan):
+        """Take in one scan and return the tracks, in the odometry frame."""
+        x, y, yaw = scan.ego_pose_odom
+        turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+        centers = cars(scan.points_ego) @ turn.T + (x, y)
+        self.ids = np.array([self.id_of(center) for center in centers], int)
+        self.centers = centers
+        return as_tracks(self.ids, centers, yaw)
+
+    def id_of(self, center):
+        """Return the id of the car that was near here in the last scan, or a new one."""
+        distance = np.linalg.norm(self.centers - center, axis=1)
+        if len(distance) and distance.min() < REACH_M:
+            return self.ids[distance.argmin()]
+        self.born += 1
+        return self.born
+
+
+def cars(points_ego):
+    """(T, 2) centres of car-sized patches in the ego frame [m]; their near edges are where the points are."""
+    points = points_ego[(points_ego[:, 2] > 0.2) & (np.abs(points_ego[:, :2]) < RANGE_M).all(axis=1), :2]
+    cell = ((points + RANGE_M) / CELL_M).astype(int)
+    grid = np.zeros((int(2 * RANGE_M / CELL_M),) * 2, bool)
+    grid[cell[:, 0], cell[:, 1]] = True
+    label = ndimage.label(grid, structure=np.ones((3, 3)))[0][cell[:, 0], cell[:, 1]]
+    centers = []
+    for patch in (points[label == k] for k in np.unique(label)):
+        low, high = patch.min(axis=0), patch.max(axis=0)
+        if len(patch) >= 10 and (high - low).max() < 8.0:
+            middle = 0.5 * (low + high)
+            centers.append(middle + np.sign(middle) * 0.5 * np.maximum(CAR_M - (high - low), 0.0))
+    return np.reshape(centers, (-1, 2))
+
+
+def as_tracks(ids, centers, yaw):
+    """Fill in the record; the corner that is tracked is the rear right one, and no motion is estimated."""
+    count = len(ids)
+    corner_sign = np.tile([-1, -1], (count, 1))
+    to_corner = -0.5 * CAR_M @ np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    mean = np.zeros((count, 8))
+    mean[:, :2], mean[:, 6] = centers + to_corner, yaw
+    return Tracks(
+        id=ids,
+        status=np.full(count, Status.CONFIRMED, np.uint8),
+        mean=mean,
+        covariance=np.tile(np.eye(8), (count, 1, 1)),
+        model_probability=np.tile(np.eye(len(MODELS))[0], (count, 1)),
+        model=np.zeros(count, int),
+        model_position_odom=np.repeat(mean[:, None, :2], len(MODELS), axis=1),
+        corner_sign=corner_sign,
+        size=np.tile(CAR_M, (count, 1)),
+    )
