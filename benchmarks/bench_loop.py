@@ -1,7 +1,6 @@
 """The whole loop on the SUMO crossing: traffic, LIDARs, tracker and grading, recording off, on one core."""
 
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np

@@ -36,8 +36,8 @@ def run(
     duration: Annotated[float | None, typer.Option(help="Simulated seconds, instead of the scenario's.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results, else runs/SCENARIO-seedN.")] = None,
     tracker: Annotated[
-        str, typer.Option(metavar="MODULE:NAME", help="The device under test, see scenarios/device.py.")
-    ] = "tracker.tracker:Tracker",
+        str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/device.py.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
 ) -> None:
@@ -50,7 +50,7 @@ def run(
 
     overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
     chosen = Scenario.load(listing.find(scenario), overrides)
-    make_device = device.load(tracker)
+    make_device = device.load(tracker or device.SHIPPED)
     out = out or Path("runs") / f"{chosen.name}-seed{chosen.seed}"
     with run_folder.create(out) as folder:
         result = loop.run(chosen, make_device, None if no_recording else folder / run_folder.RECORDING)

@@ -40,7 +40,7 @@ def load(spec: str) -> DeviceFactory:
         There is no such module, no such name in it, or it cannot be called.
     """
     module_name, colon, name = spec.partition(":")
-    if not (module_name and colon and name):
+    if not (colon and name and module_name) or module_name.startswith("."):
         raise DeviceError(f"--tracker {spec}: should be MODULE:NAME, as in {SHIPPED}")
     here = str(Path.cwd())
     if here not in sys.path:

@@ -50,11 +50,15 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
 
 
 def _most_telling(errors: list[ErrorDetails]) -> ErrorDetails:
-    """Leave out alternatives of a union that the file did not mean, and prefer a misspelt key to what it left open."""
+    """Leave out alternatives of a union that the file did not mean; prefer a `kind` left out, then a misspelt key."""
     wrong_kind = [error for error in errors if error["type"] == "literal_error" and error["loc"][-1] == "kind"]
     others = {error["loc"][:-1] for error in wrong_kind}
     meant = [error for error in errors if not any(error["loc"][: len(loc)] == loc for loc in others)]
-    return min(meant or wrong_kind, key=lambda error: error["type"] not in UNKNOWN_KEY)
+    return min(meant or wrong_kind, key=lambda error: (not _lacks_kind(error), error["type"] not in UNKNOWN_KEY))
+
+
+def _lacks_kind(error: ErrorDetails) -> bool:
+    return error["type"] == "missing" and error["loc"][-1] == "kind"
 
 
 def _key(error: ErrorDetails, document: Json) -> Key:

@@ -29,15 +29,7 @@ MOVING_MPS = 0.5
 class NullRecorder:
     """Records nothing, for runs that want no recording."""
 
-    def log(
-        self,
-        frame: WorldFrame,
-        scan: Scan,
-        scan_truth: ScanTruth,
-        tracks: Tracks,
-        trace: StepTrace | None,
-        grade: FrameGrade,
-    ) -> None:
+    def log(self, *records: object) -> None:
         """Do nothing."""
 
     def close(self) -> None:

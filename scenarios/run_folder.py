@@ -40,10 +40,11 @@ def create(out: Path) -> Iterator[Path]:
         `out` cannot be written, or is something else than an earlier run.
     """
     out = Path(os.path.realpath(out))
-    _refuse_to_replace_what_is_no_run(out)
-    missing = [folder for folder in out.parents if not folder.exists()]
     temporary = out.with_name(f".{out.name}.{secrets.token_hex(4)}.partial")
+    missing: list[Path] = []
     try:
+        _refuse_to_replace_what_is_no_run(out)
+        missing = [folder for folder in out.parents if not folder.exists()]
         temporary.mkdir(parents=True)
     except OSError as error:
         _remove_empty(missing)

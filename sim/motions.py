@@ -1,6 +1,7 @@
 """Analytic motions: where a scripted body is at a time, and its exact rates. Course and heading are the same.
 
-Each motion starts at the origin along x; `state_at` strings them together from a start pose.
+Each motion starts at the origin along x; `state_at` strings them together from a start pose. Its `kind` has no default:
+a scenario file must name it, or a motion would be taken for whichever its other keys fit.
 """
 
 import math
@@ -47,7 +48,7 @@ def _along_x(distance: float, speed: float, acceleration: float) -> State:
 class Static:
     """Stand still."""
 
-    kind: Literal["static"] = "static"
+    kind: Literal["static"]
     duration_s: float | None = None
     """[s] Then the next motion begins; leave it out on the last. The same on every motion."""
 
@@ -61,9 +62,9 @@ class Static:
 class Spin:
     """Turn on the spot, as no car does: shows a standing body from all sides."""
 
+    kind: Literal["spin"]
     rate_deg_per_s: float
     """[deg/s] Counter-clockwise positive."""
-    kind: Literal["spin"] = "spin"
     duration_s: float | None = None
     """[s] See `Static`."""
 
@@ -77,11 +78,11 @@ class Spin:
 class Straight:
     """Drive straight at constant acceleration; braking ends at standstill."""
 
+    kind: Literal["straight"]
     speed_mps: float
     """[m/s] At the start."""
     acceleration_mps2: float = 0.0
     """[m/s^2] Negative brakes."""
-    kind: Literal["straight"] = "straight"
     duration_s: float | None = None
     """[s] See `Static`."""
 
@@ -101,11 +102,11 @@ class Straight:
 class Arc:
     """Drive a circle at constant speed."""
 
+    kind: Literal["arc"]
     speed_mps: float
     """[m/s]"""
     radius_m: float
     """[m] Positive turns left, negative right."""
-    kind: Literal["arc"] = "arc"
     duration_s: float | None = None
     """[s] See `Static`."""
 
@@ -130,13 +131,13 @@ class Arc:
 class StopAndGo:
     """Go and stop again and again: v = V/2 (1 - cos(2 pi t / go)) while going, then stand for `stop_s`."""
 
+    kind: Literal["stop-and-go"]
     peak_speed_mps: float
     """[m/s] V, reached in the middle of each go."""
     go_s: float
     """[s] From standstill to standstill."""
     stop_s: float
     """[s] Standstill."""
-    kind: Literal["stop-and-go"] = "stop-and-go"
     duration_s: float | None = None
     """[s] See `Static`."""
 
@@ -163,13 +164,13 @@ class LaneChange:
     The speed along x is constant. The quintic is the lateral motion of least jerk between two straights.
     """
 
+    kind: Literal["lane-change"]
     speed_mps: float
     """[m/s] Along the lane."""
     offset_m: float
     """[m] d, positive to the left."""
     change_s: float
     """[s] T."""
-    kind: Literal["lane-change"] = "lane-change"
     duration_s: float | None = None
     """[s] See `Static`."""
 

@@ -46,7 +46,7 @@ class ScriptedEgo:
     """[deg] Counter-clockwise from east."""
     size_m: Size = EGO_SIZE
     """[m] Length, width, height."""
-    motion: list[Motion] = field(default_factory=lambda: [Static()])
+    motion: list[Motion] = field(default_factory=lambda: [Static("static")])
     """What it does, one motion after the other."""
 
     def __post_init__(self) -> None:
@@ -77,7 +77,7 @@ class ScriptedActor:
     """Of its paint, 0 to 1; drawn where left out."""
     name: str = ""
     """For people; `<kind>.<number>` where left out."""
-    motion: list[Motion] = field(default_factory=lambda: [Static()])
+    motion: list[Motion] = field(default_factory=lambda: [Static("static")])
     """What it does, one motion after the other."""
 
     def __post_init__(self) -> None:
@@ -125,7 +125,7 @@ class ScriptedRing:
                 yaw_deg=math.degrees(bearing) + n * _GOLDEN_ANGLE_DEG,
                 kind=self.kind,
                 reflectivity=self.reflectivity,
-                motion=[Spin(self.rate_deg_per_s)],
+                motion=[Spin("spin", self.rate_deg_per_s)],
             )
             cars.append(car)
         return cars

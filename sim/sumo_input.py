@@ -12,6 +12,10 @@ from typing import BinaryIO
 
 from sim.source import TrafficInputError
 
+_ALL_AT_ONCE = {"route-steps": "0"}
+"""Read route files to their end first. By default SUMO reads them as it goes, and drops vehicles that are out of the
+order of departure with no more than a warning."""
+
 _QUIET = {
     "no-step-log": "true",
     "no-warnings": "true",
@@ -52,7 +56,7 @@ def sumo_command(folder: Path, files: dict[str, list[str]], dt: float, seed: int
     else:
         require_net(paths["net-file"][0])
     words = {option: ",".join(map(str, names)) for option, names in paths.items() if names}
-    words |= _QUIET | {"step-length": str(dt), "seed": str(seed)} | options
+    words |= _QUIET | _ALL_AT_ONCE | {"step-length": str(dt), "seed": str(seed)} | options
     return ["sumo", *(word for option, value in words.items() for word in (f"--{option}", value))]
 
 

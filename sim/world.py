@@ -105,7 +105,10 @@ class Obstacles:
 
     @classmethod
     def from_polygons(cls, polygons: list[Floats], height: list[float], reflectivity: float = 0.3) -> "Obstacles":
-        """Gather polygons, each (K, 2) in the world frame [m], K >= 2 (two points make a wall)."""
+        """Gather polygons, each (K, 2) in the world frame [m], K >= 2 (two points make a wall).
+
+        The default reflectivity is an estimate for plaster and concrete at 905 nm.
+        """
         counts = [len(polygon) for polygon in polygons]
         return cls(
             vertices_world=np.concatenate(polygons) if polygons else np.empty((0, 2)),

@@ -11,6 +11,8 @@ from support import short_run
 
 from scenarios import listing
 from scenarios.cli import main
+from sim.scripted import ScriptedSource
+from sim.source import TrafficEndedError
 
 CROSSING = listing.CATALOG / "urban" / "sumo-crossing"
 SUMO = f"""\
@@ -73,6 +75,7 @@ def tree(folder="."):
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f/run"], 2, "f/run: cannot write there"),
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f"], 2, "f: is a file"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "."], 2, "holds other things than a run"),
+        ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "n" * 300], 2, "cannot write there (File name too long)"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--tracker", "mine:Tracker"], 2, "no module mine on the Python path"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--seed", "one"], 2, "Invalid value for '--seed'"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--sead", "1"], 2, "No such option"),
@@ -155,6 +158,22 @@ def test_an_expectation_on_what_does_not_apply_fails(capfd):
     short_run.write(Path(), short_run.TEXT + '[expect]\n"mma.switch_latency_frames" = {max = 1000}')
     assert main(["run", "short.toml", "--no-recording"]) == 1
     assert "FAILED: 0 of 1 expectations hold" in capfd.readouterr().out
+
+
+class Over(ScriptedSource):
+    """The ego is gone before it is seen: a promise of `TrafficSource` that no source of ours happens to use."""
+
+    def step(self):
+        raise TrafficEndedError("the ego left at 0.00 s")
+
+
+def test_traffic_that_ends_before_its_first_frame_is_bad_input(monkeypatch, capfd):
+    monkeypatch.setattr("scenarios.loop.ScriptedSource", Over)
+    short_run.write(Path())
+    before = tree()
+    assert main(["run", "short.toml"]) == 2
+    assert capfd.readouterr() == ("", "luxloop: error: the ego left at 0.00 s\n")
+    assert tree() == before
 
 
 INTERRUPTED = """

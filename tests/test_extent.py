@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tracker.extent import ExtentConfig, complete, remember
+from tracker.extent import ExtentConfig, classify, complete, known, remember
 
 CONFIG = ExtentConfig()
 
@@ -26,14 +26,22 @@ def test_a_single_outlier_wears_off():
 
 
 @pytest.mark.parametrize(
-    ("extent", "size"),
+    ("extent", "hits", "size"),
     [
-        ((0.1, 1.72), (CONFIG.car_length_m, CONFIG.car_width_m)),
-        ((4.05, 0.1), (4.05 + CONFIG.car_rounding_m, CONFIG.car_width_m)),
-        ((2.9, 1.9), (CONFIG.car_length_m, 1.9)),
-        ((0.1, 2.5), (CONFIG.large_length_m, 2.5)),
-        ((11.9, 0.1), (11.9 + CONFIG.large_rounding_m, CONFIG.large_width_m)),
+        ((0.1, 1.72), 50, (4.7, 1.8)),
+        ((2.9, 1.9), 50, (4.7, 1.9)),
+        ((4.05, 0.1), 1, (4.05 + 0.3, 1.8)),  # the far corner is rounded
+        ((0.1, 2.5), 1, (8.0, 2.5)),
+        ((11.9, 0.1), 1, (11.9 + 0.1, 2.5)),
+        ((1.9, 0.7), 1, (4.7, 1.8)),  # may be a piece of a car
+        ((1.9, 0.7), 50, (1.9, 0.8)),  # a motorcycle
     ],
 )
-def test_unseen_sides_come_from_the_class(extent, size):
-    assert complete(np.array(extent), CONFIG) == pytest.approx(size)
+def test_unseen_sides_come_from_the_class(extent, hits, size):
+    seen_extent = np.array(extent)
+    assert complete(seen_extent, classify(seen_extent, hits, CONFIG), CONFIG) == pytest.approx(size)
+
+
+def test_a_side_is_known_once_nearly_all_of_it_was_seen():
+    size = np.array([4.5, 1.8])
+    assert known(np.array([4.2, 0.3]), size, CONFIG) == pytest.approx([4.5, 0.3])

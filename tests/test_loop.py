@@ -55,22 +55,34 @@ def test_settings_of_the_tracker_reach_it():
     assert short_run.run(text).trace_hash != short_run.result().trace_hash
 
 
-def test_traffic_that_ends_early_makes_an_incomplete_result(tmp_path):
-    """The ego is put a few metres before the end of its only edge, and arrives."""
-    ego = '<vehicle id="ego" depart="0" departPos="-12" departSpeed="10"><route edges="north_out"/></vehicle>'
-    (tmp_path / "ego.rou.xml").write_text(f"<routes>{ego}</routes>")
-    text = f"""
+def arriving_ego(folder, attributes):
+    """Scenario of an ego on the crossing's northern exit, which is its only edge."""
+    ego = f'<vehicle id="ego" depart="0" {attributes}><route edges="north_out"/></vehicle>'
+    (folder / "ego.rou.xml").write_text(f"<routes>{ego}</routes>")
+    return f"""
 description = "The ego arrives."
 duration_s = 60
 [traffic]
 kind = "sumo"
 net = "{CROSSING / "crossing.net.xml"}"
-routes = ["{tmp_path / "ego.rou.xml"}"]
+routes = ["{folder / "ego.rou.xml"}"]
 """
-    result = short_run.run(text)
+
+
+def test_traffic_that_ends_early_makes_an_incomplete_result(tmp_path):
+    """The ego is put a few metres before the end of its edge."""
+    result = short_run.run(arriving_ego(tmp_path, 'departPos="-12" departSpeed="10"'))
     assert not result.complete
     assert "ego" in result.ended_early
     assert 2 < result.frames < 50
+
+
+def test_traffic_that_ends_after_its_first_frame_is_graded_all_the_same(tmp_path):
+    """The ego is put where it wants to go."""
+    result = short_run.run(arriving_ego(tmp_path, 'departPos="60" arrivalPos="60"'))
+    assert result.frames == 1
+    assert result.ended_early == 'ego "ego" left the net at 0.08 s (arrived or teleported)'
+    assert result.metrics.keys() == METRICS.keys()
 
 
 class Silent:
@@ -125,6 +137,7 @@ def test_a_tracker_that_returns_no_tracks_is_told_what_to_return():
     [
         ("tracker.tracker", "should be MODULE:NAME"),
         (":Tracker", "should be MODULE:NAME"),
+        (".tracker:Tracker", "should be MODULE:NAME"),
         ("nowhere.tracker:Tracker", "no module nowhere"),
         ("tracker.nowhere:Tracker", r"no module tracker\.nowhere"),
         ("tracker.tracker:Trucker", r"Trucker is not there in tracker\.tracker"),

@@ -96,6 +96,12 @@ def test_stage_settings_reach_their_stage(tmp_path):
             SCRIPTED.replace('"straight"', '"strait"'),
             "traffic.actor[0].motion[0].kind = \"strait\": should be 'static' or",
         ),
+        # nor may a motion be taken for whichever its keys fit
+        (
+            SCRIPTED.replace('kind = "straight", ', ""),
+            'traffic.actor[0].motion[0].kind is missing; add it: one of "static", "spin", "straight", "arc"',
+        ),
+        (SCRIPTED.replace('kind = "straight", speed_mps = 5', ""), "traffic.actor[0].motion[0].kind is missing"),
         (VALID + "[rig", "not TOML: Expected ']' at the end of a table declaration"),
         ("a\n", "not TOML: Expected '=' after a key in a key/value pair (at line 1, column 2)"),
     ],

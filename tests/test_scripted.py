@@ -52,12 +52,24 @@ def outline(pose, size):
 SPEED = st.floats(0.5, 40.0)
 LENGTH = st.floats(1.0, 200.0)
 MOTIONS = st.one_of(
-    st.just(Static()),
-    st.builds(Spin, rate_deg_per_s=st.floats(-90.0, 90.0)),
-    st.builds(Straight, speed_mps=SPEED, acceleration_mps2=st.floats(-8.0, 8.0)),
-    st.builds(Arc, speed_mps=SPEED, radius_m=st.one_of(LENGTH, LENGTH.map(lambda r: -r))),
-    st.builds(StopAndGo, peak_speed_mps=SPEED, go_s=st.floats(2.0, 20.0), stop_s=st.floats(0.0, 5.0)),
-    st.builds(LaneChange, speed_mps=SPEED, offset_m=st.floats(-8.0, 8.0), change_s=st.floats(1.0, 8.0)),
+    st.just(Static("static")),
+    st.builds(Spin, kind=st.just("spin"), rate_deg_per_s=st.floats(-90.0, 90.0)),
+    st.builds(Straight, kind=st.just("straight"), speed_mps=SPEED, acceleration_mps2=st.floats(-8.0, 8.0)),
+    st.builds(Arc, kind=st.just("arc"), speed_mps=SPEED, radius_m=st.one_of(LENGTH, LENGTH.map(lambda r: -r))),
+    st.builds(
+        StopAndGo,
+        kind=st.just("stop-and-go"),
+        peak_speed_mps=SPEED,
+        go_s=st.floats(2.0, 20.0),
+        stop_s=st.floats(0.0, 5.0),
+    ),
+    st.builds(
+        LaneChange,
+        kind=st.just("lane-change"),
+        speed_mps=SPEED,
+        offset_m=st.floats(-8.0, 8.0),
+        change_s=st.floats(1.0, 8.0),
+    ),
 )
 
 
@@ -80,13 +92,13 @@ def test_rates_are_the_derivatives_of_poses_and_courses_are_headings(motion, tim
 
 
 def test_braking_ends_at_standstill_after_half_v_squared_over_a():
-    stopped = Straight(speed_mps=12.0, acceleration_mps2=-4.0).at(10.0)
+    stopped = Straight("straight", speed_mps=12.0, acceleration_mps2=-4.0).at(10.0)
     assert stopped.pose == pytest.approx([18.0, 0.0, 0.0])  # 144 / 8
     assert (*stopped.velocity, *stopped.acceleration) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_quarter_circle_to_the_right():
-    quarter = Arc(speed_mps=10.0, radius_m=-20.0).at(math.pi)
+    quarter = Arc("arc", speed_mps=10.0, radius_m=-20.0).at(math.pi)
     assert quarter.pose == pytest.approx([20.0, -20.0, -math.pi / 2])
     assert quarter.velocity == pytest.approx([0.0, -10.0])
     assert quarter.acceleration == pytest.approx([-5.0, 0.0])  # v^2 / r, to the centre
@@ -94,7 +106,7 @@ def test_a_quarter_circle_to_the_right():
 
 def test_a_lane_change_has_the_quintic_s_known_extremes():
     # the rest-to-rest minimum-jerk profile peaks at 1.875 d/T half way (Flash and Hogan 1985) and at 10/sqrt(3) d/T^2
-    change = LaneChange(speed_mps=20.0, offset_m=3.5, change_s=4.0)
+    change = LaneChange("lane-change", speed_mps=20.0, offset_m=3.5, change_s=4.0)
     assert change.at(2.0).velocity == pytest.approx([20.0, 1.875 * 3.5 / 4.0])
     assert change.at(2.0).pose[1] == pytest.approx(1.75)
     peak = change.at(4.0 * (3 - math.sqrt(3)) / 6)
@@ -105,7 +117,7 @@ def test_a_lane_change_has_the_quintic_s_known_extremes():
 
 
 def test_stop_and_go_covers_half_the_peak_speed_a_round_and_stands_in_between():
-    motion = StopAndGo(peak_speed_mps=8.0, go_s=6.0, stop_s=3.0)
+    motion = StopAndGo("stop-and-go", peak_speed_mps=8.0, go_s=6.0, stop_s=3.0)
     assert motion.at(3.0).velocity[0] == pytest.approx(8.0)
     assert motion.at(7.5).pose[0] == pytest.approx(24.0)
     assert motion.at(7.5).velocity[0] == 0.0
@@ -113,7 +125,11 @@ def test_stop_and_go_covers_half_the_peak_speed_a_round_and_stands_in_between():
 
 
 def test_motions_follow_one_another_from_where_the_last_one_ended():
-    motions = [Straight(10.0, duration_s=2.0), Arc(10.0, 10.0, duration_s=math.pi / 2), Straight(10.0)]
+    motions = [
+        Straight("straight", 10.0, duration_s=2.0),
+        Arc("arc", 10.0, 10.0, duration_s=math.pi / 2),
+        Straight("straight", 10.0),
+    ]
     assert state_at(motions, np.array([0.0, 0.0, 0.0]), 2.0 + math.pi / 2 + 1.0).pose == pytest.approx(
         [30.0, 20.0, math.pi / 2]
     )
@@ -178,16 +194,16 @@ def test_obstacles_are_the_script_s():
         lambda: ScriptedActor(0.0, 0.0, size_m=(4.0, 0.0, 1.0)),
         lambda: ScriptedActor(0.0, 0.0, reflectivity=1.5),
         lambda: ScriptedActor(0.0, 0.0, motion=[]),
-        lambda: ScriptedActor(0.0, 0.0, motion=[Static(), Straight(1.0)]),
+        lambda: ScriptedActor(0.0, 0.0, motion=[Static("static"), Straight("straight", 1.0)]),
         lambda: ScriptedEgo(size_m=(-1.0, 1.0, 1.0)),
         lambda: ScriptedRing([], 10.0),
         lambda: ScriptedRing([8.0, 0.0], 10.0),
         lambda: ScriptedObstacle([(0, 0)], 2.0),
         lambda: ScriptedObstacle([(0, 0), (1, 0)], 0.0),
-        lambda: Straight(-1.0),
-        lambda: Arc(1.0, 0.0),
-        lambda: StopAndGo(1.0, 0.0, 1.0),
-        lambda: LaneChange(0.0, 3.5, 4.0),
+        lambda: Straight("straight", -1.0),
+        lambda: Arc("arc", 1.0, 0.0),
+        lambda: StopAndGo("stop-and-go", 1.0, 0.0, 1.0),
+        lambda: LaneChange("lane-change", 0.0, 3.5, 4.0),
     ],
 )
 def test_impossible_settings_are_refused_in_one_line(make):

@@ -151,6 +151,13 @@ def test_the_ego_is_chosen(sumo, ego, name):
     assert source._ego == name
 
 
+def test_vehicles_out_of_the_order_of_departure_are_not_lost(sumo):
+    """By default SUMO ignores them, with a warning that nobody would see."""
+    route, first, second = EASTBOUND.splitlines()
+    source = sumo("\n".join([route, second, first]), ego="vehicle:first", range_m=200.0)
+    assert list(frames(source, 60)[-1].actors.name) == ["second"]
+
+
 def test_the_run_ends_when_the_ego_leaves(sumo):
     source = sumo()
     source.reset(1)
@@ -279,12 +286,12 @@ def test_contradictory_settings(keys):
 
 
 def test_trouble_in_mid_run_is_the_simulator_s(sumo):
-    # SUMO reads routes as it goes, 200 s ahead
+    # with this option SUMO reads routes as it goes, 200 s ahead
     traffic = """<route id="west" edges="west_in"/>
     <vehicle id="ego" route="west" depart="0"><stop lane="west_in_1" endPos="50" duration="500"/></vehicle>
     <vehicle id="next" route="west" depart="210"/>
     <vehicle id="last" depart="230"><route edges="west_in nowhere"/></vehicle>"""
-    source = sumo(traffic, dt_s=0.5)
+    source = sumo(traffic, dt_s=0.5, options={"route-steps": "200"})
     source.reset(1)
     with pytest.raises(SimulatorFailedError, match="edge 'nowhere'"):
         play(source, 500)

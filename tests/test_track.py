@@ -3,7 +3,7 @@ import pytest
 from support.seen import observe_boxes
 
 from tracker.association import AssociationConfig, pair
-from tracker.extent import ExtentConfig
+from tracker.extent import ExtentConfig, Usual
 from tracker.filters import FilterConfig, motion
 from tracker.mma import MmaConfig
 from tracker.orientation import OrientationConfig
@@ -16,7 +16,7 @@ DT = 0.08
 CAR = np.array([4.7, 1.8])
 LIFE = LifeConfig()
 STEP = motion(DT, FilterConfig())
-CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(car_rounding_m=0.0), OrientationConfig(), LIFE)
+CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(car=Usual(4.7, 1.8, rounding_m=0.0)), OrientationConfig(), LIFE)
 
 
 def start(pose, heading=None, size=CAR):

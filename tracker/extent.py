@@ -1,6 +1,6 @@
 """How big a vehicle is: what was seen of each side, completed by what vehicles of that size measure."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,26 +8,39 @@ from tracker.records import Floats
 
 
 @dataclass(frozen=True, slots=True)
+class Usual:
+    """A class of vehicles."""
+
+    length_m: float
+    """Length given while too little of a side was seen to tell [m]."""
+    width_m: float
+    """Least width [m]; it varies less than what is hidden of it."""
+    rounding_m: float
+    """What the rounded far corner hides of a side [m]."""
+
+
+@dataclass(frozen=True, slots=True)
 class ExtentConfig:
     """Memory of a vehicle's size and priors for the sides not seen."""
 
-    car_length_m: float = 4.7
-    """Usual length of a car [m]."""
-    car_width_m: float = 1.8
-    """Least width of a car [m]; unlike its length, a car's width varies by no more than what is hidden of it."""
-    large_length_m: float = 8.0
-    """The same for trucks and buses [m]."""
-    large_width_m: float = 2.5
-    large_from_length_m: float = 6.0
-    """Longer than this is no car."""
-    large_from_width_m: float = 2.25
-    """Wider than this is no car."""
-    length_min_m: float = 3.5
-    """A side seen this long is taken for the whole length [m]; no car is shorter."""
-    car_rounding_m: float = 0.3
-    """What the rounded far corner hides of a car's side [m]: corners are rounded by 0.25 to 0.4 m in plan view."""
-    large_rounding_m: float = 0.1
-    """The same for trucks and buses [m]."""
+    small: Usual = field(default_factory=lambda: Usual(length_m=2.2, width_m=0.8, rounding_m=0.0))
+    """Motorcycles, with rider."""
+    car: Usual = field(default_factory=lambda: Usual(length_m=4.7, width_m=1.8, rounding_m=0.3))
+    """Cars, whose corners are rounded by 0.25 to 0.4 m in plan view."""
+    large: Usual = field(default_factory=lambda: Usual(length_m=8.0, width_m=2.5, rounding_m=0.1))
+    """Trucks and buses."""
+    small_from_hits: int = 12
+    """No car hides all but a motorcycle's share of itself through this many observations."""
+    small_length_max_m: float = 2.6
+    """Longer is no motorcycle [m]."""
+    small_width_max_m: float = 1.2
+    """Wider is no motorcycle [m]."""
+    large_length_min_m: float = 6.0
+    """Longer is no car [m]."""
+    large_width_min_m: float = 2.25
+    """Wider is no car [m]."""
+    length_seen_share: float = 0.75
+    """A side seen at this share of the usual length is taken for the whole length."""
     growth: float = 0.3
     """Share of the difference taken over when a side is seen longer than remembered."""
     decay: float = 0.01
@@ -46,18 +59,22 @@ def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
     return np.asarray(seen + pull * (observed - seen))
 
 
-def complete(seen: Floats, config: ExtentConfig) -> Floats:
-    """(2,) length and width [m]: what was seen, and the usual for its class where too little was seen to tell."""
-    large = seen[0] > config.large_from_length_m or seen[1] > config.large_from_width_m
-    length, width = (
-        (config.large_length_m, config.large_width_m) if large else (config.car_length_m, config.car_width_m)
-    )
-    if seen[0] >= config.length_min_m:
-        length = seen[0] + (config.large_rounding_m if large else config.car_rounding_m)
-    return np.array([length, max(seen[1], width)])
+def classify(seen: Floats, hits: int, config: ExtentConfig) -> Usual:
+    """Class of a vehicle of which (2,) was seen along and across the heading [m] in `hits` observations."""
+    length, width = seen
+    if length > config.large_length_min_m or width > config.large_width_min_m:
+        return config.large
+    narrow = length < config.small_length_max_m and width < config.small_width_max_m
+    return config.small if narrow and hits >= config.small_from_hits else config.car
 
 
-def known(seen: Floats, config: ExtentConfig) -> Floats:
-    """(2,) how much of each side is known to be there [m]: all of it once nearly all was seen, else what was seen."""
-    size = complete(seen, config)
+def complete(seen: Floats, usual: Usual, config: ExtentConfig) -> Floats:
+    """(2,) length and width [m]: what was seen, and the usual where too little was seen to tell."""
+    enough = seen[0] >= config.length_seen_share * usual.length_m
+    length = seen[0] + usual.rounding_m if enough else usual.length_m
+    return np.array([length, max(seen[1], usual.width_m)])
+
+
+def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:
+    """(2,) how much of each side is known to be there [m]: all of `size` once nearly all was seen, else what was."""
     return np.where(seen >= config.nearly * size, size, seen)

@@ -82,12 +82,13 @@ class Track:
     @property
     def size(self) -> Floats:
         """(2,) length and width [m], unseen sides from priors."""
-        return extent.complete(self.seen_size, self._config.extent)
+        usual = extent.classify(self.seen_size, self.hits, self._config.extent)
+        return extent.complete(self.seen_size, usual, self._config.extent)
 
     @property
     def known_size(self) -> Floats:
         """(2,) how much of length and width is known to be there, from the tracked corner on [m]."""
-        return extent.known(self.seen_size, self._config.extent)
+        return extent.known(self.seen_size, self.size, self._config.extent)
 
     @property
     def model(self) -> int:

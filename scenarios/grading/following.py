@@ -44,9 +44,9 @@ class Following:
 
     @classmethod
     def of(cls, now: Instant, tracks: Tracks, pairer: Pairer) -> "Following":
-        """Pair the reported tracks, confirmed and coasting, with the actors."""
+        """Pair the reported tracks with the actors: the confirmed ones. A coasting track is a guess, not a report."""
         boxes = track_boxes(tracks, now.scan.ego_pose_odom)
-        reported = np.flatnonzero((tracks.status == Status.CONFIRMED))
+        reported = np.flatnonzero(tracks.status == Status.CONFIRMED)
         pairing = pairer.pair(now.actors.id, now.boxes_ego, now.graded, tracks.id[reported], boxes[reported])
         actor_row = np.full(len(tracks), -1, dtype=np.int64)
         actor_row[reported] = pairing.actor_row
@@ -73,7 +73,7 @@ class Following:
     def rows(self, now: Instant, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
         """Rows of the track table."""
         x, y, yaw = out_of_frame(self.boxes_ego[:, :3], now.frame.ego.pose_world).T
-        judged = (tracks.status == Status.CONFIRMED) & (self.verdict == Verdict.GRADED)
+        judged = self.verdict == Verdict.GRADED
         row = np.flatnonzero(judged)
         true_boxes = now.boxes_ego[self.actor_row[row]]
         pair = np.flatnonzero(self.actor_row >= 0)

@@ -22,6 +22,9 @@ ESTIMATES = (*MODELS, "mma")
 
 TARGETS = ("stationary_target", "moving_target")
 
+STAGES = ("sim", "sensor", "tracker")
+"""Stages of the run loop that are timed."""
+
 
 class Definition(NamedTuple):
     """A metric's name, unit and meaning in one line."""
@@ -81,7 +84,7 @@ def _track() -> Iterator[Definition]:
 
 
 def _performance() -> Iterator[Definition]:
-    for stage, quantile in product(("sim", "sensor", "tracker"), ("p50", "p99")):
+    for stage, quantile in product(STAGES, ("p50", "p99")):
         yield Definition(f"perf.{stage}_ms_{quantile}", "ms", f"time per frame in the {stage}, {quantile}")
     yield Definition("perf.realtime_factor", "1", "simulated time over wall-clock time of the whole loop")
 
@@ -110,8 +113,3 @@ REGISTRY = register([*GRADED.values(), *_performance()])
 
 METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}
 """Unit of every metric by name."""
-
-
-def is_metric(name: str) -> bool:
-    """Whether a result can hold a metric of this name."""
-    return name in REGISTRY

@@ -30,7 +30,7 @@ class Verdict(IntEnum):
     OUTSIDE = 3
     """Beyond the graded range and following nobody: neither right nor wrong."""
     UNREPORTED = 4
-    """Tentative or dead: the tracker does not stand by it."""
+    """Tentative, coasting or dead: the tracker does not claim to see it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
