@@ -9,6 +9,7 @@ from typing import Any
 
 from scenarios import device, progress
 from scenarios.device import DeviceFactory
+from scenarios.errors import ScenarioError
 from scenarios.grading.grader import Grader
 from scenarios.recording import NullRecorder, Recorder
 from scenarios.result import Result
@@ -20,8 +21,9 @@ from sensor_model.lidar import Lidar
 from sensor_model.rig import Rig, load_rig
 from sim.highway import HighwaySource, HighwayTraffic
 from sim.scripted import ScriptedSource, ScriptedTraffic
-from sim.source import TrafficEndedError, TrafficSource
+from sim.source import TrafficEndedError, TrafficInputError, TrafficSource
 from sim.sumo import SumoSource, SumoTraffic
+from sim.world import Obstacles
 
 PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")
 """Whose versions can change a result."""
@@ -41,7 +43,7 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
 
     Raises
     ------
-    RigError, TrafficInputError
+    RigError, ScenarioError
         What the scenario names does not exist or is out of range.
     SimulatorFailedError
         The simulator gave up.
@@ -53,7 +55,7 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
     rig = load_rig(str(scenario.rig), scenario.folder)
     stopwatch, trace_hash, frames, ended_early = Stopwatch(), TraceHash(), 0, ""
     with closing(_source(scenario, rig)) as source:
-        obstacles = source.reset(scenario.seed)
+        obstacles = _reset(source, scenario)
         warm_up(rig, scenario.noise, make_device(scenario.tracker))
         lidar = Lidar(rig, scenario.noise, scenario.seed, obstacles)
         tracker = make_device(scenario.tracker)
@@ -97,6 +99,14 @@ def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
             return HighwaySource(config, scenario.folder, range_m)
         case ScriptedTraffic() as config:
             return ScriptedSource(config, scenario.folder, range_m)
+
+
+def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
+    """Start the traffic; the source does not know which file it was asked by, so a complaint is told with its name."""
+    try:
+        return source.reset(scenario.seed)
+    except TrafficInputError as error:
+        raise ScenarioError(f"{scenario.path}: traffic: {error}") from error
 
 
 def _frame_count(scenario: Scenario, source: TrafficSource) -> int:

@@ -90,6 +90,11 @@ class Scenario(BaseModel):
         return scenario
 
     @property
+    def path(self) -> Path:
+        """The file."""
+        return self._path
+
+    @property
     def name(self) -> str:
         """The file's name without its ending."""
         return self._path.stem

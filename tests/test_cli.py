@@ -52,7 +52,7 @@ def tree(folder="."):
             {"a.toml": SUMO.replace(":ego", ":nobody"), "ego.rou.xml": f"<routes>{EGO}</routes>"},
             ["a.toml"],
             2,
-            'ego = "vehicle:nobody" did not enter',
+            'a.toml: traffic: ego = "vehicle:nobody" did not enter',
         ),
         (
             {
@@ -64,7 +64,7 @@ def tree(folder="."):
             2,
             "net.xml",
         ),
-        ({"a.toml": HIGHWAY.replace("highway-v0", "hihgway-v0")}, ["a.toml"], 2, "hihgway-v0"),
+        ({"a.toml": HIGHWAY.replace("highway-v0", "hihgway-v0")}, ["a.toml"], 2, 'a.toml: traffic: env = "hihgway-v0" is'),
         (
             {"a.toml": short_run.TEXT + "[rig]\nfile = 'r.toml'", "r.toml": "rear_axle_x_m = -1\nunit = []"},
             ["a.toml"],

@@ -8,6 +8,7 @@ import highway_env  # noqa: F401  registers its environments
 import numpy as np
 import pytest
 from highway_env.vehicle.behavior import IDMVehicle
+from support.traffic import frames, play
 
 from sim.highway import HighwaySource, HighwayTraffic
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
@@ -26,16 +27,6 @@ def highway():
     yield make
     for source in made:
         source.close()
-
-
-def play(source, count):
-    for _ in range(count):
-        source.step()
-
-
-def frames(source, count, seed=4):
-    source.reset(seed)
-    return [source.step() for _ in range(count)]
 
 
 def complaint(source, error=TrafficInputError):

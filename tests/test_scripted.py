@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Polygon
+from support.traffic import frames
 
 from scenarios.scenario import Scenario
 from sim.motions import Arc, LaneChange, Spin, Static, StopAndGo, Straight, state_at
@@ -30,9 +31,7 @@ UNITS = [
 
 
 def played(config, count, seed=1, range_m=100.0):
-    source = ScriptedSource(config, Path(), range_m)
-    source.reset(seed)
-    return [source.step() for _ in range(count)]
+    return frames(ScriptedSource(config, Path(), range_m), count, seed)
 
 
 def scenario_frames(name, seed):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.traffic import frames, play
 
 from scenarios.scenario import Scenario
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
@@ -38,16 +39,6 @@ def sumo(tmp_path):
     yield make
     for source in made:
         source.close()
-
-
-def play(source, count):
-    for _ in range(count):
-        source.step()
-
-
-def frames(source, count):
-    source.reset(1)
-    return [source.step() for _ in range(count)]
 
 
 def lane_point(lane_id, distance):

@@ -16,7 +16,9 @@ DT = 0.08
 CAR = np.array([4.7, 1.8])
 LIFE = LifeConfig()
 STEP = motion(DT, FilterConfig())
-CONFIG = TrackConfig(FilterConfig(), MmaConfig(), ExtentConfig(car=Usual(4.7, 1.8, rounding_m=0.0)), OrientationConfig(), LIFE)
+CONFIG = TrackConfig(
+    FilterConfig(), MmaConfig(), ExtentConfig(car=Usual(4.7, 1.8, rounding_m=0.0)), OrientationConfig(), LIFE
+)
 
 
 def start(pose, heading=None, size=CAR):
@@ -64,6 +66,17 @@ def test_a_wrong_first_direction_is_turned_by_the_motion_and_the_box_stays():
     centers = follow(track, poses)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.01)
     assert np.abs(centers - poses[:, :2])[5:].max() < 0.05
+
+
+def test_a_vehicle_that_has_driven_keeps_its_direction_while_it_stands():
+    """It drove nose first towards the ego; standing, its rear half hidden, it looks like something broad."""
+    track = start((20.0, 3.5, np.pi))
+    follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
+    x = 20.0 - 8.0 * DT * 15
+    follow(track, [(x, 3.5, np.pi)] * 20)
+    track.seen_size = np.array([2.0, 0.5])
+    follow(track, [(x, 3.5, np.pi)] * 3)
+    assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 
 
 def test_life_from_tentative_to_dead():

@@ -70,8 +70,9 @@ class Track:
         self.unseen_s = 0.0
         self._config = config
         self._forward = forward
-        self._turned = False
-        self._votes: list[int] = []
+        self._oriented = False
+        self._voted = 0
+        self._votes = 0
         self._heading_rejections = 0
 
     @property
@@ -202,15 +203,21 @@ class Track:
         kf.x[0] = wrap(kf.x[0])
 
     def _face_forward(self) -> None:
-        """Turn the heading by quarters once motion or size have contradicted it for long enough."""
-        config = self._config.orientation
-        quarters = orientation.contradiction(self.heading, self.course, self.seen_size, self._forward, config)
-        self._votes = [*self._votes, quarters] if self._votes[:1] == [quarters] else [quarters]
-        if len(self._votes) < (config.votes if self._turned else config.first_votes):
+        """Turn the heading by quarters once motion or size have contradicted it for long enough.
+
+        Once motion has told where the vehicle faces, its size has no more say while it stands.
+        """
+        config, course = self._config.orientation, self.course
+        if course is None and self._oriented:
             return
+        quarters = orientation.contradiction(self.heading, course, self.seen_size, self._forward, config)
+        self._votes = self._votes + 1 if quarters == self._voted else 1
+        self._voted = quarters
+        if self._votes < (config.votes if self._oriented else config.first_votes):
+            return
+        self._oriented |= course is not None
         if quarters:
             self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
             self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
             self.seen_size = orientation.turn_size(self.seen_size, quarters)
-            self._turned = True
-            self._votes = []
+            self._votes = 0

@@ -1,0 +1,196 @@
+"""The documentation: its commands run, its examples work, and it names every key, metric and column there is."""
+
+import importlib.util
+import re
+import shlex
+import tomllib
+from itertools import product
+from pathlib import Path
+
+import pytest
+from support import short_run
+
+from scenarios import listing, report, run_folder
+from scenarios.cli import main
+from scenarios.expect import check
+from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, METRICS, STAGES, TARGETS, VIEWS
+from scenarios.scenario import Scenario
+
+ROOT = Path(__file__).parents[1]
+README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
+PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+EXAMPLE = ROOT / "docs" / "examples" / "my-first.toml"
+SHORT_S = "1"
+"""Simulated time of shipped scenarios here [s]."""
+MADE_LATER = {"benchmarks/latest.json"}
+
+_spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
+refresh = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(refresh)
+
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+
+
+def blocks(page: Path, *languages: str) -> list[str]:
+    """Fenced blocks of a page."""
+    found = re.findall(r"^```(\w+)\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return [text for language, text in found if language in languages]
+
+
+def commands(page: Path) -> list[list[str]]:
+    lines = "".join(blocks(page, "console", "sh")).splitlines()
+    return [shlex.split(line, comments=True) for line in lines]
+
+
+def section(page: Path, title: str) -> str:
+    return re.search(rf"^#+ {title}\n(.*?)(?=^#|\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
+
+
+def follow(command: list[str]) -> int:
+    """Carry out a `luxloop` command, shipped scenarios cut short; a viewer is not opened on a machine without screen."""
+    _, verb, *rest = command
+    if verb == "view":
+        return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
+    shortened = ["--duration", SHORT_S] if verb == "run" and rest[0] in listing.paths() else []
+    code = main([verb, *rest, *shortened])
+    return 0 if shortened and code == 1 else code  # in so short a time an expectation may fail
+
+
+@pytest.fixture(scope="module")
+def newcomer(tmp_path_factory):
+    """A folder in which somebody has typed every command of the README."""
+    folder = tmp_path_factory.mktemp("clone")
+    (folder / "docs").symlink_to(ROOT / "docs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.syspath_prepend(folder)
+        codes = {shlex.join(words): follow(words) for words in commands(README) if words[0] == "luxloop"}
+    return folder, codes
+
+
+def test_every_command_of_the_readme_runs(newcomer):
+    _, codes = newcomer
+    assert any("--tracker docs.examples.my_tracker" in command for command in codes)
+    assert any(str(EXAMPLE.relative_to(ROOT)) in command for command in codes)
+    assert set(codes.values()) == {0}, codes
+
+
+def test_every_make_target_that_is_named_is_there():
+    targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
+    typed = {words[1] for words in commands(README) if words[0] == "make"}
+    named = {name for page in PAGES for name in re.findall(r"`make (\w+)`", page.read_text(encoding="utf-8"))}
+    assert typed == {"demo", "test"}
+    assert typed | named <= set(targets)
+
+
+def test_the_python_example_reads_the_tables(newcomer, monkeypatch):
+    monkeypatch.chdir(newcomer[0])
+    (code,) = blocks(RESULTS, "python")
+    exec(compile(code, RESULTS.name, "exec"), {})
+
+
+def test_the_readme_quotes_the_example_scenario():
+    assert blocks(README, "toml") == [EXAMPLE.read_text(encoding="utf-8")]
+
+
+def test_the_readme_shows_the_report_as_it_is_printed():
+    """Figures may differ, from run to run and from machine to machine; sections and rows may not."""
+    (shown,) = blocks(README, "text")
+    result = short_run.result()
+    printed = refresh.excerpt(report.as_text(report.report(result, check(result.metrics, {}))))
+    assert rows(shown) == rows(printed), "run: luxloop run sumo-crossing; python docs/refresh.py <its folder>"
+
+
+def rows(text: str) -> list[str]:
+    lines = text.partition("\n\n")[2].splitlines()  # what was run is told first
+    return [re.split(r"  |: \d", line)[0] for line in lines if line[:1].strip()]
+
+
+def test_the_tables_of_keys_are_those_of_the_schema():
+    schema = Scenario.model_json_schema()
+    text = KEYS.read_text(encoding="utf-8")
+    assert refresh.with_keys(text, schema) == text, "run: python docs/refresh.py"
+    assert set(re.findall(r"<!-- keys of (\w+) -->", text)) == {"Scenario", *schema["$defs"]}
+
+
+@pytest.mark.parametrize("block", blocks(KEYS, "toml"), ids=lambda block: block.split("\n")[0][:40])
+def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
+    """Whole ones are run as well, unless they need a net that is not there; parts are put into a whole one."""
+    monkeypatch.chdir(tmp_path)
+    document = tomllib.loads(block)
+    path = short_run.write(tmp_path, block if "duration_s" in document else f"{short_run.TEXT}\n{block}")
+    traffic = Scenario.load(path).traffic
+    if "duration_s" in document and traffic.kind != "sumo":
+        assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
+
+
+def test_every_metric_is_listed_with_its_unit():
+    listed = {}
+    for pattern, unit in re.findall(r"^\| `([\w.<>]+)` \| (\w+) \|", section_tree(RESULTS, "Metrics"), re.MULTILINE):
+        listed |= dict.fromkeys(expand(pattern), unit)
+    assert listed == METRICS
+
+
+def section_tree(page: Path, title: str) -> str:
+    """A second-level section with its subsections."""
+    return re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
+
+
+def expand(pattern: str) -> list[str]:
+    views = [f"{view}.{method}" for view, method in product(VIEWS.values(), FIT_METHODS)]
+    values = {
+        "method": [*FIT_METHODS, *views],
+        "limit": [str(limit) for limit in range(1, 6)],
+        "cause": CAUSES.values(),
+        "estimate": ESTIMATES,
+        "target": TARGETS,
+        "axis": "xy",
+        "stage": STAGES,
+        "quantile": ("p50", "p99"),
+    }
+    names = [pattern]
+    for placeholder in re.findall(r"<(\w+)>", pattern):
+        names = [name.replace(f"<{placeholder}>", value) for name in names for value in values[placeholder]]
+    return names
+
+
+@pytest.mark.parametrize("table", ["truth", "tracks", "overlaps", "fits", "segments", "outliers"])
+def test_every_column_is_listed(table):
+    columns = re.findall(r"^\| (`.*?) \|", section(RESULTS, table), re.MULTILINE)
+    listed = [name for cell in columns for name in re.findall(r"`(\w+)`", cell)]
+    assert sorted(["frame", "time_s", *listed]) == sorted(short_run.result().tables[table].columns)
+
+
+def test_every_table_and_every_field_of_the_result_is_listed():
+    result = short_run.result()
+    described = re.findall(r"^### (\w+)$", section_tree(RESULTS, "Tables"), re.MULTILINE)
+    assert sorted(described) == sorted(result.tables)
+    fields = re.findall(
+        r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", section(RESULTS, r"result\.json"), re.MULTILINE))
+    )
+    assert fields == list(run_folder.document(result, []))
+
+
+@each_page
+def test_links_lead_somewhere(page):
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#]*)#?([^)]*)\)", page.read_text(encoding="utf-8")):
+        linked = page.parent / target if target else page
+        assert linked.exists(), target
+        if anchor:
+            titles = re.findall(r"^#+ (.*)$", linked.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@each_page
+def test_files_that_are_named_exist(page):
+    text = page.read_text(encoding="utf-8")
+    names = re.findall(r"((?:sim|sensor_model|tracker|scenarios|docs|benchmarks)/[\w./-]+\.(?:py|toml|json|md))", text)
+    assert {name for name in names if not (ROOT / name).exists()} <= MADE_LATER
+    assert not re.search(r"/(?:work|root|home|tmp)/", text), "a path of one machine"
+
+
+def test_pictures_are_shown_and_small():
+    shown = {name for page in PAGES for name in re.findall(r"pictures/(\w+\.png)\)", page.read_text(encoding="utf-8"))}
+    pictures = {path.name: path.stat().st_size for path in (ROOT / "docs" / "pictures").iterdir()}
+    assert shown == set(pictures)
+    assert max(pictures.values()) < 300_000
