@@ -64,7 +64,12 @@ def tree(folder="."):
             2,
             "net.xml",
         ),
-        ({"a.toml": HIGHWAY.replace("highway-v0", "hihgway-v0")}, ["a.toml"], 2, 'a.toml: traffic: env = "hihgway-v0" is'),
+        (
+            {"a.toml": HIGHWAY.replace("highway-v0", "hihgway-v0")},
+            ["a.toml"],
+            2,
+            'a.toml: traffic: env = "hihgway-v0" is',
+        ),
         (
             {"a.toml": short_run.TEXT + "[rig]\nfile = 'r.toml'", "r.toml": "rear_axle_x_m = -1\nunit = []"},
             ["a.toml"],

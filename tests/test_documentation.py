@@ -46,8 +46,13 @@ def section(page: Path, title: str) -> str:
     return re.search(rf"^#+ {title}\n(.*?)(?=^#|\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
 
 
+def section_tree(page: Path, title: str) -> str:
+    """A second-level section with its subsections."""
+    return re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
+
+
 def follow(command: list[str]) -> int:
-    """Carry out a `luxloop` command, shipped scenarios cut short; a viewer is not opened on a machine without screen."""
+    """Carry out a `luxloop` command, shipped scenarios cut short; a viewer would need a screen."""
     _, verb, *rest = command
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
@@ -103,14 +108,15 @@ def test_the_readme_shows_the_report_as_it_is_printed():
 
 def rows(text: str) -> list[str]:
     lines = text.partition("\n\n")[2].splitlines()  # what was run is told first
-    return [re.split(r"  |: \d", line)[0] for line in lines if line[:1].strip()]
+    return [re.split(r"  |: \d", line)[0] for line in lines if line[:1].strip(" ─")]
 
 
 def test_the_tables_of_keys_are_those_of_the_schema():
     schema = Scenario.model_json_schema()
     text = KEYS.read_text(encoding="utf-8")
     assert refresh.with_keys(text, schema) == text, "run: python docs/refresh.py"
-    assert set(re.findall(r"<!-- keys of (\w+) -->", text)) == {"Scenario", *schema["$defs"]}
+    told = set(re.findall(r"<!-- keys of (\w+) -->", text))
+    assert told == {"Scenario", *schema["$defs"]}, "give a new table its heading, `keys of` and `end` by hand"
 
 
 @pytest.mark.parametrize("block", blocks(KEYS, "toml"), ids=lambda block: block.split("\n")[0][:40])
@@ -129,11 +135,6 @@ def test_every_metric_is_listed_with_its_unit():
     for pattern, unit in re.findall(r"^\| `([\w.<>]+)` \| (\w+) \|", section_tree(RESULTS, "Metrics"), re.MULTILINE):
         listed |= dict.fromkeys(expand(pattern), unit)
     assert listed == METRICS
-
-
-def section_tree(page: Path, title: str) -> str:
-    """A second-level section with its subsections."""
-    return re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
 
 
 def expand(pattern: str) -> list[str]:
@@ -156,9 +157,14 @@ def expand(pattern: str) -> list[str]:
 
 @pytest.mark.parametrize("table", ["truth", "tracks", "overlaps", "fits", "segments", "outliers"])
 def test_every_column_is_listed(table):
-    columns = re.findall(r"^\| (`.*?) \|", section(RESULTS, table), re.MULTILINE)
-    listed = [name for cell in columns for name in re.findall(r"`(\w+)`", cell)]
+    listed = names_in_rows(section(RESULTS, table))
     assert sorted(["frame", "time_s", *listed]) == sorted(short_run.result().tables[table].columns)
+
+
+def names_in_rows(text: str) -> list[str]:
+    """Code in the first column of a table."""
+    cells = re.findall(r"^\| (`.*?) \|", text, re.MULTILINE)
+    return [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
 
 
 def test_every_table_and_every_field_of_the_result_is_listed():

@@ -4,10 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.geometry import rotate
-from tracker.records import Bools, Boxes, Floats
-
-CORNERS = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
+from tracker.geometry import inside, rotate
+from tracker.records import Bools, Boxes
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,30 +13,20 @@ class ShadowConfig:
     """What counts as seen over something nearer."""
 
     depth_m: float = 2.5
-    """A piece this close behind a nearer box, and no wider, belongs to it [m]; a hood is 1 to 1.5 m long."""
-    outside_rad: float = 0.01
-    """How far a piece may stick out of the nearer box as seen from the ego [rad]."""
+    """A piece this close behind a face belongs to it [m]: a hood is 1 to 1.5 m long, a windscreen as deep again."""
+    side_min_m: float = 1.5
+    """A box less deep than this shows one face only; what is behind it is unknown [m]."""
+    margin_m: float = 0.2
+    """How far the middle of a piece may lie outside the nearer box [m]."""
 
 
 def in_shadow(boxes: Boxes, config: ShadowConfig) -> Bools:
-    """(B,) whether a box lies right behind another as seen from the ego.
+    """(B,) whether a box lies inside another that is nearer to the ego, or right behind its only seen face.
 
-    No other vehicle could be seen there: the nearer one would hide it, were it not the nearer one's own top.
+    No other vehicle can be there: the nearer one takes the place.
     """
-    half = 0.5 * CORNERS[None] * boxes.size[:, None]
-    corners = boxes.center_ego[:, None] + rotate(half, boxes.heading[:, None])
-    nearest = np.hypot(*boxes.corner_ego.T)
-    bearing = np.arctan2(boxes.center_ego[:, 1], boxes.center_ego[:, 0])
-    depth = nearest[None] - nearest[:, None]
-    behind = (depth > 0) & (depth < config.depth_m)
-    low, high = spread(corners, bearing)
-    own = np.diagonal(low), np.diagonal(high)
-    covered = (low >= own[0][:, None] - config.outside_rad) & (high <= own[1][:, None] + config.outside_rad)
-    return np.asarray(np.any(behind & covered, axis=0))
-
-
-def spread(corners: Floats, bearing: Floats) -> tuple[Floats, Floats]:
-    """(B, B) lowest and highest azimuth of the corners (B, 4, 2) of box j, from the bearing (B,) of box i."""
-    azimuth = np.arctan2(corners[..., 1], corners[..., 0])
-    off = (azimuth[None] - bearing[:, None, None] + np.pi) % (2 * np.pi) - np.pi
-    return off.min(axis=2), off.max(axis=2)
+    depth = np.where(boxes.size < config.side_min_m, config.depth_m, 0.0)
+    away = rotate(-0.5 * boxes.corner_sign * depth, boxes.heading)
+    covered = inside(boxes.center_ego, boxes.center_ego + away, boxes.heading, boxes.size + depth + 2 * config.margin_m)
+    range_m = np.hypot(*boxes.corner_ego.T)
+    return np.asarray(np.any(covered & (range_m[:, None] > range_m), axis=1))

@@ -13,6 +13,7 @@ from tracker.orientation import OrientationConfig
 from tracker.records import MODELS, Floats, Ints, Status
 
 STATIONARY = MODELS.index("stationary")
+TURNING = MODELS.index("ca")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +133,12 @@ class Track:
         return orientation.course(kf.x[2:4], kf.P[2:4, 2:4], self._config.orientation)
 
     def predict(self, step: Motion) -> None:
-        """Move on by one time step; the track counts as unseen until it is updated."""
+        """Move on by one time step; the track counts as unseen until it is updated.
+
+        Only the constant acceleration model lets a vehicle turn: the others set its yaw rate to zero.
+        """
+        if self.model != TURNING:
+            self.bank.heading.x[1] = 0.0
         self.bank.predict(step)
         self.unseen_s += step.dt
 
