@@ -8,7 +8,7 @@ from rich.text import Text
 
 from scenarios import paper
 from scenarios.expect import Check
-from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, REGISTRY, STAGES, TARGETS, VIEWS
+from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, REGISTRY, TARGETS, TIMED_STAGES, VIEWS
 from scenarios.result import Metric, Result
 
 NONE = "n/a"
@@ -89,9 +89,9 @@ def one_by_one(title: str, result: Result, beginnings: tuple[str, ...]) -> Table
 def speed(result: Result) -> Table:
     """Time per frame and stage, and how the whole loop compares with real time."""
     table = _table("Time per frame [ms]", "stage", "median", "99 %")
-    for stage in STAGES:
+    for stage in TIMED_STAGES:
         quantiles = [result.metrics[f"perf.{stage}_ms_{quantile}"] for quantile in ("p50", "p99")]
-        table.add_row(stage, *map(_value, quantiles), end_section=stage == STAGES[-1])
+        table.add_row(stage, *map(_value, quantiles), end_section=stage == TIMED_STAGES[-1])
     factor = result.metrics["perf.realtime_factor"].value
     table.add_row("whole loop", f"{factor:.1f} x real time", "without recording")
     return table

@@ -31,7 +31,7 @@ class Result:
     """Frames that were run and graded."""
     metrics: dict[str, Metric]
     tables: dict[str, pd.DataFrame] = field(repr=False)
-    """Per-frame tables by name: truth, fits, tracks."""
+    """Per-frame tables by name, as in `scenarios/grading/tables.py`."""
     config: dict[str, Any] = field(repr=False)
     """The effective scenario, defaults filled in."""
     versions: dict[str, str] = field(repr=False)

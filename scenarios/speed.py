@@ -7,7 +7,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
-from scenarios.grading.metrics import METRICS, STAGES
+from scenarios.grading.metrics import METRICS, TIMED_STAGES
 from scenarios.result import Metric
 
 Arguments = ParamSpec("Arguments")
@@ -43,7 +43,7 @@ class Stopwatch:
         """
         milliseconds = {
             f"perf.{stage}_ms_p{quantile}": 1e3 * float(np.percentile(self._stage_s[stage], quantile))
-            for stage in STAGES
+            for stage in TIMED_STAGES
             for quantile in (50, 99)
         }
         loop_s = self._end_s - (self._begin_s or 0.0) - sum(self._stage_s[RECORDING])

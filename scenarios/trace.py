@@ -1,4 +1,4 @@
-"""One hash over everything that a run computed, to say whether two runs did the same."""
+"""One hash over all records of a run (frames, scans, their truth, tracks), to say whether two runs did the same."""
 
 import hashlib
 import struct

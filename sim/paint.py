@@ -9,7 +9,7 @@ SHADES = (
     (0.30, 0.30, 0.50),  # silver and grey
     (0.30, 0.60, 0.80),  # white
 )
-"""[U] Engineering estimates, ranges and shares alike: tunable, never to be quoted as fact."""
+"""Engineering estimates, ranges and shares alike: tunable, never to be quoted as fact."""
 
 _PAINT_STREAM = 1
 

@@ -18,7 +18,7 @@ class SimulatorFailedError(TrafficError):
 
 
 class TrafficEndedError(TrafficError):
-    """The run is over before its time: the ego arrived or the recording has no more frames."""
+    """The run is over before its time: the ego arrived, was teleported or crashed."""
 
 
 class TrafficSource(Protocol):
@@ -48,7 +48,7 @@ class TrafficSource(Protocol):
         Raises
         ------
         TrafficEndedError
-            There is no next frame: the ego has left.
+            There is no next frame: the ego is gone.
         SimulatorFailedError
             The simulator gave up in mid-run.
         """

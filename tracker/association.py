@@ -9,6 +9,9 @@ from tracker.geometry import QUARTER, rotate
 from tracker.observations import Observations
 from tracker.records import Bools, Floats, Ints
 
+SILENT_VARIANCE_M2 = 100.0
+"""Of a measurement that neither corrects a filter nor tells one model from another."""
+
 
 @dataclass(frozen=True, slots=True)
 class AssociationConfig:
@@ -70,6 +73,8 @@ class Pairing:
     """(T, B, M, 2) from where a model predicts the tracked corner to where the box has it [m]."""
     covariance: Floats
     """(T, B, 2, 2) of the box's corner [m^2]."""
+    silence: Floats
+    """(T, B, 2, 2) to be added to it where the box says nothing of the motion [m^2]."""
     corner_sign: Ints
     """(T, B, 2) the corner to follow from now on."""
 
@@ -82,12 +87,16 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     exact = size[..., ::-1] >= config.face_min_m
     misfit, slack = fit_in(tracks, seen, size, nearest, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
-    spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)  # even over +- slack
+    # The piece lies anywhere within +- slack; where that contradicts no model, it says nothing of any.
+    silent = ~exact & np.all(misfit == 0, axis=2)
+    spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)
+    silence = np.einsum("tki,tbk,tkj->tbij", axes, np.where(silent, SILENT_VARIANCE_M2, 0.0), axes)
     return Pairing(
         heading=seen.heading + turns * QUARTER,
         size=size,
         misfit=rotate(misfit, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + spread,
+        silence=silence,
         corner_sign=follow(tracks, seen, nearest, exact, config),
     )
 

@@ -22,7 +22,7 @@ ESTIMATES = (*MODELS, "mma")
 
 TARGETS = ("stationary_target", "moving_target")
 
-STAGES = ("sim", "sensor", "tracker")
+TIMED_STAGES = ("sim", "sensor", "tracker")
 """Stages of the run loop that are timed."""
 
 
@@ -84,7 +84,7 @@ def _track() -> Iterator[Definition]:
 
 
 def _performance() -> Iterator[Definition]:
-    for stage, quantile in product(STAGES, ("p50", "p99")):
+    for stage, quantile in product(TIMED_STAGES, ("p50", "p99")):
         yield Definition(f"perf.{stage}_ms_{quantile}", "ms", f"time per frame in the {stage}, {quantile}")
     yield Definition("perf.realtime_factor", "1", "simulated time over wall-clock time of the whole loop")
 
