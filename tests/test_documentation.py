@@ -13,7 +13,7 @@ from support import short_run
 from scenarios import listing, report, run_folder
 from scenarios.cli import main
 from scenarios.expect import check
-from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, METRICS, STAGES, TARGETS, VIEWS
+from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, METRICS, TARGETS, TIMED_STAGES, VIEWS
 from scenarios.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
@@ -146,7 +146,7 @@ def expand(pattern: str) -> list[str]:
         "estimate": ESTIMATES,
         "target": TARGETS,
         "axis": "xy",
-        "stage": STAGES,
+        "stage": TIMED_STAGES,
         "quantile": ("p50", "p99"),
     }
     names = [pattern]

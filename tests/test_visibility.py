@@ -4,11 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import traffic
 from support.sensor_scenes import EGO_FRONT, EXACT, PLAIN, Thing, ahead, scan, wall
 
+from scenarios import listing
+from scenarios.scenario import Scenario
+from sensor_model.lidar import Lidar
 from sensor_model.noise import NoiseConfig
+from sensor_model.rig import load_rig
 from sensor_model.truth import NO_ACTOR, Cause, Face, Part, View
 from sensor_model.visibility import MAX_CLEAN_DEPTH
+from sim.scripted import ScriptedSource
 from sim.world import Kind
 
 HEAD_ON = np.pi
@@ -39,6 +45,22 @@ def test_a_hidden_car_has_no_points(things, obstacles):
         assert truth.hits_alone[0] > 50
         assert truth.visible_fraction[0] == 0.0
         assert truth.view[0] == View.NONE
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_truck_of_the_occlusion_scenario_hides_the_car_from_every_beam(seed):
+    """Times as in the scenario's description; a beam under the truck's floor or over its hood would count."""
+    scenario = Scenario.load(listing.find("truck-shadow"))
+    source = ScriptedSource(scenario.traffic, scenario.folder, 200.0)
+    lidar = Lidar(load_rig(str(scenario.rig), scenario.folder), scenario.noise, seed, source.reset(seed))
+    for frame in traffic.frames(source, 100, seed):
+        (car,) = np.flatnonzero(frame.actors.name == "hidden car")
+        _, truth = lidar.scan(frame)
+        if 3.5 <= frame.time <= 4.9:
+            assert truth.hits[car] == np.sum(truth.actor_id == frame.actors.id[car]) == 0 < truth.hits_alone[car]
+            assert truth.visible_fraction[car] == 0.0
+        elif frame.time <= 2.2 or frame.time >= 6.4:
+            assert truth.visible_fraction[car] == 1.0
 
 
 def test_visible_fraction_falls_as_a_wall_slides_in():

@@ -26,13 +26,13 @@ class FilterConfig:
     """Constant acceleration model: jerk it does not know [m/s^3]."""
     yaw_acceleration_std_radps2: float = 0.6
     """Heading filter [rad/s^2]."""
-    position_std_floor_m: float = 0.06
+    position_std_floor_m: float = 0.1
     """Corner noise that the fit cannot know: rounded corners, points between beams [m]."""
     heading_std_floor_rad: float = 0.02
     """Heading noise that the fit cannot know [rad]."""
     initial_speed_std_mps: float = 8.0
     """Speed of a vehicle before it was seen twice [m/s]."""
-    initial_acceleration_std_mps2: float = 2.0
+    initial_acceleration_std_mps2: float = 1.5
     initial_yaw_rate_std_radps: float = 0.2
 
     def __post_init__(self) -> None:
