@@ -74,7 +74,7 @@ def test_a_vehicle_that_has_driven_keeps_its_direction_while_it_stands():
     follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
     x = 20.0 - 8.0 * DT * 15
     follow(track, [(x, 3.5, np.pi)] * 20)
-    track.seen_size = np.array([2.0, 0.5])
+    track._resize(np.array([2.0, 0.5]))
     follow(track, [(x, 3.5, np.pi)] * 3)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 

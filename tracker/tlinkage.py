@@ -24,7 +24,7 @@ class LinkageConfig:
     """Line hypotheses per point, the number of Magri and Fusiello's own code for local sampling."""
     locality: float = 0.25
     """Reach of the local sampling as a share of the segment's diagonal, theirs as well."""
-    points_max: int = 60
+    points_max: int = 40
     """Larger segments are linked on an even subset; every point is then given to the lines found."""
     length_min_m: float = 0.5
     """A further line is at least this long [m]: a motorcycle is 0.7 wide, a mirror 0.25."""

@@ -65,8 +65,9 @@ class Track:
         self.status = Status.TENTATIVE
         self.bank = Bank(position, heading, covariance, config.filters)
         self.model_probability = mma.initial_probability()
+        self.model = STATIONARY
+        """The selected model: the highest score of (12)."""
         self.corner_sign = corner_sign
-        self.seen_size = size
         self.hits = 1
         self.unseen_s = 0.0
         self._config = config
@@ -75,6 +76,7 @@ class Track:
         self._voted = 0
         self._votes = 0
         self._heading_rejections = 0
+        self._resize(size)
 
     @property
     def heading(self) -> float:
@@ -82,20 +84,9 @@ class Track:
         return float(self.bank.heading.x[0])
 
     @property
-    def size(self) -> Floats:
-        """(2,) length and width [m], unseen sides from priors."""
-        usual = extent.classify(self.seen_size, self.hits, self._config.extent)
-        return extent.complete(self.seen_size, usual, self._config.extent)
-
-    @property
     def known_size(self) -> Floats:
         """(2,) how much of length and width is known to be there, from the tracked corner on [m]."""
         return extent.known(self.seen_size, self.size, self._config.extent)
-
-    @property
-    def model(self) -> int:
-        """The selected model: the highest score of (12)."""
-        return int(np.argmax(self.model_probability))
 
     @property
     def covariance(self) -> Floats:
@@ -113,16 +104,9 @@ class Track:
         return self.status is Status.CONFIRMED and self.seen
 
     @property
-    def center(self) -> Floats:
-        """(2,) box centre by the selected model [m]."""
-        corner = self.bank.models[self.model].x[:2]
-        return np.asarray(corner - rotate(0.5 * self.corner_sign * self.size, self.heading))
-
-    @property
-    def seen_center(self) -> Floats:
-        """(2,) middle of what has been seen of the vehicle [m]."""
-        corner = self.bank.models[self.model].x[:2]
-        return np.asarray(corner - rotate(0.5 * self.corner_sign * self.seen_size, self.heading))
+    def position(self) -> Floats:
+        """(2,) tracked corner by the selected model [m]."""
+        return np.asarray(self.bank.models[self.model].x[:2])
 
     @property
     def course(self) -> float | None:
@@ -166,13 +150,14 @@ class Track:
         """
         evidence = self.bank.log_likelihood(misfit, covariance)
         self.model_probability = mma.update(self.model_probability, evidence, self._config.mma)
+        self.model = int(np.argmax(self.model_probability))
         self.bank.update(misfit, covariance)
         self._update_heading(heading, heading_variance)
-        self.seen_size = extent.remember(self.seen_size, size, self._config.extent)
-        self._follow(corner_sign)
-        self._face_forward()
         self.hits += 1
         self.unseen_s = 0.0
+        self._resize(extent.remember(self.seen_size, size, self._config.extent))
+        self._follow(corner_sign)
+        self._face_forward()
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
@@ -187,6 +172,13 @@ class Track:
             lost = self.unseen_s > life.coast_s or np.trace(self.covariance) > 2 * life.coast_std_max_m**2
             if lost or self.unseen_s > life.gap_s:
                 self.status = Status.DEAD if lost else Status.COASTING
+
+    def _resize(self, seen_size: Floats) -> None:
+        """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
+        self.seen_size = seen_size
+        usual = extent.classify(seen_size, self.hits, self._config.extent)
+        self.size = extent.complete(seen_size, usual, self._config.extent)
+        """(2,) length and width [m], unseen sides from priors."""
 
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
@@ -225,5 +217,5 @@ class Track:
         if quarters:
             self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
             self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
-            self.seen_size = orientation.turn_size(self.seen_size, quarters)
+            self._resize(orientation.turn_size(self.seen_size, quarters))
             self._votes = 0

@@ -119,7 +119,9 @@ class Tracker:
         """End every track whose place is taken: there is room for one vehicle, the surer, or else the older."""
         sure = [track for track in self._tracks if track.sure]
         ranked = sure + [track for track in self._tracks if not track.sure]
-        taken = within(np.reshape([track.seen_center for track in ranked], (-1, 2)), sure)
+        corner, heading, sign = placed(ranked)
+        seen_size = np.reshape([track.seen_size for track in ranked], (-1, 2))
+        taken = within(corner - rotate(0.5 * sign * seen_size, heading), sure)
         for rank, track in enumerate(ranked):
             if taken[rank, :rank].any():
                 track.status = Status.DEAD
@@ -147,12 +149,16 @@ class Tracker:
 
 def within(points: Floats, tracks: list[Track]) -> Bools:
     """(P, T) whether points (P, 2) lie inside the tracks' boxes."""
-    return inside(
-        points,
-        center=np.reshape([track.center for track in tracks], (-1, 2)),
-        heading=np.array([track.heading for track in tracks]),
-        size=np.reshape([track.size for track in tracks], (-1, 2)),
-    )
+    corner, heading, sign = placed(tracks)
+    size = np.reshape([track.size for track in tracks], (-1, 2))
+    return inside(points, corner - rotate(0.5 * sign * size, heading), heading, size)
+
+
+def placed(tracks: list[Track]) -> tuple[Floats, Floats, Ints]:
+    """Tracked corners (T, 2) [m], headings (T,), and which corners (T, 2) those are."""
+    corner = np.reshape([track.position for track in tracks], (-1, 2))
+    heading = np.array([track.heading for track in tracks])
+    return corner, heading, np.array([track.corner_sign for track in tracks], dtype=np.int64).reshape(-1, 2)
 
 
 def into_odom(scan: Scan) -> Floats:
