@@ -1,0 +1,142 @@
+"""The whole tracker on scans of the synthetic rig: what its stages do together."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sensor_model.lidar import Lidar
+from sensor_model.noise import NoiseConfig
+from sensor_model.rig import load_rig
+from sim.motions import Straight
+from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from sim.scripted import ScriptedSource, ScriptedTraffic
+from tracker.records import Status
+from tracker.scan import Scan
+from tracker.tracker import Tracker
+
+LONG_WALL = ScriptedObstacle(corners_m=[(-40.0, 8.0), (40.0, 8.0), (40.0, 12.0), (-40.0, 12.0)], height_m=6.0)
+
+
+def drive(frames, ego_mps=0.0, actors=(), obstacles=()):
+    """Yield (frame, scan) of scripted traffic; the ego drives along x."""
+    traffic = ScriptedTraffic(
+        ego=ScriptedEgo(motion=[Straight(kind="straight", speed_mps=ego_mps)]),
+        actor=list(actors),
+        obstacle=list(obstacles),
+        jitter_m=0.0,
+        jitter_deg=0.0,
+    )
+    source = ScriptedSource(traffic, Path(), range_m=100.0)
+    lidar = Lidar(load_rig("srx_six_lux", Path()), NoiseConfig(), seed=1, obstacles=source.reset(1))
+    for _ in range(frames):
+        frame = source.step()
+        yield frame, lidar.scan(frame)[0]
+    source.close()
+
+
+def car(x_m, y_m, speed_mps=0.0, yaw_deg=0.0, **keys):
+    motion = [Straight(kind="straight", speed_mps=speed_mps)]
+    return ScriptedActor(x_m=x_m, y_m=y_m, yaw_deg=yaw_deg, motion=motion, reflectivity=0.5, **keys)
+
+
+def confirmed(tracks):
+    return np.flatnonzero(tracks.status == Status.CONFIRMED)
+
+
+def scan_of(points, time=0.0):
+    """A bare scan of points (N, 3)."""
+    points = np.asarray(points, dtype=np.float32).reshape(-1, 3)
+    nothing = np.zeros(len(points))
+    return Scan(
+        time=time,
+        ego_pose_odom=np.zeros(3),
+        points_ego=points,
+        time_offset=nothing.astype(np.float32),
+        unit=nothing.astype(np.uint8),
+        layer=nothing.astype(np.uint8),
+        echo=nothing.astype(np.uint8),
+        echo_pulse_width=nothing.astype(np.float32),
+        flags=nothing.astype(np.uint16),
+    )
+
+
+@pytest.mark.parametrize("lane_m", [3.5, -3.5])
+def test_an_overtaking_car_keeps_one_id_and_its_place(lane_m):
+    """It passes from far behind to far ahead, so that every corner is the nearest once."""
+    tracker, ids = Tracker(), set()
+    for frame, scan in drive(120, ego_mps=10.0, actors=[car(-30.0, lane_m, speed_mps=16.0)]):
+        tracks, _ = tracker.step(scan)
+        sure = confirmed(tracks)
+        if frame.index < 10:
+            continue
+        assert len(sure) == 1
+        ids.add(int(tracks.id[sure[0]]))
+        truth = frame.actors.pose_world[0]
+        assert np.abs(tracks.center_odom[sure[0]] - truth[:2]).max() < 0.6
+        assert abs(tracks.mean[sure[0], 6] - truth[2]) < np.radians(6)
+    assert len(ids) == 1
+    assert tracks.mean[confirmed(tracks)[0], 2] == pytest.approx(16.0, abs=0.4)
+
+
+def test_an_oncoming_car_faces_the_way_it_drives():
+    tracker = Tracker()
+    for _, scan in drive(30, ego_mps=10.0, actors=[car(55.0, 3.5, speed_mps=12.0, yaw_deg=180.0)]):
+        tracks, _ = tracker.step(scan)
+    sure = confirmed(tracks)
+    assert len(sure) == 1
+    assert abs(tracks.mean[sure[0], 6]) == pytest.approx(np.pi, abs=0.1)
+
+
+def test_a_wall_and_what_is_left_of_it_behind_traffic_are_no_vehicles():
+    """A truck drives up between the ego and the wall and cuts the view of it into pieces of a vehicle's length."""
+    truck = car(-50.0, 4.0, speed_mps=10.0, kind="truck", name="truck")
+    tracker, followed = Tracker(), set()
+    for frame, scan in drive(70, actors=[truck], obstacles=[LONG_WALL]):
+        tracks, _ = tracker.step(scan)
+        sure = confirmed(tracks)
+        followed |= set(tracks.id[sure].tolist())
+        if frame.index > 10:
+            assert (tracks.center_odom[sure, 1] < 7.0).all()
+    assert len(followed) <= 2
+
+
+def test_same_scans_same_tracks():
+    scans = [scan for _, scan in drive(15, ego_mps=10.0, actors=[car(15.0, 0.0, 12.0), car(20.0, 3.5, 9.0)])]
+    runs = []
+    for _ in range(2):
+        tracker = Tracker()
+        runs.append([tracker.step(scan)[0] for scan in scans][-1])
+    assert len(runs[0]) >= 2
+    for field in ("id", "mean", "covariance", "model_probability", "size"):
+        np.testing.assert_array_equal(getattr(runs[0], field), getattr(runs[1], field))
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        np.empty((0, 3)),
+        [[10.0, 2.0, 0.6]],
+        [[10.0, 2.0, 0.6]] * 50,
+        np.stack([np.linspace(5, 9, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1),
+        [[np.nan, np.nan, np.nan]] * 30,
+    ],
+    ids=["none", "one", "identical", "collinear", "nan"],
+)
+def test_odd_scans_end_in_finite_tracks(points):
+    tracker = Tracker()
+    for k in range(6):
+        tracks, trace = tracker.step(scan_of(points, time=0.08 * k))
+        assert np.isfinite(tracks.mean).all()
+        assert len(trace.track_id) == len(trace.boxes)
+
+
+def test_a_gap_in_time_ends_tracks_and_the_next_scan_starts_anew():
+    side = np.stack([np.linspace(5, 9, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)
+    tracker = Tracker()
+    for k in range(6):
+        before, _ = tracker.step(scan_of(side, time=0.08 * k))
+    assert len(confirmed(before)) == 1
+    tracker.step(scan_of(np.empty((0, 3)), time=20.0))
+    after, _ = tracker.step(scan_of(side, time=20.08))
+    assert before.id[0] not in after.id[after.status != Status.DEAD]
