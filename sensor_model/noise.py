@@ -27,6 +27,7 @@ class RangeNoise:
     """Error of the reported range, along the beam."""
 
     enabled: bool = True
+    """If not, ranges are exact."""
     sigma_m: float = 0.025
     """Standard deviation; 2.5 cm is what the TU Darmstadt model of the LUX uses."""
     layer_bias_scale: float = 1.0
@@ -48,6 +49,7 @@ class Dropout:
     """Beams that meet something and return nothing."""
 
     enabled: bool = True
+    """If not, every beam that meets something within range returns."""
     threshold_per_m2: float = 4e-5
     """Received power reflectivity x cos(incidence) x gain / range^2 at which half the beams return [1/m^2].
 

@@ -33,7 +33,9 @@ class FilterConfig:
     initial_speed_std_mps: float = 8.0
     """Speed of a vehicle before it was seen twice [m/s]."""
     initial_acceleration_std_mps2: float = 1.5
+    """Its acceleration [m/s^2]."""
     initial_yaw_rate_std_radps: float = 0.2
+    """Its yaw rate [rad/s]."""
 
     def __post_init__(self) -> None:
         if min(self.position_std_floor_m, self.heading_std_floor_rad) <= 0:

@@ -22,8 +22,9 @@ class PreprocessConfig:
     range_max_m: float = 60.0
     """Farther points are dropped [m], from the ego's centre."""
     own_length_m: float = 4.83
-    """The ego's body, centred on the ego frame: points in it are its own [m]."""
+    """Length of the ego's body, centred on the ego frame: points in it are its own [m]."""
     own_width_m: float = 1.91
+    """Its width [m]."""
     own_margin_m: float = 0.1
     """How far outside its body a point still is the ego's own [m]."""
 
