@@ -3,7 +3,8 @@
     luxloop run sumo-crossing --out run
     python docs/make_pictures.py run/recording.rrd 20.0
 
-It needs the rerun program on PATH (`. .venv/bin/activate`) and a graphics driver; Mesa's software driver lavapipe will do (Debian: mesa-vulkan-drivers).
+It needs the rerun program on PATH (`. .venv/bin/activate`) and a graphics driver;
+ Mesa's software driver lavapipe will do (Debian: mesa-vulkan-drivers).
 """
 
 import io
