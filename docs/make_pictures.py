@@ -4,7 +4,7 @@
     python docs/make_pictures.py run/recording.rrd 20.0
 
 It needs the rerun program on PATH (`. .venv/bin/activate`) and a graphics driver;
- Mesa's software driver lavapipe will do (Debian: mesa-vulkan-drivers).
+Mesa's software driver lavapipe will do (Debian: mesa-vulkan-drivers).
 """
 
 import io
