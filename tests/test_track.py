@@ -27,12 +27,12 @@ def start(pose, heading=None, size=CAR):
     return Track(0, seen.corner[0], heading, seen.size[0].copy(), seen.corner_sign[0], seen.covariance[0], 0.0, CONFIG)
 
 
-def follow(track, poses, rng=None):
+def follow(track, poses, rng=None, size=CAR):
     """Feed one observation per pose; return (K, 2) the reported centre after each."""
     centers = []
     for pose in poses:
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
-        seen = observe_boxes(np.asarray(pose) + noise, CAR)
+        seen = observe_boxes(np.asarray(pose) + noise, size)
         track.predict(STEP)
         update(track, pair(predict([track]), seen, AssociationConfig()), seen, 0, 0)
         track.settle()
@@ -95,6 +95,21 @@ def test_life_from_tentative_to_dead():
         assert waited < 100
     assert waited * DT == pytest.approx(LIFE.coast_s, abs=DT) or waited * DT < LIFE.coast_s
     assert waited * DT > 1.0
+
+
+@pytest.mark.parametrize(
+    ("size", "speed", "status"),
+    [
+        ((12.0, 0.2), 0.0, Status.TENTATIVE),  # may be a wall
+        ((12.0, 0.2), 8.0, Status.CONFIRMED),  # walls do not drive
+        ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls have no ends of a bus
+        ((4.5, 0.2), 0.0, Status.CONFIRMED),
+    ],
+)
+def test_a_long_face_alone_is_believed_once_it_moves(size, speed, status):
+    track = start((20.0, 6.0, 0.0), size=np.array(size))
+    follow(track, straight((20.0, 6.0, 0.0), speed, 15), size=np.array(size))
+    assert track.status is status
 
 
 def test_a_tentative_track_dies_soon():

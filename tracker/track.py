@@ -22,6 +22,8 @@ class LifeConfig:
 
     confirm_hits: int = 3
     """Observations before a track is confirmed."""
+    face_depth_m: float = 0.6
+    """A long face without a second side at least this deep is believed to be a vehicle's only once it moves [m]."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -163,7 +165,8 @@ class Track:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            if self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
+            believed = self.hits >= life.confirm_hits and not self._like_a_wall
+            if self.status is not Status.TENTATIVE or believed:
                 self.status = Status.CONFIRMED
         elif self.status is Status.TENTATIVE:
             if self.unseen_s > life.tentative_coast_s:
@@ -172,6 +175,13 @@ class Track:
             lost = self.unseen_s > life.coast_s or np.trace(self.covariance) > 2 * life.coast_std_max_m**2
             if lost or self.unseen_s > life.gap_s:
                 self.status = Status.DEAD if lost else Status.COASTING
+
+    @property
+    def _like_a_wall(self) -> bool:
+        """Whether nothing but one long face was seen, and it never moved: no sign yet of a vehicle."""
+        length, depth = self.seen_size
+        long = length > self._config.extent.large_length_min_m
+        return bool(long and depth < self._config.life.face_depth_m and not self._oriented)
 
     def _resize(self, seen_size: Floats) -> None:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
