@@ -45,8 +45,10 @@ class ExtentConfig:
     """Share of the difference taken over when a side is seen longer than remembered."""
     decay: float = 0.01
     """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
-    nearly: float = 0.8
-    """A side seen at this share of its remembered length counts as seen in full."""
+    nearly: float = 0.93
+    """A sight of this share of the remembered extent counts as nearly as long."""
+    known_share: float = 0.8
+    """A side of which this share was seen is known to be there as a whole."""
 
 
 def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
@@ -77,4 +79,4 @@ def complete(seen: Floats, usual: Usual, config: ExtentConfig) -> Floats:
 
 def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:
     """(2,) how much of each side is known to be there [m]: all of `size` once nearly all was seen, else what was."""
-    return np.where(seen >= config.nearly * size, size, seen)
+    return np.where(seen >= config.known_share * size, size, seen)
