@@ -41,7 +41,7 @@ class ExtentConfig:
     """Wider is no car [m]."""
     length_seen_share: float = 0.75
     """A side seen at this share of the usual length is taken for the whole length."""
-    growth: float = 0.3
+    growth: float = 0.5
     """Share of the difference taken over when a side is seen longer than remembered."""
     decay: float = 0.01
     """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
