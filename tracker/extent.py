@@ -45,7 +45,7 @@ class ExtentConfig:
     """Share of the difference taken over when a side is seen longer than remembered."""
     decay: float = 0.01
     """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
-    nearly: float = 0.93
+    nearly: float = 0.88
     """A sight of this share of the remembered extent counts as nearly as long."""
     known_share: float = 0.8
     """A side of which this share was seen is known to be there as a whole."""

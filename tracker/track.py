@@ -20,7 +20,7 @@ TURNING = MODELS.index("ca")
 class LifeConfig:
     """When a track is believed and when it is given up."""
 
-    confirm_hits: int = 3
+    confirm_hits: int = 4
     """Observations before a track is confirmed."""
     face_depth_m: float = 0.6
     """A long face without a second side at least this deep is believed to be a vehicle's only once it moves [m]."""
