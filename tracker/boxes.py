@@ -21,8 +21,8 @@ class BoxConfig:
 
     longer_max_m: float = 20.0
     """Longest rectangle taken for a vehicle [m]: a trailer truck measures 16.5, a bendy bus 17.9."""
-    shorter_max_m: float = 3.2
-    """The same for its shorter side [m]: a truck measures 2.55, with mirrors 3."""
+    shorter_max_m: float = 2.8
+    """The same for its shorter side [m]: a truck measures 2.55; mirrors stick out of its lines and do not count."""
     longer_min_m: float = 0.5
     """Smaller things are no vehicles [m]: a motorcycle is 0.7 wide. One side alone may be all that is seen."""
     noise_std_m: float = 0.03
