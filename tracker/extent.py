@@ -33,7 +33,7 @@ class ExtentConfig:
     """No car hides all but a motorcycle's share of itself through this many observations."""
     small_length_max_m: float = 2.6
     """Longer is no motorcycle [m]."""
-    small_width_max_m: float = 1.2
+    small_width_max_m: float = 1.0
     """Wider is no motorcycle [m]."""
     large_length_min_m: float = 6.0
     """Longer is no car [m]."""
