@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from support.seen import corners, observe_boxes
 
-from tracker.association import AssociationConfig, Predictions, assign, associate, pair
+from tracker.association import AssociationConfig, Predictions, assign, pair, score
 
 CONFIG = AssociationConfig()
 CAR = (4.6, 1.8)
@@ -26,6 +26,11 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2):
         known_size=np.array([size]),
         corner_sign=np.array([corner_sign], dtype=np.int64),
     )
+
+
+def associate(tracks, seen):
+    """Pairs (track, box) of one round."""
+    return assign(*score(tracks, pair(tracks, seen, CONFIG), CONFIG))
 
 
 def best_by_brute_force(cost, admissible):
@@ -59,7 +64,7 @@ def test_nothing_outside_the_gate_is_paired():
     near, far = (10.3, 4.0, 0.1), (12.0, 4.0, 0.1)
     for pose, expected in ((near, [(0, 0)]), (far, [])):
         seen = observe_boxes(pose, CAR)
-        assert associate(tracks, pair(tracks, seen, CONFIG), CONFIG) == expected
+        assert associate(tracks, seen) == expected
 
 
 @pytest.mark.parametrize("quarters", range(4))
@@ -117,7 +122,7 @@ def test_of_two_tracks_the_sure_one_wins_the_box_between_them():
     vague, sure = expecting(pose, (-1, -1), std_m=2.0), expecting((10.1, 4.0, 0.0), (-1, -1), std_m=0.1)
     both = Predictions(*(np.concatenate([getattr(vague, f), getattr(sure, f)]) for f in Predictions.__slots__))
     seen = observe_boxes(pose, CAR)
-    assert associate(both, pair(both, seen, CONFIG), CONFIG) == [(1, 0)]
+    assert associate(both, seen) == [(1, 0)]
 
 
 def test_an_unlikely_model_opens_no_gate():
@@ -135,7 +140,7 @@ def test_an_unlikely_model_opens_no_gate():
             known_size=one.known_size,
             corner_sign=one.corner_sign,
         )
-        assert associate(tracks, pair(tracks, seen, CONFIG), CONFIG) == expected
+        assert associate(tracks, seen) == expected
 
 
 def test_the_leading_end_of_a_car_that_comes_out_from_behind_something_tells_its_motion():

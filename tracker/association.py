@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from tracker.geometry import QUARTER, rotate
+from tracker.geometry import QUARTER, mahalanobis, rotate
 from tracker.observations import Observations
 from tracker.records import Bools, Floats, Ints
 
@@ -139,11 +139,18 @@ def follow(tracks: Predictions, seen: Observations, nearest: Floats, exact: Bool
     return np.where(moves, nearest, tracked).astype(np.int64)
 
 
-def distance(tracks: Predictions, pairing: Pairing) -> tuple[Floats, Floats]:
-    """(T, B, M) squared Mahalanobis distance of (5) by each model, and log-determinant of its B = H P H' + R."""
-    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None]
-    squared = np.einsum("tbmi,tbmij,tbmj->tbm", pairing.misfit, np.linalg.inv(spread), pairing.misfit)
-    return np.asarray(squared), np.asarray(np.log(np.linalg.det(spread)))
+def score(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> tuple[Floats, Bools]:
+    """(T, B) cost of each pair, and (T, B) whether the box is inside the gate of any model that may be true.
+
+    The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
+    a vague track does not win against a sure one, nor an unlikely model against a likely one.
+    """
+    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None]  # B = H P H' + R
+    squared, determinant = mahalanobis(pairing.misfit, spread)
+    log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
+    likely = tracks.probability[:, None] >= config.gate_probability_min
+    inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
+    return -2 * np.logaddexp.reduce(log_likelihood, axis=2), inside
 
 
 def assign(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
@@ -155,16 +162,3 @@ def assign(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
     forbidden = (cost[admissible] - low).sum() + 1.0
     rows, columns = linear_sum_assignment(np.where(admissible, cost - low, forbidden))
     return [(int(t), int(b)) for t, b in zip(rows, columns, strict=True) if admissible[t, b]]
-
-
-def associate(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> list[tuple[int, int]]:
-    """Pairs (track, box): the most likely assignment inside the gate of any model that may be true.
-
-    The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
-    a vague track does not win against a sure one, nor an unlikely model against a likely one.
-    """
-    squared, log_determinant = distance(tracks, pairing)
-    log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + log_determinant)
-    likely = tracks.probability[:, None] >= config.gate_probability_min
-    inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
-    return assign(-2 * np.logaddexp.reduce(log_likelihood, axis=2), inside)

@@ -11,6 +11,7 @@ import numpy as np
 from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import KalmanFilter
 
+from tracker.geometry import mahalanobis
 from tracker.records import MODELS, Floats
 
 
@@ -143,8 +144,8 @@ class Bank:
         The paper prints S = H P H' in (10), which leaves out the measurement's own noise; S = H P H' + R here.
         """
         spread = np.stack([kf.P[:2, :2] for kf in self.models]) + covariance
-        distance = np.einsum("mi,mij,mj->m", residual, np.linalg.inv(spread), residual)
-        return np.asarray(-0.5 * (distance + np.log(np.linalg.det(2 * np.pi * spread))))
+        distance, determinant = mahalanobis(residual, spread)
+        return np.asarray(-0.5 * (distance + np.log((2 * np.pi) ** 2 * determinant)))
 
     def update(self, residual: Floats, covariance: Floats) -> None:
         """Correct every position filter by its pre-fit residual (M, 2) [m] of a measurement of covariance (2, 2)."""

@@ -34,17 +34,6 @@ class Observations:
         """(B, 2) the nearest corner [m]."""
         return self.center + rotate(0.5 * self.corner_sign * self.size, self.heading)
 
-    def subset(self, index: Ints) -> "Observations":
-        """Only the boxes of `index`."""
-        return Observations(
-            self.center[index],
-            self.heading[index],
-            self.size[index],
-            self.corner_sign[index],
-            self.covariance[index],
-            self.sensor,
-        )
-
 
 def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observations:
     """Carry boxes from the ego frame into the odometry frame and add the noise floors to their covariance."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tracker import boxes, orientation, preprocess, rectangles, segmentation, selection, tlinkage
-from tracker.association import AssociationConfig, Pairing, Predictions, associate, pair
+from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.extent import ExtentConfig
@@ -102,17 +102,17 @@ class Tracker:
     def _associate(self, seen: Observations) -> Ints:
         """Give boxes to tracks, round by round, and update them; (B,) id of each box's track, -1 for none."""
         track_id = np.full(len(seen), -1, dtype=np.int64)
-        for status in ROUNDS:
-            tracks = [track for track in self._tracks if track.status is status]
-            free = np.flatnonzero(track_id < 0)
-            if not tracks or not len(free):
-                continue
-            open_boxes = seen.subset(free)
-            predictions = predict(tracks)
-            pairing = pair(predictions, open_boxes, self.config.association)
-            for t, b in associate(predictions, pairing, self.config.association):
-                update(tracks[t], pairing, open_boxes, t, b)
-                track_id[free[b]] = tracks[t].id
+        if not self._tracks or not len(seen):
+            return track_id
+        predictions = predict(self._tracks)
+        pairing = pair(predictions, seen, self.config.association)
+        cost, inside = score(predictions, pairing, self.config.association)
+        status = np.array([track.status for track in self._tracks])
+        for turn in ROUNDS:
+            free = (status == turn)[:, None] & (track_id < 0)
+            for t, b in assign(cost, inside & free):
+                update(self._tracks[t], pairing, seen, t, b)
+                track_id[b] = self._tracks[t].id
         return track_id
 
     def _exclude(self) -> None:
