@@ -106,11 +106,11 @@ class Tracker:
             return track_id
         predictions = predict(self._tracks)
         pairing = pair(predictions, seen, self.config.association)
-        cost, inside = score(predictions, pairing, self.config.association)
+        cost, in_gate = score(predictions, pairing, self.config.association)
         status = np.array([track.status for track in self._tracks])
         for turn in ROUNDS:
             free = (status == turn)[:, None] & (track_id < 0)
-            for t, b in assign(cost, inside & free):
+            for t, b in assign(cost, in_gate & free):
                 update(self._tracks[t], pairing, seen, t, b)
                 track_id[b] = self._tracks[t].id
         return track_id
