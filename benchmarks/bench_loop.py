@@ -24,7 +24,7 @@ def rows() -> dict[str, dict[str, Any]]:
     scenario = Scenario.load(find(SCENARIO))
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = SumoSource(scenario.traffic, scenario.folder, range_m=200.0)
-    lidar = Lidar(rig, scenario.noise, scenario.seed, source.reset(scenario.seed))
+    lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, source.reset(scenario.seed))
     tracker, grader = Tracker(scenario.tracker), Grader(scenario.grading, source.dt)
     sim_s, frame_s, tracker_s = [], [], []
     for _ in range(round(scenario.duration_s / source.dt)):

@@ -27,7 +27,8 @@ def rows() -> dict[str, dict[str, Any]]:
         actor=[ScriptedActor(name=f"car {i}", x_m=x, y_m=y) for i, (x, y) in enumerate(PLACES_M)],
     )
     source = ScriptedSource(traffic, Path(), range_m=200.0)
-    lidar = Lidar(rig, Scenario.load(find("ring")).noise, 1, source.reset(1))
+    scenario = Scenario.load(find("ring"))
+    lidar = Lidar(rig, scenario.noise, scenario.sensor, 1, source.reset(1))
     tracker, spent = Tracker(), []
     for _ in range(FRAMES):
         scan, _ = lidar.scan(source.step())

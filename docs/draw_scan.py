@@ -39,7 +39,8 @@ def frame_of_the_ring() -> tuple[WorldFrame, Scan, ScanTruth, StepTrace]:
     scenario = Scenario.load(find("ring"))
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = ScriptedSource(scenario.traffic, scenario.folder, range_m=100.0)
-    lidar, tracker = Lidar(rig, scenario.noise, scenario.seed, source.reset(scenario.seed)), Tracker(scenario.tracker)
+    lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, source.reset(scenario.seed))
+    tracker = Tracker(scenario.tracker)
     for _ in range(FRAME):
         frame = source.step()
         scan, truth = lidar.scan(frame)

@@ -36,6 +36,10 @@ CAUSES = {
     Cause.LAYER_OVERLAP: (255, 140, 0),
     Cause.RANGE_OUTLIER: (255, 40, 40),
     Cause.GHOST: (255, 130, 200),
+    Cause.DOUBLED: (255, 225, 120),
+    Cause.FALSE_ALARM: (200, 30, 90),
+    Cause.RAIN: (120, 220, 220),
+    Cause.SPRAY: (150, 190, 190),
 }
 MODEL_NAMES = tuple(model[:2] for model in MODELS)
 """Short, to stand beside a track's id: st, cv, ca."""
@@ -58,7 +62,7 @@ From above; the **ego is the solid box**, driving up. Circles at {RINGS_M[0]:.0f
 - **Tracks**: thick coloured rectangles with id and chosen motion model ({", ".join(MODEL_NAMES)}), an arrow of 1 s
   of travel and a trail of {TRAIL_S:.0f} s; thin and dim when tentative or coasting
 - **Points**: blue on vehicles, grey elsewhere; noise is magenta on a mirror, orange inside the outline, red as a
-  range outlier, pink as a ghost. Tabs colour them by unit or layer instead.
+  range outlier or false alarm, pink as a ghost, yellow where units disagree, cyan in rain and spray. Tabs colour them by unit or layer instead.
 """
 
 

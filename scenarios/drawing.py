@@ -88,9 +88,9 @@ def walls(obstacles: Obstacles, origin_world: Floats, top_m: float, color: Color
     import rerun as rr
 
     quads = [np.empty((0, 4, 3))]
-    for height, (start, stop) in zip(obstacles.height, pairwise(obstacles.offset), strict=True):
-        foot = flat(obstacles.vertices_world[start:stop] - origin_world)
-        top = foot + np.array([0.0, 0.0, min(height, top_m)])
+    for base, height, (start, stop) in zip(obstacles.base, obstacles.height, pairwise(obstacles.offset), strict=True):
+        outline = flat(obstacles.vertices_world[start:stop] - origin_world)
+        foot, top = (outline + np.array([0.0, 0.0, min(z, top_m)]) for z in (base, height))
         quads.append(np.stack([foot, np.roll(foot, -1, axis=0), np.roll(top, -1, axis=0), top], axis=1))
     corners = np.concatenate(quads)
     halves = np.array([[0, 1, 2], [0, 2, 3]])

@@ -1,5 +1,6 @@
 """The run loop: traffic, LIDARs, tracker, grader, recorder."""
 
+import math
 import platform
 from contextlib import closing
 from dataclasses import asdict
@@ -56,8 +57,8 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
     stopwatch, trace_hash, frames, ended_early = Stopwatch(), TraceHash(), 0, ""
     with closing(_source(scenario, rig)) as source:
         obstacles = _reset(source, scenario)
-        warm_up(rig, scenario.noise, make_device(scenario.tracker))
-        lidar = Lidar(rig, scenario.noise, scenario.seed, obstacles)
+        lidar = _lidar(rig, scenario, source.dt, obstacles)
+        warm_up(rig, scenario.noise, scenario.sensor, make_device(scenario.tracker))
         tracker = make_device(scenario.tracker)
         grader = Grader(scenario.grading, source.dt)
         recorder = Recorder(record_to, scenario.name, obstacles) if record_to else NullRecorder()
@@ -107,6 +108,19 @@ def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
         return source.reset(scenario.seed)
     except TrafficInputError as error:
         raise ScenarioError(f"{scenario.path}: traffic: {error}") from error
+
+
+def _lidar(rig: Rig, scenario: Scenario, dt: float, obstacles: Obstacles) -> Lidar:
+    """Mount the LIDARs; they scan once a frame, so that the traffic must step at their pace."""
+    if not math.isclose(dt * rig.scan_rate_hz, 1.0):
+        raise ScenarioError(
+            f"{scenario.path}: traffic steps {dt} s, but rig {scenario.rig} scans at {rig.scan_rate_hz} Hz; "
+            f"step {1.0 / rig.scan_rate_hz:.3g} s (traffic.dt_s), or choose another rig"
+        )
+    try:
+        return Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, obstacles)
+    except ValueError as error:
+        raise ScenarioError(f"{scenario.path}: noise: {error}") from error
 
 
 def _frame_count(scenario: Scenario, source: TrafficSource) -> int:

@@ -16,7 +16,8 @@ from scenarios.errors import ScenarioError
 from scenarios.expect import Limit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.config import GradingConfig
-from sensor_model.noise import NoiseConfig
+from sensor_model.noise.config import NoiseConfig
+from sensor_model.sensor import SensorConfig
 from sim.highway import HighwayTraffic
 from sim.scripted import ScriptedTraffic
 from sim.sumo import SumoTraffic
@@ -60,6 +61,8 @@ class Scenario(BaseModel):
     """Who simulates the traffic, and what happens in it."""
     rig: RigChoice = RigChoice(name="srx_six_lux")
     """The LIDARs around the ego."""
+    sensor: SensorConfig = SensorConfig()
+    """How closely the LIDARs are simulated."""
     noise: NoiseConfig = NoiseConfig()
     """What is wrong with the points."""
     tracker: TrackerConfig = TrackerConfig()

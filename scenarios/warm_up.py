@@ -5,18 +5,19 @@ import numpy as np
 from scenarios import device
 from scenarios.device import Device
 from sensor_model.lidar import Lidar
-from sensor_model.noise import NoiseConfig
+from sensor_model.noise.config import NoiseConfig
 from sensor_model.rig import Rig
+from sensor_model.sensor import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 FRAMES = 3
 """Enough for a track to be started, followed and confirmed or not."""
 
 
-def warm_up(rig: Rig, noise: NoiseConfig, throw_away: Device) -> None:
+def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, throw_away: Device) -> None:
     """Let a LIDAR and a device that nobody uses again see one car for a few frames."""
     wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
-    lidar = Lidar(rig, noise, seed=0, obstacles=Obstacles.from_polygons([wall], [3.0]))
+    lidar = Lidar(rig, noise, sensor, seed=0, obstacles=Obstacles.from_polygons([wall], [3.0]))
     for index in range(FRAMES):
         scan, _ = lidar.scan(_car_ahead(index))
         device.step(throw_away, scan)

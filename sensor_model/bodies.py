@@ -1,33 +1,18 @@
-"""Actors as convex bodies: which pieces an actor is made of, and where they stand in the ego frame."""
+"""All actors as convex bodies: what they are made of, and where they stand in the ego frame."""
 
+import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.shapes import PLAIN, SHAPES, Pair, Prism, Shape
-from sensor_model.truth import Part
-from sim.world import Actors, Kind
+from sensor_model.body import Body, Look, build
+from sensor_model.materials import Glass
+from sensor_model.proportions import Draw
+from sim.world import Actors, Ego, Kind, WorldFrame
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
-
-_CORNERS = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Solid:
-    """A convex piece in the frame of its body (x forward, y left, z up, box centre on the ground).
-
-    It is the set of points with normal . point <= offset for all its planes.
-    """
-
-    part: Part
-    planes: Floats
-    """(K, 4) outward unit normal, and offset [m]."""
-    bounds: Floats
-    """(2, 3) lower and upper corner of the box around it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,60 +21,110 @@ class Bodies:
 
     pose_ego: Floats
     """(A, 3) x [m], y [m], yaw [rad]."""
+    velocity_ego: Floats
+    """(A, 2) over ground, along the axes of the ego frame [m/s]."""
+    acceleration_ego: Floats
+    """(A, 2) likewise [m/s^2]."""
+    yaw_rate: Floats
+    """(A,) over ground [rad/s]."""
     bounds: Floats
     """(A, 2, 3) box around all of a body's solids, mirrors included, in the body's frame [m]."""
     body_solid: Ints
     """(A + 1,) body a has solids body_solid[a] to body_solid[a + 1]."""
     solid_plane: Ints
     """(P + 1,) solid p has planes solid_plane[p] to solid_plane[p + 1]."""
+    solid_bounds: Floats
+    """(P, 2, 3) box around the solid, in the body's frame [m]."""
+    solid_inner: npt.NDArray[np.bool_]
+    """(P,) the solid is behind glass: only beams that pass a pane of its own body meet it."""
     planes: Floats
     """(Q, 4) outward unit normal and offset, in the body's frame [m]."""
     plane_part: npt.NDArray[np.uint8]
-    """(Q,) `Part` of the plane's solid."""
+    """(Q,) `Part`."""
+    plane_reflectivity: Floats
+    """(Q,) diffuse, 0 to 1; the actor's own paint where the plane is painted."""
+    plane_transmission: Floats
+    """(Q,) two-way power transmission, 0 for what is opaque."""
 
     def __len__(self) -> int:
         return len(self.pose_ego)
 
 
 class BodyShop:
-    """Builds the bodies of a frame's actors; unchanged actors are not built again."""
-
-    def __init__(self, *, mirrors: bool, plain: bool) -> None:
-        self._mirrors = mirrors
-        self._plain = plain
-        self._kind_and_size = np.empty((0, 4))
-        self._packed = _pack([])
-
-    def place(self, actors: Actors, ego_pose_world: Floats) -> Bodies:
-        """Return the bodies of all actors, in their order, as seen from an ego pose (3,) x, y [m], yaw [rad]."""
-        kind_and_size = np.column_stack([actors.kind, actors.size])
-        if not np.array_equal(kind_and_size, self._kind_and_size):
-            self._packed = _pack([self._solids(*row) for row in kind_and_size.tolist()])
-            self._kind_and_size = kind_and_size
-        return replace(self._packed, pose_ego=relative_pose(actors.pose_world, ego_pose_world))
-
-    def _solids(self, kind: float, length: float, width: float, height: float) -> tuple[Solid, ...]:
-        return body_solids(Kind(int(kind)), length, width, height, mirrors=self._mirrors, plain=self._plain)
-
-
-@lru_cache(maxsize=4096)
-def body_solids(
-    kind: Kind, length: float, width: float, height: float, *, mirrors: bool, plain: bool
-) -> tuple[Solid, ...]:
-    """Scale the nominal shape of a kind to an actor's size [m].
+    """Builds the bodies of a frame's actors; unchanged actors are not built again.
 
     Parameters
     ----------
     mirrors
-        Whether the body has its side mirrors, which alone stick out of length x width x height.
+        Whether vehicles have their side mirrors, which alone stick out of length x width x height.
     plain
-        Whether its shape is the bounding prism from the ground to its height (side mirrors stay).
+        Whether a body is the bounding prism from the ground to its height (side mirrors stay).
+    glass
+        Of the windows.
+    seed
+        Of proportions, which are drawn for each actor; None builds everybody in the middle of all ranges.
     """
-    size = np.array([length, width, height])
-    solids = _scaled(SHAPES[kind], size)
-    if plain:
-        solids = _scaled(PLAIN, size) + [solid for solid in solids if solid.part == Part.MIRROR]
-    return tuple(solid for solid in solids if mirrors or solid.part != Part.MIRROR)
+
+    def __init__(self, *, mirrors: bool, plain: bool, glass: Glass, seed: int | None) -> None:
+        self._mirrors = mirrors
+        self._plain = plain
+        self._glass = glass
+        self._seed = seed
+        self._looks = np.empty((0, 6))
+        self._built: dict[tuple[float, ...], Body] = {}
+        self._packed = _pack([])
+
+    def place(self, frame: WorldFrame) -> Bodies:
+        """Return the bodies of a frame's actors, in their order, as seen from the ego."""
+        actors, ego = frame.actors, frame.ego
+        looks = np.column_stack([actors.id, actors.kind, actors.size, actors.reflectivity])
+        if not np.array_equal(looks, self._looks):
+            rows = [tuple(row) for row in looks.tolist()]
+            self._built = {row: self._built.get(row) or self._build(*row) for row in rows}
+            self._packed = _pack([self._built[row] for row in rows])
+            self._looks = looks
+        return _placed(self._packed, actors, ego)
+
+    def _build(self, id: float, kind: float, length: float, width: float, height: float, paint: float) -> Body:
+        look = Look(int(id), Kind(int(kind)), (length, width, height), paint)
+        draw = Draw(self._seed, look.actor_id)
+        return build(look, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
+
+
+def _pack(bodies: list[Body]) -> Bodies:
+    """Flatten bodies, each standing at the origin."""
+    count, no_counts = len(bodies), np.empty(0, np.int64)
+    return Bodies(
+        pose_ego=np.zeros((count, 3)),
+        velocity_ego=np.zeros((count, 2)),
+        acceleration_ego=np.zeros((count, 2)),
+        yaw_rate=np.zeros(count),
+        bounds=np.array([body.bounds for body in bodies]).reshape(count, 2, 3),
+        body_solid=_offsets(np.array([len(body.solid_inner) for body in bodies], dtype=np.int64)),
+        solid_plane=_offsets(np.concatenate([no_counts, *(body.planes_of_solid for body in bodies)])),
+        solid_bounds=np.concatenate([np.empty((0, 2, 3)), *(body.solid_bounds for body in bodies)]),
+        solid_inner=np.concatenate([np.empty(0, np.bool_), *(body.solid_inner for body in bodies)]),
+        planes=np.concatenate([np.empty((0, 4)), *(body.planes for body in bodies)]),
+        plane_part=np.concatenate([np.empty(0, np.uint8), *(body.plane_part for body in bodies)]),
+        plane_reflectivity=np.concatenate([np.empty(0), *(body.plane_reflectivity for body in bodies)]),
+        plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
+    )
+
+
+def _offsets(counts: Ints) -> Ints:
+    return np.concatenate([[0], np.cumsum(counts)])
+
+
+def _placed(packed: Bodies, actors: Actors, ego: Ego) -> Bodies:
+    cos, sin = math.cos(ego.pose_world[2]), math.sin(ego.pose_world[2])
+    R_world_ego = np.array([[cos, -sin], [sin, cos]])
+    return replace(
+        packed,
+        pose_ego=relative_pose(actors.pose_world, ego.pose_world),
+        velocity_ego=actors.velocity_world @ R_world_ego,
+        acceleration_ego=actors.acceleration_world @ R_world_ego,
+        yaw_rate=actors.yaw_rate,
+    )
 
 
 def relative_pose(pose_world: Floats, ego_pose_world: Floats) -> Floats:
@@ -97,64 +132,3 @@ def relative_pose(pose_world: Floats, ego_pose_world: Floats) -> Floats:
     x, y = np.moveaxis(pose_world[..., :2] - ego_pose_world[:2], -1, 0)
     cos, sin = np.cos(ego_pose_world[2]), np.sin(ego_pose_world[2])
     return np.stack([cos * x + sin * y, cos * y - sin * x, pose_world[..., 2] - ego_pose_world[2]], axis=-1)
-
-
-def _scaled(shape: Shape, size: Floats) -> list[Solid]:
-    """Solids of a shape stretched to a size (3,): planes n . p <= d become (n / s) . p <= d, normalised."""
-    scale = size / shape.size
-    solids = []
-    for nominal in [solid for piece in shape.pieces for solid in _solids(piece)]:
-        planes = np.column_stack([nominal.planes[:, :3] / scale, nominal.planes[:, 3]])
-        planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
-        solids.append(Solid(nominal.part, planes, nominal.bounds * scale))
-    return solids
-
-
-def _solids(piece: Prism | Pair) -> tuple[Solid, ...]:
-    return (_prism(piece),) if isinstance(piece, Prism) else (_box(piece, 1.0), _box(piece, -1.0))
-
-
-def _prism(prism: Prism) -> Solid:
-    """Half-spaces of the profile's edges, the two sides and the four cut corners."""
-    profile = np.array(prism.profile)
-    (rear, bottom), (front, top) = profile.min(axis=0), profile.max(axis=0)
-    dx, dz = (np.roll(profile, -1, axis=0) - profile).T
-    edges = np.column_stack([dz, np.zeros_like(dx), -dx, dz * profile[:, 0] - dx * profile[:, 1]])
-    lean = prism.inset / (top - bottom)
-    sides = np.array([(0.0, side, lean, prism.half_width + lean * bottom) for side in (1.0, -1.0)])
-    planes = [edges, sides]
-    if prism.chamfer:
-        reach = np.where(_CORNERS[:, 0] > 0.0, front, -rear) + prism.half_width - prism.chamfer
-        planes.append(np.column_stack([_CORNERS, np.zeros(4), reach]))
-    bounds = np.array([(rear, -prism.half_width, bottom), (front, prism.half_width, top)])
-    return Solid(prism.part, np.concatenate(planes), bounds)
-
-
-def _box(pair: Pair, side: float) -> Solid:
-    """One box of a pair: side +1 is the left one, -1 the right."""
-    y = sorted(side * y for y in pair.y)
-    bounds = np.array([pair.x, y, pair.z]).T
-    axes = np.eye(3)
-    planes = np.concatenate([np.column_stack([-axes, -bounds[0]]), np.column_stack([axes, bounds[1]])])
-    return Solid(pair.part, planes, bounds)
-
-
-def _pack(bodies: list[tuple[Solid, ...]]) -> Bodies:
-    """Flatten bodies, each standing at the origin."""
-    solids = [solid for body in bodies for solid in body]
-    counts = [len(solid.planes) for solid in solids]
-    bounds = [_around(body) for body in bodies]
-    return Bodies(
-        pose_ego=np.zeros((len(bodies), 3)),
-        bounds=np.array(bounds).reshape(-1, 2, 3),
-        body_solid=np.cumsum([0, *(len(body) for body in bodies)], dtype=np.int64),
-        solid_plane=np.cumsum([0, *counts], dtype=np.int64),
-        planes=np.concatenate([np.empty((0, 4)), *(solid.planes for solid in solids)]),
-        plane_part=np.repeat(np.array([solid.part for solid in solids], dtype=np.uint8), counts),
-    )
-
-
-def _around(solids: tuple[Solid, ...]) -> Floats:
-    """(2, 3) box around all solids [m]."""
-    bounds = np.stack([solid.bounds for solid in solids])
-    return np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])

@@ -1,15 +1,19 @@
-"""Beams against the world: what each beam meets first, without loss or noise."""
+"""Beams against the world: the echoes of each beam, without noise."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model import kernels
 from sensor_model.beams import BeamTable
 from sensor_model.bodies import Bodies
-from sensor_model.kernels import GROUND, NOTHING, WALL
-from sensor_model.truth import Part
+from sensor_model.kernels import echoes as kernel
+from sensor_model.kernels import records
+from sensor_model.kernels.points import points_on_bodies
+from sensor_model.kernels.rig import cast_rays, cast_rig
+from sensor_model.noise.ghosts import Mirrored
+from sensor_model.sensor import SensorConfig
+from sensor_model.sweep import Setting
 from sensor_model.walls import Walls
 
 Floats = npt.NDArray[np.float64]
@@ -17,107 +21,139 @@ Ints = npt.NDArray[np.int64]
 
 GROUND_REFLECTIVITY = 0.2
 """Diffuse reflectivity of dry asphalt at 905 nm; an estimate."""
-GLASS_REFLECTIVITY = 0.2
-"""Of a greenhouse, panes and what is behind them taken together; an estimate."""
-TYRE_REFLECTIVITY = 0.05
-"""Carbon-black rubber; an estimate, as for black paint."""
-
-_FIXED_REFLECTIVITY = np.zeros(len(Part))
-_FIXED_REFLECTIVITY[Part.GROUND] = GROUND_REFLECTIVITY
-_FIXED_REFLECTIVITY[Part.GREENHOUSE] = GLASS_REFLECTIVITY
-_FIXED_REFLECTIVITY[Part.WHEEL] = TYRE_REFLECTIVITY
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hits:
-    """The H beams that meet something within their unit's range, in the order of the beam table."""
+class Echoes:
+    """N echoes, ordered by beam and from near to far, and L beams that met something and have none."""
 
     beam: Ints
-    """(H,) row of the beam table."""
+    """(N,) row of the beam table."""
     range: Floats
-    """(H,) [m]."""
+    """(N,) leading edge [m]."""
+    width: Floats
+    """(N,) of the pulse over the threshold [m]."""
+    power: Floats
+    """(N,) highest power [1/m^2]."""
     target: Ints
-    """(H,) actor, or `GROUND` or `WALL`."""
-    part: npt.NDArray[np.uint8]
-    """(H,) `Part`."""
+    """(N,) row of the actor, or `GROUND`, `WALL`."""
     surface: Ints
-    """(H,) plane of `Bodies` on actors, wall of `Walls` on walls, 0 on the ground."""
+    """(N,) plane of `Bodies` on actors, wall of `Walls` on walls, 0 on the ground."""
     point_body: Floats
-    """(H, 2) the point in the frame of the actor it is on [m]; zero elsewhere."""
-    cosine: Floats
-    """(H,) cosine of the angle of incidence."""
-    reflectivity: Floats
-    """(H,) diffuse, of the surface."""
-    alone: Ints
-    """(A,) beams that would end on each actor if it were alone on the ground."""
+    """(N, 2) the point, on the centre of its beam, in the frame of the actor it is on [m]; zero elsewhere."""
+    lost_beam: Ints
+    """(L,) row of the beam table."""
+    lost_power: Floats
+    """(L,) the most that came back at once [1/m^2]."""
+    lost_range: Floats
+    """(L,) from where it did [m]."""
+    free_range: Floats
+    """(B,) how far each beam gets, infinite where it meets nothing; (0,) unless asked for [m]."""
+    unit_hits: npt.NDArray[np.int32]
+    """(A, U) rays that end on each actor."""
+    unit_hits_alone: npt.NDArray[np.int32]
+    """(A, U) rays that would, were it alone on the ground."""
 
 
 class Caster:
-    """Casts a rig's beams, one ray along each beam's centre. The ground is the plane z = 0."""
+    """Casts a rig's beams, each as a grid of rays over its footprint. The ground is the plane z = 0."""
 
-    def __init__(self, beams: BeamTable) -> None:
+    def __init__(self, beams: BeamTable, sensor: SensorConfig) -> None:
         self._beams = beams
-        down = -beams.direction_ego[:, 2]
-        height = beams.origin_ego[beams.unit, 2]
-        to_ground = np.divide(height, down, out=np.full(len(beams), np.inf), where=down > 0.0)
-        self._open_range = np.minimum(to_ground, beams.range_max)
-        self._open_target = np.where(to_ground < beams.range_max, GROUND, NOTHING)
-        self._open_cosine = np.maximum(down, 0.0)
-        self._reach = float(beams.range_max.max() + np.linalg.norm(beams.origin_ego, axis=1).max())
+        self._unit = beams.unit.astype(np.int64)
+        self._fans = records.Fans(beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.fan_turn, beams.row_beam)
+        self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
+        self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
+        self._rise = _cos_sin(beams.units.beam_height[:, None] * _even(sensor.footprint[0]))
+        self._turn = _cos_sin(beams.units.beam_width[:, None] * _even(sensor.footprint[1]))
+        self._room = len(beams) * int(beams.units.echoes_max.max())
 
-    def cast(self, bodies: Bodies, walls: Walls, paint: Floats) -> Hits:
-        """Find what every beam meets first.
+    def firing_time(self, setting: Setting) -> Floats:
+        """(B,) when each beam really fires, from the frame's time [s]."""
+        if not setting.time_jitter.any():
+            return self._time
+        return self._time + setting.time_jitter[self._unit]
+
+    def cast(self, bodies: Bodies, walls: Walls, setting: Setting, *, free_range: bool = False) -> Echoes:
+        """Find what comes back to every beam.
 
         Parameters
         ----------
         bodies, walls
             In the ego frame.
-        paint
-            (A,) diffuse reflectivity of each body's paint.
+        free_range
+            Whether the result should tell how far beams get.
         """
-        beams = self._beams
-        nearest, target, cosine = self._open_range.copy(), self._open_target.copy(), self._open_cosine.copy()
-        surface = np.zeros(len(beams), dtype=np.int64)
-        point_body = np.zeros((len(beams), 2))
-        alone = np.zeros(len(bodies), dtype=np.int64)
-        kernels.cast_walls(
-            walls.ends, walls.height, self._reach,
-            beams.origin_ego, beams.R_ego_unit, beams.unit_row, beams.row_beam, beams.row_azimuth, beams.direction_ego,
-            nearest, target, surface, cosine,
+        echo, echo_id = np.empty((self._room, 3)), np.empty((self._room, 3), dtype=np.int64)
+        lost_beam, lost_echo = np.empty(len(self._beams), dtype=np.int64), np.empty((len(self._beams), 2))
+        free = np.full(len(self._beams) if free_range else 0, np.inf)
+        hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
+        beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), _drive(setting)
+        found, lost = cast_rig(
+            self._fans, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
+            echo, echo_id, lost_beam, lost_echo, free, hits, hits_alone,
         )  # fmt: skip
-        kernels.cast_bodies(
-            bodies.pose_ego, bodies.bounds, bodies.body_solid, bodies.solid_plane, bodies.planes,
-            beams.origin_ego, beams.R_ego_unit, beams.unit_row, beams.row_beam, beams.row_azimuth, beams.direction_ego,
-            beams.range_min, self._open_range,
-            nearest, target, surface, cosine, point_body, alone,
-        )  # fmt: skip
-        beam = np.flatnonzero((target != NOTHING) & (nearest >= beams.range_min))
-        target, surface = target[beam], surface[beam]
-        part = _part(target, surface, bodies)
-        return Hits(
+        order = np.argsort(echo_id[:found, kernel.BEAM], kind="stable")
+        beam, target, surface = (echo_id[order, column] for column in (kernel.BEAM, kernel.TARGET, kernel.SURFACE))
+        distance, power, width = (echo[order, column] for column in (kernel.RANGE, kernel.POWER, kernel.WIDTH))
+        order = np.argsort(lost_beam[:lost], kind="stable")
+        return Echoes(
             beam=beam,
-            range=nearest[beam],
+            range=distance,
+            width=width,
+            power=power,
             target=target,
             surface=surface,
-            part=part,
-            cosine=cosine[beam],
-            point_body=point_body.take(beam, axis=0),
-            reflectivity=_reflectivity(target, surface, part, walls, paint),
-            alone=alone,
+            point_body=points_on_bodies(beam, self._unit[beam], distance, target, beams, units, solids.motion, drive),
+            lost_beam=lost_beam[order],
+            lost_power=lost_echo[order, kernel.POWER],
+            lost_range=lost_echo[order, kernel.RANGE],
+            free_range=free,
+            unit_hits=hits.T.astype(np.int32),
+            unit_hits_alone=hits_alone.T.astype(np.int32),
         )
 
+    def cast_mirrored(
+        self, beam: Ints, origins_ego: Floats, directions_ego: Floats, bodies: Bodies, walls: Walls, setting: Setting
+    ) -> Mirrored:
+        """Follow rays from origins (G, 3) along directions (G, 3), each when its beam (G,) fires."""
+        range_max = float(self._beams.units.range_max.max())
+        time = self.firing_time(setting)[beam]
+        surroundings = _surroundings(walls, setting)
+        return Mirrored(*cast_rays(origins_ego, directions_ego, time, range_max, _solids(bodies), surroundings))
 
-def _part(target: Ints, surface: Ints, bodies: Bodies) -> npt.NDArray[np.uint8]:
-    part = np.where(target == GROUND, Part.GROUND, Part.OBSTACLE).astype(np.uint8)
-    on_actor = target >= 0
-    part[on_actor] = bodies.plane_part[surface[on_actor]]
-    return part
+    def _timed(self, setting: Setting) -> records.Beams:
+        return records.Beams(self._direction, self._beams.gain, setting.threshold, self.firing_time(setting))
+
+    def _units(self, setting: Setting) -> records.Units:
+        units = self._beams.units
+        return records.Units(
+            setting.origin_ego, setting.R_ego_unit, units.range_min, units.range_max, units.pulse_length,
+            units.pulse_growth, units.echo_separation, units.echoes_max, self._rise, self._turn,
+        )  # fmt: skip
 
 
-def _reflectivity(target: Ints, surface: Ints, part: npt.NDArray[np.uint8], walls: Walls, paint: Floats) -> Floats:
-    reflectivity = _FIXED_REFLECTIVITY[part]
-    painted = (part == Part.BODY) | (part == Part.MIRROR)
-    reflectivity[painted] = paint[target[painted]]
-    on_wall = target == WALL
-    reflectivity[on_wall] = walls.reflectivity[surface[on_wall]]
-    return reflectivity
+def _even(count: int) -> Floats:
+    """(count,) midpoints of equal parts of [-1/2, 1/2]."""
+    return (np.arange(count) + 0.5) / count - 0.5
+
+
+def _cos_sin(angle: Floats) -> Floats:
+    """(..., 2)"""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _drive(setting: Setting) -> records.Drive:
+    return records.Drive(*setting.ego_velocity, *setting.ego_acceleration, setting.ego_yaw_rate)
+
+
+def _solids(bodies: Bodies) -> records.Solids:
+    motion = np.column_stack([bodies.pose_ego, bodies.velocity_ego, bodies.acceleration_ego, bodies.yaw_rate])
+    return records.Solids(
+        motion, bodies.bounds, bodies.body_solid, bodies.solid_plane, bodies.solid_bounds, bodies.solid_inner,
+        bodies.planes, bodies.plane_reflectivity, bodies.plane_transmission,
+    )  # fmt: skip
+
+
+def _surroundings(walls: Walls, setting: Setting) -> records.Surroundings:
+    return records.Surroundings(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, setting.extinction)

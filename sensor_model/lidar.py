@@ -5,27 +5,36 @@ import numpy.typing as npt
 
 from sensor_model.beams import beam_table
 from sensor_model.bodies import Bodies, BodyShop
-from sensor_model.cast import Caster, Hits
+from sensor_model.cast import Caster, Echoes
+from sensor_model.clutter import Clutterer
 from sensor_model.draws import Draws
-from sensor_model.noise import KEPT, NoiseConfig, lost_beams, measured_range
+from sensor_model.noise.attitude import Attitude
+from sensor_model.noise.calibration import doubled, sync_jitter, true_mounts
+from sensor_model.noise.config import NoiseConfig
+from sensor_model.noise.detection import Detection, why_lost
+from sensor_model.noise.rain import extinction
+from sensor_model.noise.ranging import Measured, measured
+from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
+from sensor_model.returns import Returns
 from sensor_model.rig import Rig
+from sensor_model.sensor import SensorConfig
+from sensor_model.sweep import Setting, displacement, over_ground
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
-from sensor_model.visibility import point_causes, view_kind, visible_faces
+from sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from sensor_model.walls import walls_of
-from sim.world import Actors, Obstacles, WorldFrame
+from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 
 Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 class Lidar:
     """All units of a rig, for one run.
 
-    The sweep is frozen: every beam is fired at the frame's time, and `Scan.time_offset` is zero. A beam gives at most
-    one echo, as wide as the unit's pulse. No flags are set: finding the ground is left to the tracker. Points come in
-    the order of the beam table.
+    Every beam fires at its own time, the one along a unit's axis at the frame's, while the ego and all others move.
+    Points come in the order of the beam table, from near to far, where the rig's fusion box would put them: along the
+    nominal beam, in the ego frame of the time of firing.
 
     Parameters
     ----------
@@ -33,73 +42,112 @@ class Lidar:
         Which units sit where.
     noise
         Strength of each kind of noise.
+    sensor
+        How closely beams are simulated.
     seed
         Of all random draws; same seed, same scans.
     obstacles
         Static things of the run, in the world frame.
+
+    Raises
+    ------
+    ValueError
+        The noise names a unit that the rig does not have.
     """
 
-    def __init__(self, rig: Rig, noise: NoiseConfig, seed: int, obstacles: Obstacles) -> None:
+    def __init__(self, rig: Rig, noise: NoiseConfig, sensor: SensorConfig, seed: int, obstacles: Obstacles) -> None:
         self.beams = beam_table(rig)
         self._noise = noise
-        self._bodies = BodyShop(mirrors=noise.mirror.enabled, plain=not noise.layer_overlap.enabled)
-        self._walls_world = walls_of(obstacles)
-        self._caster = Caster(self.beams)
+        self._time_offset = self.beams.time_offset * sensor.sweep
         self._draws = Draws(seed, self.beams)
+        self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
+        self._attitude = Attitude(noise.attitude, self._draws)
+        self._detection = Detection(noise, self.beams, self._draws, [mount.name for mount in rig.mounts])
+        plain = not noise.layer_overlap.enabled
+        self._bodies = BodyShop(mirrors=noise.mirror.enabled, plain=plain, glass=sensor.glass, seed=seed)
+        self._walls_world = walls_of(obstacles)
+        self._caster = Caster(self.beams, sensor)
+        self._clutter = Clutterer(noise, self.beams, self._caster, self._draws)
         self._odometry = Odometry()
 
     def scan(self, frame: WorldFrame) -> tuple[Scan, ScanTruth]:
         """Sweep all units once over a frame of the world."""
-        ego_pose, actors = frame.ego.pose_world, frame.actors
-        bodies = self._bodies.place(actors, ego_pose)
-        walls = self._walls_world.seen_from(ego_pose)
-        hits = self._caster.cast(bodies, walls, actors.reflectivity)
-        loss = lost_beams(hits, self.beams, self._noise.dropout, self._draws, frame.index)
-        kept = np.flatnonzero(loss == KEPT)
-        beam, true_range = hits.beam[kept], hits.range[kept]
-        measured = measured_range(beam, true_range, self.beams, self._noise.range, self._draws, frame.index)
-        scan = self._scan(frame.time, self._odometry.pose(ego_pose), beam, measured)
-        return scan, self._truth(hits, loss, kept, bodies, actors)
+        needed = self._detection.thresholds(frame.index, frame.time, float(frame.ego.pose_world[2]))
+        setting = self._setting(frame, needed)
+        bodies = self._bodies.place(frame)
+        walls = self._walls_world.seen_from(frame.ego.pose_world)
+        echoes = self._caster.cast(bodies, walls, setting, free_range=self._clutter.needs_free_range)
+        returns = from_surfaces(echoes, bodies, frame.actors)
+        returns = self._clutter.add(returns, echoes, bodies, walls, setting, needed, frame)
+        ranges = measured(returns.beam, returns.range, self.beams, self._noise, self._draws, frame.index)
+        return self._scan(frame, returns, ranges), self._truth(frame, echoes, returns, ranges, bodies, setting, needed)
 
-    def _scan(self, time: float, ego_pose_odom: Floats, beam: Ints, measured: Floats) -> Scan:
-        beams = self.beams
-        unit = beams.unit[beam]
-        points_ego = beams.origin_ego.take(unit, axis=0) + measured[:, None] * beams.direction_ego.take(beam, axis=0)
-        return Scan(
-            time=time,
-            ego_pose_odom=ego_pose_odom,
-            points_ego=points_ego.astype(np.float32),
-            time_offset=np.zeros(len(beam), dtype=np.float32),
-            unit=unit,
-            layer=beams.layer[beam],
-            echo=np.zeros(len(beam), dtype=np.uint8),
-            echo_pulse_width=beams.pulse_length[beam].astype(np.float32),
-            flags=np.zeros(len(beam), dtype=np.uint16),
+    def _setting(self, frame: WorldFrame, needed: Thresholds) -> Setting:
+        """Circumstances of the sweep: the units sit on a body that is not quite level, and not quite where they should."""
+        R_level_body = self._attitude.at(frame.time)
+        origin_body, R_body_unit = self._mounts
+        velocity, acceleration, yaw_rate = over_ground(frame.ego)
+        return Setting(
+            frame_index=frame.index,
+            origin_ego=origin_body @ R_level_body.T,
+            R_ego_unit=R_level_body @ R_body_unit,
+            time_jitter=sync_jitter(self._noise.calibration, len(self.beams.units), frame.index, self._draws),
+            ego_velocity=velocity,
+            ego_acceleration=acceleration,
+            ego_yaw_rate=yaw_rate,
+            threshold=needed.threshold,
+            extinction=extinction(self._noise.rain),
         )
 
-    def _truth(self, hits: Hits, loss: npt.NDArray[np.int8], kept: Ints, bodies: Bodies, actors: Actors) -> ScanTruth:
-        actor_id = np.full(len(kept), NO_ACTOR, dtype=np.int64)
-        cause = np.full(len(kept), Cause.CLEAN, dtype=np.uint8)
-        on_actor = np.flatnonzero(hits.target[kept] >= 0)
-        point = kept[on_actor]
-        actor = hits.target[point]
-        actor_id[on_actor] = actors.id[actor]
-        cause[on_actor] = point_causes(hits.part[point], hits.point_body[point], actors.size[actor])
+    def _scan(self, frame: WorldFrame, returns: Returns, ranges: Measured) -> Scan:
+        beams, beam = self.beams, returns.beam
+        unit = beams.unit.take(beam)
+        points = beams.units.origin_ego.take(unit, axis=0)
+        points += ranges.range[:, None] * beams.direction_ego.take(beam, axis=0)
+        quantum = beams.units.pulse_quantum.take(unit)
+        return Scan(
+            time=frame.time,
+            ego_pose_odom=self._odometry.pose(frame.ego.pose_world),
+            points_ego=points.astype(np.float32),
+            time_offset=self._time_offset.take(beam).astype(np.float32),
+            unit=unit,
+            layer=beams.layer.take(beam),
+            echo=returns.echo,
+            echo_pulse_width=(np.rint(returns.width / quantum) * quantum).astype(np.float32),
+            flags=returns.flags | returns.transparent,
+        )
 
-        on_outline = cause[on_actor] == Cause.CLEAN
-        normal_body = bodies.planes[hits.surface[point[on_outline]], :3]
-        faces = visible_faces(actor[on_outline], normal_body, len(actors))
-        lost = np.flatnonzero(loss != KEPT)
+    def _truth(
+        self, frame: WorldFrame, echoes: Echoes, returns: Returns, ranges: Measured, bodies: Bodies, setting: Setting,
+        needed: Thresholds,
+    ) -> ScanTruth:  # fmt: skip
+        beams, actors = self.beams, frame.actors
+        on_actor = np.flatnonzero(returns.target >= 0)
+        actor_id = np.full(len(returns), NO_ACTOR, dtype=np.int64)
+        actor_id[on_actor] = actors.id[returns.target[on_actor]]
+
+        outline = on_actor[returns.cause[on_actor] == Cause.CLEAN]
+        normal_body = bodies.planes[returns.surface[outline], :3]
+        faces = visible_faces(returns.target[outline], normal_body, len(actors))
+
+        cause = returns.cause.copy()
+        if self._noise.calibration.enabled:
+            unit = beams.unit[returns.beam]
+            moved = displacement(returns, beams, self._mounts, bodies, setting)
+            twice = doubled(self._noise.calibration, moved, unit, returns.target, len(actors))
+            cause[twice & (cause == Cause.CLEAN)] = Cause.DOUBLED
+        cause[ranges.outlier] = Cause.RANGE_OUTLIER
+        dry_power = echoes.lost_power * np.exp(2.0 * setting.extinction * echoes.lost_range)
         return ScanTruth(
             actor_id=actor_id,
-            part=hits.part[kept],
+            part=returns.part,
             cause=cause,
-            true_range=hits.range[kept].astype(np.float32),
-            lost_unit=self.beams.unit[hits.beam[lost]],
-            lost_beam=self.beams.index[hits.beam[lost]],
-            lost_cause=loss[lost].astype(np.uint8),
-            hits=np.bincount(hits.target[hits.target >= 0], minlength=len(actors)).astype(np.int32),
-            hits_alone=hits.alone.astype(np.int32),
+            true_range=returns.range.astype(np.float32),
+            lost_unit=beams.unit[echoes.lost_beam],
+            lost_beam=beams.index[echoes.lost_beam],
+            lost_cause=why_lost(needed, echoes.lost_beam, echoes.lost_power, dry_power),
+            unit_hits=echoes.unit_hits,
+            unit_hits_alone=echoes.unit_hits_alone,
             faces=faces,
             view=view_kind(faces),
         )

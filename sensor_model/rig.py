@@ -1,22 +1,17 @@
-"""Which units sit where on the ego, and the files that say so."""
+"""Which units sit where on the ego, and the files that say so; docs/rig-files.md explains every key."""
 
-import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
+from sensor_model.toml_table import RigError, Table, read_table
 from sensor_model.unit import Fan, UnitModel
+
+__all__ = ["SHIPPED", "Mount", "Rig", "RigError", "load_rig", "load_unit"]
 
 SHIPPED = Path(__file__).parent
 """Home of the shipped `rigs/*.toml` and `units/*.toml`."""
 
-_Record = TypeVar("_Record")
 _MAX_UNITS = 255  # a point's unit is a byte
-
-
-class RigError(Exception):
-    """A rig or unit file is missing or wrong; the message is one line: file, key, value, remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +29,13 @@ class Mount:
     yaw_deg: float
     pitch_deg: float
     roll_deg: float
+    phase_ms: float = 0.0
+    """How long after the frame's time the unit fires at its azimuth 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """All units of the ego."""
+    """All units of the ego. They scan at one rate."""
 
     rear_axle_x_m: float
     """Where the rear axle is in the ego frame, whose origin is the box centre."""
@@ -47,6 +44,17 @@ class Rig:
     def __post_init__(self) -> None:
         if not 0 < len(self.mounts) <= _MAX_UNITS:
             raise ValueError(f"{len(self.mounts)} [[unit]] tables: a rig has 1 to {_MAX_UNITS} units")
+        for i, mount in enumerate(self.mounts):
+            if mount.model.scan_rate_hz != self.scan_rate_hz:
+                raise ValueError(
+                    f"unit[{i}].model: scan_rate_hz = {mount.model.scan_rate_hz}, but unit[0] has {self.scan_rate_hz}: "
+                    "choose models of one scan rate"
+                )
+
+    @property
+    def scan_rate_hz(self) -> float:
+        """Scans a second, the same for all units."""
+        return self.mounts[0].model.scan_rate_hz
 
 
 def load_rig(name_or_path: str, folder: Path) -> Rig:
@@ -64,48 +72,86 @@ def load_rig(name_or_path: str, folder: Path) -> Rig:
     RigError
         A file is missing, or one of its keys is missing, unknown or out of range.
     """
-    table = _read(_find(name_or_path, "rig", folder))
-    mounts = tuple(_mount(unit) for unit in table.tables("unit"))
+    table = _read(name_or_path, "rig", folder)
+    model = table.text("model", "")
+    mounts = tuple(_mount(unit, model or None) for unit in table.tables("unit"))
     return table.build(Rig, rear_axle_x_m=table.number("rear_axle_x_m"), mounts=mounts)
 
 
-def _mount(table: "_Table") -> Mount:
+def _mount(table: Table, model: str | None) -> Mount:
     return table.build(
         Mount,
         name=table.text("name"),
-        model=_unit_model(_find(table.text("model"), "unit", table.file.parent)),
+        model=load_unit(table.text("model", model), table.file.parent),
         x_m=table.number("x_m"),
         y_m=table.number("y_m"),
         z_m=table.number("z_m"),
         yaw_deg=table.number("yaw_deg"),
         pitch_deg=table.number("pitch_deg"),
         roll_deg=table.number("roll_deg"),
+        phase_ms=table.number("phase_ms", 0.0),
     )
 
 
-def _unit_model(path: Path) -> UnitModel:
-    table = _read(path)
+def load_unit(name_or_path: str, folder: Path) -> UnitModel:
+    """Read a unit model, like `load_rig`."""
+    table = _read(name_or_path, "unit", folder)
+    gain = table.table("gain_percent")
     return table.build(
         UnitModel,
+        scan_rate_hz=table.number("scan_rate_hz"),
         range_min_m=table.number("range_min_m"),
         range_max_m=table.number("range_max_m"),
+        beam_width_deg=table.number("beam_width_deg"),
+        beam_height_deg=table.number("beam_height_deg"),
+        reference_reflectivity=table.number("reference_reflectivity"),
+        reference_range_m=table.number("reference_range_m"),
         pulse_length_m=table.number("pulse_length_m"),
+        pulse_growth_m_per_db=table.number("pulse_growth_m_per_db"),
+        pulse_quantum_m=table.number("pulse_quantum_m"),
+        echoes_max=table.integer("echoes_max"),
+        echo_separation_m=table.number("echo_separation_m"),
+        range_sigma_m=table.number("range_sigma_m"),
+        range_quantum_m=table.number("range_quantum_m"),
         layer_elevation_deg=table.numbers("layer_elevation_deg"),
         layer_bias_m=table.numbers("layer_bias_m"),
         gain_azimuth_deg=table.numbers("gain_azimuth_deg"),
-        fans=tuple(_fan(fan) for fan in table.tables("fan")),
+        turns=table.integer("turns", 1),
+        fans=tuple(_fan(fan, gain) for fan in table.tables("fan")),
     )
 
 
-def _fan(table: "_Table") -> Fan:
+def _fan(table: Table, gain: Table) -> Fan:
     return table.build(
         Fan,
         layers=table.integers("layers"),
         start_deg=table.number("start_deg"),
         stop_deg=table.number("stop_deg"),
         step_deg=table.number("step_deg"),
-        gain_percent=table.numbers("gain_percent"),
+        gain_percent=_column(gain, table),
+        turn=table.integer("turn", 0),
+        tilt_deg=table.number("tilt_deg", 0.0),
     )
+
+
+def _column(gain: Table, fan: Table) -> tuple[float, ...]:
+    """Return the column of [gain_percent] that the fan names."""
+    name = fan.text("gain")
+    if name not in gain.values:
+        raise fan.error("gain", f"no such column; [gain_percent] has: {', '.join(gain.values)}")
+    return gain.numbers(name)
+
+
+def _read(name_or_path: str, kind: str, folder: Path) -> Table:
+    """Read a file of rigs or units; what it leaves out is taken from the file that it is `like`."""
+    table = read_table(_find(name_or_path, kind, folder))
+    like = table.text("like", "")
+    if not like:
+        return table
+    model = read_table(_find(like, kind, table.file.parent))
+    if "like" in model.values:
+        raise table.error("like", f"that {kind} is itself like {model.values['like']!r}; name that one")
+    return Table(table.file, {**model.values, **table.values}, asked=table.asked)
 
 
 def _find(name_or_path: str, kind: str, folder: Path) -> Path:
@@ -115,71 +161,3 @@ def _find(name_or_path: str, kind: str, folder: Path) -> Path:
     if not path.is_file():
         raise RigError(f"{path}: no such {kind} file; give a path, or one of: {', '.join(shipped)}")
     return path
-
-
-def _read(path: Path) -> "_Table":
-    try:
-        return _Table(path, tomllib.loads(path.read_text(encoding="utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise RigError(f"{path}: not readable as TOML ({error}); correct the file") from error
-
-
-@dataclass(frozen=True, slots=True)
-class _Table:
-    """One table of a file. It knows where it stands and which of its keys were asked for."""
-
-    file: Path
-    values: dict[str, object]
-    path: str = ""
-    asked: set[str] = field(default_factory=set)
-
-    def build(self, record: Callable[..., _Record], **fields: object) -> _Record:
-        """Make the record, once it is sure that the table has no keys beyond those asked for."""
-        for key in self.values:
-            if key not in self.asked:
-                raise self._error(key, f"unknown key; known here: {', '.join(sorted(self.asked))}")
-        try:
-            return record(**fields)
-        except ValueError as error:
-            raise RigError(f"{self.file}: {self.path}{error}") from error
-
-    def number(self, key: str) -> float:
-        value = self._value(key)
-        if not _is_number(value):
-            raise self._error(key, "give a number")
-        return float(value)  # type: ignore[arg-type]
-
-    def numbers(self, key: str) -> tuple[float, ...]:
-        value = self._value(key)
-        if not isinstance(value, list) or not all(map(_is_number, value)):
-            raise self._error(key, "give a list of numbers")
-        return tuple(float(number) for number in value)
-
-    def integers(self, key: str) -> tuple[int, ...]:
-        if not all(number.is_integer() for number in self.numbers(key)):
-            raise self._error(key, "give a list of whole numbers")
-        return tuple(int(number) for number in self.numbers(key))
-
-    def text(self, key: str) -> str:
-        value = self._value(key)
-        if not isinstance(value, str):
-            raise self._error(key, "give a text in quotes")
-        return value
-
-    def tables(self, key: str) -> "list[_Table]":
-        value = self._value(key)
-        if not isinstance(value, list) or not value or not all(isinstance(row, dict) for row in value):
-            raise self._error(key, f"give at least one [[{key}]] table")
-        return [_Table(self.file, row, f"{self.path}{key}[{i}].") for i, row in enumerate(value)]
-
-    def _value(self, key: str) -> object:
-        self.asked.add(key)
-        return self.values.get(key)
-
-    def _error(self, key: str, remedy: str) -> RigError:
-        value = repr(self.values[key]) if key in self.values else "missing"
-        return RigError(f"{self.file}: {self.path}{key} = {value}: {remedy}")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")

@@ -18,8 +18,13 @@ class Part(IntEnum):
     OBSTACLE = 2
     BODY = 3
     GREENHOUSE = 4
+    """A pane of glass."""
     MIRROR = 5
     WHEEL = 6
+    INTERIOR = 7
+    """What is behind a pane."""
+    DROPLET = 8
+    """Rain or spray."""
 
 
 class Cause(IntEnum):
@@ -31,7 +36,21 @@ class Cause(IntEnum):
     LAYER_OVERLAP = 2
     """On a part of the vehicle well inside its outline: window behind the deck, wheel under the bumper."""
     RANGE_OUTLIER = 3
+    """The unit measured a wrong range."""
     GHOST = 4
+    """On nothing: the beam was reflected, and what it met is seen behind the mirror."""
+    DOUBLED = 5
+    """On an actor that several units see, out of place by their calibration or timing."""
+    FALSE_ALARM = 6
+    """On nothing: the detector fired by itself."""
+    RAIN = 7
+    """On a raindrop."""
+    SPRAY = 8
+    """On water thrown up by a vehicle."""
+
+
+ON_NOTHING = (Cause.GHOST, Cause.FALSE_ALARM, Cause.RAIN, Cause.SPRAY)
+"""Causes of points that lie on no actor and no obstacle."""
 
 
 class Loss(IntEnum):
@@ -41,6 +60,14 @@ class Loss(IntEnum):
     """The echo was too weak."""
     RANDOM = 1
     """The detector's random floor."""
+    OUTAGE = 2
+    """The unit was silent."""
+    DIRT = 3
+    """Dirt on the unit's window took too much of it."""
+    SUN = 4
+    """The unit was too much dazzled for it."""
+    RAIN = 5
+    """Rain on the way took too much of it."""
 
 
 class Face(IntFlag):
@@ -80,14 +107,27 @@ class ScanTruth:
     """(L,) index of the lost beam in its unit's beam table."""
     lost_cause: npt.NDArray[np.uint8]
     """(L,) `Loss`."""
-    hits: npt.NDArray[np.int32]
-    """(A,) beams that end on the actor, before any loss or noise."""
-    hits_alone: npt.NDArray[np.int32]
-    """(A,) beams that would, were it alone on the ground."""
+    unit_hits: npt.NDArray[np.int32]
+    """(A, U) rays of each unit that end on the actor, before any loss or noise. A beam is one ray or, with a footprint,
+    many."""
+    unit_hits_alone: npt.NDArray[np.int32]
+    """(A, U) rays that would, were it alone on the ground."""
     faces: npt.NDArray[np.uint8]
     """(A,) `Face` bits of the faces that returned at least `MIN_FACE_HITS` beams."""
     view: npt.NDArray[np.uint8]
     """(A,) `View`."""
+
+    @property
+    def hits(self) -> npt.NDArray[np.int64]:
+        """(A,) rays of all units that end on the actor."""
+        hits: npt.NDArray[np.int64] = self.unit_hits.sum(axis=1, dtype=np.int64)
+        return hits
+
+    @property
+    def hits_alone(self) -> npt.NDArray[np.int64]:
+        """(A,) rays of all units that would, were it alone on the ground."""
+        hits: npt.NDArray[np.int64] = self.unit_hits_alone.sum(axis=1, dtype=np.int64)
+        return hits
 
     @property
     def visible_fraction(self) -> npt.NDArray[np.float64]:

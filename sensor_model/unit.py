@@ -1,10 +1,19 @@
-"""What a LIDAR unit is: its layers, where they fire, and how sensitive it is there. Data, read from `units/*.toml`."""
+"""What a LIDAR unit is: its layers, where they fire, and what it makes of the light that returns.
+
+Data, read from `units/*.toml`; docs/rig-files.md explains every key.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 _WHOLE_STEPS = 1e-6
+_MAX_LAYERS = 256  # a point's layer is a byte
+_POSITIVE = (
+    "scan_rate_hz", "beam_width_deg", "beam_height_deg", "reference_reflectivity", "reference_range_m",
+    "pulse_length_m", "pulse_quantum_m", "range_quantum_m", "echoes_max", "turns",
+)  # fmt: skip
+_NOT_NEGATIVE = ("range_min_m", "pulse_growth_m_per_db", "echo_separation_m", "range_sigma_m")
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,19 +32,30 @@ class Fan:
     """Positive."""
     gain_percent: tuple[float, ...]
     """Sensitivity at the model's `gain_azimuth_deg`, percent of the centre's."""
+    turn: int = 0
+    """The fan fires in frames whose index leaves this remainder by the model's `turns`."""
+    tilt_deg: float = 0.0
+    """Tilt of the mirror's face, positive looks up: elevations change over azimuth, see `beams.beam_table`."""
 
     def __post_init__(self) -> None:
         if not self.layers:
             raise ValueError("layers = []: name at least one layer")
+        if len(set(self.layers)) < len(self.layers):
+            raise ValueError(f"layers = {list(self.layers)}: name each layer once")
         if self.step_deg <= 0.0:
             raise ValueError(f"step_deg = {self.step_deg}: must be positive")
         if self.stop_deg > self.start_deg:
             raise ValueError(f"stop_deg = {self.stop_deg}: must not exceed start_deg, the sweep runs to the right")
+        for key, azimuth in (("start_deg", self.start_deg), ("stop_deg", self.stop_deg)):
+            if abs(azimuth) > 180.0:
+                raise ValueError(f"{key} = {azimuth}: azimuths are from -180 to 180; split a fan that crosses the rear")
         if self.start_deg - self.stop_deg >= 360.0:
             raise ValueError(f"stop_deg = {self.stop_deg}: a fan covers less than a full turn; end one step earlier")
         steps = (self.start_deg - self.stop_deg) / self.step_deg
         if abs(steps - round(steps)) > _WHOLE_STEPS:
             raise ValueError(f"step_deg = {self.step_deg}: must divide start_deg - stop_deg into whole steps")
+        if min(self.gain_percent, default=0.0) < 0.0:
+            raise ValueError(f"gain_percent = {list(self.gain_percent)}: must not be negative")
 
     @property
     def count(self) -> int:
@@ -45,33 +65,74 @@ class Fan:
 
 @dataclass(frozen=True, slots=True)
 class UnitModel:
-    """A type of LIDAR."""
+    """A type of LIDAR. Its mirror or head turns once a scan, evenly, from left to right."""
 
+    scan_rate_hz: float
+    """Scans a second; the beam sweeps at 360 deg x scan_rate_hz."""
     range_min_m: float
     """A surface nearer than this blocks the beam without an echo."""
     range_max_m: float
+    beam_width_deg: float
+    """Footprint of one beam over azimuth, edge to edge."""
+    beam_height_deg: float
+    """Footprint of one beam over elevation, edge to edge."""
+    reference_reflectivity: float
+    """The weakest diffuse surface that still returns an echo at `reference_range_m`, when it fills the footprint
+    and faces a beam of gain 1. Received power is counted in reflectivity / m^2, so the detector's threshold is
+    reference_reflectivity / reference_range_m^2."""
+    reference_range_m: float
     pulse_length_m: float
-    """Length of the laser pulse in space, the shortest echo pulse width."""
+    """Returns within this difference in range add up in the detector: c tau / 2 of a pulse of duration tau."""
+    pulse_growth_m_per_db: float
+    """Growth of the echo pulse width with the echo's peak power over the threshold."""
+    pulse_quantum_m: float
+    """Step of the reported echo pulse width."""
+    echoes_max: int
+    """Echoes reported per beam, nearest first."""
+    echo_separation_m: float
+    """Echoes that start nearer to each other than this are reported as one, at the nearer range."""
+    range_sigma_m: float
+    """Standard deviation of a reported range."""
+    range_quantum_m: float
+    """Step of the reported range."""
     layer_elevation_deg: tuple[float, ...]
-    """Elevation of each layer's centre, up positive; layer 0 comes first and is the lowest."""
+    """Elevation of each layer's centre at azimuth 0, up positive, rising: layer 0 is the lowest."""
     layer_bias_m: tuple[float, ...]
     """Fixed range error of each layer."""
     gain_azimuth_deg: tuple[float, ...]
     """Azimuths at which the fans' `gain_percent` is known, falling; linear between them, constant beyond."""
+    turns: int
+    """Scans after which the pattern repeats: 2 for a mirror with two unlike sides, otherwise 1."""
     fans: tuple[Fan, ...]
 
     def __post_init__(self) -> None:
         layers = len(self.layer_elevation_deg)
-        if not 0.0 <= self.range_min_m < self.range_max_m:
-            raise ValueError(f"range_min_m = {self.range_min_m}: must be at least 0 and below range_max_m")
-        if self.pulse_length_m <= 0.0:
-            raise ValueError(f"pulse_length_m = {self.pulse_length_m}: must be positive")
+        for key in _POSITIVE:
+            if getattr(self, key) <= 0:
+                raise ValueError(f"{key} = {getattr(self, key)}: must be positive")
+        for key in _NOT_NEGATIVE:
+            if getattr(self, key) < 0:
+                raise ValueError(f"{key} = {getattr(self, key)}: must not be negative")
+        if self.range_min_m >= self.range_max_m:
+            raise ValueError(f"range_min_m = {self.range_min_m}: must be below range_max_m")
+        if not 0 < layers <= _MAX_LAYERS:
+            raise ValueError(f"layer_elevation_deg has {layers} numbers: give 1 to {_MAX_LAYERS}, one a layer")
+        if np.any(np.diff(self.layer_elevation_deg) <= 0.0):
+            raise ValueError(
+                f"layer_elevation_deg = {list(self.layer_elevation_deg)}: must rise, layer 0 is the lowest"
+            )
         if len(self.layer_bias_m) != layers:
             raise ValueError(f"layer_bias_m = {list(self.layer_bias_m)}: give one number for each of {layers} layers")
-        if np.any(np.diff(self.gain_azimuth_deg) >= 0.0):
+        if not self.gain_azimuth_deg or np.any(np.diff(self.gain_azimuth_deg) >= 0.0):
             raise ValueError(f"gain_azimuth_deg = {list(self.gain_azimuth_deg)}: must fall from left to right")
         for fan in self.fans:
-            if not all(0 <= layer < layers for layer in fan.layers):
-                raise ValueError(f"layers = {list(fan.layers)}: layer_elevation_deg has layers 0 to {layers - 1}")
-            if len(fan.gain_percent) != len(self.gain_azimuth_deg):
-                raise ValueError(f"gain_percent = {list(fan.gain_percent)}: give one number for each gain_azimuth_deg")
+            self._check(fan)
+
+    def _check(self, fan: Fan) -> None:
+        layers = len(self.layer_elevation_deg)
+        if not all(0 <= layer < layers for layer in fan.layers):
+            raise ValueError(f"layers = {list(fan.layers)}: layer_elevation_deg has layers 0 to {layers - 1}")
+        if len(fan.gain_percent) != len(self.gain_azimuth_deg):
+            raise ValueError(f"gain_percent = {list(fan.gain_percent)}: give one number for each gain_azimuth_deg")
+        if not 0 <= fan.turn < self.turns:
+            raise ValueError(f"turn = {fan.turn}: must be 0 to {self.turns - 1}; turns = {self.turns}")

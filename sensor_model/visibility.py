@@ -3,7 +3,11 @@
 import numpy as np
 import numpy.typing as npt
 
+from sensor_model.bodies import Bodies
+from sensor_model.cast import Echoes
+from sensor_model.returns import GROUND, Returns
 from sensor_model.truth import Cause, Face, Part, View
+from sim.world import Actors
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -16,6 +20,29 @@ MAX_CLEAN_DEPTH = 0.20
 
 _MIN_FACING = np.cos(np.deg2rad(30.0))  # a cut corner, at 45 degrees, belongs to neither of its faces
 _FACES = np.array([Face.FRONT, Face.LEFT, Face.REAR, Face.RIGHT], dtype=np.uint8)
+
+
+def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
+    """Say what each echo is on, and whether that is the outline of its actor."""
+    target, surface = echoes.target, echoes.surface
+    part = np.where(target == GROUND, Part.GROUND, Part.OBSTACLE).astype(np.uint8)
+    cause = np.full(len(target), Cause.CLEAN, dtype=np.uint8)
+    on_actor = np.flatnonzero(target >= 0)
+    part[on_actor] = bodies.plane_part[surface[on_actor]]
+    size = actors.size[target[on_actor]]
+    cause[on_actor] = point_causes(part[on_actor], echoes.point_body[on_actor], size)
+    return Returns(
+        beam=echoes.beam,
+        range=echoes.range,
+        width=echoes.width,
+        power=echoes.power,
+        target=target,
+        surface=surface,
+        part=part,
+        cause=cause,
+        point_body=echoes.point_body,
+        flags=np.zeros(len(target), dtype=np.uint16),
+    )
 
 
 def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:

@@ -14,17 +14,17 @@ _SHORTEST = 1e-6  # [m], a repeated corner
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walls:
-    """E upright faces that stand on the ground."""
+    """E upright faces."""
 
     ends: Floats
     """(E, 4) x, y of one end and x, y of the other [m]."""
-    height: Floats
-    """(E,) [m]."""
+    z: Floats
+    """(E, 2) of the lower and of the upper edge above the ground [m]."""
     reflectivity: Floats
     """(E,) diffuse, 0 to 1."""
 
     def __len__(self) -> int:
-        return len(self.height)
+        return len(self.ends)
 
     def seen_from(self, pose_world: Floats) -> "Walls":
         """Express walls of the world frame in the frame of a pose (3,) x, y [m], yaw [rad]."""
@@ -43,4 +43,5 @@ def walls_of(obstacles: Obstacles) -> Walls:
         sides = sides[np.hypot(*(sides[:, 2:] - sides[:, :2]).T) > _SHORTEST]
         ends.append(sides)
         polygon += [index] * len(sides)
-    return Walls(np.concatenate(ends), obstacles.height[polygon], obstacles.reflectivity[polygon])
+    z = np.column_stack([obstacles.base, obstacles.height])
+    return Walls(np.concatenate(ends), z[polygon], obstacles.reflectivity[polygon])

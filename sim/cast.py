@@ -7,6 +7,7 @@ import numpy as np
 
 from sim.kinematics import Rates
 from sim.paint import paint_reflectivity
+from sim.redraw import redrawn_size
 from sim.world import Actors, Ego, Floats, Kind, WorldFrame
 
 EGO_ID = 0
@@ -26,10 +27,19 @@ class Member:
 
 
 class Cast:
-    """Everyone who has appeared in a run, numbered in order of appearance. Numbers are never reused."""
+    """Everyone who has appeared in a run, numbered in order of appearance. Numbers are never reused.
 
-    def __init__(self, seed: int):
+    Parameters
+    ----------
+    seed
+        Of the run.
+    redraw_default_sizes
+        Whether all but the ego, which is to fit its rig, get a size of their own in place of the simulator's default.
+    """
+
+    def __init__(self, seed: int, *, redraw_default_sizes: bool = False):
         self._seed = seed
+        self._redraw = redraw_default_sizes
         self._members: dict[Hashable, Member] = {}
 
     def find(self, key: Hashable) -> Member | None:
@@ -46,6 +56,8 @@ class Cast:
     ) -> Member:
         """Cast a new member. Without a name it is `<kind>.<number>`; without reflectivity its paint is drawn."""
         number = len(self._members)
+        if self._redraw and number != EGO_ID:
+            size = redrawn_size(kind, size, self._seed, number)
         self._members[key] = Member(
             id=number,
             name=name or f"{kind.name.lower()}.{number}",

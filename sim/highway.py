@@ -23,7 +23,7 @@ POLICY_HZ = 12.5
 """One frame of the rig is one policy step of two simulation steps."""
 
 VEHICLE_HEIGHT = 1.5
-"""[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m."""
+"""[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m, before they are redrawn."""
 OBSTACLE_HEIGHT = 1.0
 """[m] Of what stands on its roads: the end of a merging lane, a car park's walls."""
 
@@ -47,6 +47,9 @@ class HighwayTraffic:
     """`idm`: the ego drives as the others do, by IDM and MOBIL. `fixed`: it repeats `action`, and crashes soon."""
     action: int = 1
     """Under `fixed`, the index of a discrete action; 1 is IDLE."""
+    redraw_default_sizes: bool = True
+    """Whether cars of highway-env's 5 m by 2 m, but for the ego, are drawn anew by the seed: no longer and no wider,
+    about the same centre."""
 
     def __post_init__(self) -> None:
         for key in ("simulation_frequency", "policy_frequency"):
@@ -89,7 +92,7 @@ class HighwaySource:
         if self._config.ego == "idm":
             _drive_by_idm(self._env)
         self._action = self._chosen_action(seed)
-        self._cast = Cast(seed)
+        self._cast = Cast(seed, redraw_default_sizes=self._config.redraw_default_sizes)
         self._member(self._env.vehicle)  # the ego is cast first
         self._differencer = PoseDifferencer(self.dt)
         self._next = 0

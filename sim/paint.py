@@ -26,5 +26,9 @@ def paint_reflectivity(seed: int, actor_id: int) -> float:
 
 
 def actor_rng(seed: int, actor_id: int, stream: int) -> np.random.Generator:
-    """Return the generator of one actor and one purpose: Philox, keyed by (seed, actor), `stream` in its counter."""
-    return np.random.Generator(np.random.Philox(key=[seed, actor_id], counter=[0, 0, 0, stream]))
+    """Return the generator of one actor and one purpose: Philox, keyed by (seed, actor), `stream` in its counter.
+
+    The seed is taken modulo 2^64.
+    """
+    key = np.array([seed % 2**64, actor_id], dtype=np.uint64)
+    return np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, stream]))

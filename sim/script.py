@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from sim.motions import Motion, Spin, Static, require_sequence
+from sim.street import Prism, StreetKind, build
 from sim.world import Floats, Kind
 
 KindName = Literal[
@@ -133,16 +134,29 @@ class ScriptedRing:
 
 @dataclass(frozen=True, slots=True)
 class ScriptedObstacle:
-    """A static polygon that blocks beams."""
+    """A static thing that blocks beams. A parked car is none: it is an actor without motion, so that it is graded."""
 
     corners_m: list[tuple[float, float]]
-    """[m] x, y of two corners (a wall) or more."""
-    height_m: float
-    """[m]"""
+    """[m] x, y of the corners of a building (two make a free-standing wall); of points along a wall, barrier, fence or
+    guard rail; or of every place where a pole, tree, traffic-sign or bollard of this sort stands."""
+    height_m: float | None = None
+    """[m] Of the upper edge above the ground; by kind where left out."""
+    kind: StreetKind = "building"
+    """What it is."""
+    base_m: float = 0.0
+    """[m] Of the lower edge above the ground. A guard rail's follows from its height."""
+    diameter_m: float | None = None
+    """[m] Of a pole, tree, traffic-sign (its post) or bollard; by kind where left out."""
+    reflectivity: float | None = None
+    """Diffuse, at 905 nm, 0 to 1; by kind where left out."""
 
     def __post_init__(self) -> None:
-        if len(self.corners_m) < 2 or self.height_m <= 0:
-            raise ValueError("an obstacle takes at least two corners_m and a positive height_m")
+        self.prisms()
+
+    def prisms(self) -> list[Prism]:
+        """Return what it is made of."""
+        points = np.array(self.corners_m, dtype=np.float64).reshape(-1, 2)
+        return build(self.kind, points, self.height_m, self.base_m, self.diameter_m, self.reflectivity)
 
 
 def _require_size(size: Size) -> None:

@@ -13,6 +13,7 @@ from sim.motions import state_at
 from sim.paint import actor_rng
 from sim.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
 from sim.source import SimulatorFailedError
+from sim.street import obstacles
 from sim.world import Floats, Kind, Obstacles, WorldFrame
 
 _JITTER_STREAM = 2
@@ -30,7 +31,7 @@ class ScriptedTraffic:
     ring: ScriptedRing | None = None
     """Cars around the ego, numbered after the actors."""
     obstacle: list[ScriptedObstacle] = field(default_factory=list)
-    """Static polygons."""
+    """What stands along the road."""
     dt_s: float = 0.08
     """[s] Time between frames; the rig turns at 12.5 Hz."""
     jitter_m: float = 0.05
@@ -77,10 +78,7 @@ class ScriptedSource:
             self._starts.append(actor.start_world + self._jitter(seed, number))
             self._motions.append(actor.motion)
         self._next = 0
-        obstacles = self._config.obstacle
-        return Obstacles.from_polygons(
-            [np.array(obstacle.corners_m) for obstacle in obstacles], [obstacle.height_m for obstacle in obstacles]
-        )
+        return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
 
     def step(self) -> WorldFrame:
         """Return the next frame. See `TrafficSource.step`."""

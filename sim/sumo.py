@@ -14,8 +14,9 @@ import numpy as np
 from sim.cast import Cast, Member, frame_around_ego
 from sim.kinematics import PoseDifferencer, wrap_angle
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo_bodies import kind_of_shape, polygons_as_obstacles
+from sim.sumo_bodies import kind_of_shape
 from sim.sumo_input import captured_stderr, one_line, sumo_command
+from sim.sumo_street import static_obstacles
 from sim.world import Floats, Kind, Obstacles, WorldFrame
 
 _RESERVED_OPTIONS = frozenset(
@@ -37,7 +38,9 @@ class SumoTraffic:
     routes: list[str] = field(default_factory=list)
     """Route files: vehicle types, routes, flows, vehicles, persons."""
     additional: list[str] = field(default_factory=list)
-    """Additional files. Polygons of a type that starts with `building`, or with a `height`, block beams."""
+    """Additional files. Shapes in them block beams: polygons of a type `building`, `wall`, `barrier`, `fence` or
+    `guard_rail`, points of interest of a type `pole`, `street_lamp`, `tree`, `traffic_sign` or `bollard`, and whatever
+    has a parameter `height` [m]. Further parameters: `base` and `diameter` [m], `reflectivity`."""
     ego: str = "first"
     """`vehicle:<id>`, `route:<id>` (the first vehicle that enters on it), or `first` that enters at all."""
     dt_s: float = 0.08
@@ -46,6 +49,9 @@ class SumoTraffic:
     """[s] simulated time to wait for the ego."""
     building_height_m: float = 10.0
     """[m] Height of polygons that do not tell their own."""
+    redraw_default_sizes: bool = True
+    """Whether vehicles and people of exactly SUMO's default size are drawn anew within their class, by the seed: no
+    longer and no wider, the front bumper where SUMO has it. Types with a size of their own, and the ego, stay."""
     options: dict[str, str] = field(default_factory=dict)
     """Further SUMO options by long name, as `lateral-resolution = "0.8"`, without which lane changes are jumps."""
 
@@ -102,14 +108,14 @@ class SumoSource:
             _start(libsumo, command)
             self._ego = self._await_ego()
             self._subscribe()
-            obstacles = polygons_as_obstacles(libsumo.polygon, self._config.building_height_m)
+            obstacles = static_obstacles(libsumo.polygon, libsumo.poi, self._config.building_height_m)
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
             self.close()
             raise TrafficInputError(f"SUMO: {one_line(str(error))}") from error
         except TrafficInputError:
             self.close()
             raise
-        self._cast = Cast(seed)
+        self._cast = Cast(seed, redraw_default_sizes=self._config.redraw_default_sizes)
         self._differencer = PoseDifferencer(self.dt)
         self._next = 0
         return obstacles

@@ -4,6 +4,7 @@ World frame: x east, y north, z up, metres; yaw counter-clockwise from x, radian
 A pose is the centre of the body's bounding box on the ground plane.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -89,14 +90,16 @@ class WorldFrame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacles:
-    """Static things that block beams: polygons pulled up from the ground. They come once per source."""
+    """Static things that block beams: upright faces on sides of polygons, without lids. They come once per source."""
 
     vertices_world: Floats
     """(V, 2) corners of all polygons [m], each polygon closed implicitly."""
     offset: Ints
     """(M + 1,) polygon m holds vertices offset[m] to offset[m + 1]."""
+    base: Floats
+    """(M,) height of the lower edge above the ground [m]; 0 for what stands on it."""
     height: Floats
-    """(M,) [m]."""
+    """(M,) height of the upper edge above the ground [m]."""
     reflectivity: Floats
     """(M,) diffuse, 0 to 1."""
 
@@ -104,15 +107,23 @@ class Obstacles:
         return len(self.height)
 
     @classmethod
-    def from_polygons(cls, polygons: list[Floats], height: list[float], reflectivity: float = 0.3) -> "Obstacles":
+    def from_polygons(
+        cls,
+        polygons: Sequence[Floats],
+        height: Sequence[float],
+        reflectivity: float | Sequence[float] = 0.3,
+        base: float | Sequence[float] = 0.0,
+    ) -> "Obstacles":
         """Gather polygons, each (K, 2) in the world frame [m], K >= 2 (two points make a wall).
 
-        The default reflectivity is an estimate for plaster and concrete at 905 nm.
+        `reflectivity` and `base` are one for all polygons or one for each. The default reflectivity is an estimate for
+        plaster and concrete at 905 nm.
         """
         counts = [len(polygon) for polygon in polygons]
         return cls(
-            vertices_world=np.concatenate(polygons) if polygons else np.empty((0, 2)),
+            vertices_world=np.concatenate(polygons) if len(polygons) else np.empty((0, 2)),
             offset=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            base=np.full(len(polygons), base, dtype=np.float64),
             height=np.asarray(height, dtype=np.float64),
-            reflectivity=np.full(len(polygons), reflectivity),
+            reflectivity=np.full(len(polygons), reflectivity, dtype=np.float64),
         )

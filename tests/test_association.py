@@ -15,10 +15,11 @@ CAR = (4.6, 1.8)
 CORNERS = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
 
 
-def expecting(pose, corner_sign, size=CAR, std_m=0.2):
+def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
     """One track that tracks the named corner of a vehicle at `pose`."""
     return Predictions(
         position=corners(pose, size)[[CORNERS.index(corner_sign)]][None],
+        velocity=np.array([[velocity]], dtype=float),
         covariance=np.eye(2)[None, None] * std_m**2,
         probability=np.ones((1, 1)),
         heading=np.array([pose[2]]),
@@ -133,6 +134,7 @@ def test_an_unlikely_model_opens_no_gate():
     for probability, expected in (((0.96, 0.02, 0.02), []), ((0.5, 0.3, 0.2), [(0, 0)])):
         tracks = Predictions(
             position=np.repeat(one.position, 3, axis=1),
+            velocity=np.zeros((1, 3, 2)),
             covariance=np.array([0.1, 0.2, 3.0])[None, :, None, None] ** 2 * np.eye(2),
             probability=np.array([probability]),
             heading=one.heading,

@@ -151,6 +151,7 @@ def test_empty_candidates():
     nothing = Candidates(*(np.empty((0, 4, *shape)) for shape in ((), (2,), (2,), ())), np.empty(0, np.int64))
     built = boxes.build(
         np.empty((0, 2)),
+        np.empty(0),
         Segments(np.empty(0, np.int64), 0),
         Linkage(np.empty(0, np.int64), np.empty(0)),
         nothing,

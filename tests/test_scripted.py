@@ -169,17 +169,39 @@ def test_jitter_is_bounded_drawn_by_seed_and_spares_the_ego():
     assert not np.array_equal(one.actors.pose_world, other.actors.pose_world)
 
 
+def test_a_parked_car_is_an_actor_without_motion():
+    """And so it is graded, which an obstacle is not."""
+    config = ScriptedTraffic(
+        ego=ScriptedEgo(motion=[Straight("straight", 10.0)]), actor=[ScriptedActor(20.0, -3.0, yaw_deg=5.0)]
+    )
+    first, *others = (frame.actors for frame in played(config, 4))
+    for actors in others:
+        assert list(actors.kind) == [Kind.CAR]
+        assert np.array_equal(actors.pose_world, first.pose_world)
+        assert not actors.velocity_world.any()
+        assert not actors.acceleration_world.any()
+        assert not actors.yaw_rate.any()
+
+
 def test_obstacles_are_the_script_s():
     source = ScriptedSource(
         ScriptedTraffic(
-            obstacle=[ScriptedObstacle([(0, 5), (9, 5)], 3.0), ScriptedObstacle([(0, 0), (1, 0), (1, 1)], 2.0)]
+            obstacle=[
+                ScriptedObstacle([(0, 5), (9, 5)], 3.0),
+                ScriptedObstacle([(0, 0), (1, 0), (1, 1)], 2.0),
+                ScriptedObstacle([(0, 9), (4, 9), (8, 9)], kind="wall", base_m=0.4, reflectivity=0.6),
+                ScriptedObstacle([(20, 3)], kind="pole", diameter_m=0.3),
+            ]
         ),
         Path(),
         50.0,
     )
     obstacles = source.reset(1)
-    assert list(obstacles.offset) == [0, 2, 5]
-    assert list(obstacles.height) == [3.0, 2.0]
+    assert list(obstacles.offset) == [0, 2, 5, 7, 9, 17]
+    assert list(obstacles.height) == [3.0, 2.0, 2.0, 2.0, 8.0]
+    assert list(obstacles.base) == [0.0, 0.0, 0.4, 0.4, 0.0]
+    assert list(obstacles.reflectivity) == [0.3, 0.3, 0.6, 0.6, 0.3]
+    assert np.ptp(obstacles.vertices_world[9:], axis=0) == pytest.approx([0.3, 0.3], abs=0.02)
     source.close()
     with pytest.raises(SimulatorFailedError, match="reset comes before step"):
         source.step()
@@ -199,6 +221,8 @@ def test_obstacles_are_the_script_s():
         lambda: ScriptedRing([8.0, 0.0], 10.0),
         lambda: ScriptedObstacle([(0, 0)], 2.0),
         lambda: ScriptedObstacle([(0, 0), (1, 0)], 0.0),
+        lambda: ScriptedObstacle([], kind="pole"),
+        lambda: ScriptedObstacle([(0, 0), (1, 0)], 1.0, base_m=1.0),
         lambda: Straight("straight", -1.0),
         lambda: Arc("arc", 1.0, 0.0),
         lambda: StopAndGo("stop-and-go", 1.0, 0.0, 1.0),

@@ -155,7 +155,9 @@ def test_keep_by_place(point, kept):
 def test_keep_by_flag_and_echo():
     point = [(20.0, 0.0, 0.5)]
     for flag in PointFlag:
-        assert not preprocess.keep(make_scan(point, flags=flag), PreprocessConfig())[0]
+        name = flag.name.lower()
+        assert preprocess.keep(make_scan(point, flags=flag), PreprocessConfig())[0] == (name == "transparent")
+        assert not preprocess.keep(make_scan(point, flags=flag), PreprocessConfig(drop_flags=(name,)))[0]
         assert preprocess.keep(make_scan(point, flags=flag), PreprocessConfig(drop_flags=()))[0]
     second = make_scan(point, echo=1)
     assert preprocess.keep(second, PreprocessConfig())[0]

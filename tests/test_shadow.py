@@ -23,6 +23,7 @@ def boxes(*rectangles):
         corner_sign=sign,
         covariance=np.tile(np.eye(3), (count, 1, 1)),
         support=np.full(count, 20),
+        time_offset=np.zeros(count),
     )
 
 

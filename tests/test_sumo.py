@@ -97,7 +97,8 @@ def test_people_on_foot_are_delivered_and_are_nobody_s_namesake(sumo):
         for actors in (frame.actors for frame in seen)
         for row in np.flatnonzero(actors.kind == Kind.PEDESTRIAN)
     }
-    assert on_foot == {("second", 1.719)}
+    assert [name for name, _ in on_foot] == ["second"]
+    assert all(1.55 <= height <= 1.90 for _, height in on_foot)  # drawn in place of SUMO's default of 1.719 m
     namesakes = {int(number) for frame in seen for number in frame.actors.id[frame.actors.name == "second"]}
     assert len(namesakes) == 2, "the vehicle and the person of that name have a number each"
 
@@ -124,6 +125,70 @@ def test_buildings_and_whatever_has_a_height_are_obstacles(sumo, tmp_path):
     assert obstacles.height == pytest.approx([2.5, 6.0])  # by name; the lawn stays flat
     assert list(obstacles.offset) == [0, 2, 5]  # the closing corner is left out
     assert obstacles.vertices_world[2:] == pytest.approx(np.array([[0, 0], [4, 0], [4, 3]]))
+
+
+def shapes(path, xml):
+    """Write an additional file of these shapes, into the folder of the source's other files."""
+    (path / "shapes.add.xml").write_text(f"<additional>{xml}</additional>")
+    return {"additional": ["shapes.add.xml"]}
+
+
+def test_shapes_are_what_their_types_say(sumo, tmp_path):
+    keys = shapes(
+        tmp_path,
+        """<poly id="1" type="barrier.guard_rail" shape="0,0 1,0"/>
+        <poly id="2" type="wall" shape="0,0 4,0 4,3 0,0"><param key="height" value="1.2"/></poly>
+        <poly id="3" type="sign gantry" shape="0,0 8,0 8,1 0,1">
+            <param key="height" value="6.5"/><param key="base" value="5"/><param key="reflectivity" value="0.5"/></poly>
+        <poly id="4" type="pole" shape="0,0 1,0 1,1"/>
+        <poi id="5" type="natural.tree" x="10" y="20"><param key="diameter" value="0.6"/></poi>
+        <poi id="6" type="building" x="0" y="0"/>
+        <poi id="7" type="mast" x="0" y="0"><param key="height" value="9"/></poi>""",
+    )
+    obstacles = sumo(**keys).reset(0)
+    beam, post, *wall, gantry, pole, tree, mast = range(len(obstacles))
+    assert obstacles.height[[beam, post]] == pytest.approx([0.787, 0.475])
+    assert obstacles.base[[beam, post]] == pytest.approx([0.475, 0.0])
+    assert list(obstacles.height[wall]) == [1.2] * 3  # a line: the closing corner is one more point
+    sizes = np.column_stack([obstacles.base, obstacles.height, obstacles.reflectivity])
+    assert list(sizes[gantry]) == [5.0, 6.5, 0.5]
+    assert list(obstacles.height[[pole, tree, mast]]) == [8.0, 4.0, 9.0]
+    assert list(np.diff(obstacles.offset)[[pole, tree, mast]]) == [3, 8, 8]
+    trunk = obstacles.vertices_world[obstacles.offset[tree] : obstacles.offset[tree + 1]]
+    assert trunk.mean(axis=0) == pytest.approx([10.0, 20.0])
+    assert np.ptp(trunk, axis=0) == pytest.approx(0.6, abs=0.04)
+
+
+# ---- those who stand
+
+
+def test_parked_and_stopped_cars_are_actors_that_stand_still(sumo, tmp_path):
+    """In a parking area, at the kerb, in the lane: SUMO takes the first two off the lane, but not out of the world."""
+    route, _, _ = EASTBOUND.splitlines()
+    stops = {
+        "area": 'parkingArea="p"',
+        "kerb": 'lane="west_in_1" startPos="40" endPos="60" parking="true"',
+        "lane": 'lane="west_in_1" startPos="60" endPos="80"',
+    }
+    standing = "".join(
+        f'<vehicle id="{name}" route="east" depart="0" departPos="stop" departLane="1">'
+        f'<stop {where} duration="900"/></vehicle>'
+        for name, where in stops.items()
+    )
+    keys = shapes(tmp_path, '<parkingArea id="p" lane="west_in_1" startPos="10" endPos="30" roadsideCapacity="2"/>')
+    ego = '<vehicle id="ego" route="east" depart="5" departPos="50" departLane="2" departSpeed="0"/>'
+    seen = frames(sumo(route + standing + ego, ego="vehicle:ego", **keys), 20)
+    assert seen[-1].ego.velocity_world[0] > 1.0
+    for frame in seen:
+        rows = [list(frame.actors.name).index(name) for name in stops]
+        assert (frame.actors.kind[rows] == Kind.CAR).all()
+        assert (frame.actors.velocity_world[rows] == 0).all()
+        assert (frame.actors.yaw_rate[rows] == 0).all()
+        assert np.array_equal(frame.actors.pose_world[rows], seen[0].actors.pose_world[rows])
+    at, along = lane_point("west_in_1", 60.0)
+    to_the_left = (seen[0].actors.pose_world[rows, :2] - at) @ (-along[1], along[0])
+    assert to_the_left[2] == pytest.approx(0.0, abs=0.1)
+    assert (to_the_left[:2] < -1.5).all()
 
 
 # ---- who the ego is, and when it leaves
@@ -250,12 +315,21 @@ def test_an_ego_that_never_appears(sumo):
     assert "these did: east" in complaint(sumo(ego="route:west"))
 
 
-def test_a_building_of_no_height(sumo, tmp_path):
-    (tmp_path / "bad.add.xml").write_text(
-        """<additional><poly id="b" type="building" shape="0,0 1,0 1,1">
-        <param key="height" value="tall"/></poly></additional>"""
-    )
-    assert 'polygon "b": height = "tall"' in complaint(sumo(additional=["bad.add.xml"]))
+@pytest.mark.parametrize(
+    ("parameter", "remedy"),
+    [
+        (("height", "tall"), 'height = "tall"'),
+        (("height", "-2"), "height must be"),
+        (("base", "20"), "above its base"),
+        (("reflectivity", "3"), "between 0 and 1"),
+    ],
+)
+def test_impossible_sizes_of_shapes(sumo, tmp_path, parameter, remedy):
+    key, value = parameter
+    building = f'<poly id="b" type="building" shape="0,0 1,0 1,1"><param key="{key}" value="{value}"/></poly>'
+    said = complaint(sumo(**shapes(tmp_path, building)))
+    assert said.startswith('polygon "b": ')
+    assert remedy in said
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from sensor_model.lidar import Lidar
-from sensor_model.noise import NoiseConfig
+from sensor_model.noise.config import NoiseConfig
 from sensor_model.rig import load_rig
+from sensor_model.sensor import SensorConfig
 from sim.motions import Straight
 from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 from sim.scripted import ScriptedSource, ScriptedTraffic
@@ -28,7 +29,7 @@ def drive(frames, ego_mps=0.0, actors=(), obstacles=()):
         jitter_deg=0.0,
     )
     source = ScriptedSource(traffic, Path(), range_m=100.0)
-    lidar = Lidar(load_rig("srx_six_lux", Path()), NoiseConfig(), seed=1, obstacles=source.reset(1))
+    lidar = Lidar(load_rig("srx_six_lux", Path()), NoiseConfig(), SensorConfig(), seed=1, obstacles=source.reset(1))
     for _ in range(frames):
         frame = source.step()
         yield frame, lidar.scan(frame)[0]

@@ -36,7 +36,9 @@ class Predictions:
     """What T tracks expect to see by each of M models, in the odometry frame."""
 
     position: Floats
-    """(T, M, 2) tracked corner [m]."""
+    """(T, M, 2) tracked corner at the scan's time [m]."""
+    velocity: Floats
+    """(T, M, 2) [m/s]."""
     covariance: Floats
     """(T, M, 2, 2) of the tracked corner."""
     probability: Floats
@@ -109,9 +111,11 @@ def fit_in(
     Where the face at the near end of an axis is seen, that end is `exact` (T, B, 2). Where it is not, what is
     seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
     piece sticks out of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
+    A box is held against where a model has the vehicle when the box was seen.
     """
     center = tracks.position - tracks.to_corner[:, None]
-    offset = rotate(seen.center[:, None] - center[:, None], -tracks.heading[:, None, None])
+    moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
+    offset = rotate(seen.center[:, None] - center[:, None] - moved, -tracks.heading[:, None, None])
     near_end = offset + 0.5 * (nearest * (size - tracks.size[:, None]))[:, :, None]
     known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
     shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]

@@ -37,12 +37,13 @@ class BoxConfig:
 
 def build(
     points_ego: npt.NDArray[np.floating],
+    time_offset: npt.NDArray[np.floating],
     segments: Segments,
     linkage: Linkage,
     candidates: Candidates,
     config: BoxConfig,
 ) -> Boxes:
-    """Boxes of the segments of points (N, 2 or more columns) whose best rectangle has the size of a vehicle.
+    """Boxes of the segments of points (N, 2 or more columns), seen at (N,), whose best rectangle is a vehicle's.
 
     A view of one side alone gives a box with one tiny side, left so.
     """
@@ -60,6 +61,7 @@ def build(
     used = used[fits[segments.label[used]]]
     used = used[np.argsort(segments.label[used], kind="stable")]
     box = np.searchsorted(kept, segments.label[used])
+    support = np.bincount(box, minlength=len(kept))
     from_corner = np.asarray(points_ego[used, :2], dtype=np.float64) - corner[box]
     return Boxes(
         segment=kept,
@@ -69,7 +71,8 @@ def build(
         corner_ego=corner,
         corner_sign=sign,
         covariance=covariance(from_corner, box, heading, config),
-        support=np.bincount(box, minlength=len(kept)),
+        support=support,
+        time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
     )
 
 

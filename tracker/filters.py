@@ -131,6 +131,11 @@ class Bank:
         ]
         self.heading = heading_filter(heading, covariance[2, 2], config)
 
+    @property
+    def velocity(self) -> Floats:
+        """(M, 2) by each model [m/s]; the stationary one has none."""
+        return np.array([kf.x[2:4] if kf.dim_x > 2 else (0.0, 0.0) for kf in self.models])
+
     def predict(self, step: Motion) -> None:
         """Move all filters on by one time step."""
         for kf, (transition, noise) in zip(self.models, step.models, strict=True):

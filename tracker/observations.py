@@ -23,6 +23,8 @@ class Observations:
     """(B, 2) the nearest corner, signs in the box's frame."""
     covariance: Floats
     """(B, 3, 3) of corner x, corner y, heading."""
+    time_offset: Floats
+    """(B,) when the box was there, after the scan's time [s]."""
     sensor: Floats
     """(2,) where the ego is [m]."""
 
@@ -47,5 +49,6 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
         size=boxes.size,
         corner_sign=boxes.corner_sign,
         covariance=turn @ boxes.covariance @ turn.T + floor,
+        time_offset=boxes.time_offset,
         sensor=ego_pose_odom[:2],
     )

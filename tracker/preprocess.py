@@ -10,12 +10,17 @@ from tracker.scan import PointFlag, Scan
 
 @dataclass(frozen=True, slots=True)
 class PreprocessConfig:
-    """Limits of what is kept. The defaults for flags are those of the common driver (AutonomouStuff ibeo_core)."""
+    """Limits of what is kept."""
 
-    drop_flags: tuple[str, ...] = ("transparent", "clutter", "ground", "dirt")
-    """Names of `PointFlag`: points that carry any of them are dropped."""
+    drop_flags: tuple[str, ...] = ("clutter", "ground", "dirt")
+    """Names of `PointFlag`: points that carry any of them are dropped. A common driver (AutonomouStuff ibeo_core) drops
+    "transparent" ones too, but all the flag says is that the beam went on to something behind: a bumper has it wherever
+    the same beam also meets the rear window, an edge wherever there is a wall behind the vehicle."""
     first_echo_only: bool = False
-    """Drop second and third echoes. Off: behind a ground echo the second one is the vehicle."""
+    """Drop second and third echoes. Off: behind a raindrop or the ground the second one is the vehicle."""
+    inside_depth_m: float = 3.0
+    """A later echo at most this far behind another of its beam is dropped [m]: it comes from inside the same vehicle,
+    through a window, or from its windscreen, over the hood. Behind dropped rain or ground it stays. 0 keeps all."""
     ground_z_max_m: float = 0.15
     """Lower points are ground [m]. A car's ground clearance, so nothing but tyres is lost; a level lowest layer,
     1.2 degrees down and 0.8 high, reports its ground echoes no higher than a quarter of its mounting height."""
@@ -33,6 +38,8 @@ class PreprocessConfig:
         if unknown:
             known = ", ".join(name.lower() for name in PointFlag.__members__)
             raise ValueError(f"drop_flags: {unknown[0]!r} is no point flag; choose from {known}")
+        if self.inside_depth_m < 0.0:
+            raise ValueError(f"inside_depth_m is {self.inside_depth_m}; give a depth in metres, or 0 for none")
         if self.range_max_m <= 0.0:
             raise ValueError(f"range_max_m is {self.range_max_m}; give a positive range in metres")
 
@@ -53,4 +60,19 @@ def keep(scan: Scan, config: PreprocessConfig) -> Bools:
     )
     if config.first_echo_only:
         kept &= scan.echo == 0
-    return kept
+    return kept & ~inside(scan, kept, config.inside_depth_m)
+
+
+def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:
+    """(N,) whether a point of the `kept` (N,) ones is an echo right behind another of them on the same beam.
+
+    Echoes of a beam follow one another in the scan; they are known by unit, layer and time.
+    """
+    found = np.zeros(len(scan), dtype=np.bool_)
+    behind = np.flatnonzero(kept[1:] & kept[:-1] & (scan.echo[1:] > 0)) + 1
+    for field in (scan.unit, scan.layer, scan.time_offset):
+        behind = behind[field[behind] == field[behind - 1]]
+    distance = np.linalg.norm(scan.points_ego[behind] - scan.points_ego[behind - 1], axis=1)
+    weaker = scan.echo_pulse_width[behind] <= scan.echo_pulse_width[behind - 1]
+    found[behind] = weaker & (distance <= depth_m)
+    return found

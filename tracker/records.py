@@ -91,6 +91,8 @@ class Boxes:
     """(B, 3, 3) of corner x, corner y [m] and heading [rad], ego frame."""
     support: Ints
     """(B,) points on the fitted lines."""
+    time_offset: Floats
+    """(B,) when it was where it is, after the scan's time [s]: mean over these points."""
 
     def __len__(self) -> int:
         return len(self.segment)
@@ -106,6 +108,7 @@ class Boxes:
             self.corner_sign[index],
             self.covariance[index],
             self.support[index],
+            self.time_offset[index],
         )
 
 

@@ -111,6 +111,11 @@ class Track:
         return np.asarray(self.bank.models[self.model].x[:2])
 
     @property
+    def velocity(self) -> Floats:
+        """(2,) by the selected model [m/s]."""
+        return np.asarray(self.bank.velocity[self.model])
+
+    @property
     def course(self) -> float | None:
         """Direction of motion by the selected model [rad], None for a vehicle that may be standing."""
         kf = self.bank.models[self.model]

@@ -22,6 +22,7 @@ from tracker.scan import Scan
 from tracker.segmentation import SegmentationConfig
 from tracker.selection import SelectionConfig
 from tracker.shadow import ShadowConfig, in_shadow
+from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
 from tracker.tlinkage import LinkageConfig
 from tracker.track import LifeConfig, Track, TrackConfig
 
@@ -37,6 +38,7 @@ class TrackerConfig:
     """One section per stage."""
 
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
+    sweep: SweepConfig = field(default_factory=SweepConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
@@ -64,6 +66,7 @@ class Tracker:
             orientation=self.config.orientation,
             life=self.config.life,
         )
+        self._ego_motion = EgoMotion(self.config.sweep)
         self._background = Background(self.config.background)
         self._tracks: list[Track] = []
         self._time: float | None = None
@@ -73,16 +76,18 @@ class Tracker:
         """Take in one scan; return the living tracks (and those that just died) and all that was between."""
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
+        scan = self._ego_motion.undo(scan)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         segments = self._background.remove(into_odom(scan), segments)
+        self._predict(scan.time)
+        scan = undo_targets(scan, segments, movers(self._tracks), config.sweep)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(scan.points_ego, segments, linkage, candidates, config.boxes)
+        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
         fitted = fitted.subset(~in_shadow(fitted, config.shadow))
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
-        self._predict(scan.time)
         track_id = self._associate(seen)
         for track in self._tracks:
             track.settle()
@@ -149,9 +154,16 @@ class Tracker:
 
 def within(points: Floats, tracks: list[Track]) -> Bools:
     """(P, T) whether points (P, 2) lie inside the tracks' boxes."""
+    boxes = movers(tracks)
+    return inside(points, boxes.center, boxes.heading, boxes.size)
+
+
+def movers(tracks: list[Track]) -> Movers:
+    """Where these tracks are, and how they move."""
     corner, heading, sign = placed(tracks)
     size = np.reshape([track.size for track in tracks], (-1, 2))
-    return inside(points, corner - rotate(0.5 * sign * size, heading), heading, size)
+    velocity = np.reshape([track.velocity for track in tracks], (-1, 2))
+    return Movers(corner - rotate(0.5 * sign * size, heading), heading, size, velocity)
 
 
 def placed(tracks: list[Track]) -> tuple[Floats, Floats, Ints]:
@@ -170,6 +182,7 @@ def predict(tracks: list[Track]) -> Predictions:
     """What these tracks expect to see."""
     return Predictions(
         position=np.array([[kf.x[:2] for kf in track.bank.models] for track in tracks]),
+        velocity=np.array([track.bank.velocity for track in tracks]),
         covariance=np.array([[kf.P[:2, :2] for kf in track.bank.models] for track in tracks]),
         probability=np.stack([track.model_probability for track in tracks]),
         heading=np.array([track.heading for track in tracks]),

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.grading.geometry import QUARTER, Floats, corner, iou, matching_sign, nearest_sign, wrap
+from scenarios.grading.geometry import QUARTER, Floats, Ints, corner, iou, matching_sign, nearest_sign, wrap
 from scenarios.grading.metrics import FIT_METHODS, VIEWS
 from scenarios.grading.ownership import NOBODY, Ownership
 from scenarios.grading.sheet import MetricSheet
@@ -21,9 +21,8 @@ TRUE_BOX = ("true_x_ego_m", "true_y_ego_m", "true_yaw_ego_rad", "true_length_m",
 def rows(
     actors: Actors, boxes_ego: Floats, truth: ScanTruth, ownership: Ownership, candidates: Candidates
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the fit observations of one frame: a row per owned segment and method."""
-    segment = np.flatnonzero(ownership.owner != NOBODY)
-    owner = ownership.owner[segment]
+    """Return the fit observations of one frame: a row per graded vehicle that has a segment, and method."""
+    owner, segment = _largest_segments(ownership)
     box = np.dstack([candidates.center_ego[segment], candidates.heading[segment], candidates.size[segment]]).reshape(
         -1, len(BOX)
     )
@@ -44,6 +43,19 @@ def rows(
         **dict(zip(BOX, box.T, strict=True)),
         **dict(zip(TRUE_BOX, np.repeat(boxes_ego[owner], len(METHODS), axis=0).T, strict=True)),
     }
+
+
+def _largest_segments(ownership: Ownership) -> tuple[Ints, Ints]:
+    """Each owner (K,) and the segment (K,) that holds most of its points.
+
+    As in the paper, a vehicle is observed once a frame. Its other segments are pieces, like a wheel seen under a car
+    or the end of a bumper beside it: that they were cut off is segmentation's mistake, and they tell no heading.
+    """
+    segment = np.flatnonzero(ownership.owner != NOBODY)
+    owner = ownership.owner[segment]
+    largest_first = np.argsort(-ownership.counts[owner, segment], kind="stable")
+    owners, first = np.unique(owner[largest_first], return_index=True)
+    return owners, segment[largest_first[first]]
 
 
 def measure(fits: pd.DataFrame) -> pd.DataFrame:

@@ -10,7 +10,7 @@ from scenarios.grading.geometry import Ints
 from scenarios.grading.metrics import CAUSES
 from scenarios.grading.ownership import NOBODY, Ownership
 from scenarios.grading.sheet import MetricSheet
-from sensor_model.truth import Cause
+from sensor_model.truth import ON_NOTHING, Cause
 from tracker.records import StepTrace
 
 
@@ -19,13 +19,13 @@ def rows(
 ) -> dict[str, npt.NDArray[Any]]:
     """Count the points of one frame, and those removed, by cause.
 
-    Only points in segments that a graded vehicle owns, and only those that are its own or on nothing (ghosts): a
+    Only points in segments that a graded vehicle owns, and only those that are its own or on nothing (ghosts, rain): a
     neighbour's points are segmentation's mistake, and no verdict on them is fair.
     """
     label = trace.segments.label
     used = np.flatnonzero(label >= 0)
     owner = ownership.owner[label[used]]
-    fair = (owner != NOBODY) & ((row[used] == owner) | (cause[used] == Cause.GHOST))
+    fair = (owner != NOBODY) & ((row[used] == owner) | np.isin(cause[used], ON_NOTHING))
     point = used[fair]
     points = _count(label[point], cause[point], trace.segments.count)
     lost = point[trace.linkage.line[point] < 0]

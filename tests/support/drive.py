@@ -133,8 +133,8 @@ def _scan(rng: np.random.Generator, ego_pose_odom: Floats, place: Floats, points
         lost_unit=np.empty(0, np.uint8),
         lost_beam=np.empty(0, np.int32),
         lost_cause=np.empty(0, np.uint8),
-        hits=hits,
-        hits_alone=hits * np.array([2, 1, 1, 1, 1, 1], np.int32),
+        unit_hits=hits[:, None],
+        unit_hits_alone=hits[:, None] * np.array([[2], [1], [1], [1], [1], [1]], np.int32),
         faces=np.zeros(COUNT, np.uint8),
         view=np.zeros(COUNT, np.uint8),
     )
@@ -152,6 +152,7 @@ def _fits(place_ego: Floats, size: Floats) -> Boxes:
         corner_sign=np.ones((count, 2), np.int64),
         covariance=np.zeros((count, 3, 3)),
         support=np.full(count, 10),
+        time_offset=np.zeros(count),
     )
 
 

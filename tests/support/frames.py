@@ -118,8 +118,8 @@ def observe(frame, bodies, ego_pose_odom=(0.0, 0.0, 0.0), noise=()):
         lost_unit=np.empty(0, dtype=np.uint8),
         lost_beam=np.empty(0, dtype=np.int32),
         lost_cause=np.empty(0, dtype=np.uint8),
-        hits=np.array([round(body.alone * body.visible) for body in bodies], dtype=np.int32),
-        hits_alone=np.array([body.alone for body in bodies], dtype=np.int32),
+        unit_hits=np.array([[round(body.alone * body.visible)] for body in bodies], dtype=np.int32).reshape(-1, 1),
+        unit_hits_alone=np.array([[body.alone] for body in bodies], dtype=np.int32).reshape(-1, 1),
         faces=np.zeros(len(bodies), dtype=np.uint8),
         view=np.array([body.view for body in bodies], dtype=np.uint8),
     )
@@ -162,6 +162,7 @@ def trace_of(frame, truth, label=None, turn_deg=STRAIGHT, line=None, best=2):
         corner_sign=np.ones((count, 2), dtype=np.int64),
         covariance=np.tile(np.eye(3), (count, 1, 1)),
         support=np.full(count, 10),
+        time_offset=np.zeros(count),
     )
     line = np.zeros(n, dtype=np.int64) if line is None else np.array(line, dtype=np.int64)
     return StepTrace(segments, Linkage(line, heading), candidates, boxes, np.arange(count))

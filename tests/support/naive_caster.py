@@ -1,61 +1,155 @@
-"""Slow and obvious twins of the kernels in `sensor_model.kernels`: every ray against everything, one at a time."""
+"""Slow and obvious twin of the caster's geometry: one ray, tried against everything that is there, one at a time."""
 
 import math
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+
+from sensor_model.returns import GROUND, WALL
 
 _MASK = 0xFFFFFFFF
 
 
-def ray_ranges(beams, bodies, walls, grow=0.0, chosen=None):
-    """(B, A + W + 1) range at which each beam meets each body, each wall and the ground, alone; inf where it does not.
-
-    `grow` moves every plane of the bodies and every edge of the walls outward, and walls to their right [m];
-    `chosen` are the beams, all if None.
-    """
-    chosen = range(len(beams)) if chosen is None else chosen
-    ranges = np.full((len(chosen), len(bodies) + len(walls) + 1), math.inf)
-    for row, b in zip(ranges, chosen, strict=True):
-        origin, direction = beams.origin_ego[beams.unit[b]], beams.direction_ego[b]
-        row[: len(bodies)] = [_to_body(origin, direction, bodies, a, grow) for a in range(len(bodies))]
-        row[len(bodies) : -1] = [_to_wall(origin, direction, walls, w, grow) for w in range(len(walls))]
-        row[-1] = -origin[2] / direction[2] if direction[2] < 0.0 else math.inf
-    return ranges
+class Ray(NamedTuple):
+    origin: tuple[float, float, float]
+    direction: tuple[float, float, float]
 
 
-def _to_body(origin, direction, bodies, a, grow):
-    x, y, yaw = bodies.pose_ego[a]
-    turn = np.array([[math.cos(yaw), math.sin(yaw), 0.0], [-math.sin(yaw), math.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-    start, heading = turn @ (origin - [x, y, 0.0]), turn @ direction
-    nearest = math.inf
+class Met(NamedTuple):
+    """Where a ray meets a surface."""
+
+    range: float
+    target: int
+    surface: int
+    cosine: float
+
+
+class Solid(NamedTuple):
+    inner: bool
+    first: int
+    """Row of the first of its planes."""
+    planes: list[list[float]]
+
+
+class Scene(NamedTuple):
+    """All there is to meet at one instant, in the ego frame of the frame's time."""
+
+    poses: list[tuple[float, float, float]]
+    """x, y, yaw of each body."""
+    solids: list[list[Solid]]
+    """Of each body."""
+    walls: list[tuple[float, ...]]
+    """x, y of one end, x, y of the other, lower and upper edge."""
+
+
+def scene_at(bodies, walls, tau):
+    """Bodies and walls as they stand at a time offset from the frame [s]."""
+    motions = zip(bodies.pose_ego, bodies.velocity_ego, bodies.acceleration_ego, bodies.yaw_rate, strict=True)
+    return Scene(
+        poses=[pose_at(*motion, tau) for motion in motions],
+        solids=[solids_of_body(bodies, a) for a in range(len(bodies))],
+        walls=[(*ends, *z) for ends, z in zip(walls.ends.tolist(), walls.z.tolist(), strict=True)],
+    )
+
+
+def solids_of_body(bodies, a):
+    solids = []
     for p in range(bodies.body_solid[a], bodies.body_solid[a + 1]):
-        planes = bodies.planes[bodies.solid_plane[p] : bodies.solid_plane[p + 1]]
-        nearest = min(nearest, _to_solid(start, heading, planes, grow))
-    return nearest
+        first, last = bodies.solid_plane[p : p + 2].tolist()
+        solids.append(Solid(bool(bodies.solid_inner[p]), first, bodies.planes[first:last].tolist()))
+    return solids
 
 
-def _to_solid(start, heading, planes, grow):
-    enter, leave = -math.inf, math.inf
-    for plane in planes:
-        rate, gap = plane[:3] @ heading, plane[3] + grow - plane[:3] @ start
-        if rate < 0.0:
-            enter = max(enter, gap / rate)
+def pose_at(pose, velocity, acceleration, yaw_rate, tau):
+    """x, y [m], yaw [rad] at a time offset: constant acceleration and constant yaw rate."""
+    x = pose[0] + velocity[0] * tau + acceleration[0] * tau**2 / 2
+    y = pose[1] + velocity[1] * tau + acceleration[1] * tau**2 / 2
+    return float(x), float(y), float(pose[2] + yaw_rate * tau)
+
+
+def everything(ray, scene):
+    """Where a ray meets each body, each wall and the ground, as if each were alone; None where it does not.
+
+    It starts in the air: a solid around its origin is not met, and an inner solid only through a pane.
+    """
+    met = [meet_body(ray, scene, a) for a in range(len(scene.poses))]
+    met += [_meet_wall(ray, w, *wall) for w, wall in enumerate(scene.walls)]
+    return [*met, _meet_ground(ray)]
+
+
+def nearest(met):
+    return min((one for one in met if one), key=lambda one: one.range, default=None)
+
+
+def meet_body(ray, scene, a, *, inner=False, beyond=0.0):
+    """The nearest of the outer, or of the inner, solids of a body that a ray enters beyond a range."""
+    local = _into(scene.poses[a], ray)
+    met = [_meet_solid(local, a, solid) for solid in scene.solids[a] if solid.inner == inner]
+    return nearest([one for one in met if one and one.range > beyond])
+
+
+def _into(pose, ray):
+    """A ray in the frame of a pose."""
+    x, y, yaw = pose
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    (px, py, pz), (dx, dy, dz) = ray
+    px, py = px - x, py - y
+    return Ray((cos * px + sin * py, cos * py - sin * px, pz), (cos * dx + sin * dy, cos * dy - sin * dx, dz))
+
+
+def _meet_solid(ray, body, solid):
+    """A ray is in a convex solid from the last plane that it enters through to the first that it leaves through."""
+    (x, y, z), (dx, dy, dz) = ray
+    enter, leave, surface, cosine = 0.0, math.inf, None, 0.0
+    for row, (nx, ny, nz, offset) in enumerate(solid.planes, solid.first):
+        rate = nx * dx + ny * dy + nz * dz
+        outside = nx * x + ny * y + nz * z - offset
+        if rate == 0.0:
+            if outside > 0.0:
+                return None
         elif rate > 0.0:
-            leave = min(leave, gap / rate)
-        elif gap < 0.0:
-            return math.inf
-    return enter if 0.0 < enter < leave else math.inf
+            leave = min(leave, -outside / rate)
+        elif -outside / rate > enter:
+            enter, surface, cosine = -outside / rate, row, -rate
+        if enter >= leave:
+            return None
+    return None if surface is None else Met(enter, body, surface, cosine)
 
 
-def _to_wall(origin, direction, walls, w, grow):
-    side = walls.ends[w, 2:] - walls.ends[w, :2]
-    start = walls.ends[w, :2] - origin[:2] + grow * np.array([side[1], -side[0]]) / np.linalg.norm(side)
-    if np.linalg.det([direction[:2], side]) == 0.0:
-        return math.inf
-    t, along = np.linalg.solve(np.column_stack([direction[:2], -side]), start)
-    margin = grow / np.linalg.norm(side)
-    on_wall = -margin <= along <= 1.0 + margin and -grow <= origin[2] + t * direction[2] <= walls.height[w] + grow
-    return t if t > 0.0 and on_wall else math.inf
+def _meet_wall(ray, w, x1, y1, x2, y2, low, high):
+    """A wall is the upright rectangle from one end to the other, between two heights, and has two faces.
+
+    On it, origin + reach * direction = end + share * (other end - end).
+    """
+    (ox, oy, oz), (dx, dy, dz) = ray
+    side_x, side_y = x2 - x1, y2 - y1
+    facing = dx * side_y - dy * side_x
+    if facing == 0.0:
+        return None
+    reach = ((x1 - ox) * side_y - (y1 - oy) * side_x) / facing
+    share = ((x1 - ox) * dy - (y1 - oy) * dx) / facing
+    if reach > 0.0 and 0.0 <= share <= 1.0 and low <= oz + reach * dz <= high:
+        return Met(reach, WALL, w, abs(facing) / math.hypot(side_x, side_y))
+    return None
+
+
+def _meet_ground(ray):
+    height, down = ray.origin[2], -ray.direction[2]
+    return Met(height / down, GROUND, 0, down) if height > 0.0 and down > 0.0 else None
+
+
+def jiggled(bodies, walls, seed, size=1e-9):
+    """The same bodies and walls with every plane, every end and every height moved a little, at random [m].
+
+    Where a ray grazes an edge, or two surfaces lie in one plane, rounding decides what it meets. There the twin itself
+    changes its mind when everything moves by a nanometre.
+    """
+    rng = np.random.default_rng(seed)
+    planes = bodies.planes.copy()
+    planes[:, 3] += rng.uniform(-size, size, len(planes))
+    ends, z = (array + rng.uniform(-size, size, array.shape) for array in (walls.ends, walls.z))
+    return replace(bodies, planes=planes), replace(walls, ends=ends, z=z)
 
 
 def philox4x32(counter, key):

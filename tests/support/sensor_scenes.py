@@ -1,25 +1,41 @@
 """Small worlds for the sensor, and rigs of few beams."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 
+from sensor_model.beams import beam_table
+from sensor_model.bodies import BodyShop
 from sensor_model.lidar import Lidar
-from sensor_model.noise import Dropout, LayerOverlap, MirrorNoise, NoiseConfig, RangeNoise
+from sensor_model.noise.config import NoiseConfig
 from sensor_model.rig import Mount, Rig, load_rig
+from sensor_model.sensor import SensorConfig
 from sensor_model.shapes import SHAPES
+from sensor_model.sweep import Setting
 from sensor_model.unit import Fan, UnitModel
+from sensor_model.walls import walls_of
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+
+
+def only(*kinds):
+    """Noise of these kinds, at their default strength, and of no other."""
+    config = NoiseConfig()
+    return replace(
+        config, **{f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
+    )
+
 
 LUX_RIG = load_rig("srx_six_lux", Path())
 NO_OBSTACLES = Obstacles.from_polygons([], [])
-EXACT = NoiseConfig(range=RangeNoise(enabled=False), dropout=Dropout(enabled=False))
-"""No loss and no range error, but bodies as they are."""
-PLAIN = NoiseConfig(
-    RangeNoise(enabled=False), Dropout(enabled=False), MirrorNoise(enabled=False), LayerOverlap(enabled=False)
-)
-EGO_FRONT = 4.83 / 2
+EXACT = only("mirror", "layer_overlap")
+"""No loss at random and no range error, but bodies as they are."""
+PLAIN = only()
+"""Nor mirrors, and bodies are boxes."""
+FOOTPRINT = SensorConfig()
+CENTRE_RAY = SensorConfig(footprint=(1, 1))
+EGO_SIZE = (4.83, 1.91, 1.67)
+EGO_FRONT = EGO_SIZE[0] / 2
 
 
 @dataclass(frozen=True)
@@ -31,27 +47,39 @@ class Thing:
     size: tuple[float, float, float] | None = None
     paint: float = 0.4
     id: int = 0
+    velocity: tuple[float, float] = (0.0, 0.0)
+    acceleration: tuple[float, float] = (0.0, 0.0)
+    yaw_rate: float = 0.0
 
     @property
     def lwh(self):
         return self.size or SHAPES[self.kind].size
 
 
-def world(*things, ego=(0.0, 0.0, 0.0), index=0):
-    """A frame with these things in it; ids are their order unless given."""
+STILL = Thing(0.0, 0.0)
+
+
+def world(*things, ego=STILL, index=0):
+    """A frame with these things in it; ids are their order unless given. Of the ego, only its motion counts."""
     count = len(things)
     actors = Actors(
         id=np.array([thing.id or i for i, thing in enumerate(things)], dtype=np.int64),
         name=np.array([f"thing {i}" for i in range(count)], dtype=np.str_),
         kind=np.array([thing.kind for thing in things], dtype=np.uint8),
         pose_world=np.array([(t.x, t.y, t.yaw) for t in things], dtype=np.float64).reshape(-1, 3),
-        velocity_world=np.zeros((count, 2)),
-        acceleration_world=np.zeros((count, 2)),
-        yaw_rate=np.zeros(count),
+        velocity_world=np.array([thing.velocity for thing in things], dtype=np.float64).reshape(-1, 2),
+        acceleration_world=np.array([thing.acceleration for thing in things], dtype=np.float64).reshape(-1, 2),
+        yaw_rate=np.array([thing.yaw_rate for thing in things], dtype=np.float64),
         size=np.array([thing.lwh for thing in things], dtype=np.float64).reshape(-1, 3),
         reflectivity=np.array([thing.paint for thing in things], dtype=np.float64),
     )
-    ego = Ego(np.array(ego, dtype=np.float64), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]))
+    ego = Ego(
+        pose_world=np.array([ego.x, ego.y, ego.yaw], dtype=np.float64),
+        velocity_world=np.array(ego.velocity, dtype=np.float64),
+        acceleration_world=np.array(ego.acceleration, dtype=np.float64),
+        yaw_rate=ego.yaw_rate,
+        size=np.array(EGO_SIZE),
+    )
     return WorldFrame(index, 0.08 * index, ego, actors)
 
 
@@ -61,28 +89,76 @@ def ahead(gap, y=0.0, **thing):
     return Thing(EGO_FRONT + gap + length / 2, y, **thing)
 
 
-def scan(*things, noise=EXACT, seed=1, obstacles=NO_OBSTACLES, rig=LUX_RIG, index=0, ego=(0.0, 0.0, 0.0)):
-    return Lidar(rig, noise, seed, obstacles).scan(world(*things, index=index, ego=ego))
+def scan(*things, noise=EXACT, sensor=FOOTPRINT, seed=1, obstacles=NO_OBSTACLES, rig=LUX_RIG, index=0, ego=STILL):
+    return Lidar(rig, noise, sensor, seed, obstacles).scan(world(*things, index=index, ego=ego))
 
 
-def wall(*corners, height=3.0):
-    return Obstacles.from_polygons([np.array(corners, dtype=np.float64)], [height])
+def placed_scene(rig, sensor, frame, obstacles=NO_OBSTACLES, *, plain=False, mirrors=True, **circumstances):
+    """Beams, bodies, walls and setting of a frame, as a caster takes them; mounts as in the file, no noise anywhere.
+
+    `circumstances` change fields of the setting.
+    """
+    beams = beam_table(rig)
+    bodies = BodyShop(mirrors=mirrors, plain=plain, glass=sensor.glass, seed=None).place(frame)
+    cos, sin = np.cos(frame.ego.pose_world[2]), np.sin(frame.ego.pose_world[2])
+    R_world_ego = np.array([[cos, -sin], [sin, cos]])
+    setting = Setting(
+        frame_index=frame.index,
+        origin_ego=beams.units.origin_ego,
+        R_ego_unit=beams.units.R_ego_unit,
+        time_jitter=np.zeros(len(beams.units)),
+        ego_velocity=frame.ego.velocity_world @ R_world_ego,
+        ego_acceleration=frame.ego.acceleration_world @ R_world_ego,
+        ego_yaw_rate=frame.ego.yaw_rate,
+        threshold=beams.units.threshold[beams.unit],
+        extinction=0.0,
+    )
+    walls = walls_of(obstacles).seen_from(frame.ego.pose_world)
+    return beams, bodies, walls, replace(setting, **circumstances)
 
 
-def small_unit(fans=None, elevation_deg=(-6.0, 1.0, 9.0), range_min=0.3):
-    """A coarse unit, so that the naive twin is quick."""
+def wall(*corners, height=3.0, reflectivity=0.3, base=0.0):
+    return walls((*corners,), height=height, reflectivity=reflectivity, base=base)
+
+
+def walls(*polygons, height=3.0, reflectivity=0.3, base=0.0):
+    corners = [np.array(polygon, dtype=np.float64) for polygon in polygons]
+    return Obstacles.from_polygons(corners, [height] * len(corners), reflectivity, base)
+
+
+def small_unit(fans=None, elevation_deg=(-6.0, 1.0, 9.0), **changes):
+    """A coarse unit, so that the naive twin is quick. Its sensitivity is that of the LUX."""
     layers = tuple(range(len(elevation_deg)))
     fans = fans or (Fan(layers, start_deg=60.0, stop_deg=-60.0, step_deg=7.5, gain_percent=(100.0,)),)
-    return UnitModel(range_min, 200.0, 1.35, elevation_deg, (0.0,) * len(layers), (0.0,), fans)
+    values = {
+        "scan_rate_hz": 12.5,
+        "range_min_m": 0.3,
+        "range_max_m": 200.0,
+        "beam_width_deg": 0.08,
+        "beam_height_deg": 0.784,
+        "reference_reflectivity": 0.1,
+        "reference_range_m": 50.0,
+        "pulse_length_m": 0.675,
+        "pulse_growth_m_per_db": 0.03,
+        "pulse_quantum_m": 0.04,
+        "echoes_max": 3,
+        "echo_separation_m": 1.4,
+        "range_sigma_m": 0.025,
+        "range_quantum_m": 0.01,
+        "layer_bias_m": (0.0,) * len(layers),
+        "gain_azimuth_deg": (0.0,),
+        "turns": 1,
+    }
+    return UnitModel(layer_elevation_deg=elevation_deg, fans=fans, **(values | changes))
 
 
-def one_unit_rig(model, x=0.0, y=0.0, z=0.6, yaw_deg=0.0, pitch_deg=0.0, roll_deg=0.0):
-    return Rig(0.0, (Mount("only", model, x, y, z, yaw_deg, pitch_deg, roll_deg),))
+def one_unit_rig(model, x=0.0, y=0.0, z=0.6, yaw_deg=0.0, pitch_deg=0.0, roll_deg=0.0, phase_ms=0.0):
+    return Rig(0.0, (Mount("only", model, x, y, z, yaw_deg, pitch_deg, roll_deg, phase_ms),))
 
 
 def beam_origins(scan, beams):
     """(N, 3) where the beam of each point starts; units that the table does not know start at its first one."""
-    return beams.origin_ego[np.where(scan.unit < len(beams.origin_ego), scan.unit, 0)]
+    return beams.units.origin_ego[np.where(scan.unit < len(beams.units), scan.unit, 0)]
 
 
 def beams_of(scan, beams):

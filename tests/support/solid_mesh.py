@@ -1,9 +1,47 @@
-"""Bodies as triangle meshes, by computational geometry that shares nothing with the caster."""
+"""Bodies as points and triangle meshes, by computational geometry that shares nothing with the caster."""
+
+from dataclasses import dataclass
 
 import numpy as np
 import trimesh
 from scipy.optimize import linprog
 from scipy.spatial import HalfspaceIntersection
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One solid of a body, taken out of the flat record."""
+
+    planes: np.ndarray
+    part: np.ndarray
+    inner: bool
+    bounds: np.ndarray
+
+    def faces(self):
+        """(corners of the face in order around it, part) of each plane that has a face."""
+        points = corners(self.planes)
+        for plane, part in zip(self.planes, self.part, strict=True):
+            on_face = points[np.abs(points @ plane[:3] - plane[3]) < 1e-9]
+            if len(on_face) >= 3:
+                middle, across = on_face.mean(axis=0), np.linalg.svd(plane[None, :3])[2][1:]
+                u, v = across @ (on_face - middle).T
+                yield on_face[np.argsort(np.arctan2(v, u))], int(part)
+
+
+def pieces(bodies, row):
+    """The solids of one body."""
+    found = []
+    for solid in range(bodies.body_solid[row], bodies.body_solid[row + 1]):
+        planes = slice(bodies.solid_plane[solid], bodies.solid_plane[solid + 1])
+        found.append(
+            Piece(
+                planes=bodies.planes[planes],
+                part=bodies.plane_part[planes],
+                inner=bool(bodies.solid_inner[solid]),
+                bounds=bodies.solid_bounds[solid],
+            )
+        )
+    return found
 
 
 def corners(planes):
@@ -17,7 +55,7 @@ def corners(planes):
 
 
 def body_mesh(solids):
-    """One mesh of all solids, in the frame of the body."""
+    """One mesh of solids that have planes (K, 4), in the frame of the body."""
     return trimesh.util.concatenate([trimesh.convex.convex_hull(corners(solid.planes)) for solid in solids])
 
 

@@ -27,7 +27,7 @@ def fit_points(points, segments=None, linkage=None, rectangle=None, choice=None,
     linked = tlinkage.link(points, segments, linkage or tlinkage.LinkageConfig())
     found = rectangles.fit(points, segments, linked, rectangle or rectangles.RectangleConfig())
     candidates = selection.select(points, segments, linked, found, choice or selection.SelectionConfig())
-    built = boxes.build(points, segments, linked, candidates, box or boxes.BoxConfig())
+    built = boxes.build(points, np.zeros(len(points)), segments, linked, candidates, box or boxes.BoxConfig())
     return Fitted(segments, linked, candidates, built)
 
 

@@ -1,0 +1,27 @@
+"""Draws the pictures of docs/sensor.md, each from the sensor's own code.
+
+    python docs/draw_sensor.py                # all of them, about a minute
+    python docs/draw_sensor.py beams echoes   # some of them
+
+Each module of docs/sensor_pictures that has a function `draw` makes one picture, docs/pictures/sensor_<module>.png.
+"""
+
+import sys
+from importlib import import_module
+
+import matplotlib as mpl
+
+PICTURES = (
+    "beams", "footprint", "echoes", "power", "sweep", "attitude", "causes", "ranging", "losses", "weather", "visibility",
+)  # fmt: skip
+
+
+def main() -> None:
+    """Draw those that are named, or all."""
+    mpl.use("Agg")
+    for name in sys.argv[1:] or PICTURES:
+        import_module(f"sensor_pictures.{name}").draw()
+
+
+if __name__ == "__main__":
+    main()

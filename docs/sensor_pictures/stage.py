@@ -1,0 +1,199 @@
+"""What all pictures share: small worlds, units made for a look inside a beam, colours, outlines."""
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sensor_model.beams import BeamTable, beam_table
+from sensor_model.bodies import Bodies, BodyShop
+from sensor_model.cast import Caster, Echoes
+from sensor_model.lidar import Lidar
+from sensor_model.noise.config import NoiseConfig
+from sensor_model.rig import SHIPPED, Mount, Rig, load_rig, load_unit
+from sensor_model.sensor import SensorConfig
+from sensor_model.sweep import Setting
+from sensor_model.truth import Cause, Part, ScanTruth
+from sensor_model.unit import UnitModel
+from sensor_model.walls import walls_of
+from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.world import Obstacles, WorldFrame
+from tracker.scan import Scan
+
+Floats = npt.NDArray[np.float64]
+
+FOLDER = Path(__file__).parents[1] / "pictures"
+LUX = load_unit("lux", SHIPPED)
+SRX = load_rig("srx_six_lux", SHIPPED)
+AHEAD = "front left"
+"""The unit of the rig that most pictures look through."""
+
+LOWER, UPPER = "tab:blue", "tab:orange"
+PART_COLORS = {
+    Part.GROUND: "tan",
+    Part.OBSTACLE: "0.35",
+    Part.BODY: "tab:blue",
+    Part.GREENHOUSE: "darkturquoise",
+    Part.INTERIOR: "tab:orange",
+    Part.MIRROR: "magenta",
+    Part.WHEEL: "black",
+}
+CAUSE_COLORS = {
+    Cause.CLEAN: "0.55",
+    Cause.MIRROR: "magenta",
+    Cause.LAYER_OVERLAP: "darkorange",
+    Cause.RANGE_OUTLIER: "tab:green",
+    Cause.GHOST: "tab:red",
+    Cause.DOUBLED: "tab:blue",
+    Cause.FALSE_ALARM: "tab:olive",
+    Cause.RAIN: "royalblue",
+    Cause.SPRAY: "tab:cyan",
+}
+_CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An instant of a scripted world."""
+
+    frame: WorldFrame
+    obstacles: Obstacles
+
+
+def scene(
+    *actors: ScriptedActor, ego: ScriptedEgo | None = None, street: tuple[ScriptedObstacle, ...] = (), frame: int = 0
+) -> Scene:
+    """Play a script up to a frame; everybody stands exactly where told in the first one."""
+    traffic = ScriptedTraffic(
+        ego=ego or ScriptedEgo(), actor=list(actors), obstacle=list(street), jitter_m=0.0, jitter_deg=0.0
+    )
+    source = ScriptedSource(traffic, Path(), range_m=200.0)
+    obstacles = source.reset(seed=1)
+    for _ in range(frame):
+        source.step()
+    return Scene(source.step(), obstacles)
+
+
+def noise(*kinds: str, **strengths: object) -> NoiseConfig:
+    """Noise of these kinds and no other, some with a strength of their own (`mirror=MirrorNoise(...)`)."""
+    config = NoiseConfig()
+    switched = {f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
+    return replace(config, **{**switched, **strengths})
+
+
+BODIES_AS_THEY_ARE = noise("mirror", "layer_overlap")
+"""No loss and no error, but bodies with their mirrors, windows and decks."""
+
+
+def sense(
+    where: Scene, config: NoiseConfig = BODIES_AS_THEY_ARE, sensor: SensorConfig | None = None, rig: Rig = SRX,
+    seed: int = 1,
+) -> tuple[Scan, ScanTruth]:  # fmt: skip
+    """One scan of a scene and its truth."""
+    return Lidar(rig, config, sensor or SensorConfig(), seed, where.obstacles).scan(where.frame)
+
+
+def one_unit(model: UnitModel, z_m: float = 0.55, pitch_deg: float = 0.0, x_m: float = 0.0) -> Rig:
+    """A rig of one unit that looks ahead from above the ego frame's x."""
+    return Rig(0.0, (Mount("only", model, x_m, 0.0, z_m, yaw_deg=0.0, pitch_deg=pitch_deg, roll_deg=0.0),))
+
+
+def only_beam(azimuth_deg: float, layer: int) -> UnitModel:
+    """A LUX that fires a single beam."""
+    fan = next(fan for fan in LUX.fans if layer in fan.layers)
+    return replace(LUX, fans=(replace(fan, layers=(layer,), start_deg=azimuth_deg, stop_deg=azimuth_deg),))
+
+
+def rays_of(beam: UnitModel, footprint: tuple[int, int]) -> UnitModel:
+    """The rays of a single beam, each as a beam of its own whose echoes, however weak, all are told."""
+    (fan,) = beam.fans
+    rows, columns = footprint
+    rise = beam.beam_height_deg * ((np.arange(rows) + 0.5) / rows - 0.5)
+    step = beam.beam_width_deg / columns
+    left = fan.start_deg + 0.5 * (columns - 1) * step
+    layers = tuple(range(rows))
+    return replace(
+        beam,
+        reference_reflectivity=1e-12,
+        pulse_length_m=1e-6,
+        pulse_growth_m_per_db=0.0,
+        echo_separation_m=0.0,
+        layer_elevation_deg=tuple(beam.layer_elevation_deg[fan.layers[0]] + rise),
+        layer_bias_m=(0.0,) * rows,
+        fans=(replace(fan, layers=layers, start_deg=left, stop_deg=left - (columns - 1) * step, step_deg=step),),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Cast:
+    """What a caster makes of a scene, and what it was given."""
+
+    beams: BeamTable
+    bodies: Bodies
+    echoes: Echoes
+
+    @property
+    def part(self) -> npt.NDArray[np.uint8]:
+        """(N,) `Part` of what each echo is on."""
+        part = np.where(self.echoes.target == -2, Part.GROUND, Part.OBSTACLE).astype(np.uint8)
+        on_actor = self.echoes.target >= 0
+        part[on_actor] = self.bodies.plane_part[self.echoes.surface[on_actor]]
+        return part
+
+    @property
+    def points_ego(self) -> Floats:
+        """(N, 3) echoes on the centres of their beams [m]."""
+        origin = self.beams.units.origin_ego[self.beams.unit[self.echoes.beam]]
+        return origin + self.echoes.range[:, None] * self.beams.direction_ego[self.echoes.beam]
+
+
+def cast(where: Scene, rig: Rig, sensor: SensorConfig | None = None, threshold: Floats | None = None) -> Cast:
+    """Cast a rig's beams into a scene, without noise; by default every unit has its own threshold."""
+    sensor = sensor or SensorConfig()
+    beams, ego = beam_table(rig), where.frame.ego
+    bodies = BodyShop(mirrors=True, plain=False, glass=sensor.glass, seed=None).place(where.frame)
+    setting = Setting(
+        frame_index=where.frame.index,
+        origin_ego=beams.units.origin_ego,
+        R_ego_unit=beams.units.R_ego_unit,
+        time_jitter=np.zeros(len(beams.units)),
+        ego_velocity=np.zeros(2),
+        ego_acceleration=np.zeros(2),
+        ego_yaw_rate=0.0,
+        threshold=beams.units.threshold[beams.unit] if threshold is None else threshold,
+    )
+    walls = walls_of(where.obstacles).seen_from(ego.pose_world)
+    return Cast(beams, bodies, Caster(beams, sensor).cast(bodies, walls, setting))
+
+
+def outline(axes: Axes, frame: WorldFrame, *, along_y: bool = False, **style: object) -> None:
+    """Draw the boxes of all actors from above, with x to the right or, `along_y`, upwards."""
+    for pose, size in zip(frame.actors.pose_world, frame.actors.size, strict=True):
+        turn = np.array([[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]])
+        x, y = (pose[:2] + 0.5 * _CORNERS * size[:2] @ turn).T
+        axes.plot(*((y, x) if along_y else (x, y)), **{"color": "0.7", "linewidth": 1.0, **style})
+
+
+def sheet(rows: int, columns: int, width: float, height: float) -> tuple[Figure, npt.NDArray[np.object_]]:
+    """A figure of panels (rows, columns), in inches."""
+    return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
+
+
+def label(axes: Axes, title: str, x: str, y: str) -> None:
+    """Name a panel and its axes."""
+    axes.set_title(title, fontsize=10)
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
+    axes.tick_params(labelsize=8)
+
+
+def save(figure: Figure, name: str) -> None:
+    """Write a picture, in few colours to keep it small."""
+    path = FOLDER / f"sensor_{name}.png"
+    figure.savefig(path, dpi=95)
+    plt.close(figure)

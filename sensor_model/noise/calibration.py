@@ -1,0 +1,108 @@
+"""Units that are not quite where, and do not fire quite when, the fusion box believes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from sensor_model.beams import UnitTable
+from sensor_model.draws import Draws, Purpose
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_RUN = 0  # in place of a frame: one draw for the run
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationError:
+    """What is left after a good calibration.
+
+    Points are placed with the nominal mount and time, so that a contour which two units see is doubled. All strengths
+    are estimates.
+    """
+
+    enabled: bool = False
+    """If not, mounts and times are exact."""
+    yaw_sigma_deg: float = 0.1
+    """[deg] Standard deviation of a unit's yaw about its nominal one, fixed for the run."""
+    pitch_sigma_deg: float = 0.1
+    """[deg] Likewise of its pitch."""
+    roll_sigma_deg: float = 0.1
+    """[deg] Likewise of its roll."""
+    xy_sigma_m: float = 0.02
+    """[m] Likewise of each horizontal coordinate."""
+    z_sigma_m: float = 0.01
+    """[m] Likewise of its height."""
+    sync_sigma_ms: float = 1.0
+    """[ms] Standard deviation of a unit's firing times about those that it reports, drawn for each frame and unit."""
+    doubled_beyond_m: float = 0.05
+    """[m] Points farther than this from where the nominal mount and time would have put them count as doubled, if more
+    than one unit sees their actor."""
+
+    def __post_init__(self) -> None:
+        for name in ("yaw_sigma_deg", "pitch_sigma_deg", "roll_sigma_deg"):
+            if not 0.0 <= getattr(self, name) <= 10.0:
+                raise ValueError(f"{name} = {getattr(self, name)}: must be from 0 to 10; write more into the rig file")
+        for name in ("xy_sigma_m", "z_sigma_m"):
+            if not 0.0 <= getattr(self, name) <= 0.2:
+                raise ValueError(f"{name} = {getattr(self, name)}: must be from 0 to 0.2; write more into the rig file")
+        if not 0.0 <= self.sync_sigma_ms <= 20.0:
+            raise ValueError(
+                f"sync_sigma_ms = {self.sync_sigma_ms}: must be from 0 to 20; or set phase_ms in the rig file"
+            )
+        if not self.doubled_beyond_m > 0.0:
+            raise ValueError(f"doubled_beyond_m = {self.doubled_beyond_m}: must be positive")
+
+
+def true_mounts(config: CalibrationError, units: UnitTable, draws: Draws) -> tuple[Floats, Floats]:
+    """Where the units really are, for the whole run.
+
+    Returns
+    -------
+    (U, 3) origin_ego [m], (U, 3, 3) R_ego_unit: the nominal rotation after one by yaw about the unit's z, pitch about
+    its turned y and roll about its turned x
+    """
+    if not config.enabled:
+        return units.origin_ego, units.R_ego_unit
+    unit, coordinate = np.divmod(np.arange(6 * len(units)), 6)
+    normal = draws.normal_of(_RUN, unit, coordinate, Purpose.MOUNT).reshape(-1, 6)
+    shift = normal[:, :3] * (config.xy_sigma_m, config.xy_sigma_m, config.z_sigma_m)
+    turn_deg = normal[:, 3:] * (config.yaw_sigma_deg, config.pitch_sigma_deg, config.roll_sigma_deg)
+    R_nominal_true = Rotation.from_euler("ZYX", turn_deg, degrees=True).as_matrix()
+    return units.origin_ego + shift, units.R_ego_unit @ R_nominal_true
+
+
+def sync_jitter(config: CalibrationError, units: int, frame: int, draws: Draws) -> Floats:
+    """(U,) by how much later than it reports each unit fires in a frame [s]."""
+    if not config.enabled:
+        return np.zeros(units)
+    return config.sync_sigma_ms / 1000.0 * draws.normal_of(frame, np.arange(units), 0, Purpose.SYNC)
+
+
+def doubled(
+    config: CalibrationError, displacement: Floats, unit: npt.NDArray[np.uint8], actor: Ints, actors: int
+) -> Bools:
+    """Say which points double a contour.
+
+    Parameters
+    ----------
+    displacement
+        (N,) distance of each point from where exact mount and time would have put it [m].
+    unit, actor
+        (N,) its unit, and the row of the actor that it is on, negative for none.
+    actors
+        How many there are.
+
+    Returns
+    -------
+    (N,) bool
+    """
+    on_actor = actor >= 0
+    seen_by = np.zeros((actors, 256), dtype=np.bool_)
+    seen_by[actor[on_actor], unit[on_actor]] = True
+    twice = on_actor & (displacement > config.doubled_beyond_m)
+    twice[twice] = seen_by[actor[twice]].sum(axis=1) >= 2
+    return twice

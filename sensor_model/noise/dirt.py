@@ -1,0 +1,67 @@
+"""Dirt on the window of a unit."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.beams import BeamTable
+from sensor_model.noise.names import ALL_UNITS, rows_of
+
+Floats = npt.NDArray[np.float64]
+
+_ROUNDING = 1e-9  # [rad], so that a sector has the beams on its edges
+
+
+@dataclass(frozen=True, slots=True)
+class DirtSector:
+    """A dirty part of a unit's window, over all its layers."""
+
+    unit: str
+    """Name of the unit in the rig file, or * for all."""
+    from_deg: float
+    """[deg] Azimuth in the unit's frame where the dirt begins on the right, left positive."""
+    to_deg: float
+    """[deg] Azimuth where it ends on the left. Sectors seen on cars are 5 to 30 degrees wide; an estimate."""
+    transmission: float = 0.5
+    """Share of the power that passes the window once, 0 to 1; light passes twice. An estimate."""
+
+    def __post_init__(self) -> None:
+        if not self.from_deg < self.to_deg:
+            raise ValueError(
+                f"to_deg = {self.to_deg}: must be above from_deg = {self.from_deg}; azimuth grows to the left"
+            )
+        if not 0.0 <= self.transmission <= 1.0:
+            raise ValueError(f"transmission = {self.transmission}: must be from 0, nothing passes, to 1, no dirt")
+
+
+@dataclass(frozen=True, slots=True)
+class Dirt:
+    """Dirty windows: they take from the power of an echo, and so from the range."""
+
+    enabled: bool = False
+    """If not, all windows are clean."""
+    sectors: tuple[DirtSector, ...] = (DirtSector(ALL_UNITS, from_deg=-10.0, to_deg=10.0),)
+    """Where the dirt is; a sector about the centre of every unit unless told otherwise."""
+
+    def __post_init__(self) -> None:
+        if self.enabled and not self.sectors:
+            raise ValueError("sectors = []: dirt is enabled and nothing is dirty; name at least one sector")
+
+
+def window_transmission(config: Dirt, beams: BeamTable, unit_names: Sequence[str]) -> Floats:
+    """(B,) share of the power that passes each beam's window out and back, transmission^2.
+
+    Raises
+    ------
+    ValueError
+        A sector names a unit that the rig does not have.
+    """
+    passed = np.ones(len(beams))
+    for sector in config.sectors if config.enabled else ():
+        of_unit = np.isin(beams.unit, rows_of(sector.unit, unit_names))
+        right, left = np.deg2rad([sector.from_deg, sector.to_deg])
+        dirty = of_unit & (beams.azimuth >= right - _ROUNDING) & (beams.azimuth <= left + _ROUNDING)
+        passed[dirty] *= sector.transmission**2
+    return passed

@@ -1,0 +1,64 @@
+"""Echoes near the threshold, and echoes that get lost for no reason that is modelled."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import logit
+
+from sensor_model.beams import BeamTable
+from sensor_model.draws import Draws, Purpose
+from sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
+
+Floats = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+_LOGISTIC_10_TO_90 = 2.0 * math.log(9.0)  # width of the standard logistic distribution between these shares
+
+
+@dataclass(frozen=True, slots=True)
+class Dropout:
+    """Losses of a healthy detector."""
+
+    enabled: bool = True
+    """If not, a beam returns if and only if its echo reaches its unit's threshold."""
+    softness_db: float = 1.0
+    """[dB] Rise of the received power over which the share of beams that return goes from 10 to 90 %, along a logistic;
+    an estimate."""
+    random_rate: float = 0.01
+    """Share of beams lost whatever their power; an estimate, of a range 0.005 to 0.02."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.softness_db <= 20.0:
+            raise ValueError(f"softness_db = {self.softness_db}: must be from 0, a hard threshold, to 20")
+        if not 0.0 <= self.random_rate <= 1.0:
+            raise ValueError(f"random_rate = {self.random_rate}: must be from 0 to 1")
+
+
+class Sensitivity:
+    """What the detectors of one run see.
+
+    A unit of threshold K sees an echo of power P with the probability 1 / (1 + exp(-m / s)), m = 10 log10(P / K): so
+    the threshold of a shot is K in decibels plus a logistic draw of scale s = softness_db / (2 ln 9), taken from a
+    table of its quantiles.
+    """
+
+    def __init__(self, config: Dropout, beams: BeamTable, draws: Draws) -> None:
+        self._config = config
+        self._beams = beams
+        self._draws = draws
+        quantile = (np.arange(2**TABLE_BITS) + 0.5) / 2**TABLE_BITS
+        logistic_db = config.softness_db / _LOGISTIC_10_TO_90 * logit(quantile)
+        self._factor: Floats = 10.0 ** (logistic_db / 10.0)
+
+    def threshold(self, frame: int) -> tuple[Floats, Bools]:
+        """(B,) power that each beam needs in a frame [1/m^2], and (B,) whether it is lost whatever its power."""
+        beams = self._beams
+        threshold: Floats
+        lost: Bools
+        threshold, lost = soft_thresholds(
+            self._draws.key, frame, int(Purpose.DROPOUT), beams.unit, beams.index,
+            beams.units.threshold, self._factor, self._config.random_rate,
+        )  # fmt: skip
+        return threshold, lost

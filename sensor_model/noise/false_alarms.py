@@ -1,0 +1,40 @@
+"""Echoes that the detector makes by itself."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.beams import BeamTable
+from sensor_model.draws import Draws, Purpose
+from sensor_model.kernels.noise import rare_beams
+from sensor_model.noise.clutter import Clutter, faint, unit_beams
+from sensor_model.noise.thresholds import Thresholds
+from sensor_model.truth import Cause, Part
+
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class FalseAlarms:
+    """Points on nothing, from noise of the detector or light of other units."""
+
+    enabled: bool = True
+    """If not, the detector fires on echoes only."""
+    rate: float = 1e-4
+    """Share of the beams with a false alarm in a scan; an estimate, of a range 1e-5 to 1e-4. The six units of the
+    shipped rig have half a false alarm per scan."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.rate <= 1.0:
+            raise ValueError(f"rate = {self.rate}: must be above 0 and at most 1; use enabled = false for none")
+
+
+def false_alarms(config: FalseAlarms, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:
+    """Draw the false alarms of a frame, evenly over the unit's range. The unit does not know them for what they are."""
+    beam: Ints = rare_beams(draws.key, frame, int(Purpose.FALSE_ALARM), unit_beams(beams), config.rate)
+    unit = beams.unit[beam]
+    nearest, farthest = beams.units.range_min[unit], beams.units.range_max[unit]
+    range_ = nearest + (farthest - nearest) * draws.uniform(frame, beam, Purpose.FALSE_ALARM_RANGE)[0]
+    unlabelled = np.zeros(len(beam), dtype=np.bool_)
+    return faint(beam, range_, Part.NONE, Cause.FALSE_ALARM, unlabelled, beams, thresholds)

@@ -1,0 +1,119 @@
+"""Ghosts: things seen in the mirror of a car's glass or paint, behind it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.beams import BeamTable
+from sensor_model.bodies import Bodies
+from sensor_model.kernels.mirrors import bright_mirrors
+from sensor_model.noise.clutter import Clutter, unit_directions
+from sensor_model.returns import Returns
+from sensor_model.sweep import Setting
+from sensor_model.truth import Cause, Part
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+GLASS_NORMAL_REFLECTANCE = 0.08
+"""Of a pane at normal incidence: two faces of index 1.5, 0.04 each (Fresnel)."""
+PAINT_NORMAL_REFLECTANCE = 0.04
+"""Of the clear coat on paint: one face of index 1.5 (Fresnel)."""
+
+_FAR_M = 1e6  # stands for infinite
+_NORMAL_REFLECTANCE = np.zeros(len(Part))
+_NORMAL_REFLECTANCE[Part.GREENHOUSE] = GLASS_NORMAL_REFLECTANCE
+_NORMAL_REFLECTANCE[Part.BODY] = PAINT_NORMAL_REFLECTANCE
+
+
+@dataclass(frozen=True, slots=True)
+class Ghost:
+    """Specular reflections in vehicles: glass and paint mirror what a beam meets next, most at grazing incidence."""
+
+    enabled: bool = True
+    """If not, nothing is a mirror."""
+    glass_quality: float = 0.8
+    """Share of the mirrored power that a pane keeps together, 0 to 1; curvature and dirt spread the rest; an
+    estimate."""
+    paint_quality: float = 0.3
+    """Likewise of painted sheet metal, which is more curved; an estimate."""
+
+    def __post_init__(self) -> None:
+        for name in ("glass_quality", "paint_quality"):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ValueError(f"{name} = {getattr(self, name)}: must be from 0, no mirror, to 1, a perfect one")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mirrored:
+    """What G mirrored rays meet."""
+
+    range: Floats
+    """(G,) from the mirror [m], infinite where there is nothing."""
+    reflectivity: Floats
+    """(G,) diffuse."""
+    cosine: Floats
+    """(G,) of the angle of incidence."""
+
+
+Cast = Callable[[Ints, Floats, Floats], Mirrored]
+"""Casts rays from origins (G, 3) along directions (G, 3) in the ego frame, each when its beam (G,) fires."""
+
+
+class Mirrors:
+    """What the units of one run see in glass and paint."""
+
+    def __init__(self, config: Ghost, beams: BeamTable) -> None:
+        self._beams = beams
+        self._direction = unit_directions(beams)
+        self._quality = np.zeros(len(Part))
+        self._quality[Part.GREENHOUSE], self._quality[Part.BODY] = config.glass_quality, config.paint_quality
+
+    def ghosts(self, returns: Returns, bodies: Bodies, setting: Setting, time: Floats, cast: Cast) -> Clutter:
+        """Find what is seen in mirrors.
+
+        A beam that is mirrored at r1 with the reflectance F and meets a surface of reflectivity rho at r2 from there,
+        at the angle of incidence t, comes back the same way with the power F^2 rho cos(t) gain / (r1 + r2)^2. The unit
+        reports it on the straight line of the beam, at r1 + r2. F is that of Schlick (1994), F0 + (1 - F0) (1 - cos)^5,
+        times the quality of the surface. Only the centre of a beam that returns from the mirror too is followed, and
+        only over one mirror.
+
+        Parameters
+        ----------
+        time
+            (B,) when each beam really fires, from the frame's time [s].
+        """
+        row, ray = bright_mirrors(
+            returns.beam, returns.range, returns.target, returns.surface, returns.part,
+            bodies.pose_ego, bodies.yaw_rate, bodies.planes, _NORMAL_REFLECTANCE, self._quality,
+            setting.origin_ego, setting.R_ego_unit, _drive(setting),
+            self._beams.unit, self._direction, time, self._beams.gain, setting.threshold,
+        )  # fmt: skip
+        beam = returns.beam[row]
+        met = cast(beam, ray[:, :3], ray[:, 3:6])
+        range_ = np.minimum(returns.range[row] + met.range, _FAR_M)
+        power = ray[:, 6] ** 2 * met.reflectivity * met.cosine * self._beams.gain[beam] / range_**2
+        power *= np.exp(-2.0 * setting.extinction * range_)
+        seen = np.flatnonzero((power >= setting.threshold[beam]) & (range_ < _FAR_M))
+        return _clutter(beam[seen], range_[seen], power[seen], setting, self._beams)
+
+
+def _clutter(beam: Ints, range_: Floats, power: Floats, setting: Setting, beams: BeamTable) -> Clutter:
+    over_db = 10.0 * np.log10(power / setting.threshold[beam])
+    unit = beams.unit[beam]
+    return Clutter(
+        beam=beam,
+        range=range_,
+        width=beams.units.pulse_length[unit] + beams.units.pulse_growth[unit] * over_db,
+        power=power,
+        part=np.full(len(beam), Part.NONE, dtype=np.uint8),
+        cause=np.full(len(beam), Cause.GHOST, dtype=np.uint8),
+        flags=np.zeros(len(beam), dtype=np.uint16),
+    )
+
+
+def _drive(setting: Setting) -> Floats:
+    """(5,) velocity x, y, acceleration x, y and yaw rate of the ego."""
+    return np.array([*setting.ego_velocity, *setting.ego_acceleration, setting.ego_yaw_rate])

@@ -1,0 +1,73 @@
+"""Rain: drops that give an echo, and light that it takes on the way."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.beams import BeamTable
+from sensor_model.draws import Draws, Purpose
+from sensor_model.kernels.noise import rare_beams
+from sensor_model.noise.clutter import Clutter, faint, unit_beams
+from sensor_model.noise.thresholds import Thresholds
+from sensor_model.truth import Cause, Part
+
+Ints = npt.NDArray[np.int64]
+
+_DB_PER_NEPER = 10.0 / math.log(10.0)  # of power
+_M_PER_KM = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rain:
+    """Falling rain.
+
+    The constants of the drops were fitted to a Velodyne VLP-32 (TU Darmstadt's open model; Linnhoff et al. 2022,
+    Sensors 22). No such figures are known for a LUX.
+    """
+
+    enabled: bool = False
+    """If not, the air is dry."""
+    rate_mm_per_h: float = 10.0
+    """[mm/h] Rainfall: 2.5 is light, 10 heavy, 50 violent."""
+    drops_per_mm_per_h: float = 1.69e-4
+    """Share of the beams with an echo from a drop, per mm/h."""
+    range_log_mean: float = 1.362
+    """Mean of the natural logarithm of a drop's range in metres: half of them are nearer than 3.9 m."""
+    range_log_sigma: float = 0.784
+    """Its standard deviation."""
+    labelled: float = 0.5
+    """Share of the drops that the unit itself flags as clutter; an estimate."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.rate_mm_per_h <= 200.0:
+            raise ValueError(f"rate_mm_per_h = {self.rate_mm_per_h}: must be above 0 and at most 200")
+        if not 0.0 < self.drops_per_mm_per_h * self.rate_mm_per_h <= 1.0:
+            raise ValueError(f"drops_per_mm_per_h = {self.drops_per_mm_per_h}: times rate_mm_per_h must be 0 to 1")
+        if not math.isfinite(self.range_log_mean):
+            raise ValueError(f"range_log_mean = {self.range_log_mean}: must be finite")
+        if not 0.0 < self.range_log_sigma < math.inf:
+            raise ValueError(f"range_log_sigma = {self.range_log_sigma}: must be positive")
+        if not 0.0 <= self.labelled <= 1.0:
+            raise ValueError(f"labelled = {self.labelled}: must be from 0 to 1")
+
+
+def extinction(config: Rain) -> float:
+    """Power that rain takes per metre of path, exp(-extinction x path) remains [1/m]; 0 in dry air.
+
+    1.076 R^0.67 dB/km at R mm/h, for free-space optical links (Carbonneau and Wisely 1998, Proc. SPIE 3232). At
+    10 mm/h that is 1.2e-3 per metre, which takes 11 % from an echo at 50 m.
+    """
+    if not config.enabled:
+        return 0.0
+    return float(1.076 * config.rate_mm_per_h**0.67 / (_DB_PER_NEPER * _M_PER_KM))
+
+
+def drops(config: Rain, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:
+    """Draw the drops that give an echo in a frame: their ranges are lognormal."""
+    rate = config.drops_per_mm_per_h * config.rate_mm_per_h
+    beam: Ints = rare_beams(draws.key, frame, int(Purpose.RAIN), unit_beams(beams), rate)
+    log_range = config.range_log_mean + config.range_log_sigma * draws.normal(frame, beam, Purpose.RAIN_RANGE)
+    labelled = draws.uniform(frame, beam, Purpose.RAIN_LABEL)[0] < config.labelled
+    return faint(beam, np.exp(log_range), Part.DROPLET, Cause.RAIN, labelled, beams, thresholds)

@@ -1,0 +1,64 @@
+"""The range that a unit reports for an echo."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.beams import BeamTable
+from sensor_model.draws import Draws
+from sensor_model.noise.config import NoiseConfig
+from sensor_model.noise.outliers import gross_error
+from sensor_model.noise.range_error import range_error
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_PLACE_M = 0.5  # less than the shipped units' echo separation; echoes that are nearer may share their error
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measured:
+    """What N echoes are reported as."""
+
+    range: Floats
+    """(N,) [m]."""
+    outlier: Bools
+    """(N,) grossly wrong."""
+
+
+def measured(
+    beam: Ints, true_range: Floats, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
+) -> Measured:
+    """Measure echoes, each with draws of its own.
+
+    The echoes of a beam are told apart by the half metre that they are in, not by their number: so an echo keeps its
+    error when rain or a loss before it changes the numbers.
+
+    Errors never take a range out of the limits of its unit. Ranges are whole quanta where range noise is enabled.
+
+    Parameters
+    ----------
+    beam, true_range
+        (N,) rows of the beam table, and ranges of the leading edges [m].
+    """
+    place = (true_range / _PLACE_M).astype(np.int64)
+    range_, outlier = true_range, np.zeros(len(beam), dtype=np.bool_)
+    if config.range.enabled:
+        range_ = range_ + range_error(config.range, beam, place, beams, draws, frame)
+    if config.outliers.enabled:
+        error, outlier = gross_error(config.outliers, beam, place, draws, frame)
+        range_ = range_ + error
+    unit = beams.unit.take(beam)
+    if config.range.enabled or config.outliers.enabled:
+        range_ = np.minimum(np.maximum(range_, beams.units.range_min.take(unit)), beams.units.range_max.take(unit))
+    if config.range.enabled:
+        range_ = _rounded(range_, beams.units.range_quantum.take(unit))
+    return Measured(range=range_, outlier=outlier)
+
+
+def _rounded(range_: Floats, quantum: Floats) -> Floats:
+    """Round to whole quanta; a quantum of 0 rounds nothing."""
+    whole = quantum > 0.0
+    return np.where(whole, np.rint(range_ / np.where(whole, quantum, 1.0)) * quantum, range_)

@@ -1,0 +1,169 @@
+"""Water that fast vehicles throw up from a wet road."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.beams import BeamTable
+from sensor_model.bodies import Bodies
+from sensor_model.draws import Draws, Purpose
+from sensor_model.kernels.clusters import cluster_echoes
+from sensor_model.noise.clutter import Clutter, faint, unit_directions
+from sensor_model.noise.thresholds import Thresholds
+from sensor_model.sweep import Setting
+from sensor_model.truth import Cause, Part
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+CYCLE_S = 0.1
+"""[s] Clusters are born at multiples of this, whatever the scan rate: the cycle of the unit they were counted with."""
+
+_KM_PER_H = 3.6  # per m/s
+_PLUME_WIDTH_M = 3.4
+_PLUME_HEIGHT_M = 1.5
+_DRAG_PER_M = 0.12  # deceleration of a cluster over its speed squared
+_RADIUS_LOG_MEAN, _RADIUS_LOG_SIGMA, _RADIUS_MAX_M = -1.2, 0.8, 1.0
+_SLOWEST_KM_PER_H = 50.0
+_LIFE = 3.0  # time constants after which 5 % of a cluster is left
+
+
+@dataclass(frozen=True, slots=True)
+class Spray:
+    """Clusters of droplets behind every fast vehicle.
+
+    Their constants were fitted to a Velodyne VLP-32 behind cars on a wetted track (TU Darmstadt's open model; Linnhoff
+    et al. 2022, "Simulating Road Spray in Lidar Sensor Models").
+    """
+
+    enabled: bool = False
+    """If not, the road is dry."""
+    water_film_mm: float = 0.5
+    """[mm] Height of the water on the road; an estimate for steady rain."""
+    echo_share: float = 0.17
+    """Share of the beams through a fresh cluster that get an echo: the mean of that model's lognormal share of
+    parameters -2.3 and 1.1, cut at 1. Lower it for a unit that sees less of droplets than the VLP-32."""
+    reach_m: float = 40.0
+    """[m] Clusters farther than this from the ego give no echo; an estimate."""
+    labelled: float = 0.5
+    """Share of the echoes that the unit itself flags as clutter; an estimate."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.water_film_mm <= 5.0:
+            raise ValueError(
+                f"water_film_mm = {self.water_film_mm}: must be above 0 and at most 5; set enabled = false"
+            )
+        if not 0.0 < self.echo_share <= 1.0:
+            raise ValueError(f"echo_share = {self.echo_share}: must be above 0 and at most 1")
+        if not 0.0 < self.reach_m <= 200.0:
+            raise ValueError(f"reach_m = {self.reach_m}: must be above 0 and at most 200")
+        if not 0.0 <= self.labelled <= 1.0:
+            raise ValueError(f"labelled = {self.labelled}: must be from 0 to 1")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clusters:
+    """C spheres of droplets."""
+
+    centre_ego: Floats
+    """(C, 3) at the frame's time [m]."""
+    radius: Floats
+    """(C,) [m]."""
+    share: Floats
+    """(C,) of the beams through it that give an echo."""
+    tag: Ints
+    """(C,) a random number of 32 bits that is the cluster's own for its life."""
+
+
+def clusters(config: Spray, bodies: Bodies, actor_id: Ints, draws: Draws, time: float) -> Clusters:
+    """Find the clusters that hang in the air, each where it was born or a little farther on.
+
+    A vehicle of v > 50 km/h leaves (0.2 h + 0.1) (v - 50) clusters per `CYCLE_S` behind it, h the water film [mm], in a
+    plume 3.4 m wide and 1.5 m high. Radii are lognormal. A cluster starts at the vehicle's speed V and is braked by the
+    air, so that it has moved ln(1 + k V t) / k by the age t, k = 0.12 / m; it thins out as exp(-t / T) with
+    T = 0.02 h (v - 50) + 0.2 s. The vehicle's way back to where its clusters were born is that of constant
+    acceleration. So nothing has to be remembered from frame to frame.
+
+    Parameters
+    ----------
+    actor_id
+        (A,) of each body: a cluster's draws depend on it and on its time of birth alone.
+    """
+    found = [
+        _wake(config, bodies, int(row), int(actor_id[row]), draws, time)
+        for row in np.flatnonzero(np.hypot(*bodies.velocity_ego.T) * _KM_PER_H > _SLOWEST_KM_PER_H)
+    ]
+    centre = np.concatenate([np.empty((0, 3)), *(wake.centre_ego for wake in found)])
+    radius = np.concatenate([np.empty(0), *(wake.radius for wake in found)])
+    share = np.concatenate([np.empty(0), *(wake.share for wake in found)])
+    tag = np.concatenate([np.empty(0, dtype=np.int64), *(wake.tag for wake in found)])
+    near = np.hypot(centre[:, 0], centre[:, 1]) < config.reach_m
+    return Clusters(centre[near], radius[near], share[near], tag[near])
+
+
+def spray_echoes(
+    config: Spray, cloud: Clusters, setting: Setting, time: Floats, beams: BeamTable, thresholds: Thresholds,
+    draws: Draws,
+) -> Clutter:  # fmt: skip
+    """Echoes from clusters: a beam through one gets an echo with the cluster's share, anywhere on its chord.
+
+    Of several in a beam the nearest counts. No cluster hangs where the ego is, between its units. Neglected are what
+    little a cluster takes from the light behind it, and how far the ego turns during the sweep.
+
+    Parameters
+    ----------
+    time
+        (B,) when each beam really fires, from the frame's time [s].
+    """
+    cloud = _outside(cloud, setting.origin_ego)
+    nearest = cluster_echoes(
+        draws.key, setting.frame_index, int(Purpose.SPRAY_ECHO),
+        cloud.centre_ego, cloud.radius, cloud.share, cloud.tag,
+        setting.origin_ego, setting.R_ego_unit, setting.ego_velocity,
+        beams.unit, beams.index, time, unit_directions(beams),
+        beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.row_beam,
+    )  # fmt: skip
+    beam = np.flatnonzero(nearest < np.inf)
+    labelled = draws.uniform(setting.frame_index, beam, Purpose.SPRAY_LABEL)[0] < config.labelled
+    return faint(beam, nearest[beam], Part.DROPLET, Cause.SPRAY, labelled, beams, thresholds)
+
+
+def _outside(cloud: Clusters, origin_ego: Floats) -> Clusters:
+    """Leave out clusters that touch the box in plan around the units (U, 3)."""
+    low, high = origin_ego[:, :2].min(axis=0), origin_ego[:, :2].max(axis=0)
+    beside = np.maximum(low - cloud.centre_ego[:, :2], cloud.centre_ego[:, :2] - high)
+    out = beside.max(axis=1, initial=-np.inf) > cloud.radius
+    return Clusters(cloud.centre_ego[out], cloud.radius[out], cloud.share[out], cloud.tag[out])
+
+
+def _wake(config: Spray, bodies: Bodies, row: int, actor_id: int, draws: Draws, time: float) -> Clusters:
+    """Clusters of one vehicle, by their birth number and their number in it."""
+    velocity, acceleration = bodies.velocity_ego[row], bodies.acceleration_ego[row]
+    speed = math.hypot(*velocity)
+    excess = speed * _KM_PER_H - _SLOWEST_KM_PER_H
+    lasting = 0.02 * config.water_film_mm * excess + 0.2
+    birth = np.arange(math.ceil((time - _LIFE * lasting) / CYCLE_S), math.floor(time / CYCLE_S) + 1)
+    chance, _ = draws.uniform_of(birth, 0, actor_id, Purpose.SPRAY_BIRTH)
+    born = np.floor((0.2 * config.water_film_mm + 0.1) * excess + chance).astype(np.int64)
+    birth = np.repeat(birth, born)
+    number = np.arange(len(birth)) - np.repeat(np.cumsum(born) - born, born)
+
+    along, across = draws.uniform_of(birth, number, actor_id, Purpose.SPRAY_PLACE)
+    height, tag = draws.uniform_of(birth, number, actor_id, Purpose.SPRAY_HEIGHT)
+    size = draws.normal_of(birth, number, actor_id, Purpose.SPRAY_RADIUS)
+    age = time - birth * CYCLE_S
+    behind = bodies.bounds[row, 0, 0] - along * speed * CYCLE_S + np.log1p(_DRAG_PER_M * speed * age) / _DRAG_PER_M
+    beside = (across - 0.5) * _PLUME_WIDTH_M
+    cos, sin = math.cos(bodies.pose_ego[row, 2]), math.sin(bodies.pose_ego[row, 2])
+    then = bodies.pose_ego[row, :2] - age[:, None] * velocity + age[:, None] ** 2 / 2.0 * acceleration
+    centre = np.column_stack(
+        [
+            then[:, 0] + cos * behind - sin * beside,
+            then[:, 1] + sin * behind + cos * beside,
+            height * _PLUME_HEIGHT_M,
+        ]
+    )
+    radius = np.minimum(np.exp(_RADIUS_LOG_MEAN + _RADIUS_LOG_SIGMA * size), _RADIUS_MAX_M)
+    return Clusters(centre, radius, config.echo_share * np.exp(-age / lasting), (tag * 2.0**32).astype(np.int64))

@@ -1,0 +1,57 @@
+"""What comes back to the units: one row a return, on its way from the caster to the scan."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.scan import PointFlag
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+NOTHING = -1
+GROUND = -2
+WALL = -3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Returns:
+    """N returns, ordered by beam and, within a beam, from near to far."""
+
+    beam: Ints
+    """(N,) row of the beam table."""
+    range: Floats
+    """(N,) leading edge of the echo, without range noise [m]."""
+    width: Floats
+    """(N,) of the pulse over the threshold [m]."""
+    power: Floats
+    """(N,) highest power of the echo: reflectivity x cos(incidence) x gain / range^2, summed over its surfaces [1/m^2]."""
+    target: Ints
+    """(N,) row of the actor met, or `GROUND`, `WALL`, `NOTHING`."""
+    surface: Ints
+    """(N,) plane of `Bodies` on actors, wall of `Walls` on walls, else 0."""
+    part: npt.NDArray[np.uint8]
+    """(N,) `Part`."""
+    cause: npt.NDArray[np.uint8]
+    """(N,) `Cause`."""
+    point_body: Floats
+    """(N, 2) the point in the frame of the actor it is on [m]; zero elsewhere."""
+    flags: npt.NDArray[np.uint16]
+    """(N,) `PointFlag`."""
+
+    def __len__(self) -> int:
+        return len(self.beam)
+
+    @property
+    def echo(self) -> npt.NDArray[np.uint8]:
+        """(N,) number of the return in its beam, 0 for the nearest."""
+        number = np.arange(len(self.beam))
+        first = np.flatnonzero(np.diff(self.beam, prepend=-1))
+        return (number - np.repeat(first, np.diff(first, append=len(self.beam)))).astype(np.uint8)
+
+    @property
+    def transparent(self) -> npt.NDArray[np.uint16]:
+        """(N,) `PointFlag.TRANSPARENT` where the beam has another echo behind, which is all that a LUX knows of glass."""
+        behind = np.append(self.beam[1:] == self.beam[:-1], np.zeros(min(len(self), 1), dtype=np.bool_))
+        return np.where(behind, PointFlag.TRANSPARENT, 0).astype(np.uint16)

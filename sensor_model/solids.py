@@ -1,0 +1,159 @@
+"""Convex solids as sets of half-spaces, and how to make them from side views and angles.
+
+Body frame: x forward, y left, z up, metres, origin at the box centre on the ground.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from sensor_model.truth import Part
+
+Vector = tuple[float, float, float]
+Profile = Sequence[tuple[float, float]]
+"""Convex polygon of x, z [m] in a side view, counter-clockwise with x to the right and z up."""
+
+HALF_FLAT = math.sqrt(2.0) - 1.0
+"""Half the side of an octagon around a circle of radius one."""
+UPRIGHT = ((0.0, 0.0),)
+"""Sides that do not lean."""
+
+_FACETS = [(math.cos(angle), math.sin(angle)) for angle in (math.pi / 6, math.pi / 3)]
+"""Normals of the flats that stand for a quarter of a circle: tangent to it, and never 4 % of its radius outside."""
+
+
+class Plane(NamedTuple):
+    """The half-space normal . point <= offset [m]; the normal has length one and points out of the solid."""
+
+    normal: Vector
+    offset: float
+    part: Part
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """The points that are in all half-spaces."""
+
+    planes: tuple[Plane, ...]
+    low: Vector
+    """Lower corner of a box around it [m]."""
+    high: Vector
+    """Upper corner [m]."""
+    inner: bool = False
+    """It is behind glass."""
+
+    @property
+    def is_mirror(self) -> bool:
+        """Whether it is a side mirror."""
+        return self.planes[0].part is Part.MIRROR
+
+    def cut(self, planes: Iterable[Plane]) -> "Solid":
+        """Take away what is outside of further planes. The box around it stays."""
+        return replace(self, planes=(*self.planes, *planes))
+
+
+def prism(part: Part, profile: Profile, half_width: float, leans: Sequence[tuple[float, float]] = UPRIGHT) -> Solid:
+    """Pull a side view across the width, symmetric about y = 0.
+
+    Parameters
+    ----------
+    half_width
+        [m] Where the sides are widest.
+    leans
+        For one or more planes on either side: the height [m] at which it is half_width off the middle, and its lean
+        inwards from the vertical [deg].
+    """
+    x, z = zip(*profile, strict=True)
+    edges = [_through(a, b, part) for a, b in zip(profile, [*profile[1:], profile[0]], strict=True)]
+    flanks = [plane for height, lean_deg in leans for plane in sides(part, half_width, height, lean_deg)]
+    return Solid((*edges, *flanks), (min(x), -half_width, min(z)), (max(x), half_width, max(z)))
+
+
+def box(part: Part, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Solid:
+    """Make a box from its extents along each axis [m]."""
+    planes = []
+    for axis, (low, high) in enumerate((x, y, z)):
+        planes += [
+            Plane(_axis(axis, -1.0), -low, part),
+            Plane(_axis(axis, 1.0), high, part),
+        ]
+    return Solid(tuple(planes), (x[0], y[0], z[0]), (x[1], y[1], z[1]))
+
+
+def mirrored(solid: Solid) -> Solid:
+    """Return the solid on the other side of the body."""
+    planes = [Plane((x, -y, z), offset, part) for (x, y, z), offset, part in solid.planes]
+    (x0, y0, z0), (x1, y1, z1) = solid.low, solid.high
+    return Solid(tuple(planes), (x0, -y1, z0), (x1, -y0, z1), solid.inner)
+
+
+def slope(part: Part, x: float, z: float, angle_deg: float) -> Plane:
+    """Plane through the line x, z [m] across the body, rising at an angle [deg] from the horizontal.
+
+    It faces forward up to 90 degrees, and rearward for negative angles.
+    """
+    angle = math.radians(angle_deg)
+    normal = (math.sin(angle), 0.0, math.cos(angle))
+    return Plane(normal, normal[0] * x + normal[2] * z, part)
+
+
+def level(part: Part, z: float, *, up: bool = True) -> Plane:
+    """Horizontal plane at a height [m]: what is below it, or, not `up`, above it."""
+    sign = 1.0 if up else -1.0
+    return Plane((0.0, 0.0, sign), sign * z, part)
+
+
+def x_at(plane: Plane, z: float) -> float:
+    """Where a plane across the body is at a height: x [m]."""
+    return (plane.offset - plane.normal[2] * z) / plane.normal[0]
+
+
+def sides(part: Part, half_width: float, z: float, lean_deg: float) -> list[Plane]:
+    """Left and right plane through y = +-half_width at z [m], leaning inwards by an angle [deg] from the vertical."""
+    lean = math.radians(lean_deg)
+    cos, sin = math.cos(lean), math.sin(lean)
+    return [Plane((0.0, side * cos, sin), half_width * cos + z * sin, part) for side in (1.0, -1.0)]
+
+
+def rounded(part: Part, x: float, half_width: float, radius: float) -> list[Plane]:
+    """Round the two vertical edges at x, y = +-half_width [m], in the front where x is positive, else in the rear."""
+    length = abs(x)
+    return [
+        Plane(
+            (math.copysign(cos, x), side * sin, 0.0),
+            cos * (length - radius) + sin * (half_width - radius) + radius,
+            part,
+        )
+        for side in (1.0, -1.0)
+        for cos, sin in _FACETS
+    ]
+
+
+def bevel(part: Part, first: Plane, second: Plane, width: float) -> Plane:
+    """Cut the edge of two planes off by a strip of a width [m], evenly on both.
+
+    The planes' normals are an angle t apart. The strip is the base of a triangle with equal legs and the angle pi - t
+    between them, so it lies width / 2 tan(t / 2) deep.
+    """
+    total = [a + b for a, b in zip(first.normal, second.normal, strict=True)]
+    length = math.hypot(*total)
+    half_angle = math.acos(min(0.5 * length, 1.0))
+    offset = (first.offset + second.offset) / length - 0.5 * width * math.tan(half_angle)
+    return Plane((total[0] / length, total[1] / length, total[2] / length), offset, part)
+
+
+def moved(plane: Plane, distance: float, part: Part) -> Plane:
+    """Return the plane shifted outwards [m], as another part."""
+    return Plane(plane.normal, plane.offset + distance, part)
+
+
+def _through(a: tuple[float, float], b: tuple[float, float], part: Part) -> Plane:
+    dx, dz = b[0] - a[0], b[1] - a[1]
+    length = math.hypot(dx, dz)
+    normal = (dz / length, 0.0, -dx / length)
+    return Plane(normal, normal[0] * a[0] + normal[2] * a[1], part)
+
+
+def _axis(axis: int, sign: float) -> Vector:
+    return (sign * (axis == 0), sign * (axis == 1), sign * (axis == 2))
