@@ -92,7 +92,7 @@ def test_the_sun_dazzles_the_beams_that_look_at_it(sun_deg, ego_deg):
 
 def test_the_gravest_reason_is_named():
     """Outage before chance before dirt before sun; the factors of dirt and sun multiply."""
-    out = Outage(True, mean_uptime_s=np.inf, fixed=(FixedOutage("rear left", 0.0, 1.0),))
+    out = Outage(True, mean_uptime_s=1e9, fixed=(FixedOutage("rear left", 0.0, 1.0),))
     config = NoiseConfig(
         dropout=Dropout(softness_db=0.0, random_rate=0.2),
         outage=out,

@@ -10,14 +10,15 @@ BEAM = np.array([1.0, 0.0, 0.01])
 
 
 def beams(*echoes_of):
-    """A scan of beams, each the (range, flags) of its echoes, from the ego's centre at a height of 0.6 m."""
-    points, time, echo, flags = [], [], [], []
+    """A scan of beams, each the (range, flags, pulse width) of its echoes, from the ego's centre at 0.6 m of height."""
+    points, time, echo, flags, width = [], [], [], [], []
     for number, echoes in enumerate(echoes_of):
         direction = BEAM + np.array([0.0, 0.01 * number, 0.0])
-        points += [(0.0, 0.0, 0.6) + range_m * direction / np.linalg.norm(direction) for range_m, _ in echoes]
+        points += [(0.0, 0.0, 0.6) + range_m * direction / np.linalg.norm(direction) for range_m, *_ in echoes]
         time += [1e-4 * number] * len(echoes)
         echo += range(len(echoes))
-        flags += [flag for _, flag in echoes]
+        flags += [flag for _, flag, *_ in echoes]
+        width += [rest[0] if rest else 1.0 for _, _, *rest in echoes]
     count = len(points)
     return Scan(
         time=0.0,
@@ -27,7 +28,7 @@ def beams(*echoes_of):
         unit=np.zeros(count, np.uint8),
         layer=np.zeros(count, np.uint8),
         echo=np.array(echo, np.uint8),
-        echo_pulse_width=np.ones(count, np.float32),
+        echo_pulse_width=np.array(width, np.float32),
         flags=np.array(flags, np.uint16),
     )
 
@@ -54,6 +55,12 @@ def test_a_vehicle_stays_right_behind_rain_and_behind_the_ground():
     low = beams([(14.0, THROUGH), (15.0, 0)])
     low.points_ego[:, 2] = 0.05, 0.3
     assert keep(low, PreprocessConfig()).tolist() == [False, True]
+
+
+def test_a_vehicle_stays_right_behind_spray_that_the_unit_did_not_tell():
+    """Its echo is the wider one; an echo through a window is not."""
+    assert kept([(14.0, THROUGH, 0.7), (15.0, 0, 1.1)]) == [True, True]
+    assert kept([(14.0, THROUGH, 1.1), (15.0, 0, 0.7)]) == [True, False]
 
 
 def test_a_third_echo_is_held_against_the_second():

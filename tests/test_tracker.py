@@ -14,7 +14,8 @@ from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 from sim.scripted import ScriptedSource, ScriptedTraffic
 from tracker.records import Status
 from tracker.scan import Scan
-from tracker.tracker import Tracker
+from tracker.sweep import SweepConfig
+from tracker.tracker import Tracker, TrackerConfig
 
 LONG_WALL = ScriptedObstacle(corners_m=[(-40.0, 8.0), (40.0, 8.0), (40.0, 12.0), (-40.0, 12.0)], height_m=6.0)
 
@@ -87,6 +88,18 @@ def test_an_oncoming_car_faces_the_way_it_drives():
     sure = confirmed(tracks)
     assert len(sure) == 1
     assert abs(tracks.mean[sure[0], 6]) == pytest.approx(np.pi, abs=0.1)
+
+
+@pytest.mark.parametrize(("motion", "agree"), [("all", True), ("none", True), ("ego", False)])
+def test_two_units_agree_on_the_rear_of_a_car_that_keeps_its_distance(motion, agree):
+    """At 25 m/s they see it 0.3 m apart over the ground, and as far from the ego: one correction needs the other."""
+    tracker, rear_x = Tracker(TrackerConfig(sweep=SweepConfig(motion=motion))), []
+    for frame, scan in drive(30, ego_mps=25.0, actors=[car(20.0, 0.0, speed_mps=25.0)]):
+        _, trace = tracker.step(scan)
+        if frame.index >= 10:
+            rear_x.append(trace.boxes.corner_ego[0, 0])
+    assert (np.ptp(rear_x) < 0.06) == agree
+    assert np.mean(rear_x) == pytest.approx(20.0 - 4.7 / 2, abs=0.1 if agree else 0.3)
 
 
 def test_a_wall_and_what_is_left_of_it_behind_traffic_are_no_vehicles():

@@ -19,8 +19,8 @@ class PreprocessConfig:
     first_echo_only: bool = False
     """Drop second and third echoes. Off: behind a raindrop or the ground the second one is the vehicle."""
     inside_depth_m: float = 3.0
-    """A later echo at most this far behind another of its beam is dropped [m]: it comes from inside the same vehicle,
-    through a window, or from its windscreen, over the hood. Behind dropped rain or ground it stays. 0 keeps all."""
+    """A later echo at most this far behind another of its beam, and no wider, is dropped [m]: it comes from inside the
+    same vehicle, or from its glass over the hood. A wider one is a vehicle behind spray. 0 keeps all."""
     ground_z_max_m: float = 0.15
     """Lower points are ground [m]. A car's ground clearance, so nothing but tyres is lost; a level lowest layer,
     1.2 degrees down and 0.8 high, reports its ground echoes no higher than a quarter of its mounting height."""
@@ -64,9 +64,10 @@ def keep(scan: Scan, config: PreprocessConfig) -> Bools:
 
 
 def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:
-    """(N,) whether a point of the `kept` (N,) ones is an echo right behind another of them on the same beam.
+    """(N,) whether a point of the `kept` (N,) ones is an echo right behind a stronger one of them on the same beam.
 
-    Echoes of a beam follow one another in the scan; they are known by unit, layer and time.
+    Echoes of a beam follow one another in the scan; they are known by unit, layer and time. The stronger an echo, the
+    wider it is.
     """
     found = np.zeros(len(scan), dtype=np.bool_)
     behind = np.flatnonzero(kept[1:] & kept[:-1] & (scan.echo[1:] > 0)) + 1
