@@ -1,108 +1,169 @@
-"""The sensor: a whole scan, and its caster beside Embree on the same rays and the same bodies."""
+"""The sensor: whole scans, and its caster beside Embree with the same rays and the same bodies."""
 
 import sys
 from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+import numpy.typing as npt
 
 from sensor_model.beams import BeamTable, beam_table
-from sensor_model.bodies import BodyShop, body_solids
+from sensor_model.bodies import Bodies, BodyShop
 from sensor_model.cast import Caster
 from sensor_model.lidar import Lidar
-from sensor_model.noise import NoiseConfig
+from sensor_model.noise.config import NoiseConfig
 from sensor_model.rig import load_rig
+from sensor_model.sensor import SensorConfig
 from sensor_model.shapes import SHAPES
+from sensor_model.sweep import Setting
 from sensor_model.walls import walls_of
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))  # the meshes are those of the tests' oracle
-from support.solid_mesh import body_mesh
+from support.solid_mesh import body_mesh, pieces
+
+Floats = npt.NDArray[np.float64]
+Row = dict[str, float | str | None]
 
 VEHICLES = 50
-REPEATS = 200
+TRAFFIC = (10, 25, 50, 100)
+REPEATS = 100
 NO_OBSTACLES = Obstacles.from_polygons([], [])
 KINDS = (Kind.CAR, Kind.CAR, Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.BUS)
+RIG = load_rig("srx_six_lux", Path())
+CENTRE_RAY, FOOTPRINT = SensorConfig(footprint=(1, 1)), SensorConfig(footprint=(9, 3))
 
 
-def rows() -> dict[str, dict[str, float | str | None]]:
+def rows() -> dict[str, Row]:
     """Median times on a motorway of five lanes with 50 vehicles within 80 m."""
-    beams = beam_table(load_rig("srx_six_lux", Path()))
-    frame = motorway()
-    scan_ms = whole_scan_ms(frame)
-    ours_ms, embree_ms = caster_ms(beams, frame), embreex_ms(beams, frame)
+    frame = motorway(VEHICLES)
     return {
-        "sensor.centre_ray_scan_ms": {"value": scan_ms, "unit": "ms", "peer": None, "ratio": None},
-        "sensor.over_embreex": {
-            "value": embree_ms / ours_ms,
-            "unit": "1",
-            "peer": f"embreex: {embree_ms:.2f} ms, ours: {ours_ms:.2f} ms, scene update and cast",
-            "ratio": embree_ms / ours_ms,
-        },
+        "sensor.centre_ray_scan_ms": _row(whole_scan_ms(CENTRE_RAY, frame), "ms"),
+        "sensor.footprint_scan_ms": _row(whole_scan_ms(FOOTPRINT, frame), "ms"),
+        "sensor.over_embreex": beside_embreex(CENTRE_RAY, frame),
+        "sensor.footprint_over_embreex": beside_embreex(FOOTPRINT, frame),
+        **{f"sensor.ms_per_1000_hit_beams_{count}veh": cost_of_hits(count) for count in TRAFFIC},
     }
 
 
-def motorway() -> WorldFrame:
-    """Fifty vehicles, ten in each of five lanes 3.5 m apart, the ego in a gap of the middle one."""
+def _row(value: float, unit: str, peer: str | None = None, ratio: float | None = None) -> Row:
+    return {"value": value, "unit": unit, "peer": peer, "ratio": ratio}
+
+
+def motorway(vehicles: int) -> WorldFrame:
+    """Vehicles every 15 m in each of five lanes 3.5 m apart, the ego in a gap of the middle one."""
     rng = np.random.default_rng(3)
-    kinds = rng.choice(KINDS, VEHICLES)
-    lane, place = np.arange(VEHICLES) % 5, np.arange(VEHICLES) // 5
-    x = -75.0 + 15.0 * place + rng.uniform(-2.0, 2.0, VEHICLES)
+    kinds = rng.choice(KINDS, vehicles)
+    lane, place = np.arange(vehicles) % 5, np.arange(vehicles) // 5
+    x = 15.0 * (place - vehicles // 10) + rng.uniform(-2.0, 2.0, vehicles)
     x += 20.0 * ((lane == 2) & (np.abs(x) < 12.0))
     actors = Actors(
-        id=np.arange(VEHICLES),
-        name=np.arange(VEHICLES).astype(np.str_),
+        id=np.arange(vehicles),
+        name=np.arange(vehicles).astype(np.str_),
         kind=kinds.astype(np.uint8),
-        pose_world=np.column_stack([x, 3.5 * lane - 7.0, rng.normal(0.0, 0.05, VEHICLES)]),
-        velocity_world=np.zeros((VEHICLES, 2)),
-        acceleration_world=np.zeros((VEHICLES, 2)),
-        yaw_rate=np.zeros(VEHICLES),
+        pose_world=np.column_stack([x, 3.5 * lane - 7.0, rng.normal(0.0, 0.05, vehicles)]),
+        velocity_world=np.column_stack([rng.uniform(20.0, 40.0, vehicles), rng.normal(0.0, 0.3, vehicles)]),
+        acceleration_world=rng.normal(0.0, 0.5, (vehicles, 2)),
+        yaw_rate=rng.normal(0.0, 0.02, vehicles),
         size=np.array([SHAPES[Kind(kind)].size for kind in kinds]),
-        reflectivity=rng.uniform(0.05, 0.8, VEHICLES),
+        reflectivity=rng.uniform(0.05, 0.8, vehicles),
     )
-    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]))
+    ego = Ego(np.zeros(3), np.array([30.0, 0.0]), np.zeros(2), 0.01, np.array([4.83, 1.91, 1.67]))
     return WorldFrame(0, 0.0, ego, actors)
 
 
-def whole_scan_ms(frame: WorldFrame) -> float:
+def whole_scan_ms(sensor: SensorConfig, frame: WorldFrame) -> float:
     """Bodies, cast, loss, noise, scan and truth."""
-    lidar = Lidar(load_rig("srx_six_lux", Path()), NoiseConfig(), seed=1, obstacles=NO_OBSTACLES)
+    lidar = Lidar(RIG, NoiseConfig(), sensor, seed=1, obstacles=NO_OBSTACLES)
     return median_ms(lambda: lidar.scan(frame))
 
 
-def caster_ms(beams: BeamTable, frame: WorldFrame) -> float:
-    """Placing the bodies and casting, which also counts what each body would show alone."""
-    shop, caster, walls = BodyShop(mirrors=True, plain=False), Caster(beams), walls_of(NO_OBSTACLES)
-    actors, ego_pose = frame.actors, frame.ego.pose_world
-    return median_ms(lambda: caster.cast(shop.place(actors, ego_pose), walls, actors.reflectivity))
+def beside_embreex(sensor: SensorConfig, frame: WorldFrame) -> Row:
+    """Both ways to place the bodies and to cast all rays.
+
+    Ours also sweeps, counts what each body would show alone, and listens for echoes.
+    """
+    beams, shop = beam_table(RIG), _shop(sensor)
+    caster, walls, setting = Caster(beams, sensor), walls_of(NO_OBSTACLES), _setting(beams, frame)
+    ours_ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
+    embree_ms = embreex_ms(shop.place(frame), *ray_grid(beams, sensor.footprint))
+    peer = f"embreex: {embree_ms:.2f} ms, ours: {ours_ms:.2f} ms, scene update and cast"
+    return _row(embree_ms / ours_ms, "1", peer, embree_ms / ours_ms)
 
 
-def embreex_ms(beams: BeamTable, frame: WorldFrame) -> float:
-    """Placing the same bodies as triangles, building Embree's scene, and its nearest hits."""
+def thinned(frame: WorldFrame, vehicles: int) -> WorldFrame:
+    """The frame with so many of its vehicles, taken at random."""
+    kept = np.sort(np.random.default_rng(4).permutation(len(frame.actors))[:vehicles])
+    columns = {column.name: getattr(frame.actors, column.name)[kept] for column in fields(Actors)}
+    return replace(frame, actors=Actors(**columns))
+
+
+def cost_of_hits(vehicles: int) -> Row:
+    """Time of a footprint cast for each 1000 beams that hit a vehicle, on a road with room for 100."""
+    frame, beams, shop = thinned(motorway(max(TRAFFIC)), vehicles), beam_table(RIG), _shop(FOOTPRINT)
+    caster, walls, setting = Caster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _setting(beams, frame)
+    echoes = caster.cast(shop.place(frame), walls, setting)
+    met = len(np.unique(np.concatenate([echoes.beam, echoes.lost_beam])))
+    hit = len(np.unique(echoes.beam[echoes.target >= 0]))
+    ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
+    return _row(1000.0 * ms / hit, "ms", f"{ms:.2f} ms, {hit} beams hit a vehicle, {met} of {len(beams)} anything")
+
+
+def _shop(sensor: SensorConfig) -> BodyShop:
+    return BodyShop(mirrors=True, plain=False, glass=sensor.glass, seed=1)
+
+
+def _setting(beams: BeamTable, frame: WorldFrame) -> Setting:
+    units, ego = beams.units, frame.ego
+    return Setting(
+        frame_index=0,
+        origin_ego=units.origin_ego,
+        R_ego_unit=units.R_ego_unit,
+        time_jitter=np.zeros(len(units)),
+        ego_velocity=ego.velocity_world,
+        ego_acceleration=ego.acceleration_world,
+        ego_yaw_rate=ego.yaw_rate,
+        threshold=units.threshold[beams.unit],
+    )
+
+
+def ray_grid(beams: BeamTable, footprint: tuple[int, int]) -> tuple[Floats, Floats]:
+    """(G, 3) origins and directions in the ego frame of all rays of all beams, as if fired at once."""
+    rises, turns = footprint
+    unit = np.repeat(beams.unit, rises * turns)
+    rise = np.tile(np.repeat((np.arange(rises) + 0.5) / rises - 0.5, turns), len(beams))
+    turn = np.tile((np.arange(turns) + 0.5) / turns - 0.5, len(beams) * rises)
+    azimuth = np.repeat(beams.azimuth, rises * turns) + turn * beams.units.beam_width[unit]
+    elevation = np.repeat(beams.elevation, rises * turns) + rise * beams.units.beam_height[unit]
+    cos = np.cos(elevation)
+    direction = np.stack([cos * np.cos(azimuth), cos * np.sin(azimuth), np.sin(elevation)], axis=1)
+    return beams.units.origin_ego[unit], np.einsum("gij,gj->gi", beams.units.R_ego_unit[unit], direction)
+
+
+def embreex_ms(bodies: Bodies, origins: Floats, directions: Floats) -> float:
+    """Placing the outer solids as triangles, building Embree's scene, and its nearest hits."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
-    actors = frame.actors
-    shapes = [(Kind(kind), *size) for kind, size in zip(actors.kind, actors.size.tolist(), strict=True)]
-    meshes = {shape: body_mesh(body_solids(*shape, mirrors=True, plain=False)) for shape in set(shapes)}
-    vertices = [np.asarray(meshes[shape].vertices) for shape in shapes]
-    starts = np.cumsum([0, *map(len, vertices)])
-    faces = np.concatenate([meshes[shape].faces + start for shape, start in zip(shapes, starts, strict=False)])
-    owner, corner = np.repeat(np.arange(VEHICLES), np.diff(starts)), np.concatenate(vertices)
-    faces = faces.astype(np.int32)
-    origins = beams.origin_ego[beams.unit].astype(np.float32)
-    directions = beams.direction_ego.astype(np.float32)
+    outer = [[piece for piece in pieces(bodies, row) if not piece.inner] for row in range(len(bodies))]
+    meshes = [body_mesh(solids) for solids in outer]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]).astype(np.int32)
+    owner = np.repeat(np.arange(len(meshes)), np.diff(starts))
+    corner = np.concatenate([np.asarray(mesh.vertices) for mesh in meshes])
+    origins_32, directions_32 = origins.astype(np.float32), directions.astype(np.float32)
 
     def update_and_cast() -> None:
-        x, y, yaw = (actors.pose_world - frame.ego.pose_world)[owner].T
+        x, y, yaw = bodies.pose_ego[owner].T
         cos, sin = np.cos(yaw), np.sin(yaw)
         placed = np.column_stack(
             [x + cos * corner[:, 0] - sin * corner[:, 1], y + sin * corner[:, 0] + cos * corner[:, 1], corner[:, 2]]
         )
         scene = EmbreeScene()
         TriangleMesh(scene, placed.astype(np.float32), faces)
-        scene.run(origins, directions, query="DISTANCE")
+        scene.run(origins_32, directions_32, query="DISTANCE")
 
     return median_ms(update_and_cast)
 

@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import numpy.typing as npt
 from matplotlib.patches import Patch
+from PIL import Image
 
 from sensor_model.body import Body, Look, build
 from sensor_model.materials import Glass
@@ -110,6 +111,8 @@ def main() -> None:
         ncols=4,
     )
     figure.savefig(PICTURE, dpi=70)
+    with Image.open(PICTURE) as drawn:
+        drawn.convert("RGB").quantize(128).save(PICTURE, optimize=True)  # flat colours: a third of the size
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Draws the pictures of docs/sensor.md, each from the sensor's own code.
 
-    python docs/draw_sensor.py                # all of them, about a minute
+    python docs/draw_sensor.py                # all of them, some fifteen seconds
     python docs/draw_sensor.py beams echoes   # some of them
 
 Each module of docs/sensor_pictures that has a function `draw` makes one picture, docs/pictures/sensor_<module>.png.
@@ -12,7 +12,8 @@ from importlib import import_module
 import matplotlib as mpl
 
 PICTURES = (
-    "beams", "footprint", "echoes", "power", "sweep", "attitude", "causes", "ranging", "losses", "weather", "visibility",
+    "beams", "footprint", "echoes", "power", "sweep", "attitude", "causes", "ranging", "losses", "weather",
+    "visibility",
 )  # fmt: skip
 
 

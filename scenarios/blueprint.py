@@ -62,7 +62,8 @@ From above; the **ego is the solid box**, driving up. Circles at {RINGS_M[0]:.0f
 - **Tracks**: thick coloured rectangles with id and chosen motion model ({", ".join(MODEL_NAMES)}), an arrow of 1 s
   of travel and a trail of {TRAIL_S:.0f} s; thin and dim when tentative or coasting
 - **Points**: blue on vehicles, grey elsewhere; noise is magenta on a mirror, orange inside the outline, red as a
-  range outlier or false alarm, pink as a ghost, yellow where units disagree, cyan in rain and spray. Tabs colour them by unit or layer instead.
+  range outlier or false alarm, pink as a ghost, yellow where units disagree, cyan in rain and spray. Tabs colour
+  them by unit or layer instead.
 """
 
 

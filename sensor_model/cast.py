@@ -10,7 +10,8 @@ from sensor_model.bodies import Bodies
 from sensor_model.kernels import echoes as kernel
 from sensor_model.kernels import records
 from sensor_model.kernels.points import points_on_bodies
-from sensor_model.kernels.rig import cast_rays, cast_rig
+from sensor_model.kernels.rig import cast_rig
+from sensor_model.kernels.single import cast_rays
 from sensor_model.noise.ghosts import Mirrored
 from sensor_model.sensor import SensorConfig
 from sensor_model.sweep import Setting
@@ -62,10 +63,9 @@ class Caster:
         self._beams = beams
         self._unit = beams.unit.astype(np.int64)
         self._fans = records.Fans(beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.fan_turn, beams.row_beam)
+        self._grid = _grid(beams, sensor.footprint)
         self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
         self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
-        self._rise = _cos_sin(beams.units.beam_height[:, None] * _even(sensor.footprint[0]))
-        self._turn = _cos_sin(beams.units.beam_width[:, None] * _even(sensor.footprint[1]))
         self._room = len(beams) * int(beams.units.echoes_max.max())
 
     def firing_time(self, setting: Setting) -> Floats:
@@ -84,43 +84,41 @@ class Caster:
         free_range
             Whether the result should tell how far beams get.
         """
-        echo, echo_id = np.empty((self._room, 3)), np.empty((self._room, 3), dtype=np.int64)
-        lost_beam, lost_echo = np.empty(len(self._beams), dtype=np.int64), np.empty((len(self._beams), 2))
+        echo, echo_id = np.empty((3, self._room)), np.empty((3, self._room), dtype=np.int64)
+        lost_beam, lost_echo = np.empty(len(self._beams), dtype=np.int64), np.empty((2, len(self._beams)))
         free = np.full(len(self._beams) if free_range else 0, np.inf)
         hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
         beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), _drive(setting)
         found, lost = cast_rig(
-            self._fans, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
+            self._fans, self._grid, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
             echo, echo_id, lost_beam, lost_echo, free, hits, hits_alone,
         )  # fmt: skip
-        order = np.argsort(echo_id[:found, kernel.BEAM], kind="stable")
-        beam, target, surface = (echo_id[order, column] for column in (kernel.BEAM, kernel.TARGET, kernel.SURFACE))
-        distance, power, width = (echo[order, column] for column in (kernel.RANGE, kernel.POWER, kernel.WIDTH))
-        order = np.argsort(lost_beam[:lost], kind="stable")
+        echo, echo_id, lost_echo = echo[:, :found].copy(), echo_id[:, :found].copy(), lost_echo[:, :lost].copy()
+        beam, distance, target = echo_id[kernel.BEAM], echo[kernel.RANGE], echo_id[kernel.TARGET]
         return Echoes(
             beam=beam,
             range=distance,
-            width=width,
-            power=power,
+            width=echo[kernel.WIDTH],
+            power=echo[kernel.POWER],
             target=target,
-            surface=surface,
-            point_body=points_on_bodies(beam, self._unit[beam], distance, target, beams, units, solids.motion, drive),
-            lost_beam=lost_beam[order],
-            lost_power=lost_echo[order, kernel.POWER],
-            lost_range=lost_echo[order, kernel.RANGE],
+            surface=echo_id[kernel.SURFACE],
+            point_body=points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive),
+            lost_beam=lost_beam[:lost].copy(),
+            lost_power=lost_echo[kernel.POWER],
+            lost_range=lost_echo[kernel.RANGE],
             free_range=free,
             unit_hits=hits.T.astype(np.int32),
             unit_hits_alone=hits_alone.T.astype(np.int32),
         )
 
     def cast_mirrored(
-        self, beam: Ints, origins_ego: Floats, directions_ego: Floats, bodies: Bodies, walls: Walls, setting: Setting
-    ) -> Mirrored:
-        """Follow rays from origins (G, 3) along directions (G, 3), each when its beam (G,) fires."""
-        range_max = float(self._beams.units.range_max.max())
+        self, beam: Ints, origins_ego: Floats, directions_ego: Floats, reach: Floats, bodies: Bodies, walls: Walls,
+        setting: Setting,
+    ) -> Mirrored:  # fmt: skip
+        """Follow rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
         time = self.firing_time(setting)[beam]
         surroundings = _surroundings(walls, setting)
-        return Mirrored(*cast_rays(origins_ego, directions_ego, time, range_max, _solids(bodies), surroundings))
+        return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), surroundings))
 
     def _timed(self, setting: Setting) -> records.Beams:
         return records.Beams(self._direction, self._beams.gain, setting.threshold, self.firing_time(setting))
@@ -129,8 +127,35 @@ class Caster:
         units = self._beams.units
         return records.Units(
             setting.origin_ego, setting.R_ego_unit, units.range_min, units.range_max, units.pulse_length,
-            units.pulse_growth, units.echo_separation, units.echoes_max, self._rise, self._turn,
+            units.pulse_growth, units.echo_separation, units.echoes_max,
         )  # fmt: skip
+
+
+def _grid(beams: BeamTable, footprint: tuple[int, int]) -> records.Grid:
+    """Directions of all rays: the midpoints of an even grid over each beam."""
+    rises, turns = footprint
+    azimuths, slopes, cosines, farthest = [], [], [], []
+    for fan, u in enumerate(beams.fan_unit):
+        first, end = beams.row_beam[beams.fan_row[fan : fan + 2]]
+        layers = beams.fan_row[fan + 1] - beams.fan_row[fan]
+        azimuth, layer_elevation = (angle[first:end].reshape(layers, -1) for angle in (beams.azimuth, beams.elevation))
+        rise, turn = beams.units.beam_height[u] * _even(rises), beams.units.beam_width[u] * _even(turns)
+        azimuths.append((azimuth[0, :, None] + turn).ravel())
+        elevation = np.repeat((layer_elevation.T[:, :, None] + rise).reshape(-1, layers * rises), turns, axis=0).ravel()
+        slopes.append(np.tan(elevation))
+        cosines.append(np.cos(elevation))
+        farthest.append(1.0 / (beams.units.range_max[u] * np.cos(elevation)))
+    return records.Grid(
+        rises=rises,
+        turns=turns,
+        half_width=beams.units.beam_width / 2.0,
+        fan_column=np.cumsum([0, *map(len, azimuths)]),
+        fan_ray=np.cumsum([0, *map(len, slopes)]),
+        azimuth=np.ascontiguousarray(_cos_sin(np.concatenate(azimuths)).T),
+        slope=np.concatenate(slopes),
+        cos=np.concatenate(cosines),
+        far=np.concatenate(farthest),
+    )
 
 
 def _even(count: int) -> Floats:
@@ -139,12 +164,13 @@ def _even(count: int) -> Floats:
 
 
 def _cos_sin(angle: Floats) -> Floats:
-    """(..., 2)"""
+    """(..., 2) of angles (...)."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _drive(setting: Setting) -> records.Drive:
-    return records.Drive(*setting.ego_velocity, *setting.ego_acceleration, setting.ego_yaw_rate)
+    (vx, vy), (ax, ay) = setting.ego_velocity, setting.ego_acceleration
+    return records.Drive(vx, vy, ax, ay, setting.ego_yaw_rate)
 
 
 def _solids(bodies: Bodies) -> records.Solids:

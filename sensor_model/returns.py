@@ -26,7 +26,7 @@ class Returns:
     width: Floats
     """(N,) of the pulse over the threshold [m]."""
     power: Floats
-    """(N,) highest power of the echo: reflectivity x cos(incidence) x gain / range^2, summed over its surfaces [1/m^2]."""
+    """(N,) highest power of the echo: reflectivity x cos(incidence) x gain / range^2 of all it comes from [1/m^2]."""
     target: Ints
     """(N,) row of the actor met, or `GROUND`, `WALL`, `NOTHING`."""
     surface: Ints
@@ -52,6 +52,6 @@ class Returns:
 
     @property
     def transparent(self) -> npt.NDArray[np.uint16]:
-        """(N,) `PointFlag.TRANSPARENT` where the beam has another echo behind, which is all that a LUX knows of glass."""
+        """(N,) `PointFlag.TRANSPARENT` where the beam has another echo behind: all that a LUX knows of glass."""
         behind = np.append(self.beam[1:] == self.beam[:-1], np.zeros(min(len(self), 1), dtype=np.bool_))
         return np.where(behind, PointFlag.TRANSPARENT, 0).astype(np.uint16)

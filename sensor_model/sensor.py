@@ -19,4 +19,4 @@ class SensorConfig:
 
     def __post_init__(self) -> None:
         if not all(1 <= count <= 99 for count in self.footprint):
-            raise ValueError(f"footprint = {list(self.footprint)}: give 1 to 99 rays over the height and over the width")
+            raise ValueError(f"footprint = {list(self.footprint)}: give 1 to 99 rays over height and width")

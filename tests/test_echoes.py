@@ -126,13 +126,18 @@ def test_two_weak_walls_trigger_together_while_both_are_in_the_pulse():
     assert len(cast(stairs((10.0, 0.005), (10.7, 0.005)), columns=2).beam) == 0
 
 
-def test_a_point_is_where_the_echo_starts_on_what_returns_most():
-    """A strong wall within a pulse behind a weak but sufficient one: the near range, on the far wall."""
+def test_a_point_is_where_the_echo_starts_on_what_returns_most_there():
+    """A strong wall within a pulse behind a weak but sufficient one: range and name are the near one's.
+
+    Fails when points on a mirror are taken for points on the door behind it, which returns more. Within 10 cm, which
+    range noise does not tell apart, the stronger wall gives the name.
+    """
     echoes = cast(stairs((10.0, 0.02), (10.4, 0.4)), columns=2)
     assert echoes.range == pytest.approx([10.0], abs=SPREAD)
+    assert echoes.surface.tolist() == [0]
+    echoes = cast(stairs((10.0, 0.02), (10.05, 0.4)), columns=2)
+    assert echoes.range == pytest.approx([10.0], abs=SPREAD)
     assert echoes.surface.tolist() == [1]
-    # Of walls as strong as each other, within rounding, it would be either; a little nearer is a little stronger.
-    assert cast(stairs((10.0, 0.4), (10.4, 0.4)), columns=2).surface.tolist() == [0]
 
 
 def test_a_slanted_wall_is_met_at_its_near_edge_and_widens_the_pulse():

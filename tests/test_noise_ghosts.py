@@ -57,7 +57,7 @@ def on_flank(part=Part.BODY, surface=FLANK):
     )
 
 
-def wall(beam, origin, direction):
+def wall(beam, origin, direction, reach):
     """Cast against the wall of reflectivity 0.8, which is as high and wide as needed."""
     assert len(beam) == len(origin) == len(direction)
     ahead = direction[:, 0] > 0.0
@@ -65,7 +65,7 @@ def wall(beam, origin, direction):
     return Mirrored(range=range_, reflectivity=np.full(len(beam), 0.8), cosine=np.abs(direction[:, 0]))
 
 
-def nothing(beam, _origin, _direction):
+def nothing(beam, _origin, _direction, _reach):
     return Mirrored(np.full(len(beam), np.inf), np.zeros(len(beam)), np.zeros(len(beam)))
 
 

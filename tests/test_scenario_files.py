@@ -79,7 +79,10 @@ def test_stage_settings_reach_their_stage(tmp_path):
         (VALID.replace('kind = "sumo"', ""), 'traffic.kind is missing; add it: one of "sumo", "highway-env"'),
         (VALID.replace("[traffic]", "[[traffic]]"), "traffic = [{"),
         (VALID + "[noise]\nrange.sigma = 1", "noise.range.sigma = 1: unknown key; did you mean sigma_scale?"),
-        (VALID + "[noise]\nrange.sigma_scale = -1", "noise.range: sigma_scale = -1.0: must not be negative; use 0 for none"),
+        (
+            VALID + "[noise]\nrange.sigma_scale = -1",
+            "noise.range: sigma_scale = -1.0: must not be negative; use 0 for none",
+        ),
         (VALID + "[rig]\nname = 'a'\nfile = 'b'", "rig: give either name (a shipped rig) or file"),
         (VALID + "[expect]\n'fit.best.headin' = {max = 1}", 'expect."fit.best.headin": unknown metric; did you mean'),
         (VALID + "[expect]\n'track.hota' = {}", 'expect."track.hota": no limit: give min, max or both'),

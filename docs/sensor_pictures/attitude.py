@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
+from sensor_pictures.stage import SRX, cast, label, noise, one_unit, only_beam, save, scene, sense, sheet
 
 from sensor_model.beams import beam_table
 from sensor_model.draws import Draws
 from sensor_model.noise.attitude import Attitude, AttitudeNoise
 from sensor_model.rig import Rig
-from sensor_model.truth import Cause, Part
-from sensor_pictures.stage import LUX, SRX, label, noise, one_unit, save, scene, sense, sheet
+from sensor_model.truth import Cause
 from sim.script import ScriptedActor
 from sim.world import Kind
 
@@ -42,23 +42,28 @@ def _over_time(axes: Axes) -> None:
     axes.axhspan(-config.pitch_sigma_deg, config.pitch_sigma_deg, color="0.9", zorder=0, label="one standard deviation")
     axes.set(xlim=(0, 10), ylim=(-1.8, 2.6))
     axes.legend(fontsize=8, loc="upper right", ncols=2)
-    label(axes, "Attitude of the ego's body, `noise.attitude`", "time [s]", "angle [deg]")
+    label(axes, "Attitude of the ego's body, with attitude noise on", "time [s]", "angle [deg]")
 
 
 def _ground(axes: Axes) -> None:
-    """Where the layers of a unit that looks ahead meet a flat road."""
-    pitches = np.arange(-1.5, 2.01, 0.1)
-    for layer in range(4):
-        nearest = np.full(len(pitches), np.nan)
+    """Where the beams straight ahead meet a flat road, and where that is an echo."""
+    pitches = np.arange(-1.5, 4.01, 0.1)
+    for layer, color in enumerate(LAYER_COLORS):
+        met, seen = np.full((2, len(pitches)), np.nan)
         for row, pitch in enumerate(pitches):
-            scan, truth = sense(scene(), OFF, rig=one_unit(LUX, pitch_deg=pitch))
-            own = (truth.part == Part.GROUND) & (scan.layer == layer)
-            nearest[row] = np.median(truth.true_range[own]) if own.any() else np.nan
-        axes.plot(pitches, nearest, ".-", color=LAYER_COLORS[layer], label=f"layer {layer}")
-    axes.set(xlim=(-1.5, 2.0), ylim=(0.0, 75.0))
+            rig = one_unit(only_beam(0.0, layer), pitch_deg=pitch)
+            echoes = cast(scene(), rig).echoes
+            met[row] = cast(scene(), rig, threshold=np.array([1e-9])).echoes.range.min(initial=200.0)
+            seen[row] = echoes.range[0] if len(echoes.range) else np.nan
+        axes.plot(pitches, met, color=color, linewidth=1.0, label=f"layer {layer}")
+        axes.plot(pitches, seen, color=color, linewidth=4.0, alpha=0.8)
+    axes.plot([], [], color="0.4", linewidth=4.0, label="enough for an echo")
+    axes.set(xlim=(-1.5, 4.0), ylim=(0.0, 60.0))
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
-    label(axes, "Ground echoes of a LUX 0.55 m up", "pitch [deg], nose down positive", "median range [m]")
+    label(
+        axes, "Flat road before a LUX 0.55 m up", "pitch [deg], nose down positive", "nearest part of the footprint [m]"
+    )
 
 
 def _overlap(axes: Axes) -> None:
@@ -68,9 +73,9 @@ def _overlap(axes: Axes) -> None:
             shares = [_share_inside(_at_height(height), pitch, gap) for gap in GAPS_M]
             name = f"units {height:.2f} m up, pitch {pitch:+.0f} deg"
             axes.plot(GAPS_M, shares, color=color, linestyle=style, label=name)
-    axes.set(xlim=(GAPS_M[0], GAPS_M[-1]), ylim=(0.0, None))
+    axes.set(xlim=(GAPS_M[0], GAPS_M[-1]), ylim=(0.0, 0.75))
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+    axes.legend(fontsize=8, ncols=2, loc="upper right")
     label(axes, "Layer overlap: points inside the outline of a car ahead", "gap [m]", "share of its points [1]")
 
 
@@ -100,8 +105,9 @@ def _side(axes: Axes) -> None:
         behind = scan.points_ego[own, 0] - EGO_FRONT_M - 25.0
         for layer in range(4):
             layered = scan.layer[own] == layer
-            axes.scatter(behind[layered], row + 0.12 * (layer - 1.5) + 0 * behind[layered], s=12, color=LAYER_COLORS[layer],
-                         label=f"layer {layer}" if row == 0 else None)  # fmt: skip
+            height = np.full(np.count_nonzero(layered), row + 0.12 * (layer - 1.5))
+            name = f"layer {layer}" if row == 0 else None
+            axes.scatter(behind[layered], height, s=12, color=LAYER_COLORS[layer], label=name)
     axes.set(ylim=(-0.6, 2.9), yticks=range(3), yticklabels=("pitch -1 deg\n(nose up)", "level", "pitch +1 deg"))
     axes.axvspan(0.0, 0.2, color="0.92", zorder=0)
     axes.legend(fontsize=8, loc="upper right", ncols=4)

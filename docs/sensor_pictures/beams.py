@@ -5,10 +5,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Polygon
+from sensor_pictures.stage import LOWER, LUX, SRX, UPPER, Floats, label, one_unit, save, sheet
 
 from sensor_model.beams import beam_table
 from sensor_model.rig import SHIPPED, load_unit
-from sensor_pictures.stage import LOWER, LUX, SRX, UPPER, Floats, label, one_unit, save, sheet
 
 REACH_M = 30.0
 
@@ -30,7 +30,9 @@ def _field_of_view(axes: Axes) -> None:
     half_m = 0.5 * LUX.beam_height_deg
     for upper, color in ((False, LOWER), (True, UPPER)):
         own = (table.layer >= 2) == upper
-        ends = np.stack([np.column_stack([azimuth, elevation - half_m]), np.column_stack([azimuth, elevation + half_m])])
+        ends = np.stack(
+            [np.column_stack([azimuth, elevation - half_m]), np.column_stack([azimuth, elevation + half_m])]
+        )
         axes.add_collection(LineCollection(ends[:, own].transpose(1, 0, 2), colors=color, linewidths=0.6))
         name = "upper pair (layers 2, 3)" if upper else "lower pair (layers 0, 1)"
         axes.plot([], [], color=color, label=f"{name}: {own.sum()} beams")

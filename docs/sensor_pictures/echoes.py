@@ -1,14 +1,27 @@
-"""How echoes form: what comes back to single beams within one pulse length, the threshold, and what the unit reports."""
+"""How echoes form: what comes back to single beams within a pulse length, the threshold, what the unit reports."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from sensor_pictures.stage import (
+    PART_COLORS,
+    Cast,
+    Floats,
+    Scene,
+    cast,
+    label,
+    one_unit,
+    only_beam,
+    rays_of,
+    save,
+    scene,
+    sheet,
+)
 
 from sensor_model.sensor import SensorConfig
 from sensor_model.truth import Part
 from sensor_model.unit import UnitModel
-from sensor_pictures.stage import PART_COLORS, Cast, Floats, Scene, cast, label, one_unit, only_beam, rays_of, save, scene, sheet
 from sim.script import ScriptedActor, ScriptedObstacle
 
 EDGE_DEG = 3.4
@@ -45,13 +58,27 @@ def _cases() -> list[Case]:
     upper, top = only_beam(0.0, 2), only_beam(0.0, 3)
     return [
         Case("a wall: one echo", scene(street=(_wall(15.0),)), upper),
-        Case("half on a car's edge, half on a wall:\ntwo echoes", scene(_car(15.0), street=(_wall(19.0),)), only_beam(EDGE_DEG, 2)),
-        Case("two walls 1 m apart: one echo, as they\nare nearer than the echo separation",
-             scene(street=(_wall(15.0, height_m=0.66), _wall(16.0))), upper),
+        Case(
+            "half on a car's edge, half on a wall:\ntwo echoes",
+            scene(_car(15.0), street=(_wall(19.0),)),
+            only_beam(EDGE_DEG, 2),
+        ),
+        Case(
+            "two walls 1 m apart: one echo, as they\nare nearer than the echo separation",
+            scene(street=(_wall(15.0, height_m=0.66), _wall(16.0))),
+            upper,
+        ),
         Case("a deck and the rear window behind it:\none echo, at the deck", scene(_car(20.0)), top),
-        Case("a bus's windscreen at 12 m, from 1.5 m up:\none echo, at the pane", scene(_oncoming(12.0)), upper, z_m=1.5),
-        Case("the same at 42 m: the pane is too weak,\nthe echo is that of the interior", scene(_oncoming(42.0)), upper, z_m=1.5),
-    ]  # fmt: skip
+        Case(
+            "a bus's windscreen at 12 m, from 1.5 m up:\none echo, at the pane", scene(_oncoming(12.0)), upper, z_m=1.5
+        ),
+        Case(
+            "the same at 42 m: the pane is too weak,\nthe echo is that of the interior",
+            scene(_oncoming(42.0)),
+            upper,
+            z_m=1.5,
+        ),
+    ]
 
 
 def _wall(x_m: float, height_m: float = 4.0) -> ScriptedObstacle:

@@ -3,12 +3,24 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
+from sensor_pictures.stage import (
+    LUX,
+    PART_COLORS,
+    Cast,
+    Floats,
+    Scene,
+    cast,
+    label,
+    one_unit,
+    only_beam,
+    rays_of,
+    save,
+    scene,
+    sheet,
+)
 
 from sensor_model.sensor import SensorConfig
 from sensor_model.unit import Fan, UnitModel
-from sensor_pictures.stage import (
-    LUX, PART_COLORS, Cast, Floats, Scene, cast, label, one_unit, only_beam, rays_of, save, scene, sheet,
-)  # fmt: skip
 from sim.script import ScriptedActor
 
 DISTANCE_M = 20.0
@@ -53,18 +65,27 @@ def _photograph(axes: Axes, where: Scene) -> None:
     camera = UnitModel(
         **{
             **{name: getattr(camera, name) for name in camera.__slots__},
-            "layer_elevation_deg": tuple(elevation), "layer_bias_m": (0.0,) * PIXELS, "fans": (fan,),
+            "layer_elevation_deg": tuple(elevation),
+            "layer_bias_m": (0.0,) * PIXELS,
+            "fans": (fan,),
         }
-    )  # fmt: skip
+    )
     seen = cast(where, one_unit(camera), SensorConfig(footprint=(1, 1)))
     first = np.diff(seen.echoes.beam, prepend=-1) > 0
     beam = seen.echoes.beam[first]
     image = np.full(len(seen.beams), np.nan)
-    image[beam] = np.where(seen.echoes.target[first] >= 0, seen.echoes.power[first] * seen.echoes.range[first] ** 2, np.nan)
+    image[beam] = np.where(
+        seen.echoes.target[first] >= 0, seen.echoes.power[first] * seen.echoes.range[first] ** 2, np.nan
+    )
     axes.imshow(
-        np.sqrt(image.reshape(PIXELS, -1)), origin="lower", extent=(left, right, bottom, top), cmap="Greys_r", vmin=-0.2,
-        vmax=0.75, aspect="equal",
-    )  # fmt: skip
+        np.sqrt(image.reshape(PIXELS, -1)),
+        origin="lower",
+        extent=(left, right, bottom, top),
+        cmap="Greys_r",
+        vmin=-0.2,
+        vmax=0.75,
+        aspect="equal",
+    )
 
 
 def _from_behind(axes: Axes, beam: UnitModel, rays: Cast) -> None:
@@ -91,14 +112,23 @@ def _from_the_side(axes: Axes, layer: int, rays: Cast, whole: Cast) -> None:
     axes.scatter(x, z, s=4, c=[PART_COLORS[part] for part in rays.part], zorder=2)
     x, _, z = whole.points_ego.T
     axes.scatter(x, z, s=22, marker="x", color="black", linewidths=0.8, zorder=3)
-    axes.plot([0.0, 40.0], 0.55 + np.tan(np.deg2rad(LUX.layer_elevation_deg[layer])) * np.array([0.0, 40.0]), color="0.85",
-              linewidth=0.6, zorder=0)  # fmt: skip
+    axes.plot(
+        [0.0, 40.0],
+        0.55 + np.tan(np.deg2rad(LUX.layer_elevation_deg[layer])) * np.array([0.0, 40.0]),
+        color="0.85",
+        linewidth=0.6,
+        zorder=0,
+    )
 
 
 def _finish(behind: Axes, side: Axes) -> None:
     behind.set(xlim=(WINDOW[1], WINDOW[0]), ylim=WINDOW[2:])
-    label(behind, f"Rays of all beams on a car's rear, {DISTANCE_M:.0f} m away ({FOOTPRINT[0]} x {FOOTPRINT[1]} a beam)",
-          "y left [m]", "z [m]")  # fmt: skip
+    label(
+        behind,
+        f"Rays of all beams on a car's rear, {DISTANCE_M:.0f} m away ({FOOTPRINT[0]} x {FOOTPRINT[1]} a beam)",
+        "y left [m]",
+        "z [m]",
+    )
     for part, color in PART_COLORS.items():
         if part.name in ("GROUND", "BODY", "GREENHOUSE", "INTERIOR", "MIRROR", "WHEEL"):
             name = {"GREENHOUSE": "glass"}.get(part.name, part.name.lower())

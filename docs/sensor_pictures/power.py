@@ -5,12 +5,12 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from sensor_pictures.stage import LUX, Scene, cast, label, noise, one_unit, only_beam, save, scene, sense, sheet
 
 from sensor_model.noise.dropout import Dropout
 from sensor_model.rig import Rig
 from sensor_model.truth import Part
 from sensor_model.unit import Fan
-from sensor_pictures.stage import LUX, Floats, Scene, cast, label, noise, one_unit, only_beam, save, scene, sense, sheet
 from sim.script import ScriptedObstacle
 
 PAINTS = {"black": 0.04, "dark metallic": 0.1, "silver": 0.4, "white": 0.7}
@@ -66,7 +66,7 @@ def _plate(range_m: float, reflectivity: float) -> Scene:
 
 
 def _returns(axes: Axes) -> None:
-    """Share of the beams on a plate that return, by the whole sensor: a unit that fires very many beams straight ahead."""
+    """Share of the beams on a plate that return, counted with a unit that fires very many beams straight ahead."""
     fan = Fan((0,), start_deg=0.1, stop_deg=-0.1, step_deg=0.2 / (BEAMS - 1), gain_percent=(100.0,))
     model = replace(
         LUX, layer_elevation_deg=(0.4,), layer_bias_m=(0.0,), gain_azimuth_deg=(0.0,), fans=(fan,), beam_width_deg=1e-4
@@ -100,7 +100,7 @@ def _farthest(reflectivity: float, angle_deg: float) -> float:
     """Range at which a plate just reaches the threshold [m]; power falls with the square of the range."""
     at_m = 10.0
     along = 30.0 * np.array([-np.sin(np.deg2rad(angle_deg)), np.cos(np.deg2rad(angle_deg))])
-    ends: Floats = np.array([(at_m, 0.0) - along, (at_m, 0.0) + along])
-    wall = ScriptedObstacle([tuple(end) for end in ends], 20.0, kind="wall", reflectivity=reflectivity)
+    ends = [(at_m + side * along[0], side * along[1]) for side in (-1.0, 1.0)]
+    wall = ScriptedObstacle(ends, 20.0, kind="wall", reflectivity=reflectivity)
     narrow = one_unit(replace(only_beam(0.0, 2), beam_width_deg=1e-3))
     return at_m * np.sqrt(_power_over_threshold(scene(street=(wall,)), narrow))

@@ -152,7 +152,9 @@ class Cast:
         return origin + self.echoes.range[:, None] * self.beams.direction_ego[self.echoes.beam]
 
 
-def cast(where: Scene, rig: Rig, sensor: SensorConfig | None = None, threshold: Floats | None = None) -> Cast:
+def cast(
+    where: Scene, rig: Rig, sensor: SensorConfig | None = None, threshold: Floats | None = None, extinction: float = 0.0
+) -> Cast:
     """Cast a rig's beams into a scene, without noise; by default every unit has its own threshold."""
     sensor = sensor or SensorConfig()
     beams, ego = beam_table(rig), where.frame.ego
@@ -166,6 +168,7 @@ def cast(where: Scene, rig: Rig, sensor: SensorConfig | None = None, threshold: 
         ego_acceleration=np.zeros(2),
         ego_yaw_rate=0.0,
         threshold=beams.units.threshold[beams.unit] if threshold is None else threshold,
+        extinction=extinction,
     )
     walls = walls_of(where.obstacles).seen_from(ego.pose_world)
     return Cast(beams, bodies, Caster(beams, sensor).cast(bodies, walls, setting))

@@ -1,6 +1,7 @@
 """From what comes back to a beam to its echoes: the unit's electronics.
 
-What comes back along one ray is a sample: a row of `sample` and of `sample_id`. So are echoes, of `echo` and `echo_id`.
+What comes back along one ray is a sample: a column of `sample` and of `sample_id`. So are echoes, of `echo` and
+`echo_id`.
 """
 
 import math
@@ -10,30 +11,30 @@ from numba import njit
 from sensor_model.kernels.records import Floats, Ints
 
 RANGE, POWER, WIDTH = range(3)
-"""Columns of `sample` (range, power) and `echo` (all)."""
+"""Rows of `sample` (range, power) and `echo` (all)."""
 TARGET, SURFACE, BEAM = range(3)
-"""Columns of `sample_id` (target, surface) and `echo_id` (all)."""
+"""Rows of `sample_id` (target, surface) and `echo_id` (all)."""
+_START = 0.1  # [m] of an echo: nearer than that to its range a surface is what is there, at four sigma of a LUX
 
 
 @njit(cache=True)
-def sort_by_range(sample: Floats, sample_id: Ints, n: int) -> None:
-    """Sort the first n samples from near to far, in place; they come nearly sorted."""
-    for i in range(1, n):
-        r, p = sample[i, RANGE], sample[i, POWER]
-        target, surface = sample_id[i, TARGET], sample_id[i, SURFACE]
-        k = i
-        while k > 0 and sample[k - 1, RANGE] > r:
-            sample[k, RANGE], sample[k, POWER] = sample[k - 1, RANGE], sample[k - 1, POWER]
-            sample_id[k, TARGET], sample_id[k, SURFACE] = sample_id[k - 1, TARGET], sample_id[k - 1, SURFACE]
+def sort_by_range(sample: Floats, order: Ints, n: int) -> None:
+    """Sort the ranges of the first n samples, near to far, in place; `order` (n,) out: which sample each is of.
+
+    They come nearly sorted. Only ranges move, the rest of a sample is found by `order`.
+    """
+    for i in range(n):
+        r, k = sample[RANGE, i], i
+        while k > 0 and sample[RANGE, k - 1] > r:
+            sample[RANGE, k], order[k] = sample[RANGE, k - 1], order[k - 1]
             k -= 1
-        sample[k, RANGE], sample[k, POWER] = r, p
-        sample_id[k, TARGET], sample_id[k, SURFACE] = target, surface
+        sample[RANGE, k], order[k] = r, i
 
 
 @njit(cache=True)
 def find_echoes(
-    sample: Floats, sample_id: Ints, n: int, threshold: float, pulse_length: float, pulse_growth: float,
-    separation: float, most: int, echo: Floats, echo_id: Ints, used: int,
+    sample: Floats, order: Ints, n: int, threshold: float, pulse_length: float, pulse_growth: float,
+    separation: float, most: int, echo: Floats, used: int,
 ) -> tuple[int, float, float]:  # fmt: skip
     """Append the echoes of a beam, all but their names.
 
@@ -42,8 +43,10 @@ def find_echoes(
 
     Parameters
     ----------
+    sample, order
+        As `sort_by_range` leaves them.
     n
-        The beam has so many samples, from near to far.
+        The beam has so many samples.
     threshold, pulse_length, pulse_growth, separation, most
         Power [1/m^2]; lengths [m], growth [m/dB]; how many echoes the unit reports.
     used
@@ -56,53 +59,52 @@ def find_echoes(
     begin, oldest, newest = used, 0, 0
     total, highest, where, above = 0.0, 0.0, 0.0, False
     while newest < n or above:
-        leaves = sample[oldest, RANGE] + pulse_length if oldest < newest else math.inf
-        if newest == n or leaves <= sample[newest, RANGE]:
-            total -= sample[oldest, POWER]
+        leaves = sample[RANGE, oldest] + pulse_length if oldest < newest else math.inf
+        if newest == n or leaves <= sample[RANGE, newest]:
+            total -= sample[POWER, order[oldest]]
             oldest += 1
             if oldest == newest:
                 total = 0.0  # rounding must leave nothing behind
             if above and total < threshold:
                 above = False
-                echo[used - 1, WIDTH] = leaves - echo[used - 1, RANGE]
+                echo[WIDTH, used - 1] = leaves - echo[RANGE, used - 1]
             continue
-        at = sample[newest, RANGE]
-        while newest < n and sample[newest, RANGE] == at:
-            total += sample[newest, POWER]
+        at = sample[RANGE, newest]
+        while newest < n and sample[RANGE, newest] == at:
+            total += sample[POWER, order[newest]]
             newest += 1
         if total > highest:
             highest, where = total, at
         if not above and total >= threshold:
             above = True
-            apart = used == begin or at - echo[used - 1, RANGE] >= separation
+            apart = used == begin or at - echo[RANGE, used - 1] >= separation
             if apart and used - begin == most:
                 break
             if apart:
-                echo[used, RANGE], echo[used, POWER] = at, 0.0
+                echo[RANGE, used], echo[POWER, used] = at, 0.0
                 used += 1
         if above:
-            echo[used - 1, POWER] = max(echo[used - 1, POWER], total)
+            echo[POWER, used - 1] = max(echo[POWER, used - 1], total)
     for e in range(begin, used):
-        echo[e, WIDTH] += pulse_growth * 10.0 * math.log10(echo[e, POWER] / threshold)
+        echo[WIDTH, e] += pulse_growth * 10.0 * math.log10(echo[POWER, e] / threshold)
     return used, highest, where
 
 
 @njit(cache=True)
-def name_echo(sample: Floats, sample_id: Ints, n: int, pulse_length: float, echo: Floats, echo_id: Ints, e: int) -> None:
-    """Set target and surface of echo e: those with most power in its first pulse length; of equals, the nearer."""
+def name_echo(sample: Floats, sample_id: Ints, order: Ints, n: int, echo: Floats, echo_id: Ints, e: int) -> None:
+    """Set target and surface of echo e: those with most power where it starts; of equals, the nearer."""
     first, end, whole = n, 0, 0.0
     for i in range(n):
-        if echo[e, RANGE] <= sample[i, RANGE] < echo[e, RANGE] + pulse_length:
+        if echo[RANGE, e] <= sample[RANGE, i] < echo[RANGE, e] + _START:
             first, end = min(first, i), i + 1
-            whole += sample[i, POWER]
+            whole += sample[POWER, order[i]]
     most = -1.0
     for i in range(first, end):
-        total = 0.0
+        target, surface, total = sample_id[TARGET, order[i]], sample_id[SURFACE, order[i]], 0.0
         for k in range(i, end):
-            if sample_id[k, TARGET] == sample_id[i, TARGET] and sample_id[k, SURFACE] == sample_id[i, SURFACE]:
-                total += sample[k, POWER]
+            if sample_id[TARGET, order[k]] == target and sample_id[SURFACE, order[k]] == surface:
+                total += sample[POWER, order[k]]
         if total > most:
-            most = total
-            echo_id[e, TARGET], echo_id[e, SURFACE] = sample_id[i, TARGET], sample_id[i, SURFACE]
+            most, echo_id[TARGET, e], echo_id[SURFACE, e] = total, target, surface
         if 2.0 * most > whole:  # no other has more
             break

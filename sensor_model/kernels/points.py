@@ -12,12 +12,14 @@ from sensor_model.kernels.records import Beams, Drive, Floats, Ints, Units
 def points_on_bodies(
     beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats, drive: Drive
 ) -> Floats:
-    """Points of N echoes on the centres of their beams, in the frames of the bodies that they are on, at their own time.
+    """Points of N echoes on the centres of their beams, in the frames of the bodies they are on, at their own time.
 
     Parameters
     ----------
-    beam, unit, distance, target
-        (N,) row of the beam table, its unit, range [m], and body; negative for none.
+    beam, distance, target
+        (N,) row of the beam table, range [m], and body; negative for none.
+    unit
+        (B,) of each beam.
     motion
         As in `records.Solids`.
 
@@ -27,9 +29,10 @@ def points_on_bodies(
     """
     points = np.zeros((len(beam), 2))
     for e in range(len(beam)):
-        a, b, u = target[e], beam[e], unit[e]
+        a, b = target[e], beam[e]
         if a < 0:
             continue
+        u = unit[b]
         t, half = beams.time[b], 0.5 * beams.time[b] * beams.time[b]
         ca, sa, ce, se = beams.direction[b, 0], beams.direction[b, 1], beams.direction[b, 2], beams.direction[b, 3]
         R = units.rotation[u]

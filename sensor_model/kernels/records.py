@@ -20,6 +20,33 @@ class Fans(NamedTuple):
     row_beam: Ints
 
 
+class Grid(NamedTuple):
+    """Directions of all rays in the frames of their units.
+
+    A beam is I rays, one above the other, times J, side by side. So fan f has J columns an azimuth, M in all, and in
+    each column n rays, I for each of its layers: ray i belongs to layer i // I, column m to azimuth m // J.
+    """
+
+    rises: int
+    """I"""
+    turns: int
+    """J"""
+    half_width: Floats
+    """(U,) of a beam [rad]."""
+    fan_column: Ints
+    """(F + 1,) fan f has columns fan_column[f] to fan_column[f + 1]."""
+    fan_ray: Ints
+    """(F + 1,) likewise of its rays, column by column."""
+    azimuth: Floats
+    """(2, columns) cosine and sine."""
+    slope: Floats
+    """(rays,) tangent of the elevation."""
+    cos: Floats
+    """(rays,) cosine of the elevation."""
+    far: Floats
+    """(rays,) nearness of the farthest range, 1 / (range x cosine)."""
+
+
 class Beams(NamedTuple):
     """Each beam's centre in its unit's frame, and how sensitive it is."""
 
@@ -44,10 +71,6 @@ class Units(NamedTuple):
     pulse_growth: Floats
     echo_separation: Floats
     echoes_max: Ints
-    rise: Floats
-    """(U, I, 2) cosine and sine of the elevation of a beam's rays, from its centre."""
-    turn: Floats
-    """(U, J, 2) of their azimuth."""
 
 
 class Solids(NamedTuple):
@@ -84,3 +107,34 @@ class Drive(NamedTuple):
     ax: float
     ay: float
     yaw_rate: float
+
+
+class Rays(NamedTuple):
+    """The rays of a fan, n in each of its M columns, while they are cast.
+
+    A ray starts at its column's origin and goes along forward + slope x up. How soon it meets something is its
+    nearness, 1 / (distance x cos): of a plane that is linear in the slope.
+    """
+
+    column: Floats
+    """(9, M) origin, forward and up, in the ego frame, when the column fires."""
+    slope: Floats
+    """(M, n) as in `Grid`."""
+    cos: Floats
+    """(M, n)"""
+    far: Floats
+    """(M, n)"""
+    nearness: Floats
+    """(M, n) of what the ray ends on, or of the farthest range [1/m]."""
+    target: Ints
+    """(M, n) what that is: a body, GROUND, WALL or NOTHING."""
+    surface: Ints
+    """(M, n) which plane or wall; not set for the others."""
+    cosine: Floats
+    """(M, n) of the angle of incidence there; not set for ground and nothing."""
+    inner_surface: Ints
+    """(M, n) plane that is met behind the pane on which the ray ends, or NONE."""
+    inner_nearness: Floats
+    """(M, n) of that; not set where there is none."""
+    inner_cosine: Floats
+    """(M, n) likewise."""

@@ -1,4 +1,4 @@
-"""Which columns of a fan may meet a thing: its azimuth interval, seen from a unit, is a range of columns.
+"""Which azimuths of a fan may meet a thing: the interval that it spans, seen from a unit.
 
 A thing that moves during the sweep, or is passed by the ego, is taken larger by the way it goes in that time.
 """
@@ -8,49 +8,84 @@ import math
 import numpy as np
 from numba import njit
 
-from sensor_model.kernels.records import Beams, Drive, Fans, Floats, Ints, Solids, Surroundings, Units
+from sensor_model.kernels.records import Drive, Floats, Ints
 
 _SLACK = 1e-9  # of a step: rounding must not lose the beam that just grazes a thing
 
 
 @njit(cache=True)
-def in_sight(
-    fans: Fans, f: int, beams: Beams, units: Units, bodies: Solids, around: Surroundings, drive: Drive
-) -> tuple[Ints, Ints]:
-    """Rows (thing, first column, end) of the bodies and of the walls that fan f may meet.
+def bodies_in_sight(
+    motion: Floats, bounds: Floats, origin: Floats, rotation: Floats, reach: float, half_width: float, time: float,
+    drive: Drive, interval: Floats,
+) -> None:  # fmt: skip
+    """Fill `interval` (A, 2) with lowest and highest azimuth of the beams that may meet each body; empty, NaN, if none.
+
+    Parameters
+    ----------
+    motion, bounds
+        As in `records.Solids`.
+    origin, rotation, reach, half_width
+        Of the unit: pose in the ego frame, range, and half of a beam's width.
+    time
+        The longest that any of its beams fires before or after the frame's time [s].
+    """
+    x, y = np.empty(8), np.empty(8)
+    passed, turned = _passed(drive, origin, time)
+    for a in range(len(motion)):
+        interval[a, 0], interval[a, 1] = math.nan, math.nan
+        radius = _radius(bounds, a)
+        margin = passed + abs(motion[a, 7]) * time * radius
+        margin += _way(motion[a, 3], motion[a, 4], motion[a, 5], motion[a, 6], time)
+        if math.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]) - radius - margin < reach:
+            _body_corners(bounds, motion, a, margin, origin, rotation, x, y)
+            low, high = _azimuth_interval(x, y)
+            interval[a, 0], interval[a, 1] = low - turned - half_width, high + turned + half_width
+
+
+@njit(cache=True)
+def walls_in_sight(
+    ends: Floats, z: Floats, origin: Floats, rotation: Floats, reach: float, half_width: float, time: float,
+    drive: Drive, interval: Floats,
+) -> None:  # fmt: skip
+    """Like `bodies_in_sight`, of walls (E,)."""
+    x, y = np.empty(8), np.empty(8)
+    passed, turned = _passed(drive, origin, time)
+    for w in range(len(ends)):
+        interval[w, 0], interval[w, 1] = math.nan, math.nan
+        if _distance(ends, w, origin) < reach + passed:
+            _wall_corners(ends, z, w, passed, origin, rotation, x, y)
+            low, high = _azimuth_interval(x, y)
+            interval[w, 0], interval[w, 1] = low - turned - half_width, high + turned + half_width
+
+
+@njit(cache=True)
+def azimuths_in(interval: Floats, first: float, step: float, count: int, rows: Ints) -> int:
+    """Fill `rows` (thing, first azimuth, end) with what of each thing's interval is in a fan; return how many.
 
     A thing has two rows if it is at both ends of a fan that goes all around.
     """
-    u, first = fans.fan_unit[f], fans.row_beam[fans.fan_row[f]]
-    count = fans.row_beam[fans.fan_row[f] + 1] - first
-    time = max(abs(beams.time[first]), abs(beams.time[first + count - 1]))
-    origin, rotation, reach = units.origin[u], units.rotation[u], units.range_max[u]
-    arm = math.hypot(origin[0], origin[1])
-    turn = abs(drive.yaw_rate) * time
-    way = _way(drive.vx, drive.vy, drive.ax, drive.ay, time) + turn * arm
-    spread = turn + np.max(np.abs(np.arcsin(units.turn[u, :, 1])))
-
-    motion = bodies.motion
-    x, y = np.empty(8), np.empty(8)
-    body_rows = np.empty((3 * len(motion), 3), np.int64)
     used = 0
-    for a in range(len(motion)):
-        radius = _radius(bodies.bounds[a])
-        margin = way + abs(motion[a, 7]) * time * radius
-        margin += _way(motion[a, 3], motion[a, 4], motion[a, 5], motion[a, 6], time)
-        if math.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]) - radius - margin < reach:
-            _body_corners(bodies.bounds[a], motion[a], margin, origin, rotation, x, y)
-            low, high = _azimuth_interval(x, y)
-            used = _add_columns(a, low - spread, high + spread, fans.fan_azimuth[f], count, body_rows, used)
+    for thing in range(len(interval)):
+        low, high = interval[thing, 0], interval[thing, 1]
+        if high - low >= 2.0 * math.pi:
+            rows[used, 0], rows[used, 1], rows[used, 2] = thing, 0, count
+            used += 1
+        elif low <= high:
+            for turn in range(-1, 2):
+                shift = 2.0 * math.pi * turn - first
+                begin = max(0.0, math.ceil((high + shift) / step - _SLACK))
+                last = min(count - 1.0, math.floor((low + shift) / step + _SLACK))
+                if begin <= last:
+                    rows[used, 0], rows[used, 1], rows[used, 2] = thing, int(begin), int(last) + 1
+                    used += 1
+    return used
 
-    wall_rows = np.empty((3 * len(around.ends), 3), np.int64)
-    used_walls = 0
-    for w in range(len(around.ends)):
-        if _distance_to_origin(around.ends[w]) < reach + way + arm:
-            _wall_corners(around.ends[w], around.z[w], way, origin, rotation, x, y)
-            low, high = _azimuth_interval(x, y)
-            used_walls = _add_columns(w, low - spread, high + spread, fans.fan_azimuth[f], count, wall_rows, used_walls)
-    return body_rows[:used], wall_rows[:used_walls]
+
+@njit(cache=True)
+def _passed(drive: Drive, origin: Floats, time: float) -> tuple[float, float]:
+    """How far a unit goes with the ego in a time [m], and how far it turns [rad], at most."""
+    turned = abs(drive.yaw_rate) * time
+    return _way(drive.vx, drive.vy, drive.ax, drive.ay, time) + turned * math.hypot(origin[0], origin[1]), turned
 
 
 @njit(cache=True)
@@ -60,38 +95,38 @@ def _way(vx: float, vy: float, ax: float, ay: float, time: float) -> float:
 
 
 @njit(cache=True)
-def _radius(bounds: Floats) -> float:
-    """Of the circle around the origin that holds a box in plan."""
-    return math.hypot(max(-bounds[0, 0], bounds[1, 0]), max(-bounds[0, 1], bounds[1, 1]))
+def _radius(bounds: Floats, a: int) -> float:
+    """Of the circle around the origin that holds box a in plan."""
+    return math.hypot(max(-bounds[a, 0, 0], bounds[a, 1, 0]), max(-bounds[a, 0, 1], bounds[a, 1, 1]))
 
 
 @njit(cache=True)
 def _body_corners(
-    bounds: Floats, pose: Floats, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
+    bounds: Floats, motion: Floats, a: int, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
 ) -> None:
-    """Fill x and y (8,) with the corners, in a unit's frame, of a body's box grown by a margin."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    """Fill x and y (8,) with the corners, in a unit's frame, of body a's box grown by a margin."""
+    cos, sin = math.cos(motion[a, 2]), math.sin(motion[a, 2])
     for i in range(8):
         front, left, top = i & 1, (i >> 1) & 1, (i >> 2) & 1
-        bx = bounds[front, 0] + (2 * front - 1) * margin
-        by = bounds[left, 1] + (2 * left - 1) * margin
-        ex, ey = pose[0] + cos * bx - sin * by - origin[0], pose[1] + sin * bx + cos * by - origin[1]
-        x[i], y[i] = _in_unit(ex, ey, bounds[top, 2] - origin[2], rotation)
+        bx = bounds[a, front, 0] + (2 * front - 1) * margin
+        by = bounds[a, left, 1] + (2 * left - 1) * margin
+        ex, ey = motion[a, 0] + cos * bx - sin * by - origin[0], motion[a, 1] + sin * bx + cos * by - origin[1]
+        x[i], y[i] = _in_unit(ex, ey, bounds[a, top, 2] - origin[2], rotation)
 
 
 @njit(cache=True)
 def _wall_corners(
-    ends: Floats, z: Floats, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
+    ends: Floats, z: Floats, w: int, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
 ) -> None:
-    """Fill x and y (8,) with the corners, in a unit's frame, of a box around a wall grown by a margin."""
-    ex, ey = ends[2] - ends[0], ends[3] - ends[1]
+    """Fill x and y (8,) with the corners, in a unit's frame, of a box around wall w grown by a margin."""
+    ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
     ux, uy = margin * ex / math.hypot(ex, ey), margin * ey / math.hypot(ex, ey)
     for i in range(8):
         far, left, top = i & 1, (i >> 1) & 1, (i >> 2) & 1
         along, across = 2 * far - 1, 2 * left - 1
-        wx = ends[0] + far * ex + along * ux - across * uy - origin[0]
-        wy = ends[1] + far * ey + along * uy + across * ux - origin[1]
-        x[i], y[i] = _in_unit(wx, wy, z[top] - origin[2], rotation)
+        wx = ends[w, 0] + far * ex + along * ux - across * uy - origin[0]
+        wy = ends[w, 1] + far * ey + along * uy + across * ux - origin[1]
+        x[i], y[i] = _in_unit(wx, wy, z[w, top] - origin[2], rotation)
 
 
 @njit(cache=True)
@@ -103,12 +138,28 @@ def _in_unit(x: float, y: float, z: float, rotation: Floats) -> tuple[float, flo
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _azimuth_interval(x: Floats, y: Floats) -> tuple[float, float]:
-    """Azimuths of the convex hull of points seen from the origin: low, high; infinite if it is around the origin."""
-    cx, cy = x.mean(), y.mean()
+    """Lowest and highest azimuth of the convex hull of 8 points from the origin; infinite if that may be inside."""
+    cx, cy = 0.0, 0.0
+    for i in range(8):
+        cx, cy = cx + x[i], cy + y[i]
+    # Tangents of the angles to the middle, which order the points as long as all are ahead.
+    low, high, behind = 0.0, 0.0, False
+    for i in range(8):
+        ahead, aside = cx * x[i] + cy * y[i], cx * y[i] - cy * x[i]
+        low, high, behind = min(low, aside / ahead), max(high, aside / ahead), behind or ahead <= 0.0
+    if behind:
+        return _wide_interval(x, y, cx, cy)
+    centre = math.atan2(cy, cx)
+    return centre + math.atan(low), centre + math.atan(high)
+
+
+@njit(cache=True)
+def _wide_interval(x: Floats, y: Floats, cx: float, cy: float) -> tuple[float, float]:
+    """The same where some point is more than a right angle off the middle (cx, cy)."""
     low, high = 0.0, 0.0
-    for i in range(len(x)):
+    for i in range(8):
         turned = math.atan2(cx * y[i] - cy * x[i], cx * x[i] + cy * y[i])
         low, high = min(low, turned), max(high, turned)
     if high - low >= math.pi or (cx == 0.0 and cy == 0.0):
@@ -118,30 +169,9 @@ def _azimuth_interval(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _add_columns(thing: int, low: float, high: float, azimuth: Floats, count: int, rows: Ints, used: int) -> int:
-    """Append the columns whose azimuth is between low and high; `azimuth` (2,) is the first one and its step.
-
-    Returns
-    -------
-    How many rows there are now.
-    """
-    if high - low >= 2.0 * math.pi:
-        rows[used, 0], rows[used, 1], rows[used, 2] = thing, 0, count
-        return used + 1
-    for turn in range(-1, 2):
-        shift = 2.0 * math.pi * turn - azimuth[0]
-        first = max(0.0, math.ceil((high + shift) / azimuth[1] - _SLACK))
-        last = min(count - 1.0, math.floor((low + shift) / azimuth[1] + _SLACK))
-        if first <= last:
-            rows[used, 0], rows[used, 1], rows[used, 2] = thing, int(first), int(last) + 1
-            used += 1
-    return used
-
-
-@njit(cache=True)
-def _distance_to_origin(ends: Floats) -> float:
-    """Distance of the origin to the segment between two points (4,) x, y, x, y."""
-    ex, ey = ends[2] - ends[0], ends[3] - ends[1]
-    along = -(ends[0] * ex + ends[1] * ey) / (ex * ex + ey * ey)
-    along = min(1.0, max(0.0, along))
-    return math.hypot(ends[0] + along * ex, ends[1] + along * ey)
+def _distance(ends: Floats, w: int, origin: Floats) -> float:
+    """Distance in plan of a point to wall w."""
+    ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
+    gx, gy = ends[w, 0] - origin[0], ends[w, 1] - origin[1]
+    along = min(1.0, max(0.0, -(gx * ex + gy * ey) / (ex * ex + ey * ey)))
+    return math.hypot(gx + along * ex, gy + along * ey)

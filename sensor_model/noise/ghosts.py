@@ -58,8 +58,9 @@ class Mirrored:
     """(G,) of the angle of incidence."""
 
 
-Cast = Callable[[Ints, Floats, Floats], Mirrored]
-"""Casts rays from origins (G, 3) along directions (G, 3) in the ego frame, each when its beam (G,) fires."""
+Cast = Callable[[Ints, Floats, Floats, Floats], Mirrored]
+"""Casts rays from origins (G, 3) along directions (G, 3) in the ego frame, each when its beam (G,) fires, and as far as
+its reach (G,) [m]."""
 
 
 class Mirrors:
@@ -92,7 +93,9 @@ class Mirrors:
             self._beams.unit, self._direction, time, self._beams.gain, setting.threshold,
         )  # fmt: skip
         beam = returns.beam[row]
-        met = cast(beam, ray[:, :3], ray[:, 3:6])
+        # Farther away not even a white surface, met face on, would be bright enough.
+        reach = ray[:, 6] * np.sqrt(self._beams.gain[beam] / setting.threshold[beam]) - returns.range[row]
+        met = cast(beam, ray[:, :3], ray[:, 3:6], reach)
         range_ = np.minimum(returns.range[row] + met.range, _FAR_M)
         power = ray[:, 6] ** 2 * met.reflectivity * met.cosine * self._beams.gain[beam] / range_**2
         power *= np.exp(-2.0 * setting.extinction * range_)

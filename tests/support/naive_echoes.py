@@ -153,7 +153,7 @@ def peak_power(backs, pulse):
 def echoes_of(backs, units, unit, threshold):
     pulse, growth = float(units.pulse_length[unit]), float(units.pulse_growth[unit])
     runs = merged(runs_of(backs, pulse, threshold), units.echo_separation[unit])
-    return [echo_of(run, backs, pulse, threshold, growth) for run in runs[: units.echoes_max[unit]]]
+    return [echo_of(run, backs, threshold, growth) for run in runs[: units.echoes_max[unit]]]
 
 
 def runs_of(backs, pulse, threshold):
@@ -181,10 +181,10 @@ def merged(runs, separation):
     return kept
 
 
-def echo_of(run, backs, pulse, threshold, growth):
-    """Measure a run: its leading edge, its width, and the surface with most power in its first pulse length."""
+def echo_of(run, backs, threshold, growth):
+    """Measure a run: its leading edge, its width, and the surface with most power in its first 10 cm."""
     width = run.end - run.start + growth * 10.0 * math.log10(run.peak / threshold)
-    leading = sorted(back for back in backs if run.start <= back.range < run.start + pulse)
+    leading = sorted(back for back in backs if run.start <= back.range < run.start + 0.1)
     total = {}
     for back in leading:
         total[back[2:]] = total.get(back[2:], 0.0) + back.power

@@ -13,9 +13,7 @@ def corners(pose, size):
     return np.asarray(pose[:2]) + rotate(0.5 * CORNERS * np.asarray(size), pose[2])
 
 
-def observe_boxes(
-    poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05, heading_std_rad=0.02, time_offset=0.0
-):
+def observe_boxes(poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05, heading_std_rad=0.02, time_offset=0.0):
     """Observations of boxes (x, y, yaw) with (length, width), their headings named `quarters` turns away."""
     poses, sizes = np.atleast_2d(poses).astype(float), np.atleast_2d(sizes).astype(float)
     heading = poses[:, 2] + quarters * np.pi / 2
