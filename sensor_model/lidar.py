@@ -83,7 +83,7 @@ class Lidar:
         return self._scan(frame, returns, ranges), self._truth(frame, echoes, returns, ranges, bodies, setting, needed)
 
     def _setting(self, frame: WorldFrame, needed: Thresholds) -> Setting:
-        """Circumstances of the sweep: the units sit on a body that may not be level, and not quite where they should."""
+        """Circumstances of a sweep: the units are on a body that may tilt, and not quite where they should be."""
         R_level_body = self._attitude.at(frame.time)
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
