@@ -66,7 +66,10 @@ class Caster:
         self._grid = _grid(beams, sensor.footprint)
         self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
         self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
-        self._room = len(beams) * int(beams.units.echoes_max.max())
+        # Written anew in each scan: memory that the system has to hand out first costs more than a cast body.
+        room = len(beams) * int(beams.units.echoes_max.max())
+        self._echo, self._echo_id = np.empty((3, room)), np.empty((3, room), dtype=np.int64)
+        self._lost_beam, self._lost_echo = np.empty(len(beams), dtype=np.int64), np.empty((2, len(beams)))
 
     def firing_time(self, setting: Setting) -> Floats:
         """(B,) when each beam really fires, from the frame's time [s]."""
@@ -84,16 +87,17 @@ class Caster:
         free_range
             Whether the result should tell how far beams get.
         """
-        echo, echo_id = np.empty((3, self._room)), np.empty((3, self._room), dtype=np.int64)
-        lost_beam, lost_echo = np.empty(len(self._beams), dtype=np.int64), np.empty((2, len(self._beams)))
         free = np.full(len(self._beams) if free_range else 0, np.inf)
         hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
         beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), _drive(setting)
         found, lost = cast_rig(
             self._fans, self._grid, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
-            echo, echo_id, lost_beam, lost_echo, free, hits, hits_alone,
+            self._echo, self._echo_id, self._lost_beam, self._lost_echo, free, hits, hits_alone,
         )  # fmt: skip
-        echo, echo_id, lost_echo = echo[:, :found].copy(), echo_id[:, :found].copy(), lost_echo[:, :lost].copy()
+        echo, echo_id, lost_echo = (
+            buffer[:, :count].copy()
+            for buffer, count in ((self._echo, found), (self._echo_id, found), (self._lost_echo, lost))
+        )
         beam, distance, target = echo_id[kernel.BEAM], echo[kernel.RANGE], echo_id[kernel.TARGET]
         return Echoes(
             beam=beam,
@@ -103,7 +107,7 @@ class Caster:
             target=target,
             surface=echo_id[kernel.SURFACE],
             point_body=points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive),
-            lost_beam=lost_beam[:lost].copy(),
+            lost_beam=self._lost_beam[:lost].copy(),
             lost_power=lost_echo[kernel.POWER],
             lost_range=lost_echo[kernel.RANGE],
             free_range=free,
