@@ -115,7 +115,7 @@ def _lidar(rig: Rig, scenario: Scenario, dt: float, obstacles: Obstacles) -> Lid
     if not math.isclose(dt * rig.scan_rate_hz, 1.0):
         raise ScenarioError(
             f"{scenario.path}: traffic steps {dt} s, but rig {scenario.rig} scans at {rig.scan_rate_hz} Hz; "
-            f"step {1.0 / rig.scan_rate_hz:.3g} s (traffic.dt_s), or choose another rig"
+            f"step {1.0 / rig.scan_rate_hz!r} s (traffic.dt_s), or choose another rig"
         )
     try:
         return Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, obstacles)

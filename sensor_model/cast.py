@@ -47,7 +47,7 @@ class Echoes:
     lost_power: Floats
     """(L,) the most that came back at once [1/m^2]."""
     lost_range: Floats
-    """(L,) from where it did [m]."""
+    """(L,) from where it did [m]; 0 if all that the beam met is nearer than the unit measures."""
     free_range: Floats
     """(B,) how far each beam gets, infinite where it meets nothing; (0,) unless asked for [m]."""
     unit_hits: npt.NDArray[np.int32]

@@ -68,19 +68,15 @@ class Draws:
         """(H,) standard normal draws for H beams of the table; `number` tells several of a beam apart."""
         return _normal(self.uniform(frame, beam, purpose, number))
 
-    def uniform_of(
-        self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose, number: int = 0
-    ) -> Floats:
+    def uniform_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
         """(2, N) independent draws in (0, 1) for things named by up to three integers, which broadcast to (N,)."""
-        names = np.broadcast_arrays(np.atleast_1d(frame), first, second, purpose + _NUMBER * number)
+        names = np.broadcast_arrays(np.atleast_1d(frame), first, second, int(purpose))
         pairs: Floats = counter_pairs(self.key, *((name & _WORD).astype(np.int64) for name in names))
         return pairs
 
-    def normal_of(
-        self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose, number: int = 0
-    ) -> Floats:
+    def normal_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
         """(N,) standard normal draws for things named by up to three integers."""
-        return _normal(self.uniform_of(frame, first, second, purpose, number))
+        return _normal(self.uniform_of(frame, first, second, purpose))
 
 
 def _normal(uniform: Floats) -> Floats:

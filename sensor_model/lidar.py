@@ -20,7 +20,7 @@ from sensor_model.returns import Returns
 from sensor_model.rig import Rig
 from sensor_model.sensor import SensorConfig
 from sensor_model.sweep import Setting, displacement, over_ground
-from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
+from sensor_model.truth import NO_ACTOR, ON_NOTHING, Cause, Loss, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from sensor_model.walls import walls_of
 from sim.world import Obstacles, WorldFrame
@@ -58,6 +58,7 @@ class Lidar:
     def __init__(self, rig: Rig, noise: NoiseConfig, sensor: SensorConfig, seed: int, obstacles: Obstacles) -> None:
         self.beams = beam_table(rig)
         self._noise = noise
+        self._sweep = sensor.sweep
         self._time_offset = self.beams.time_offset * sensor.sweep
         self._draws = Draws(seed, self.beams)
         self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
@@ -79,7 +80,8 @@ class Lidar:
         echoes = self._caster.cast(bodies, walls, setting, free_range=self._clutter.needs_free_range)
         returns = from_surfaces(echoes, bodies, frame.actors)
         returns = self._clutter.add(returns, echoes, bodies, walls, setting, needed, frame)
-        ranges = measured(returns.beam, returns.range, self.beams, self._noise, self._draws, frame.index)
+        real = ~np.isin(returns.cause, ON_NOTHING)
+        ranges = measured(returns.beam, returns.range, real, self.beams, self._noise, self._draws, frame.index)
         return self._scan(frame, returns, ranges), self._truth(frame, echoes, returns, ranges, bodies, setting, needed)
 
     def _setting(self, frame: WorldFrame, needed: Thresholds) -> Setting:
@@ -91,13 +93,19 @@ class Lidar:
             frame_index=frame.index,
             origin_ego=origin_body @ R_level_body.T,
             R_ego_unit=R_level_body @ R_body_unit,
-            time_jitter=sync_jitter(self._noise.calibration, len(self.beams.units), frame.index, self._draws),
+            time_jitter=self._sync_jitter(frame.index),
             ego_velocity=velocity,
             ego_acceleration=acceleration,
             ego_yaw_rate=yaw_rate,
             threshold=needed.threshold,
             extinction=extinction(self._noise.rain),
         )
+
+    def _sync_jitter(self, frame: int) -> Floats:
+        """(U,) how much later than they report the units fire [s]; a frozen scan has only one time."""
+        if not self._sweep:
+            return np.zeros(len(self.beams.units))
+        return sync_jitter(self._noise.calibration, len(self.beams.units), frame, self._draws)
 
     def _scan(self, frame: WorldFrame, returns: Returns, ranges: Measured) -> Scan:
         beams, beam = self.beams, returns.beam
@@ -127,8 +135,8 @@ class Lidar:
         actor_id[on_actor] = actors.id[returns.target[on_actor]]
 
         outline = on_actor[returns.cause[on_actor] == Cause.CLEAN]
-        normal_body = bodies.planes[returns.surface[outline], :3]
-        faces = visible_faces(returns.target[outline], normal_body, len(actors))
+        target, normal_body = returns.target[outline], bodies.planes[returns.surface[outline], :3]
+        faces = visible_faces(target, normal_body, returns.point_body[outline], actors.size[target], len(actors))
 
         cause = returns.cause.copy()
         if self._noise.calibration.enabled:
@@ -138,6 +146,8 @@ class Lidar:
             cause[twice & (cause == Cause.CLEAN)] = Cause.DOUBLED
         cause[ranges.outlier] = Cause.RANGE_OUTLIER
         dry_power = echoes.lost_power * np.exp(2.0 * setting.extinction * echoes.lost_range)
+        lost_cause = why_lost(needed, echoes.lost_beam, echoes.lost_power, dry_power)
+        lost_cause[echoes.lost_range == 0.0] = Loss.TOO_NEAR
         return ScanTruth(
             actor_id=actor_id,
             part=returns.part,
@@ -145,7 +155,7 @@ class Lidar:
             true_range=returns.range.astype(np.float32),
             lost_unit=beams.unit[echoes.lost_beam],
             lost_beam=beams.index[echoes.lost_beam],
-            lost_cause=why_lost(needed, echoes.lost_beam, echoes.lost_power, dry_power),
+            lost_cause=lost_cause,
             unit_hits=echoes.unit_hits,
             unit_hits_alone=echoes.unit_hits_alone,
             faces=faces,

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from sensor_model.noise.names import ALL_UNITS
 from sensor_model.toml_table import RigError, Table, read_table
 from sensor_model.unit import Fan, UnitModel
 
@@ -32,6 +33,14 @@ class Mount:
     phase_ms: float = 0.0
     """How long after the frame's time the unit fires at its azimuth 0."""
 
+    def __post_init__(self) -> None:
+        if not self.z_m > 0.0:
+            raise ValueError(f"z_m = {self.z_m}: must be positive, the height above the ground")
+        if not abs(self.phase_ms) <= 1000.0 / self.model.scan_rate_hz:
+            raise ValueError(f"phase_ms = {self.phase_ms}: must be no more than a scan, either way")
+        if self.name == ALL_UNITS:
+            raise ValueError(f"name = {self.name!r}: stands for all units; choose another")
+
 
 @dataclass(frozen=True, slots=True)
 class Rig:
@@ -44,7 +53,10 @@ class Rig:
     def __post_init__(self) -> None:
         if not 0 < len(self.mounts) <= _MAX_UNITS:
             raise ValueError(f"{len(self.mounts)} [[unit]] tables: a rig has 1 to {_MAX_UNITS} units")
+        names = [mount.name for mount in self.mounts]
         for i, mount in enumerate(self.mounts):
+            if mount.name in names[:i]:
+                raise ValueError(f"unit[{i}].name = {mount.name!r}: another unit has it; choose another")
             if mount.model.scan_rate_hz != self.scan_rate_hz:
                 raise ValueError(
                     f"unit[{i}].model: scan_rate_hz = {mount.model.scan_rate_hz}, but unit[0] has {self.scan_rate_hz}: "

@@ -61,7 +61,16 @@ def displacement(
     turned = np.einsum("nij,nj->ni", R_nominal_true[unit], direction) - direction
     moved = (origin - units.origin_ego)[unit] + returns.range[:, None] * turned
     on_actor = np.flatnonzero(returns.target >= 0)
-    passed = bodies.velocity_ego[returns.target[on_actor]] - setting.ego_velocity
+    actor = returns.target[on_actor]
+    point = (units.origin_ego[unit] + returns.range[:, None] * direction)[on_actor, :2]
+    passed = bodies.velocity_ego[actor] - setting.ego_velocity
+    passed += bodies.yaw_rate[actor, None] * _turned_left(point - bodies.pose_ego[actor, :2])
+    passed -= setting.ego_yaw_rate * _turned_left(point)
     moved[on_actor, :2] += setting.time_jitter[unit[on_actor], None] * passed
     distance: Floats = np.linalg.norm(moved, axis=1)
     return distance
+
+
+def _turned_left(vector: Floats) -> Floats:
+    """(N, 2) vectors turned by 90 degrees: how points there move at a yaw rate of 1."""
+    return np.stack([-vector[:, 1], vector[:, 0]], axis=1)

@@ -54,7 +54,7 @@ ON_NOTHING = (Cause.GHOST, Cause.FALSE_ALARM, Cause.RAIN, Cause.SPRAY)
 
 
 class Loss(IntEnum):
-    """Why a beam that met something returned nothing."""
+    """Why a beam has no echo of what it met."""
 
     THRESHOLD = 0
     """The echo was too weak."""
@@ -68,6 +68,8 @@ class Loss(IntEnum):
     """The unit was too much dazzled for it."""
     RAIN = 5
     """Rain on the way took too much of it."""
+    TOO_NEAR = 6
+    """All that it met is nearer than the unit can measure."""
 
 
 class Face(IntFlag):
@@ -102,14 +104,14 @@ class ScanTruth:
     true_range: npt.NDArray[np.float32]
     """(N,) range without noise [m]."""
     lost_unit: npt.NDArray[np.uint8]
-    """(L,) unit of each lost beam."""
+    """(L,) unit of each lost beam: one with no echo of what it met. Clutter may still have given it a point."""
     lost_beam: npt.NDArray[np.int32]
     """(L,) index of the lost beam in its unit's beam table."""
     lost_cause: npt.NDArray[np.uint8]
     """(L,) `Loss`."""
     unit_hits: npt.NDArray[np.int32]
-    """(A, U) rays of each unit that end on the actor, before any loss or noise. A beam is one ray or, with a footprint,
-    many."""
+    """(A, U) rays of each unit that end on the actor, before any loss or noise, however near. A beam is one ray or,
+    with a footprint, many."""
     unit_hits_alone: npt.NDArray[np.int32]
     """(A, U) rays that would, were it alone on the ground."""
     faces: npt.NDArray[np.uint8]

@@ -14,6 +14,14 @@ _POSITIVE = (
     "pulse_length_m", "pulse_quantum_m", "range_quantum_m", "echoes_max", "turns",
 )  # fmt: skip
 _NOT_NEGATIVE = ("range_min_m", "pulse_growth_m_per_db", "echo_separation_m", "range_sigma_m")
+_AT_MOST = {
+    "scan_rate_hz": 1000.0, "beam_width_deg": 90.0, "beam_height_deg": 90.0, "range_max_m": 10_000.0,
+    "reference_reflectivity": 10.0, "reference_range_m": 1e6, "range_quantum_m": 10.0, "pulse_quantum_m": 10.0,
+    "echoes_max": 255,
+}  # fmt: skip
+"""An echo's number is a byte; the others are far beyond any LIDAR."""
+_LEAST_REFERENCE = 1e-6
+"""[m], [1] so that the threshold is a number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +121,13 @@ class UnitModel:
         for key in _NOT_NEGATIVE:
             if getattr(self, key) < 0:
                 raise ValueError(f"{key} = {getattr(self, key)}: must not be negative")
+        for key, most in _AT_MOST.items():
+            if getattr(self, key) > most:
+                raise ValueError(f"{key} = {getattr(self, key)}: must be at most {most}")
+        if min(self.reference_reflectivity, self.reference_range_m) < _LEAST_REFERENCE:
+            raise ValueError(f"reference_range_m = {self.reference_range_m}: too small, or its reflectivity is")
+        if layers and max(map(abs, self.layer_elevation_deg)) + 0.5 * self.beam_height_deg > 90.0:
+            raise ValueError(f"layer_elevation_deg = {list(self.layer_elevation_deg)}: beams may not pass 90 degrees")
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m = {self.range_min_m}: must be below range_max_m")
         if not 0 < layers <= _MAX_LAYERS:

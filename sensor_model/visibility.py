@@ -65,21 +65,25 @@ def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
     return cause
 
 
-def visible_faces(actor: Ints, normal_body: Floats, actors: int) -> Bytes:
+def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: Floats, actors: int) -> Bytes:
     """(A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points.
+
+    A point is on a face if its surface looks that way and it lies at that side: the tread of a wheel looks forward too.
 
     Parameters
     ----------
     actor
         (N,) actor of each point on an outline.
     normal_body
-        (N, 3) outward normal of the surface there, in the actor's frame. It says which face the point is on, where the
-        point alone would not: at the corners.
+        (N, 3) outward normal of the surface there, in the actor's frame. At the corners the point alone would not tell.
+    points_body, size
+        (N, 2) the points in that frame, and (N, 3) the sizes of their actors [m].
     actors
         A.
     """
-    along, across = normal_body[:, 0], normal_body[:, 1]
-    facing = np.stack([along, across, -along, -across], axis=1) > _MIN_FACING
+    outward = np.column_stack([normal_body[:, :2], -normal_body[:, :2]])  # front, left, rear, right
+    depth = 0.5 * np.tile(size[:, :2], 2) - np.column_stack([points_body, -points_body])
+    facing = (outward > _MIN_FACING) & (depth <= MAX_CLEAN_DEPTH)
     point, face = np.nonzero(facing)
     counts = np.bincount(actor[point] * 4 + face, minlength=4 * actors).reshape(actors, 4)
     return ((counts >= MIN_FACE_HITS) @ _FACES).astype(np.uint8)

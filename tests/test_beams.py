@@ -22,8 +22,8 @@ def unit(name):
 
 
 def alone(model, **pose):
-    """The beam table of one unit, level at the origin unless `pose` says otherwise."""
-    pose = dict.fromkeys(("x_m", "y_m", "z_m", "yaw_deg", "pitch_deg", "roll_deg"), 0.0) | pose
+    """The beam table of one unit, level and a metre above the origin unless `pose` says otherwise."""
+    pose = dict.fromkeys(("x_m", "y_m", "yaw_deg", "pitch_deg", "roll_deg"), 0.0) | {"z_m": 1.0} | pose
     return beam_table(Rig(0.0, (Mount("only", model, **pose),)))
 
 

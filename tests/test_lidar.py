@@ -1,11 +1,13 @@
 """The whole sensor: the scan's contract, what happens to every beam, and odometry."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.sensor_scenes import (
     CENTRE_RAY,
+    EGO_FRONT,
     EXACT,
     FOOTPRINT,
     LUX_RIG,
@@ -25,7 +27,8 @@ from support.sensor_scenes import (
 
 from sensor_model.beams import beam_table
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
+from sensor_model.noise.config import CalibrationError, NoiseConfig
+from sensor_model.sensor import SensorConfig
 from sensor_model.truth import NO_ACTOR, Cause, Loss, Part
 from sensor_model.unit import Fan
 from sim.world import Kind, Obstacles
@@ -179,3 +182,35 @@ def test_points_of_all_units_are_on_the_same_wall():
     assert set(result.unit.tolist()) == set(range(6))
     assert np.all(truth.cause == Cause.CLEAN)
     np.testing.assert_allclose(np.abs(result.points_ego[:, :2]).max(axis=1), 15.0, atol=1e-4)
+
+
+def test_beams_that_meet_only_what_is_too_near_are_lost_to_that():
+    """A car 0.2 m before the front left unit, which measures from 0.3 m on."""
+    car = Thing(EGO_FRONT - 0.25 + 0.2 + 2.35, 0.75)
+    result, truth = scan(car)
+    near = truth.lost_cause == Loss.TOO_NEAR
+    assert near.sum() > 300
+    assert set(truth.lost_unit[near].tolist()) <= {0, 1}
+    beams = np.array(beams_lost(truth))[near]
+    assert not set(beams.tolist()) & set(beams_of(result, BEAMS).tolist())
+
+
+def test_a_frozen_scan_has_one_time_however_badly_units_are_synchronised():
+    noise = replace(
+        EXACT, calibration=CalibrationError(True, 0.0, 0.0, 0.0, xy_sigma_m=0.0, z_sigma_m=0.0, sync_sigma_ms=20.0)
+    )
+    car = Thing(20.0, 0.0, velocity=(-30.0, 0.0))
+    frozen = SensorConfig(sweep=False)
+    exact, _ = scan(car, sensor=frozen)
+    late, truth = scan(car, sensor=frozen, noise=noise)
+    np.testing.assert_array_equal(late.points_ego, exact.points_ego)
+    assert not np.any(truth.cause == Cause.DOUBLED)
+
+
+def test_points_that_the_turning_ego_displaces_are_doubled():
+    """Units that fire 10 ms early or late, a yaw rate of 0.6 rad/s, a standing car 25 m away: 15 cm to the side."""
+    noise = replace(
+        EXACT, calibration=CalibrationError(True, 0.0, 0.0, 0.0, xy_sigma_m=0.0, z_sigma_m=0.0, sync_sigma_ms=10.0)
+    )
+    _, truth = scan(Thing(25.0, 0.0), noise=noise, ego=Thing(0.0, 0.0, yaw_rate=0.6))
+    assert np.any(truth.cause == Cause.DOUBLED)

@@ -63,7 +63,7 @@ def test_sync_jitter_is_drawn_for_each_frame_and_unit():
 
 
 def test_another_unit_changes_nothing_for_the_others():
-    more = replace(RIG, mounts=(*RIG.mounts, RIG.mounts[0]))
+    more = replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another")))
     draws, draws_more = Draws(3, BEAMS), Draws(3, beam_table(more))
     for before, after in zip(true_mounts(ON, UNITS, draws), true_mounts(ON, unit_table(more), draws_more), strict=True):
         assert np.array_equal(before, after[:6])

@@ -14,7 +14,17 @@ from sensor_model.beams import beam_table
 from sensor_model.draws import Draws
 from sensor_model.kernels.noise import rare_beams, separate_echoes
 from sensor_model.noise.clutter import faint, merge, unit_beams
-from sensor_model.noise.config import FalseAlarms, FixedOutage, NoiseConfig, Outage, Rain
+from sensor_model.noise.config import (
+    Dirt,
+    DirtSector,
+    Dropout,
+    FalseAlarms,
+    FixedOutage,
+    NoiseConfig,
+    Outage,
+    Rain,
+    Sun,
+)
 from sensor_model.noise.false_alarms import false_alarms
 from sensor_model.noise.rain import drops, extinction
 from sensor_model.returns import NOTHING
@@ -56,7 +66,7 @@ def test_skipping_gives_independent_beams_of_equal_chance(rate, frames, first):
 
 
 def test_another_unit_moves_no_rare_beam_of_the_others():
-    more = beam_table(replace(RIG, mounts=(*RIG.mounts, RIG.mounts[0])))
+    more = beam_table(replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another"))))
     for frame in range(20):
         found = rare_beams(KEY, frame, 6, unit_beams(more), 0.01)
         assert np.array_equal(rare_beams(KEY, frame, 6, unit_beams(BEAMS), 0.01), found[found < len(BEAMS)])
@@ -94,6 +104,30 @@ def test_rain_has_its_share_of_drops_at_lognormal_ranges(first):
     flags = np.concatenate([each.flags for each in some])
     assert within(np.sum(flags == PointFlag.CLUTTER), len(flags), 0.5)
     assert np.all(np.isin(flags, [0, PointFlag.CLUTTER]))
+
+
+def rained(config):
+    """Drops of 200 frames of heavy rain, all as (frame, beam) in one number."""
+    rain, need = Rain(True, rate_mm_per_h=100.0), thresholds(config)
+    some = [drops(rain, BEAMS, need, Draws(2, BEAMS), frame) for frame in range(200)]
+    return np.concatenate([frame * len(BEAMS) + each.beam for frame, each in enumerate(some)])
+
+
+def test_a_blocked_window_sees_no_rain():
+    """Nor does a beam that is lost whatever comes back. Fails when drops come from behind the dirt."""
+    blocked = Dirt(True, (DirtSector("*", -180.0, 180.0, transmission=0.0),))
+    assert len(rained(NoiseConfig(dropout=HARD, dirt=blocked))) == 0
+    assert len(rained(NoiseConfig(dropout=Dropout(random_rate=1.0)))) == 0
+
+
+def test_a_raised_threshold_leaves_its_share_of_the_drops():
+    """Dirt of transmission 0.8 and a sun of gain 0.5 leave 0.8^2 0.5 of them, and add none."""
+    dirt = Dirt(True, (DirtSector("*", -180.0, 180.0, transmission=0.8),))
+    clean = rained(NoiseConfig(dropout=HARD))
+    dull = rained(NoiseConfig(dropout=HARD, dirt=dirt, sun=Sun(True, half_width_deg=180.0, gain=0.5)))
+    assert len(clean) > 10_000
+    assert within(len(dull), len(clean), 0.32)
+    assert np.all(np.isin(dull, clean))
 
 
 def test_rain_takes_what_carbonneau_and_wisely_say():

@@ -25,6 +25,11 @@ def of_frames(dropout, frames, first=0):
     return [detection.thresholds(frame, 0.08 * frame, 0.0) for frame in range(first, first + frames)]
 
 
+def named(needed):
+    """(B,) why an echo that a clean, shaded, working unit would just see is lost, each beam's own."""
+    return why_lost(needed, ALL, needed.own, needed.own)
+
+
 def test_soft_thresholds_equal_their_naive_twin():
     result = thresholds(NoiseConfig(dropout=Dropout(softness_db=2.0, random_rate=0.1)), frame=9, seed=4)
     for beam in [*range(0, 4740, 37), 4739]:
@@ -33,7 +38,7 @@ def test_soft_thresholds_equal_their_naive_twin():
         )
         assert result.own[beam] == pytest.approx(own, rel=1e-12)
         assert result.threshold[beam] == (np.inf if lost else result.own[beam])
-        assert result.reason[beam] == (Loss.RANDOM if lost else Loss.THRESHOLD)
+        assert result.blind[beam] == (Loss.RANDOM if lost else Loss.THRESHOLD)
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
@@ -57,7 +62,7 @@ def test_without_noise_the_threshold_is_that_of_the_unit():
     for frame in range(2):
         result = detection.thresholds(frame, 0.08 * frame, 0.0)
         assert np.all(result.threshold == pytest.approx(4e-5))
-        assert np.all(result.reason == Loss.THRESHOLD)
+        assert np.all(result.blind == Loss.THRESHOLD)
         assert np.all(result.firing)
 
 
@@ -68,7 +73,7 @@ def test_dirt_takes_the_power_of_two_passages_from_its_sector_only():
     assert 100 < dirty.sum() < 200
     assert result.threshold[dirty] == pytest.approx(4e-5 / 0.49)
     assert result.threshold[~dirty] == pytest.approx(4e-5)
-    assert np.array_equal(result.reason == Loss.DIRT, dirty)
+    assert np.array_equal(named(result) == Loss.DIRT, dirty)
     assert result.own == pytest.approx(4e-5)
 
 
@@ -87,7 +92,7 @@ def test_the_sun_dazzles_the_beams_that_look_at_it(sun_deg, ego_deg):
     assert 100 < sunlit.sum() < 1500
     assert result.threshold[sunlit] == pytest.approx(4e-5 / 0.6)
     assert result.threshold[off_deg > 15 + 1e-6] == pytest.approx(4e-5)
-    assert np.all(result.reason[sunlit] == Loss.SUN)
+    assert np.all(named(result)[sunlit] == Loss.SUN)
 
 
 def test_the_gravest_reason_is_named():
@@ -106,8 +111,8 @@ def test_the_gravest_reason_is_named():
         [Loss.OUTAGE, Loss.RANDOM, Loss.DIRT],
         Loss.SUN,
     )
-    assert np.array_equal(result.reason, expected)
-    assert set(result.reason) == {Loss.OUTAGE, Loss.RANDOM, Loss.DIRT, Loss.SUN}
+    assert np.array_equal(named(result), expected)
+    assert set(expected) == {Loss.OUTAGE, Loss.RANDOM, Loss.DIRT, Loss.SUN}
     needed = {Loss.OUTAGE: np.inf, Loss.RANDOM: np.inf, Loss.DIRT: K / 0.25 / 0.6, Loss.SUN: K / 0.6}
     for loss, threshold in needed.items():
         assert result.threshold[expected == loss] == pytest.approx(threshold)
@@ -115,24 +120,50 @@ def test_the_gravest_reason_is_named():
 
 
 @pytest.mark.parametrize(
-    ("reason", "threshold", "peak", "dry", "loss"),
+    ("blind", "passed", "gain", "peak", "dry", "loss"),
     [
-        (Loss.THRESHOLD, 4.0, 3.0, 3.0, Loss.THRESHOLD),
-        (Loss.OUTAGE, np.inf, 3.0, 3.0, Loss.THRESHOLD),  # too weak for a working unit
-        (Loss.OUTAGE, np.inf, 5.0, 5.0, Loss.OUTAGE),
-        (Loss.RANDOM, np.inf, 5.0, 5.0, Loss.RANDOM),
-        (Loss.DIRT, 8.0, 5.0, 5.0, Loss.DIRT),
-        (Loss.SUN, 8.0, 5.0, 5.0, Loss.SUN),
-        (Loss.THRESHOLD, 4.0, 3.0, 5.0, Loss.RAIN),
-        (Loss.DIRT, 8.0, 5.0, 9.0, Loss.RAIN),  # the dirt alone would have let it pass
-        (Loss.DIRT, 8.0, 3.0, 5.0, Loss.DIRT),  # the rain alone would have taken it too, but dirt comes first
-        (Loss.OUTAGE, np.inf, 3.0, 5.0, Loss.OUTAGE),
+        (Loss.THRESHOLD, 1.0, 1.0, 3.0, 3.0, Loss.THRESHOLD),
+        (Loss.OUTAGE, 1.0, 1.0, 3.0, 3.0, Loss.THRESHOLD),  # too weak for a working unit
+        (Loss.OUTAGE, 1.0, 1.0, 5.0, 5.0, Loss.OUTAGE),
+        (Loss.RANDOM, 1.0, 1.0, 5.0, 5.0, Loss.RANDOM),
+        (Loss.RANDOM, 0.5, 0.5, 5.0, 5.0, Loss.RANDOM),
+        (Loss.THRESHOLD, 0.5, 1.0, 5.0, 5.0, Loss.DIRT),
+        (Loss.THRESHOLD, 0.0, 1.0, 1e9, 1e9, Loss.DIRT),
+        (Loss.THRESHOLD, 1.0, 0.5, 5.0, 5.0, Loss.SUN),
+        (Loss.THRESHOLD, 1.0, 1.0, 3.0, 5.0, Loss.RAIN),
+        (Loss.THRESHOLD, 0.5, 1.0, 5.0, 9.0, Loss.RAIN),  # the dirt alone would have let it pass
+        (Loss.THRESHOLD, 0.5, 1.0, 3.0, 5.0, Loss.DIRT),  # the rain alone would have taken it too, but dirt comes first
+        (Loss.OUTAGE, 1.0, 1.0, 3.0, 5.0, Loss.OUTAGE),
+        # Dirt and sun: clean 4 / gain, shaded 4 / passed are needed, for both more.
+        (Loss.THRESHOLD, 0.998, 0.3, 5.0, 5.0, Loss.SUN),
+        (Loss.THRESHOLD, 0.3, 0.998, 5.0, 5.0, Loss.DIRT),
+        (Loss.THRESHOLD, 0.998, 0.3, 13.35, 13.35, Loss.DIRT),  # enough for the sun alone, and for a hair of dirt alone
+        (Loss.THRESHOLD, 0.5, 0.4, 6.0, 6.0, Loss.SUN),  # too weak for either alone: the graver
+        (Loss.THRESHOLD, 0.4, 0.5, 6.0, 6.0, Loss.DIRT),
     ],
 )
-def test_why_a_beam_was_lost(reason, threshold, peak, dry, loss):
-    """A clean unit needs a power of 4 here."""
-    one = Thresholds(np.array([threshold]), np.array([4.0]), np.array([reason], np.uint8), np.array([True]))
+def test_why_a_beam_was_lost(blind, passed, gain, peak, dry, loss):
+    """A clean, shaded unit needs a power of 4 here."""
+    with np.errstate(divide="ignore"):
+        raised = np.array([4.0]) / (gain * np.array([passed]))
+    one = Thresholds(
+        threshold=raised if blind == Loss.THRESHOLD else np.array([np.inf]),
+        own=np.array([4.0]),
+        gain=np.array([gain]),
+        passed=np.array([passed]),
+        blind=np.array([blind], np.uint8),
+        firing=np.array([True]),
+    )
     assert why_lost(one, np.array([0]), np.array([peak]), np.array([dry])).tolist() == [loss]
+
+
+def test_a_hair_of_dirt_is_not_blamed_for_the_sun():
+    """Power 1.5 K: the sun of gain 0.3 alone hides it, dirt of transmission 0.999 alone does not."""
+    dirt = Dirt(True, (DirtSector("*", -60.0, 60.0, transmission=0.999),))
+    needed = thresholds(NoiseConfig(dropout=HARD, dirt=dirt, sun=Sun(True, half_width_deg=180.0, gain=0.3)))
+    power = np.full(len(ALL), 1.5 * K)
+    assert np.all(power < needed.threshold)
+    assert np.all(why_lost(needed, ALL, power, power) == Loss.SUN)
 
 
 def test_only_the_mirror_face_of_the_frame_fires():
@@ -162,6 +193,6 @@ def test_switches_leave_the_other_draws_as_they_were():
         ),
     )
     assert np.array_equal(plain.own, all_on.own)
-    lost = plain.reason == Loss.RANDOM
+    lost = plain.blind == Loss.RANDOM
     assert lost.sum() > 20
-    assert np.all(np.isin(all_on.reason[lost], [Loss.RANDOM, Loss.OUTAGE]))
+    assert np.all(np.isin(all_on.blind[lost], [Loss.RANDOM, Loss.OUTAGE]))

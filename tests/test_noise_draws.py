@@ -95,7 +95,7 @@ def test_draws_of_a_beam_are_told_apart_by_their_number():
 
 def test_another_unit_changes_no_draw_of_the_others():
     """Fails when draws come in a sequence whose length or order depends on all beams."""
-    more = beam_table(replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], yaw_deg=0.0))))
+    more = beam_table(replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another", yaw_deg=0.0))))
     assert np.array_equal(Draws(5, BEAMS).normal(3, ALL, Purpose.RANGE), Draws(5, more).normal(3, ALL, Purpose.RANGE))
 
 

@@ -57,7 +57,7 @@ def on_flank(part=Part.BODY, surface=FLANK):
     )
 
 
-def wall(beam, origin, direction, reach):
+def wall(beam, origin, direction, _reach):
     """Cast against the wall of reflectivity 0.8, which is as high and wide as needed."""
     assert len(beam) == len(origin) == len(direction)
     ahead = direction[:, 0] > 0.0

@@ -31,6 +31,36 @@ def complaint(folder):
     return str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("z_m = 0.5", "z_m = 0.0", "z_m = 0.0: must be positive"),
+        ('name = "a"', 'name = "*"', "stands for all units"),
+        ('name = "a"', 'name = "a"\nphase_ms = 1e5', "no more than a scan"),
+        ("[[unit]]", f'[[unit]]\nname = "a"\nmodel = "unit.toml"\n{POSE}[[unit]]', "another unit has it"),
+    ],
+)
+def test_mounts_that_cannot_be_are_refused(tmp_path, old, new, said):
+    write(tmp_path, rig=RIG.replace(old, new, 1))
+    assert said in complaint(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("echoes_max = 3", "echoes_max = 100000000000"),
+        ("reference_range_m = 50.0", "reference_range_m = 1e200"),
+        ("reference_range_m = 50.0", "reference_range_m = 1e-200"),
+        ("range_max_m = 200.0", "range_max_m = 1e300"),
+        ("layer_elevation_deg = [-1.2, -0.4, 0.4, 1.2]", "layer_elevation_deg = [-120, -60, 60, 90]"),
+    ],
+)
+def test_units_beyond_reason_are_refused(tmp_path, old, new):
+    assert old in UNIT
+    write(tmp_path, unit=UNIT.replace(old, new, 1))
+    assert new.partition(" ")[0] in complaint(tmp_path)
+
+
 # --- the page
 
 

@@ -14,6 +14,7 @@ from sensor_model.rig import load_rig
 from sensor_model.truth import NO_ACTOR, Cause, Face, Part, View
 from sensor_model.visibility import MAX_CLEAN_DEPTH
 from sim.scripted import ScriptedSource
+from sim.world import Kind
 
 HEAD_ON = np.pi
 
@@ -53,6 +54,14 @@ def test_faces_and_view_follow_from_where_the_car_is(thing, faces, view, noise):
     _, truth = scan(thing, noise=noise)
     assert Face(truth.faces[0]) == faces
     assert View(truth.view[0]) == view
+
+
+@pytest.mark.parametrize("y", [4.0, 6.0, -6.0])
+def test_wheels_and_guards_of_a_truck_abreast_are_no_ends_of_it(y):
+    """Treads and the rear guard look forward, deep inside the outline; no unit can see either end of the truck."""
+    _, truth = scan(Thing(0.0, y, kind=Kind.TRUCK))
+    assert Face(truth.faces[0]) == (Face.RIGHT if y > 0.0 else Face.LEFT)
+    assert View(truth.view[0]) == View.SIDE
 
 
 def test_mirrors_seen_from_behind_stick_out_ahead_of_the_rear():

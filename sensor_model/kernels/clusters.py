@@ -6,15 +6,13 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from sensor_model.kernels.philox import philox
+from sensor_model.kernels.philox import philox, uniform
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Key = npt.NDArray[np.uint32]
 
-_ONE_32 = 2.0**-32
 _UNIT_BITS = 8  # a beam's unit is a byte: what stands above it in the counter keeps these draws apart from all others
-_MARGIN_M = 2.5  # how far a unit moves during half a sweep of 80 ms, at 60 m/s
 
 
 @njit(cache=True)
@@ -42,6 +40,10 @@ def cluster_echoes(
     """
     nearest = np.full(len(unit), np.inf)
     to, drift = np.empty(3), np.empty(3)
+    longest = 0.0
+    for b in range(len(time)):
+        longest = max(longest, abs(time[b]))
+    margin = longest * math.hypot(velocity[0], velocity[1])  # how far a unit is from where it is at the frame's time
     for c in range(len(centre)):
         for f in range(len(fan_unit)):
             u = fan_unit[f]
@@ -52,14 +54,14 @@ def cluster_echoes(
                     to[axis] += rotation[u, k, axis] * (centre[c, k] - origin[u, k])
             columns = row_beam[fan_row[f] + 1] - row_beam[fan_row[f]]
             for turn in range(-1, 2):
-                begin, end = _beams_towards(to, radius[c], fan_azimuth[f], columns, turn)
+                begin, end = _beams_towards(to, radius[c] + margin, fan_azimuth[f], columns, turn)
                 for row in range(fan_row[f], fan_row[f + 1]):
                     for b in range(row_beam[row] + begin, row_beam[row] + end):
                         middle, half = _chord(to, drift, radius[c], direction[b], time[b])
                         if half > 0.0 and middle > 0.0:
                             words = philox(frame, u + (purpose << _UNIT_BITS), index[b], tag[c], key[0], key[1])
-                            along = middle + half * (2.0 * (float(words[1]) + 0.5) * _ONE_32 - 1.0)
-                            if (float(words[0]) + 0.5) * _ONE_32 < share[c] and along > 0.0:
+                            along = middle + half * (2.0 * uniform(words[1]) - 1.0)
+                            if uniform(words[0]) < share[c] and along > 0.0:
                                 nearest[b] = min(nearest[b], along)
     return nearest
 
@@ -80,12 +82,12 @@ def _chord(to: Floats, drift: Floats, radius: float, direction: Floats, time: fl
 
 
 @njit(cache=True)
-def _beams_towards(to: Floats, radius: float, azimuth: Floats, count: int, turn: int) -> tuple[int, int]:
-    """Beams [begin, end) of a fan's rows that may meet a sphere at `to` (3,) in the unit's frame, `turn` turns away.
+def _beams_towards(to: Floats, reach: float, azimuth: Floats, count: int, turn: int) -> tuple[int, int]:
+    """Beams [begin, end) of a fan's rows that may pass `to` (3,), in the unit's frame and `turn` turns away, within `reach`.
 
     `azimuth` (2,) is the fan's first one and its step, negative; `count` its beams per row.
     """
-    reach, away = radius + _MARGIN_M, math.hypot(to[0], to[1])
+    away = math.hypot(to[0], to[1])
     if away <= reach:
         return (0, count) if turn == 0 else (0, 0)
     half, middle = math.asin(reach / away), math.atan2(to[1], to[0]) + 2.0 * math.pi * turn

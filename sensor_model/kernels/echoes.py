@@ -57,7 +57,7 @@ def find_echoes(
     How many echoes there are now, the highest power [1/m^2], and the range at which it was reached [m].
     """
     begin, oldest, newest = used, 0, 0
-    total, highest, where, above = 0.0, 0.0, 0.0, False
+    total, highest, where, above = 0.0, 0.0, sample[RANGE, 0], False
     while newest < n or above:
         leaves = sample[RANGE, oldest] + pulse_length if oldest < newest else math.inf
         if newest == n or leaves <= sample[RANGE, newest]:

@@ -47,13 +47,16 @@ def listen(
     for layer in range(len(beam)):
         for k in range(columns // turns):
             b = beam[layer] + k
-            samples = _gather(
+            samples, blocked = _gather(
                 column, cos, nearness, target, surface, cosine, inner_surface, inner_nearness, inner_cosine,
                 layer * rises, (layer + 1) * rises, k * turns, (k + 1) * turns,
                 ground_reflectivity, wall_reflectivity, reflectivity, transmission,
                 gain[b], range_min, extinction, sample, sample_id,
             )  # fmt: skip
             if samples == 0:
+                if blocked:
+                    lost_beam[lost], lost_echo[RANGE, lost], lost_echo[POWER, lost] = b, 0.0, 0.0
+                    lost += 1
                 continue
             sort_by_range(sample, order, samples)
             before = found
@@ -75,13 +78,17 @@ def _gather(
     inner_nearness: Floats, inner_cosine: Floats, low: int, high: int, first: int, end: int,
     ground_reflectivity: float, wall_reflectivity: Floats, reflectivity: Floats, transmission: Floats,
     gain: float, range_min: float, extinction: float, sample: Floats, sample_id: Ints,
-) -> int:  # fmt: skip
-    """Fill the samples of a beam, rays [low, high) of columns [first, end); return how many.
+) -> tuple[int, bool]:  # fmt: skip
+    """Fill the samples of a beam, rays [low, high) of columns [first, end).
 
     Power is reflectivity x cos(incidence) x gain / range^2 (Lambert), weakened by the air, in equal parts for the rays.
+
+    Returns
+    -------
+    How many there are, and whether a ray met something nearer than the unit measures, from which nothing returns.
     """
     share = gain / ((high - low) * (end - first))
-    count = 0
+    count, blocked = 0, False
     for i in range(low, high):
         for m in range(first, end):
             met = target[m, i]
@@ -89,6 +96,7 @@ def _gather(
                 continue
             r = 1.0 / (nearness[m, i] * cos[m, i])
             if r < range_min:
+                blocked = True
                 continue
             if met == GROUND:
                 q, sent = 0, ground_reflectivity * column[2, m] / r
@@ -101,7 +109,7 @@ def _gather(
                 sent = transmission[q] * reflectivity[behind] * inner_cosine[m, i]
                 r = 1.0 / (inner_nearness[m, i] * cos[m, i])
                 count = _add(met, behind, r, sent * share, extinction, sample, sample_id, count)
-    return count
+    return count, blocked
 
 
 @njit(cache=True, error_model="numpy")

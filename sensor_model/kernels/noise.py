@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from sensor_model.kernels.philox import philox
+from sensor_model.kernels.philox import philox, uniform
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -16,7 +16,6 @@ Key = npt.NDArray[np.uint32]
 TABLE_BITS = 12
 """Of the tables from which draws are taken where a function would cost too much."""
 
-_ONE_32 = 2.0**-32
 _TABLE_SHIFT = np.uint64(32 - TABLE_BITS)
 
 
@@ -36,8 +35,8 @@ def beam_pairs(
     pairs = np.empty((2, len(beam)))
     for i in range(len(beam)):
         words = philox(frame, unit[beam[i]], index[beam[i]], purpose[i], key[0], key[1])
-        pairs[0, i] = (float(words[0]) + 0.5) * _ONE_32
-        pairs[1, i] = (float(words[1]) + 0.5) * _ONE_32
+        pairs[0, i] = uniform(words[0])
+        pairs[1, i] = uniform(words[1])
     return pairs
 
 
@@ -47,8 +46,8 @@ def counter_pairs(key: Key, frame: Ints, first: Ints, second: Ints, purpose: Int
     pairs = np.empty((2, len(frame)))
     for i in range(len(frame)):
         words = philox(frame[i], first[i], second[i], purpose[i], key[0], key[1])
-        pairs[0, i] = (float(words[0]) + 0.5) * _ONE_32
-        pairs[1, i] = (float(words[1]) + 0.5) * _ONE_32
+        pairs[0, i] = uniform(words[0])
+        pairs[1, i] = uniform(words[1])
     return pairs
 
 
@@ -74,7 +73,7 @@ def soft_thresholds(
     for i in range(len(unit)):
         words = philox(frame, unit[i], index[i], purpose, key[0], key[1])
         own[i] = threshold[unit[i]] * factor[words[0] >> _TABLE_SHIFT]
-        lost[i] = (float(words[1]) + 0.5) * _ONE_32 < random_rate
+        lost[i] = uniform(words[1]) < random_rate
     return own, lost
 
 
@@ -149,4 +148,4 @@ def separate_echoes(
 
 @njit(cache=True)
 def _uniform(key: Key, frame: int, first: int, second: int, purpose: int) -> float:
-    return (float(philox(frame, first, second, purpose, key[0], key[1])[0]) + 0.5) * _ONE_32
+    return uniform(philox(frame, first, second, purpose, key[0], key[1])[0])

@@ -1,10 +1,7 @@
 """Counter-based random numbers: a function of a key and a counter, nothing else."""
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
-
-Floats = npt.NDArray[np.float64]
 
 _MASK = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
@@ -12,33 +9,6 @@ _ONE_32 = 2.0**-32
 _PHILOX_ROUNDS = 10
 _PHILOX_M0, _PHILOX_M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 _PHILOX_W0, _PHILOX_W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-
-
-@njit(cache=True)
-def uniform_pairs(
-    key: npt.NDArray[np.uint32], frame: int, unit: npt.NDArray[np.uint8], index: npt.NDArray[np.int32], purpose: int
-) -> Floats:
-    """Two independent numbers in (0, 1) for each of N beams, from the counter (frame, unit, index, purpose).
-
-    Parameters
-    ----------
-    key
-        (2,) uint32.
-    frame, purpose
-        Non-negative.
-    unit, index
-        (N,) a beam's unit and its index there.
-
-    Returns
-    -------
-    (2, N)
-    """
-    pairs = np.empty((2, len(unit)))
-    for i in range(len(unit)):
-        words = philox(frame, unit[i], index[i], purpose, key[0], key[1])
-        pairs[0, i] = (float(words[0]) + 0.5) * _ONE_32
-        pairs[1, i] = (float(words[1]) + 0.5) * _ONE_32
-    return pairs
 
 
 @njit(cache=True)
@@ -51,3 +21,9 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[np.uin
         w0, w1, w2, w3 = (p1 >> _HALF) ^ w1 ^ key0, p1 & _MASK, (p0 >> _HALF) ^ w3 ^ key1, p0 & _MASK
         key0, key1 = (key0 + _PHILOX_W0) & _MASK, (key1 + _PHILOX_W1) & _MASK
     return w0, w1, w2, w3
+
+
+@njit(cache=True)
+def uniform(word: np.uint64) -> float:
+    """Turn a random 32-bit word into a number in (0, 1)."""
+    return (float(word) + 0.5) * _ONE_32

@@ -43,6 +43,11 @@ class AttitudeNoise:
         for name in ("pitch_sigma_deg", "roll_sigma_deg"):
             if not 0.0 <= getattr(self, name) <= 5.0:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be from 0 to 5")
+        for name in ("pitch", "roll"):
+            constant, sigma = getattr(self, f"{name}_deg"), getattr(self, f"{name}_sigma_deg")
+            # Farther down a unit at a corner of the ego would go under the road.
+            if abs(constant) + 3.0 * sigma > 10.0:
+                raise ValueError(f"{name}_sigma_deg = {sigma}: |{name}_deg| + 3 sigma must be at most 10; lower either")
         if not 0.0 < self.slowest_hz < self.fastest_hz <= 100.0:
             raise ValueError(f"fastest_hz = {self.fastest_hz}: must be above slowest_hz and at most 100")
 

@@ -44,7 +44,7 @@ class Clutter:
 def faint(
     beam: Ints, range_: Floats, part: Part, cause: Cause, labelled: Bools, beams: BeamTable, thresholds: Thresholds
 ) -> Clutter:
-    """Clutter that barely reaches the threshold, as short as the unit's pulse; no echo of beams that do not fire.
+    """Clutter that barely reaches the unit's own threshold, as short as its pulse; none of beams that do not fire.
 
     Parameters
     ----------
@@ -62,6 +62,25 @@ def faint(
         cause=np.full(len(beam), cause, dtype=np.uint8),
         flags=np.where(labelled, PointFlag.CLUTTER, PointFlag(0)).astype(np.uint16),
     )
+
+
+def droplets(
+    beam: Ints, range_: Floats, cause: Cause, labelled: float, chance: Floats, beams: BeamTable, thresholds: Thresholds
+) -> Clutter:
+    """Echoes of drops, which barely reach the unit's own threshold: of a raised one, own / threshold of them do.
+
+    Parameters
+    ----------
+    beam, range_
+        (C,) rows of the beam table, and ranges [m].
+    labelled
+        Share of them that the unit itself takes for clutter.
+    chance
+        (2, C) independent draws in (0, 1): for the label, and for being seen.
+    """
+    seen = chance[1] * thresholds.threshold[beam] < thresholds.own[beam]
+    beam, range_, by_unit = beam[seen], range_[seen], chance[0, seen] < labelled
+    return faint(beam, range_, Part.DROPLET, cause, by_unit, beams, thresholds)
 
 
 def unit_beams(beams: BeamTable) -> Ints:

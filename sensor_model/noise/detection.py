@@ -40,11 +40,11 @@ class Detection:
         self._beams = beams
         self._sensitivity = Sensitivity(config.dropout, beams, draws)
         self._passed = window_transmission(config.dirt, beams, unit_names)
-        self._dirty = self._passed < 1.0
         self._outages = Outages(config.outage, draws, unit_names)
         self._glare = Glare(config.sun, beams)
         self._hard = beams.units.threshold[beams.unit]
-        self._no_reason = np.full(len(beams), Loss.THRESHOLD, dtype=np.uint8)
+        self._shade = np.ones(len(beams))
+        self._none_blind = np.full(len(beams), Loss.THRESHOLD, dtype=np.uint8)
         self._turn, self._turns = beams.fan_turn[_fan(beams)].T
         self._all_fire = np.ones(len(beams), dtype=np.bool_) if np.all(self._turns == 1) else None
 
@@ -58,27 +58,26 @@ class Detection:
         ego_yaw_world
             Heading of the ego, for the sun [rad].
         """
-        config, own, threshold, reason = self._config, self._hard, self._hard, self._no_reason
+        config, own, gain, blind, firing = self._config, self._hard, self._shade, self._none_blind, self._firing(frame)
         if config.dropout.enabled:
             own, lost = self._sensitivity.threshold(frame)
-            threshold, reason = own.copy(), reason.copy()
+            blind = np.where(lost, np.uint8(Loss.RANDOM), blind)
         if config.sun.enabled:
-            sunlit = self._glare.sunlit(ego_yaw_world)
-            threshold = np.where(sunlit, threshold / config.sun.gain, threshold)
-            reason = np.where(sunlit, np.uint8(Loss.SUN), reason)
-        if config.dirt.enabled:
-            with np.errstate(divide="ignore"):  # nothing passes: infinite
-                threshold = threshold / self._passed
-            reason = np.where(self._dirty, np.uint8(Loss.DIRT), reason)
-        if config.dropout.enabled:
-            threshold[lost], reason[lost] = np.inf, Loss.RANDOM
-        firing = self._firing(frame)
+            gain = np.where(self._glare.sunlit(ego_yaw_world), config.sun.gain, self._shade)
         if config.outage.enabled:
             silent = self._outages.silent(time)[self._beams.unit]
-            threshold = np.where(silent, np.inf, threshold)
-            reason = np.where(silent, np.uint8(Loss.OUTAGE), reason)
+            blind = np.where(silent, np.uint8(Loss.OUTAGE), blind)
             firing = firing & ~silent
-        return Thresholds(threshold=threshold, own=own, reason=reason, firing=firing)
+        with np.errstate(divide="ignore"):  # nothing passes: infinite
+            needed = own / (gain * self._passed)
+        return Thresholds(
+            threshold=np.where(blind == Loss.THRESHOLD, needed, np.inf),
+            own=own,
+            gain=gain,
+            passed=self._passed,
+            blind=blind,
+            firing=firing,
+        )
 
     def _firing(self, frame: int) -> Bools:
         """(B,) whether the beam's mirror face is the one of this frame."""
@@ -92,7 +91,8 @@ def why_lost(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_power: 
     """Say why beams that met something gave no echo.
 
     The unit's own threshold comes first: an echo too weak for a clean, shaded, working unit in dry air is lost to it,
-    whatever else was in the way. Then comes what alone would have hidden it (outage, chance, dirt, sun), then rain.
+    whatever else was in the way. Then comes what alone is the reason, so that without it there would have been an echo:
+    outage, chance, rain, dirt, sun. Where dirt and sun had to come together, the one that takes more is named.
 
     Parameters
     ----------
@@ -105,10 +105,15 @@ def why_lost(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_power: 
     -------
     (L,) `Loss`
     """
-    threshold, own = thresholds.threshold[beam], thresholds.own[beam]
-    loss = np.where(dry_power >= threshold, np.uint8(Loss.RAIN), thresholds.reason[beam])
-    weak = np.maximum(peak_power, dry_power) < own
-    return np.where(weak, np.uint8(Loss.THRESHOLD), loss)
+    own, blind = thresholds.own[beam], thresholds.blind[beam]
+    gain, passed = thresholds.gain[beam], thresholds.passed[beam]
+    with np.errstate(divide="ignore"):  # nothing passes: infinite
+        in_shade = peak_power >= own / passed
+    cleaned = peak_power >= own / gain
+    loss = np.where(cleaned | (~in_shade & (passed <= gain)), np.uint8(Loss.DIRT), np.uint8(Loss.SUN))
+    loss = np.where(dry_power >= thresholds.threshold[beam], np.uint8(Loss.RAIN), loss)
+    loss = np.where(blind != Loss.THRESHOLD, blind, loss)
+    return np.where(dry_power < own, np.uint8(Loss.THRESHOLD), loss)
 
 
 def _fan(beams: BeamTable) -> Ints:

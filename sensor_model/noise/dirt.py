@@ -32,6 +32,11 @@ class DirtSector:
             raise ValueError(
                 f"to_deg = {self.to_deg}: must be above from_deg = {self.from_deg}; azimuth grows to the left"
             )
+        for name in ("from_deg", "to_deg"):
+            if not -180.0 <= getattr(self, name) <= 180.0:
+                raise ValueError(
+                    f"{name} = {getattr(self, name)}: must be from -180 to 180; split a sector that crosses the rear"
+                )
         if not 0.0 <= self.transmission <= 1.0:
             raise ValueError(f"transmission = {self.transmission}: must be from 0, nothing passes, to 1, no dirt")
 

@@ -1,6 +1,5 @@
 """Ranges that are simply wrong."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,8 +27,8 @@ class Outliers:
     def __post_init__(self) -> None:
         if not 0.0 <= self.rate <= 1.0:
             raise ValueError(f"rate = {self.rate}: must be from 0 to 1")
-        if not 0.0 < self.scale_m < math.inf:
-            raise ValueError(f"scale_m = {self.scale_m}: must be positive; use rate = 0 for no outliers")
+        if not 0.0 < self.scale_m <= 50.0:
+            raise ValueError(f"scale_m = {self.scale_m}: must be above 0 and at most 50; use rate = 0 for no outliers")
 
 
 def gross_error(config: Outliers, beam: Ints, place: Ints, draws: Draws, frame: int) -> tuple[Floats, Bools]:

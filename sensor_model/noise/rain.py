@@ -9,9 +9,9 @@ import numpy.typing as npt
 from sensor_model.beams import BeamTable
 from sensor_model.draws import Draws, Purpose
 from sensor_model.kernels.noise import rare_beams
-from sensor_model.noise.clutter import Clutter, faint, unit_beams
+from sensor_model.noise.clutter import Clutter, droplets, unit_beams
 from sensor_model.noise.thresholds import Thresholds
-from sensor_model.truth import Cause, Part
+from sensor_model.truth import Cause
 
 Ints = npt.NDArray[np.int64]
 
@@ -45,10 +45,12 @@ class Rain:
             raise ValueError(f"rate_mm_per_h = {self.rate_mm_per_h}: must be above 0 and at most 200")
         if not 0.0 < self.drops_per_mm_per_h * self.rate_mm_per_h <= 1.0:
             raise ValueError(f"drops_per_mm_per_h = {self.drops_per_mm_per_h}: times rate_mm_per_h must be 0 to 1")
-        if not math.isfinite(self.range_log_mean):
-            raise ValueError(f"range_log_mean = {self.range_log_mean}: must be finite")
-        if not 0.0 < self.range_log_sigma < math.inf:
-            raise ValueError(f"range_log_sigma = {self.range_log_sigma}: must be positive")
+        if not -5.0 <= self.range_log_mean <= 5.0:
+            raise ValueError(
+                f"range_log_mean = {self.range_log_mean}: must be from -5 to 5, half the drops within 148 m"
+            )
+        if not 0.0 < self.range_log_sigma <= 5.0:
+            raise ValueError(f"range_log_sigma = {self.range_log_sigma}: must be above 0 and at most 5")
         if not 0.0 <= self.labelled <= 1.0:
             raise ValueError(f"labelled = {self.labelled}: must be from 0 to 1")
 
@@ -69,5 +71,5 @@ def drops(config: Rain, beams: BeamTable, thresholds: Thresholds, draws: Draws, 
     rate = config.drops_per_mm_per_h * config.rate_mm_per_h
     beam: Ints = rare_beams(draws.key, frame, int(Purpose.RAIN), unit_beams(beams), rate)
     log_range = config.range_log_mean + config.range_log_sigma * draws.normal(frame, beam, Purpose.RAIN_RANGE)
-    labelled = draws.uniform(frame, beam, Purpose.RAIN_LABEL)[0] < config.labelled
-    return faint(beam, np.exp(log_range), Part.DROPLET, Cause.RAIN, labelled, beams, thresholds)
+    chance = draws.uniform(frame, beam, Purpose.RAIN_LABEL)
+    return droplets(beam, np.exp(log_range), Cause.RAIN, config.labelled, chance, beams, thresholds)

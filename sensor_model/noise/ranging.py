@@ -29,7 +29,7 @@ class Measured:
 
 
 def measured(
-    beam: Ints, true_range: Floats, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
+    beam: Ints, true_range: Floats, real: Bools, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
 ) -> Measured:
     """Measure echoes, each with draws of its own.
 
@@ -42,23 +42,21 @@ def measured(
     ----------
     beam, true_range
         (N,) rows of the beam table, and ranges of the leading edges [m].
+    real
+        (N,) whether the echo is a surface's: gross errors are told of these alone.
     """
     place = (true_range / _PLACE_M).astype(np.int64)
     range_, outlier = true_range, np.zeros(len(beam), dtype=np.bool_)
     if config.range.enabled:
         range_ = range_ + range_error(config.range, beam, place, beams, draws, frame)
     if config.outliers.enabled:
-        error, outlier = gross_error(config.outliers, beam, place, draws, frame)
-        range_ = range_ + error
+        error, drawn = gross_error(config.outliers, beam, place, draws, frame)
+        outlier = drawn & real
+        range_ = range_ + np.where(outlier, error, 0.0)
     unit = beams.unit.take(beam)
+    if config.range.enabled:
+        quantum = beams.units.range_quantum.take(unit)
+        range_ = np.rint(range_ / quantum) * quantum
     if config.range.enabled or config.outliers.enabled:
         range_ = np.minimum(np.maximum(range_, beams.units.range_min.take(unit)), beams.units.range_max.take(unit))
-    if config.range.enabled:
-        range_ = _rounded(range_, beams.units.range_quantum.take(unit))
     return Measured(range=range_, outlier=outlier)
-
-
-def _rounded(range_: Floats, quantum: Floats) -> Floats:
-    """Round to whole quanta; a quantum of 0 rounds nothing."""
-    whole = quantum > 0.0
-    return np.where(whole, np.rint(range_ / np.where(whole, quantum, 1.0)) * quantum, range_)

@@ -10,10 +10,10 @@ from sensor_model.beams import BeamTable
 from sensor_model.bodies import Bodies
 from sensor_model.draws import Draws, Purpose
 from sensor_model.kernels.clusters import cluster_echoes
-from sensor_model.noise.clutter import Clutter, faint, unit_directions
+from sensor_model.noise.clutter import Clutter, droplets, unit_directions
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.sweep import Setting
-from sensor_model.truth import Cause, Part
+from sensor_model.truth import Cause
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -126,8 +126,8 @@ def spray_echoes(
         beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.row_beam,
     )  # fmt: skip
     beam = np.flatnonzero(nearest < np.inf)
-    labelled = draws.uniform(setting.frame_index, beam, Purpose.SPRAY_LABEL)[0] < config.labelled
-    return faint(beam, nearest[beam], Part.DROPLET, Cause.SPRAY, labelled, beams, thresholds)
+    chance = draws.uniform(setting.frame_index, beam, Purpose.SPRAY_LABEL)
+    return droplets(beam, nearest[beam], Cause.SPRAY, config.labelled, chance, beams, thresholds)
 
 
 def _outside(cloud: Clusters, origin_ego: Floats) -> Clusters:

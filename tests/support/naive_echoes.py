@@ -40,7 +40,7 @@ class Echo(NamedTuple):
 
 class BeamAnswer(NamedTuple):
     met: bool
-    """Whether anything came back, however weak."""
+    """Whether it met anything, however near."""
     peak: float
     """Highest power [1/m^2]."""
     echoes: list[Echo]
@@ -65,7 +65,7 @@ def answer(beams, sensor, bodies, walls, setting, b):
         if surface and surface.range >= beams.units.range_min[unit]:
             backs += powers(ray, surface, scene, beams, bodies, walls, setting, b, len(rays))
     return BeamAnswer(
-        met=bool(backs),
+        met=any(first),
         peak=peak_power(backs, float(beams.units.pulse_length[unit])),
         echoes=echoes_of(backs, beams.units, unit, float(setting.threshold[b])),
         hits=[sum(surface is not None and surface.target == a for surface in first) for a in range(len(bodies))],
