@@ -20,8 +20,8 @@ _AT_MOST = {
     "echoes_max": 255,
 }  # fmt: skip
 """An echo's number is a byte; the others are far beyond any LIDAR."""
-_LEAST_REFERENCE = 1e-6
-"""[m], [1] so that the threshold is a number."""
+_LEAST_REFERENCE_M = 0.001
+"""[m] so that the threshold is a number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +124,8 @@ class UnitModel:
         for key, most in _AT_MOST.items():
             if getattr(self, key) > most:
                 raise ValueError(f"{key} = {getattr(self, key)}: must be at most {most}")
-        if min(self.reference_reflectivity, self.reference_range_m) < _LEAST_REFERENCE:
-            raise ValueError(f"reference_range_m = {self.reference_range_m}: too small, or its reflectivity is")
+        if self.reference_range_m < _LEAST_REFERENCE_M:
+            raise ValueError(f"reference_range_m = {self.reference_range_m}: must be at least {_LEAST_REFERENCE_M}")
         if layers and max(map(abs, self.layer_elevation_deg)) + 0.5 * self.beam_height_deg > 90.0:
             raise ValueError(f"layer_elevation_deg = {list(self.layer_elevation_deg)}: beams may not pass 90 degrees")
         if self.range_min_m >= self.range_max_m:

@@ -83,7 +83,7 @@ def _chord(to: Floats, drift: Floats, radius: float, direction: Floats, time: fl
 
 @njit(cache=True)
 def _beams_towards(to: Floats, reach: float, azimuth: Floats, count: int, turn: int) -> tuple[int, int]:
-    """Beams [begin, end) of a fan's rows that may pass `to` (3,), in the unit's frame and `turn` turns away, within `reach`.
+    """Beams [begin, end) of a fan that may pass within `reach` of `to` (3,), in the unit's frame, `turn` turns away.
 
     `azimuth` (2,) is the fan's first one and its step, negative; `count` its beams per row.
     """
