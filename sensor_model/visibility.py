@@ -19,7 +19,8 @@ MAX_CLEAN_DEPTH = 0.20
 """A point farther inside the outline than this is not on it [m]. Rounded corners are at most 0.18 m deep."""
 
 _MIN_FACING = np.cos(np.deg2rad(30.0))  # a cut corner, at 45 degrees, belongs to neither of its faces
-_FACES = np.array([Face.FRONT, Face.LEFT, Face.REAR, Face.RIGHT], dtype=np.uint8)
+_SIDES = ((Face.FRONT, 0, 1.0), (Face.LEFT, 1, 1.0), (Face.REAR, 0, -1.0), (Face.RIGHT, 1, -1.0))
+"""Each face, and the axis of the body and the direction on it in which it looks."""
 
 
 def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
@@ -81,12 +82,13 @@ def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: F
     actors
         A.
     """
-    outward = np.column_stack([normal_body[:, :2], -normal_body[:, :2]])  # front, left, rear, right
-    depth = 0.5 * np.tile(size[:, :2], 2) - np.column_stack([points_body, -points_body])
-    facing = (outward > _MIN_FACING) & (depth <= MAX_CLEAN_DEPTH)
-    point, face = np.nonzero(facing)
-    counts = np.bincount(actor[point] * 4 + face, minlength=4 * actors).reshape(actors, 4)
-    return ((counts >= MIN_FACE_HITS) @ _FACES).astype(np.uint8)
+    faces = np.zeros(actors, dtype=np.uint8)
+    for face, axis, side in _SIDES:
+        looks_out = side * normal_body[:, axis] > _MIN_FACING
+        at_side = 0.5 * size[:, axis] - side * points_body[:, axis] <= MAX_CLEAN_DEPTH
+        count = np.bincount(actor[looks_out & at_side], minlength=actors)
+        faces[count >= MIN_FACE_HITS] |= np.uint8(face)
+    return faces
 
 
 def view_kind(faces: Bytes) -> Bytes:
