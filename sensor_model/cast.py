@@ -89,7 +89,7 @@ class Caster:
         """
         free = np.full(len(self._beams) if free_range else 0, np.inf)
         hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
-        beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), _drive(setting)
+        beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), setting.drive
         found, lost = cast_rig(
             self._fans, self._grid, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
             self._echo, self._echo_id, self._lost_beam, self._lost_echo, free, hits, hits_alone,
@@ -170,11 +170,6 @@ def _even(count: int) -> Floats:
 def _cos_sin(angle: Floats) -> Floats:
     """(..., 2) of angles (...)."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-def _drive(setting: Setting) -> records.Drive:
-    (vx, vy), (ax, ay) = setting.ego_velocity, setting.ego_acceleration
-    return records.Drive(vx, vy, ax, ay, setting.ego_yaw_rate)
 
 
 def _solids(bodies: Bodies) -> records.Solids:

@@ -16,11 +16,11 @@ from sensor_model.noise.rain import extinction
 from sensor_model.noise.ranging import Measured, measured
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
-from sensor_model.returns import Returns
+from sensor_model.returns import NOTHING, Returns
 from sensor_model.rig import Rig
 from sensor_model.sensor import SensorConfig
 from sensor_model.sweep import Setting, displacement, over_ground
-from sensor_model.truth import NO_ACTOR, ON_NOTHING, Cause, Loss, ScanTruth
+from sensor_model.truth import NO_ACTOR, Cause, Loss, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from sensor_model.walls import walls_of
 from sim.world import Obstacles, WorldFrame
@@ -80,8 +80,8 @@ class Lidar:
         echoes = self._caster.cast(bodies, walls, setting, free_range=self._clutter.needs_free_range)
         returns = from_surfaces(echoes, bodies, frame.actors)
         returns = self._clutter.add(returns, echoes, bodies, walls, setting, needed, frame)
-        real = ~np.isin(returns.cause, ON_NOTHING)
-        ranges = measured(returns.beam, returns.range, real, self.beams, self._noise, self._draws, frame.index)
+        on_a_surface = returns.target != NOTHING
+        ranges = measured(returns.beam, returns.range, on_a_surface, self.beams, self._noise, self._draws, frame.index)
         return self._scan(frame, returns, ranges), self._truth(frame, echoes, returns, ranges, bodies, setting, needed)
 
     def _setting(self, frame: WorldFrame, needed: Thresholds) -> Setting:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from sensor_model.beams import BeamTable
 from sensor_model.bodies import Bodies
+from sensor_model.kernels.records import Drive
 from sensor_model.returns import Returns
 from sim.world import Ego
 
@@ -35,6 +36,12 @@ class Setting:
     """(B,) power that makes an echo, infinite for a beam that cannot have one [1/m^2]."""
     extinction: float = 0.0
     """Of the air [1/m]."""
+
+    @property
+    def drive(self) -> Drive:
+        """The ego's motion, as the kernels take it."""
+        (vx, vy), (ax, ay) = self.ego_velocity, self.ego_acceleration
+        return Drive(vx, vy, ax, ay, self.ego_yaw_rate)
 
 
 def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:

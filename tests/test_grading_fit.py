@@ -102,6 +102,20 @@ def test_an_observation_is_a_segment_mostly_of_one_graded_vehicle(own, other, ob
     assert (grade.box_actor[0] == 0) == bool(observed)
 
 
+def test_of_a_vehicle_in_two_segments_the_larger_one_is_observed():
+    """Fails when a cut-off piece counts as a second observation, or stands for the vehicle; whichever comes first."""
+    bodies = [Body(0, 30.0, 0.0, points=20)]
+    frame = world_frame(0, bodies)
+    scan, truth = observe(frame, bodies)
+    for label, larger in (([0] * 6 + [1] * 14, 1), ([0] * 14 + [1] * 6, 0)):
+        grader = Grader(GradingConfig(), dt=0.08)
+        tracks, _ = Scripted([[]]).step(scan)
+        grader.add(frame, scan, truth, tracks, trace_of(frame, truth, label=label))
+        metrics, tables = grader.finish()
+        assert metrics["fit.best.heading_mean_deg"].n == 1
+        assert set(tables["fits"].segment) == {larger}
+
+
 def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_among_the_rest():
     def trace(frame, truth):
         traced = trace_of(frame, truth, turn_deg=(5.0, 3.0, 1.0, 0.0), best=3)

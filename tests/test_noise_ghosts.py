@@ -11,6 +11,7 @@ from support.noise_scenes import ALL, BEAMS, returns, setting
 
 from sensor_model.bodies import BodyShop
 from sensor_model.kernels.mirrors import bright_mirrors
+from sensor_model.kernels.records import Drive
 from sensor_model.materials import Glass
 from sensor_model.noise.config import Ghost
 from sensor_model.noise.ghosts import Mirrored, Mirrors
@@ -93,7 +94,7 @@ def test_bright_mirrors_equal_their_naive_twin(seed):
     units = BEAMS.units
     row, ray = bright_mirrors(
         beam, range_, target, surface, part, pose, yaw_rate, planes, f0, quality,
-        units.origin_ego, units.R_ego_unit, drive, BEAMS.unit, direction, time, BEAMS.gain, threshold,
+        units.origin_ego, units.R_ego_unit, Drive(*drive), BEAMS.unit, direction, time, BEAMS.gain, threshold,
     )  # fmt: skip
     expected = {}
     for i in range(count):

@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from sensor_model.kernels.motion import ego_at
+from sensor_model.kernels.records import Drive, Floats, Ints
+
 Vector = tuple[float, float, float]
 
 _OFF_SURFACE_M = 1e-3  # mirrored rays start this far away, so as not to meet the mirror itself
@@ -17,7 +18,7 @@ _OFF_SURFACE_M = 1e-3  # mirrored rays start this far away, so as not to meet th
 def bright_mirrors(
     beam: Ints, range_: Floats, target: Ints, surface: Ints, part: npt.NDArray[np.uint8],
     pose: Floats, yaw_rate: Floats, planes: Floats, f0: Floats, quality: Floats,
-    origin: Floats, rotation: Floats, drive: Floats,
+    origin: Floats, rotation: Floats, drive: Drive,
     unit: npt.NDArray[np.uint8], direction: Floats, time: Floats, gain: Floats, threshold: Floats,
 ) -> tuple[Ints, Floats]:  # fmt: skip
     """Find, among N returns, the surfaces that mirror enough to show something white at no distance.
@@ -32,8 +33,6 @@ def bright_mirrors(
         By part: reflectance at normal incidence, and share of the mirrored power that stays together.
     origin, rotation
         (U, 3), (U, 3, 3) of the units in the ego frame.
-    drive
-        (5,) velocity x, y, acceleration x, y and yaw rate of the ego frame.
     unit, direction, time, gain, threshold
         (B,), (B, 3), (B,), (B,), (B,) of each beam: its unit, its direction there, when it fires, its sensitivity and
         the power that it needs.
@@ -50,7 +49,7 @@ def bright_mirrors(
         least = math.sqrt(threshold[b] / gain[b]) * range_[i] if gain[b] > 0.0 else math.inf
         if target[i] < 0 or quality[part[i]] < least:
             continue
-        turned = drive[4] * time[b]
+        turned = drive.yaw_rate * time[b]
         d = _turn(_along(rotation[unit[b]], direction[b]), turned)
         p = planes[surface[i]]
         n = _turn((p[0], p[1], p[2]), pose[target[i], 2] + yaw_rate[target[i]] * time[b])
@@ -59,12 +58,12 @@ def bright_mirrors(
         if cosine <= 0.0 or share < least:
             continue
         start = origin[unit[b]]
-        o = _turn((start[0], start[1], start[2]), turned)
+        x, y, z = _turn((start[0], start[1], start[2]), turned)
+        ego_x, ego_y = ego_at(drive, time[b])
+        o = (x + ego_x, y + ego_y, z)
         for axis in range(3):
             ray[count, axis] = o[axis] + range_[i] * d[axis] + _OFF_SURFACE_M * n[axis]
             ray[count, 3 + axis] = d[axis] + 2.0 * cosine * n[axis]
-        for axis in range(2):
-            ray[count, axis] += (drive[axis] + 0.5 * drive[2 + axis] * time[b]) * time[b]
         row[count], ray[count, 6] = i, share
         count += 1
     return row[:count].copy(), ray[:count].copy()

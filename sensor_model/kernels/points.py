@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.kernels.motion import body_at, ego_at
 from sensor_model.kernels.records import Beams, Drive, Floats, Ints, Units
 
 
@@ -33,16 +34,14 @@ def points_on_bodies(
         if a < 0:
             continue
         u = unit[b]
-        t, half = beams.time[b], 0.5 * beams.time[b] * beams.time[b]
+        t = beams.time[b]
         ca, sa, ce, se = beams.direction[b, 0], beams.direction[b, 1], beams.direction[b, 2], beams.direction[b, 3]
         R = units.rotation[u]
         x = units.origin[u, 0] + distance[e] * (ce * (R[0, 0] * ca + R[0, 1] * sa) + se * R[0, 2])
         y = units.origin[u, 1] + distance[e] * (ce * (R[1, 0] * ca + R[1, 1] * sa) + se * R[1, 2])
         cos, sin = math.cos(drive.yaw_rate * t), math.sin(drive.yaw_rate * t)
-        ego_x, ego_y = drive.vx * t + drive.ax * half, drive.vy * t + drive.ay * half
-        body_x, body_y = motion[a, 3] * t + motion[a, 5] * half, motion[a, 4] * t + motion[a, 6] * half
-        dx = ego_x + cos * x - sin * y - motion[a, 0] - body_x
-        dy = ego_y + sin * x + cos * y - motion[a, 1] - body_y
+        (ego_x, ego_y), (body_x, body_y) = ego_at(drive, t), body_at(motion, a, t)
+        dx, dy = ego_x + cos * x - sin * y - body_x, ego_y + sin * x + cos * y - body_y
         cos, sin = math.cos(motion[a, 2] + motion[a, 7] * t), math.sin(motion[a, 2] + motion[a, 7] * t)
         points[e, 0], points[e, 1] = cos * dx + sin * dy, cos * dy - sin * dx
     return points

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.kernels.motion import ego_at
 from sensor_model.kernels.records import Drive, Floats, Grid, Ints, Rays, Surroundings
 from sensor_model.returns import GROUND, NOTHING, WALL
 
@@ -49,9 +50,8 @@ def _aim(
     """Fill the columns (9, M): origin, forward and up."""
     cos, sin, step_cos, step_sin = even_turns(drive.yaw_rate * time[0], drive.yaw_rate, time)
     for k in range(len(time)):
-        t, half = time[k], 0.5 * time[k] * time[k]
-        x = cos * origin[0] - sin * origin[1] + drive.vx * t + drive.ax * half
-        y = sin * origin[0] + cos * origin[1] + drive.vy * t + drive.ay * half
+        ego_x, ego_y = ego_at(drive, time[k])
+        x, y = cos * origin[0] - sin * origin[1] + ego_x, sin * origin[0] + cos * origin[1] + ego_y
         up_x, up_y = cos * rotation[0, 2] - sin * rotation[1, 2], sin * rotation[0, 2] + cos * rotation[1, 2]
         for m in range(k * turns, (k + 1) * turns):
             ca, sa = azimuth[0, first + m], azimuth[1, first + m]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.rays import NONE
 from sensor_model.kernels.records import Bools, Floats, Ints, Solids, Surroundings
 
@@ -75,12 +76,12 @@ def _meet_bodies(
         front, side = max(-bounds[a, 0, 0], bounds[a, 1, 0]), max(-bounds[a, 0, 1], bounds[a, 1, 1])
         around_body = front * front + side * side
         for g in range(len(time)):
-            t, half, dx, dy = time[g], 0.5 * time[g] * time[g], direction[g, 0], direction[g, 1]
-            x = origin[g, 0] - (motion[a, 0] + motion[a, 3] * t + motion[a, 5] * half)
-            y = origin[g, 1] - (motion[a, 1] + motion[a, 4] * t + motion[a, 6] * half)
+            dx, dy = direction[g, 0], direction[g, 1]
+            body_x, body_y = body_at(motion, a, time[g])
+            x, y = origin[g, 0] - body_x, origin[g, 1] - body_y
             if _passes(-x, -y, dx, dy, around_body, nearest[g]):
                 continue
-            yaw = motion[a, 2] + motion[a, 7] * t
+            yaw = motion[a, 2] + motion[a, 7] * time[g]
             cos, sin = math.cos(yaw), math.sin(yaw)
             x, y, z = cos * x + sin * y, cos * y - sin * x, origin[g, 2]
             dx, dy, dz = cos * dx + sin * dy, cos * dy - sin * dx, direction[g, 2]

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.rays import NONE, even_turns
 from sensor_model.kernels.records import Bools, Floats, Ints, Rays, Solids
 
@@ -122,9 +123,7 @@ def into_body(
     cos, sin, step_cos, step_sin = even_turns(motion[a, 2] + rate * time[begin], rate, time)
     c = 0
     for k in range(begin, stop):
-        t, half = time[k], 0.5 * time[k] * time[k]
-        x = motion[a, 0] + motion[a, 3] * t + motion[a, 5] * half
-        y = motion[a, 1] + motion[a, 4] * t + motion[a, 6] * half
+        x, y = body_at(motion, a, time[k])
         for m in range(k * turns, (k + 1) * turns):
             dx, dy = column[0, m] - x, column[1, m] - y
             seen[0, c], seen[1, c], seen[2, c] = cos * dx + sin * dy, cos * dy - sin * dx, column[2, m]

@@ -89,7 +89,7 @@ class Mirrors:
         row, ray = bright_mirrors(
             returns.beam, returns.range, returns.target, returns.surface, returns.part,
             bodies.pose_ego, bodies.yaw_rate, bodies.planes, _NORMAL_REFLECTANCE, self._quality,
-            setting.origin_ego, setting.R_ego_unit, _drive(setting),
+            setting.origin_ego, setting.R_ego_unit, setting.drive,
             self._beams.unit, self._direction, time, self._beams.gain, setting.threshold,
         )  # fmt: skip
         beam = returns.beam[row]
@@ -115,8 +115,3 @@ def _clutter(beam: Ints, range_: Floats, power: Floats, setting: Setting, beams:
         cause=np.full(len(beam), Cause.GHOST, dtype=np.uint8),
         flags=np.zeros(len(beam), dtype=np.uint16),
     )
-
-
-def _drive(setting: Setting) -> Floats:
-    """(5,) velocity x, y, acceleration x, y and yaw rate of the ego."""
-    return np.array([*setting.ego_velocity, *setting.ego_acceleration, setting.ego_yaw_rate])

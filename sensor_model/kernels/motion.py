@@ -1,0 +1,21 @@
+"""Where things are a little before or after the frame's time: constant acceleration and yaw rate."""
+
+from numba import njit
+
+from sensor_model.kernels.records import Drive, Floats
+
+
+@njit(cache=True, inline="always")
+def ego_at(drive: Drive, time: float) -> tuple[float, float]:
+    """How far the ego has come by a time, x and y in the ego frame."""
+    half = 0.5 * time * time
+    return drive.vx * time + drive.ax * half, drive.vy * time + drive.ay * half
+
+
+@njit(cache=True, inline="always")
+def body_at(motion: Floats, a: int, time: float) -> tuple[float, float]:
+    """Where body a is at a time, x and y in the ego frame; `motion` as in `records.Solids`."""
+    half = 0.5 * time * time
+    x = motion[a, 0] + motion[a, 3] * time + motion[a, 5] * half
+    y = motion[a, 1] + motion[a, 4] * time + motion[a, 6] * half
+    return x, y
