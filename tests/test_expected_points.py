@@ -102,7 +102,7 @@ def test_points_on_a_lone_vehicle(kind, y, paint, gap, published):
         assert len(Points(vehicle(*row), keen)) >= published >= len(Points(vehicle(*row), dull))
     elif row == LOST_TO_THE_GROUND:
         # The lower edge of layer 1, 0.79 degrees down, meets the ground 39.8 m away, just before the car's rear. The
-        # study calls such echoes the ground's, however weak its share; ours are points on the surface of most power.
+        # study calls such echoes the ground's, however weak its share; ours start where enough comes back, on the car.
         assert points.count(Part.BODY) == 20
         assert np.sum(points.layer != 1) == pytest.approx(published, rel=0.25)
     else:
