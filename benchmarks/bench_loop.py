@@ -32,7 +32,7 @@ def loop_rows(overrides: dict[str, Any]) -> dict[str, dict[str, Any]]:
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = SumoSource(scenario.traffic, scenario.folder, range_m=200.0)
     lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, source.reset(scenario.seed))
-    tracker, grader = Tracker(scenario.tracker), Grader(scenario.grading, source.dt)
+    tracker, grader = Tracker(scenario.tracker), Grader(scenario.grading)
     sim_s, frame_s, tracker_s = [], [], []
     for _ in range(round(scenario.duration_s / source.dt)):
         begin = time.perf_counter()

@@ -67,10 +67,14 @@ def motorway(vehicles: int) -> WorldFrame:
         velocity_world=np.column_stack([rng.uniform(20.0, 40.0, vehicles), rng.normal(0.0, 0.3, vehicles)]),
         acceleration_world=rng.normal(0.0, 0.5, (vehicles, 2)),
         yaw_rate=rng.normal(0.0, 0.02, vehicles),
+        articulation=np.zeros(vehicles),
+        mode=np.zeros(vehicles, np.uint8),
+        changes_lane=np.zeros(vehicles, np.bool_),
+        deviation=np.zeros((vehicles, 2)),
         size=np.array([SHAPES[Kind(kind)].size for kind in kinds]),
         reflectivity=rng.uniform(0.05, 0.8, vehicles),
     )
-    ego = Ego(np.zeros(3), np.array([30.0, 0.0]), np.zeros(2), 0.01, np.array([4.83, 1.91, 1.67]))
+    ego = Ego(np.zeros(3), np.array([30.0, 0.0]), np.zeros(2), 0.01, np.array([4.83, 1.91, 1.67]), np.zeros(2))
     return WorldFrame(0, 0.0, ego, actors)
 
 

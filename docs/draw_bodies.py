@@ -3,6 +3,7 @@
 python docs/draw_bodies.py
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -11,11 +12,13 @@ import numpy.typing as npt
 from matplotlib.patches import Patch
 from PIL import Image
 
+from sensor_model.bending import turned_boxes, turned_planes
 from sensor_model.body import Body, Look, build
 from sensor_model.materials import Glass
 from sensor_model.proportions import Draw
 from sensor_model.shapes import SHAPES
 from sensor_model.truth import Part
+from sim.articulation import hitch
 from sim.world import Kind
 
 Floats = npt.NDArray[np.float64]
@@ -33,6 +36,8 @@ AROUND = 0.25
 PIXELS = 320
 """Along the longer side of a view."""
 SEED = 1
+BENT = 0.6
+"""Of the last row's truck, to the left [rad]."""
 VIEWS = (
     # title, direction of sight, actor (None is the middle of all ranges)
     ("side, middle of the ranges", (0.0, 1.0, 0.0), None),
@@ -63,6 +68,20 @@ def first_planes(body: Body, origins: Floats, direction: Floats) -> npt.NDArray[
     return plane
 
 
+def bent(body: Body, length: float, articulation: float) -> Body:
+    """Return an articulated body with its tractor turned [rad]."""
+    kingpin = 0.5 * length - hitch(np.array([length])).kingpin
+    solid = np.where(body.solid_tractor, articulation, 0.0)
+    plane = np.repeat(solid, body.planes_of_solid)
+    boxes = turned_boxes(body.solid_bounds, np.repeat(kingpin, len(solid)), solid)
+    return replace(
+        body,
+        bounds=np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]),
+        solid_bounds=boxes,
+        planes=turned_planes(body.planes, np.repeat(kingpin, len(plane)), plane),
+    )
+
+
 def picture(body: Body, sight: Floats) -> tuple[Floats, tuple[float, float]]:
     """Pixels (rows, columns, 3) of a view from far away, and its width and height [m]."""
     right = np.cross(sight, [0.0, 0.0, 1.0]) if abs(sight[2]) < 0.99 else np.array([1.0, 0.0, 0.0])
@@ -88,22 +107,24 @@ def picture(body: Body, sight: Floats) -> tuple[Floats, tuple[float, float]]:
 
 def main() -> None:
     """Write the picture: a row for each kind, a column for each view."""
-    kinds = [kind for kind in Kind if kind is not Kind.OBSTACLE]
-    figure, table = plt.subplots(len(kinds), len(VIEWS), figsize=(22, 2.6 * len(kinds)), layout="constrained")
-    for kind, row in zip(kinds, table, strict=True):
-        for axes, (title, sight, actor) in zip(row, VIEWS, strict=True):
+    shown = [(kind, 0.0) for kind in Kind if kind is not Kind.OBSTACLE] + [(Kind.TRAILER_TRUCK, BENT)]
+    figure, table = plt.subplots(len(shown), len(VIEWS), figsize=(22, 2.6 * len(shown)), layout="constrained")
+    for (kind, articulation), row in zip(shown, table, strict=True):
+        for axes, (_, sight, actor) in zip(row, VIEWS, strict=True):
             look = Look(actor or 0, kind, SHAPES[kind].size, paint=0.4)
             draw = Draw(None if actor is None else SEED, look.actor_id)
             body = build(look, draw, Glass(), mirrors=True, as_prism=False)
+            if articulation:
+                body = bent(body, look.size[0], articulation)
             pixels, (width, height) = picture(body, np.array(sight) / np.linalg.norm(sight))
             axes.imshow(pixels, extent=(0.0, width, 0.0, height))
             axes.set_axis_off()
-            if kind is kinds[0]:
-                axes.set_title(title)
         solids, planes = len(body.solid_inner), len(body.planes)
-        name = kind.name.lower().replace("_", " ")
+        name = kind.name.lower().replace("_", " ") + (", bent" if articulation else "")
         label = f"{name}\n{solids} solids, {planes} planes"
         row[0].text(-0.02, 0.5, label, rotation=90, ha="right", va="center", transform=row[0].transAxes)
+    for axes, (title, _, _) in zip(table[0], VIEWS, strict=True):
+        axes.set_title(title)
     names = {Part.BODY: "painted", Part.GREENHOUSE: "glass", Part.MIRROR: "mirror", Part.WHEEL: "rubber"}
     figure.legend(
         handles=[Patch(color=COLORS[part], label=name) for part, name in names.items()],

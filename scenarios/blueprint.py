@@ -55,6 +55,10 @@ PLOTS = {
 }
 """Lines of each plot, in the order in which their values are logged."""
 
+CONTROL = "plots/control"
+CONTROL_LINES = {"speed": WHITE, "speed wanted": GREEN, "gap seen": YELLOW}
+"""Of the plot that a controlled ego has."""
+
 LEGEND = f"""\
 From above; the **ego is the solid box**, driving up. Circles at {RINGS_M[0]:.0f} and {RINGS_M[1]:.0f} m.
 - **Truth**: thin white boxes, redder the more is hidden, dim when not graded
@@ -67,8 +71,11 @@ From above; the **ego is the solid box**, driving up. Circles at {RINGS_M[0]:.0f
 """
 
 
-def layout() -> "rrb.Blueprint":
-    """Lay out the scene at the left, one tab per colouring of the points, and plots and events at the right."""
+def layout(*, controlled: bool = False) -> "rrb.Blueprint":
+    """Lay out the scene at the left, one tab per colouring of the points, and plots and events at the right.
+
+    A controlled ego has a plot of its own.
+    """
     import rerun.blueprint as rrb
 
     def plot(name: str, path: str, axis: rrb.ScalarAxis | None = None) -> rrb.TimeSeriesView:
@@ -77,12 +84,14 @@ def layout() -> "rrb.Blueprint":
     probability, degrees = rrb.ScalarAxis(range=(0.0, 1.0)), rrb.ScalarAxis(range=(0.0, 10.0))
     columns = rrb.TextLogColumns(text_log_columns=["loglevel", "body"])
     scenes = rrb.Tabs(_scene("Points by cause"), _scene("Points by unit", "unit"), _scene("Points by layer", "layer"))
+    control = [plot("Ego: speeds [m/s] and gap [m]", CONTROL)] if controlled else []
     figures = rrb.Vertical(
         rrb.TextDocumentView(origin="legend", name="What you see"),
         plot("Model probability [0 to 1], mean over tracks of moving vehicles", "plots/models_moving", probability),
         plot("Model probability [0 to 1], mean over tracks of standing vehicles", "plots/models_standing", probability),
         plot("Heading error, median absolute [0 to 10 deg]", "plots/heading_error", degrees),
         rrb.Tabs(
+            *control,
             rrb.TextLogView(origin="events", name="Events", columns=columns),
             plot("Vehicles and tracks", "plots/counts"),
             plot("Points", "plots/points"),

@@ -57,12 +57,17 @@ def run(
         checks = check(result.metrics, chosen.expect)
         printed = report.report(result, checks)
         run_folder.write(folder, result, checks, report.as_text(printed))
+    code = 0 if verdict(checks, result.complete) == "passed" else 1
     if as_json:
         print(json.dumps({**run_folder.document(result, checks), "out": str(out)}, allow_nan=False))
     else:
         report.show(printed)
         print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
-    raise typer.Exit(0 if verdict(checks) == "passed" else 1)
+    if not result.complete:
+        remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
+        kept = f"the {result.frames} frames until then are in {out}, marked incomplete"
+        code = _complain(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)
+    raise typer.Exit(code)
 
 
 @app.command()
@@ -88,7 +93,9 @@ def schema() -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code: 0 passed, 1 failed, 2 bad input, 3 simulator failed, 130 Ctrl-C.
+    """Run the command line and return its exit code.
+
+    0 passed, 1 failed or ended early, 2 bad input, 3 the simulator failed, 130 Ctrl-C.
 
     Known errors become one line on standard error. Others keep their traceback: they are ours to mend.
     """
@@ -97,26 +104,34 @@ def main(arguments: list[str] | None = None) -> int:
     except typer.TyperException as error:
         return _complain(error.format_message(), error.exit_code)
     except Exception as error:
-        known = _exit_code(error)
-        if known is None:
+        code = _exit_code(error)
+        if code == UNKNOWN:
             raise
-        return _complain(str(error), known)
+        if code != INTERRUPTED:
+            return _complain(str(error), code)
     return _complain("interrupted; nothing was written", code) if code == INTERRUPTED else code
 
 
 INTERRUPTED = 130
 """What typer makes of Ctrl-C."""
 
+UNKNOWN = -1
+"""For errors that are ours to mend."""
 
-def _exit_code(error: Exception) -> int | None:
-    """Exit code of an error that people can mend themselves; None for any other."""
+
+def _exit_code(error: BaseException) -> int:
+    """Exit code of an error that people can mend themselves, or have made."""
     from scenarios.errors import InputError
     from sensor_model.rig import RigError
     from sim.source import SimulatorFailedError, TrafficError
 
     if isinstance(error, SimulatorFailedError):
         return 3
-    return 2 if isinstance(error, InputError | RigError | TrafficError) else None
+    if isinstance(error, InputError | RigError | TrafficError):
+        return 2
+    if isinstance(error, SystemError) and error.__cause__:  # numba makes this of what comes while it loads a kernel
+        return _exit_code(error.__cause__)
+    return INTERRUPTED if isinstance(error, KeyboardInterrupt) else UNKNOWN
 
 
 def _complain(message: str, code: int) -> int:

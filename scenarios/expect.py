@@ -8,7 +8,7 @@ from typing import Literal
 from scenarios.grading.metrics import METRICS
 from scenarios.result import Metric
 
-Verdict = Literal["passed", "failed"]
+Verdict = Literal["passed", "failed", "incomplete"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +70,8 @@ def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit]) -> list[Ch
     return [Check(name, limit, metrics[name]) for name, limit in expect.items()]
 
 
-def verdict(checks: Iterable[Check]) -> Verdict:
-    """Say whether every check passed."""
+def verdict(checks: Iterable[Check], complete: bool) -> Verdict:
+    """Say whether every check passed. An incomplete run shows neither: what is missing could have gone either way."""
+    if not complete:
+        return "incomplete"
     return "passed" if all(check.passed for check in checks) else "failed"

@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from scenarios import device, progress
+from scenarios.control import safety
+from scenarios.control.drive import TrackDriver, drive_by_truth
+from scenarios.control.safety import SafetyLog
 from scenarios.device import DeviceFactory
 from scenarios.errors import ScenarioError
 from scenarios.grading.grader import Grader
@@ -20,10 +23,15 @@ from scenarios.trace import TraceHash
 from scenarios.warm_up import warm_up
 from sensor_model.lidar import Lidar
 from sensor_model.rig import Rig, load_rig
-from sim.highway import HighwaySource, HighwayTraffic
+from sim.apart import AHEAD, ApartSource
+from sim.highway import HighwaySource
+from sim.highway_config import HighwayTraffic
+from sim.replay import ReplaySource
+from sim.replay_config import ReplayTraffic
 from sim.scripted import ScriptedSource, ScriptedTraffic
-from sim.source import TrafficEndedError, TrafficInputError, TrafficSource
-from sim.sumo import SumoSource, SumoTraffic
+from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
+from sim.sumo import SumoSource
+from sim.sumo_config import SumoTraffic
 from sim.world import Obstacles
 
 PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")
@@ -46,22 +54,22 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
     ------
     RigError, ScenarioError
         What the scenario names does not exist or is out of range.
-    SimulatorFailedError
-        The simulator gave up.
-    TrafficEndedError
-        There was not a single frame. Traffic that ends later makes an incomplete result.
+    SimulatorFailedError, TrafficEndedError
+        There was not a single frame. Traffic that fails or ends later makes an incomplete result.
     DeviceError
         The tracker returned no tracks.
     """
     rig = load_rig(str(scenario.rig), scenario.folder)
-    stopwatch, trace_hash, frames, ended_early = Stopwatch(), TraceHash(), 0, ""
+    stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
+    end: TrafficError | None = None
     with closing(_source(scenario, rig)) as source:
         obstacles = _reset(source, scenario)
         lidar = _lidar(rig, scenario, source.dt, obstacles)
         warm_up(rig, scenario.noise, scenario.sensor, make_device(scenario.tracker))
         tracker = make_device(scenario.tracker)
-        grader = Grader(scenario.grading, source.dt)
-        recorder = Recorder(record_to, scenario.name, obstacles) if record_to else NullRecorder()
+        grader = Grader(scenario.grading)
+        driver = TrackDriver(scenario.control, source) if scenario.control else None
+        recorder = _recorder(scenario, record_to, obstacles)
         with closing(recorder):
             try:
                 for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
@@ -70,21 +78,26 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
                     tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
                     grade = grader.add(frame, scan, truth, tracks, trace)
                     trace_hash.add(frame, scan, truth, tracks)
-                    stopwatch.time(RECORDING, recorder.log, frame, scan, truth, tracks, trace, grade)
                     frames += 1
-            except TrafficEndedError as end:
+                    decision = driver.drive(frame, scan, tracks) if driver else None
+                    stopwatch.time(RECORDING, recorder.log, frame, scan, truth, tracks, trace, grade, decision)
+            except (TrafficEndedError, SimulatorFailedError) as error:
                 if not frames:
                     raise
-                ended_early = str(end)
+                end = error
     metrics, tables = grader.finish()
+    drives, end_by_truth = _drives(scenario, rig, driver, frames)
+    control_metrics, control_tables = safety.grade(drives)
+    end = end or end_by_truth
     return Result(
         scenario=scenario.name,
         seed=scenario.seed,
         trace_hash=trace_hash.hexdigest(),
-        ended_early=ended_early,
+        ended_early=" ".join(str(end).split()) if end else "",
+        simulator_failed=isinstance(end, SimulatorFailedError),
         frames=frames,
-        metrics={**metrics, **stopwatch.metrics(frames, source.dt)},
-        tables=tables,
+        metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt)},
+        tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device),
         versions={"python": platform.python_version(), **{package: version(package) for package in PACKAGES}},
     )
@@ -95,11 +108,31 @@ def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
     range_m = max(mount.model.range_max_m for mount in rig.mounts)
     match scenario.traffic:
         case SumoTraffic() as config:
-            return SumoSource(config, scenario.folder, range_m)
+            ahead = 0 if config.ego_control else AHEAD
+            return ApartSource(SumoSource(config, scenario.folder, range_m), "SUMO", ahead)
         case HighwayTraffic() as config:
             return HighwaySource(config, scenario.folder, range_m)
         case ScriptedTraffic() as config:
             return ScriptedSource(config, scenario.folder, range_m)
+        case ReplayTraffic() as config:
+            return ReplaySource(config, scenario.folder, range_m)
+
+
+def _drives(
+    scenario: Scenario, rig: Rig, driver: TrackDriver | None, frames: int
+) -> tuple[dict[str, SafetyLog], TrafficError | None]:
+    """Drive again, by the truth. Return both drives, and why the second ended early if it did."""
+    if not (scenario.control and driver):
+        return {}, None
+    by_truth = SafetyLog()
+    drives = {"tracks": driver.log, "truth": by_truth}
+    try:
+        with closing(_source(scenario, rig)) as source:
+            _reset(source, scenario)
+            drive_by_truth(scenario.control, source, by_truth, frames)
+    except (TrafficEndedError, SimulatorFailedError) as end:
+        return drives, end
+    return drives, None
 
 
 def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
@@ -108,6 +141,12 @@ def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
         return source.reset(scenario.seed)
     except TrafficInputError as error:
         raise ScenarioError(f"{scenario.path}: traffic: {error}") from error
+
+
+def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles) -> Recorder | NullRecorder:
+    if record_to is None:
+        return NullRecorder()
+    return Recorder(record_to, scenario.name, obstacles, controlled=scenario.control is not None)
 
 
 def _lidar(rig: Rig, scenario: Scenario, dt: float, obstacles: Obstacles) -> Lidar:

@@ -11,19 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios import blueprint as look
+from scenarios.control.cruise import Decision
 from scenarios.drawing import boxes, flat, rings, texts, transform, walls
 from scenarios.events import EventFinder
+from scenarios.grading.articulated import parts
 from scenarios.grading.frame import FrameGrade
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
-from sim.world import Actors, Ego, Obstacles, WorldFrame
+from sim.world import Actors, Ego, Mode, Obstacles, WorldFrame
 from tracker.records import Boxes, Status, StepTrace, Tracks
 from tracker.scan import Scan
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
-
-MOVING_MPS = 0.5
-"""Slower targets count as standing in the plots of model probabilities [m/s]."""
 
 
 class NullRecorder:
@@ -47,9 +46,11 @@ class Recorder:
         The recording's name in the viewer.
     obstacles
         What `TrafficSource.reset` returned.
+    controlled
+        Whether the ego is.
     """
 
-    def __init__(self, path: Path, scenario: str, obstacles: Obstacles) -> None:
+    def __init__(self, path: Path, scenario: str, obstacles: Obstacles, *, controlled: bool = False) -> None:
         import rerun as rr
 
         self._obstacles = obstacles
@@ -58,7 +59,7 @@ class Recorder:
         self._events = EventFinder()
         self._stream = rr.RecordingStream("luxloop")
         self._stream.set_log_time_enabled(False)
-        self._stream.save(path, default_blueprint=look.layout())
+        self._stream.save(path, default_blueprint=look.layout(controlled=controlled))
         self._stream.send_recording_name(scenario)
 
     def log(
@@ -69,8 +70,12 @@ class Recorder:
         tracks: Tracks,
         trace: StepTrace | None,
         grade: FrameGrade,
+        decision: Decision | None = None,
     ) -> None:
-        """Write one frame; `trace` is None for a tracker that does not tell what it did."""
+        """Write one frame.
+
+        `trace` is None for a tracker that does not tell what it did, `decision` where no controller made one.
+        """
         if self._origin_world is None:
             self._origin_world = np.append(frame.ego.pose_world[:2], 0.0)
             self._log_static(frame.ego, self._origin_world)
@@ -87,6 +92,8 @@ class Recorder:
         self._log_tracks(tracks)
         self._log_plots(frame.actors, scan_truth, tracks, grade)
         self._log_events(frame, tracks, grade)
+        if decision is not None:
+            self._log_control(frame.ego, decision)
 
     def close(self) -> None:
         """Flush and finish the file. Safe to call twice."""
@@ -103,7 +110,7 @@ class Recorder:
         self._stream.log("world/ego/body", body, static=True)
         self._stream.log("world/ego/rings", rings(look.RINGS_M, look.DARK), static=True)
         self._stream.log("legend", legend, static=True)
-        for path, lines in look.PLOTS.items():
+        for path, lines in {**look.PLOTS, look.CONTROL: look.CONTROL_LINES}.items():
             style = rr.SeriesLines(names=list(lines), colors=list(lines.values()), widths=1.5)
             self._stream.log(path, style, static=True)
 
@@ -111,8 +118,9 @@ class Recorder:
         hidden_color, visible_color = np.array(look.HIDDEN), np.array(look.VISIBLE)
         colors = hidden_color + visible[:, None] * (visible_color - hidden_color)
         colors = colors * np.where(graded, 1.0, look.DIM)[:, None]
-        names = [str(name) for name in actors.name]
-        self._stream.log("world/truth", boxes(pose, actors.size, colors, labels=names, show_labels=False))
+        row, pose, size = parts(pose, actors.size, actors.articulation)
+        names = [str(name) for name in actors.name[row]]
+        self._stream.log("world/truth", boxes(pose, size, colors[row], labels=names, show_labels=False))
 
     def _log_points(self, scan: Scan, truth: ScanTruth) -> None:
         import rerun as rr
@@ -170,7 +178,7 @@ class Recorder:
         import rerun as rr
 
         confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
-        moving = np.linalg.norm(actors.velocity_world, axis=1) > MOVING_MPS
+        moving = actors.mode != Mode.STATIONARY
         on_moving = confirmed & np.isin(grade.track_actor, actors.id[moving])
         on_standing = confirmed & np.isin(grade.track_actor, actors.id[~moving])
         fit_error, track_error = grade.box_heading_error, grade.track_heading_error[confirmed]
@@ -184,6 +192,13 @@ class Recorder:
         }
         for path, lines in values.items():
             self._stream.log(path, rr.Scalars(lines))
+
+    def _log_control(self, ego: Ego, decision: Decision) -> None:
+        import rerun as rr
+
+        speed = float(np.linalg.norm(ego.velocity_world))
+        gap = decision.lead.gap if decision.lead else np.nan
+        self._stream.log(look.CONTROL, rr.Scalars([speed, decision.speed_mps, gap]))
 
     def _log_events(self, frame: WorldFrame, tracks: Tracks, grade: FrameGrade) -> None:
         import rerun as rr

@@ -9,7 +9,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from scenarios import report_tables as tables
-from scenarios.expect import Check, verdict
+from scenarios.expect import Check, Verdict, verdict
 from scenarios.result import Result
 
 WIDTH = 100
@@ -17,6 +17,8 @@ WIDTH = 100
 
 STAGES = ("segmentation.", "fit.best.regret", "mma.mode", "mma.switch", "mma.nees")
 """Beginnings of the names of metrics on the tracker's stages that are in none of the other tables."""
+
+COLORS: dict[Verdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
 
 
 def report(result: Result, checks: list[Check]) -> Group:
@@ -30,6 +32,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         tables.outliers(result),
         tables.one_by_one("Stages of the tracker", result, STAGES),
         tables.one_by_one("Tracking", result, ("track.",)),
+        *([tables.control(result)] if result.config["control"] else []),
         tables.speed(result),
         limits(result.config["grading"]),
         *([tables.expectations(checks)] if checks else []),
@@ -66,9 +69,10 @@ def limits(grading: dict[str, Any]) -> Text:
 
 def conclusion(result: Result, checks: list[Check]) -> Text:
     """The verdict, and whether the run got to its end."""
-    text = Text("PASSED", style="bold green") if verdict(checks) == "passed" else Text("FAILED", style="bold red")
+    outcome = verdict(checks, result.complete)
+    text = Text(outcome.upper(), style=f"bold {COLORS[outcome]}")
     held = sum(check.passed for check in checks)
     text.append(f": {held} of {len(checks)} expectations hold", style="not bold default")
     if not result.complete:
-        text.append(f"; the run is incomplete: {result.ended_early}", style="not bold yellow")
+        text.append(f" so far; it ended early: {result.ended_early}", style="not bold yellow")
     return text

@@ -8,7 +8,17 @@ from rich.text import Text
 
 from scenarios import paper
 from scenarios.expect import Check
-from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, REGISTRY, TARGETS, TIMED_STAGES, VIEWS
+from scenarios.grading.metrics import (
+    CAUSES,
+    DRIVERS,
+    ESTIMATES,
+    FIT_METHODS,
+    REGISTRY,
+    SAFETY,
+    TARGETS,
+    TIMED_STAGES,
+    VIEWS,
+)
 from scenarios.result import Metric, Result
 
 NONE = "n/a"
@@ -83,6 +93,15 @@ def one_by_one(title: str, result: Result, beginnings: tuple[str, ...]) -> Table
     for name, metric in result.metrics.items():
         if name.startswith(beginnings):
             table.add_row(name, _value(metric), str(metric.n), metric.reason or REGISTRY[name].meaning)
+    return table
+
+
+def control(result: Result) -> Table:
+    """How safely the controlled ego drove by the tracks, and by the truth beside that."""
+    table = _table("Controlled ego, by the truth of its drives", "", *(f"by the {driver}" for driver in DRIVERS))
+    for name, (unit, meaning) in SAFETY.items():
+        metrics = [result.metrics[f"control.{prefix}{name}"] for prefix in DRIVERS.values()]
+        table.add_row(Text(f"{meaning} [{unit}]"), *map(_value, metrics))
     return table
 
 

@@ -12,7 +12,7 @@ class Metric:
 
     value: float | None
     unit: str
-    """"deg", "m", "ms", "1" for fractions and scores, "count"."""
+    """"deg", "m", "s", "m/s^2", "ms", "1" for fractions and scores, "count"."""
     n: int
     """Observations behind the value."""
     reason: str = ""
@@ -27,6 +27,8 @@ class Result:
     trace_hash: str
     ended_early: str
     """Why the traffic ended before the scenario's duration; empty when it did not."""
+    simulator_failed: bool
+    """Whether it ended early because the simulator gave up; else the ego has arrived, or the like."""
     frames: int
     """Frames that were run and graded."""
     metrics: dict[str, Metric]

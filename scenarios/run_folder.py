@@ -1,4 +1,4 @@
-"""The folder a run leaves behind. It appears as a whole or not at all.
+"""The folder a run leaves behind. It appears as a whole or not at all; a run that ended early says so in it.
 
 - `result.json`: metrics, verdict, trace hash, effective config, versions
 - `report.txt`: what was printed
@@ -8,6 +8,8 @@
 
 import json
 import os
+import platform
+import re
 import secrets
 import shutil
 from collections.abc import Iterator
@@ -40,10 +42,11 @@ def create(out: Path) -> Iterator[Path]:
         `out` cannot be written, or is something else than an earlier run.
     """
     out = Path(os.path.realpath(out))
-    temporary = out.with_name(f".{out.name}.{secrets.token_hex(4)}.partial")
+    temporary = _beside(out, "partial")
     missing: list[Path] = []
     try:
         _refuse_to_replace_what_is_no_run(out)
+        _remove_what_killed_runs_left(out)
         missing = [folder for folder in out.parents if not folder.exists()]
         temporary.mkdir(parents=True)
     except OSError as error:
@@ -64,10 +67,11 @@ def document(result: Result, checks: list[Check]) -> dict[str, Any]:
         "scenario": result.scenario,
         "seed": result.seed,
         "trace_hash": result.trace_hash,
-        "verdict": verdict(checks),
+        "verdict": verdict(checks, result.complete),
         "failed": [check.name for check in checks if not check.passed],
         "complete": result.complete,
         "ended_early": result.ended_early,
+        "simulator_failed": result.simulator_failed,
         "frames": result.frames,
         "metrics": {name: _metric(metric) for name, metric in result.metrics.items()},
         "config": result.config,
@@ -85,11 +89,11 @@ def write(folder: Path, result: Result, checks: list[Check], report: str) -> Non
     """
     try:
         text = json.dumps(document(result, checks), indent=2, ensure_ascii=False, allow_nan=False)
-        (folder / RESULT).write_text(text + "\n", encoding="utf-8")
         (folder / REPORT).write_text(report, encoding="utf-8")
         (folder / TABLES).mkdir()
         for name, table in result.tables.items():
             table.to_parquet(folder / TABLES / f"{name}.parquet", index=False)
+        (folder / RESULT).write_text(text + "\n", encoding="utf-8")  # last: where it is, all is
     except OSError as error:
         raise _cannot_write(folder, error) from error
 
@@ -109,6 +113,7 @@ def read(folder: Path) -> Result:
             seed=document["seed"],
             trace_hash=document["trace_hash"],
             ended_early=document["ended_early"],
+            simulator_failed=document["simulator_failed"],
             frames=document["frames"],
             metrics={name: Metric(**metric) for name, metric in document["metrics"].items()},
             tables={path.stem: pd.read_parquet(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
@@ -162,7 +167,7 @@ def _move_into_place(temporary: Path, out: Path) -> None:
     if not out.exists():
         temporary.rename(out)
         return
-    earlier = out.with_name(f".{out.name}.{secrets.token_hex(4)}.earlier")
+    earlier = _beside(out, "earlier")
     out.rename(earlier)
     try:
         temporary.rename(out)
@@ -170,6 +175,33 @@ def _move_into_place(temporary: Path, out: Path) -> None:
         earlier.rename(out)
         raise
     shutil.rmtree(earlier)
+
+
+def _beside(out: Path, purpose: str) -> Path:
+    """Return a name that nothing has yet, and that tells whose it is."""
+    return out.with_name(f".{out.name}.{platform.node()}-{os.getpid()}-{secrets.token_hex(4)}.{purpose}")
+
+
+def _remove_what_killed_runs_left(out: Path) -> None:
+    """Remove what nobody will rename any more; an earlier run that was moved away stays while there is no other."""
+    purposes = ("partial", "earlier") if out.exists() else ("partial",)
+    pattern = re.compile(rf"\.{re.escape(out.name)}\.(.*)-(\d{{1,9}})-[0-9a-f]{{8}}\.({'|'.join(purposes)})")
+    for path in out.parent.iterdir() if out.parent.is_dir() else ():
+        if (match := pattern.fullmatch(path.name)) and _is_dead(host=match[1], pid=int(match[2])):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _is_dead(host: str, pid: int) -> bool:
+    """Whether a process is clearly dead; one of another computer, or where asking would end it, may well live."""
+    if host != platform.node() or os.name != "posix":
+        return False
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        return False  # it lives, and is somebody else's
+    return False
 
 
 def _remove_empty(folders: list[Path]) -> None:

@@ -10,17 +10,28 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
 
+from scenarios.control.config import CruiseConfig
 from scenarios.errors import ScenarioError
 from scenarios.expect import Limit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.config import GradingConfig
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.sensor import SensorConfig
-from sim.highway import HighwayTraffic
+from sim.highway_config import HighwayTraffic
+from sim.replay_config import ReplayTraffic
 from sim.scripted import ScriptedTraffic
-from sim.sumo import SumoTraffic
+from sim.sumo_config import SumoTraffic
 from tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1
@@ -57,7 +68,7 @@ class Scenario(BaseModel):
     """Seed of the traffic and of the noise."""
     duration_s: Annotated[float, Field(gt=0)]
     """Simulated time [s]."""
-    traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic, Field(discriminator="kind")]
+    traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic, Field(discriminator="kind")]
     """Who simulates the traffic, and what happens in it."""
     rig: RigChoice = RigChoice(name="srx_six_lux")
     """The LIDARs around the ego."""
@@ -67,12 +78,22 @@ class Scenario(BaseModel):
     """What is wrong with the points."""
     tracker: TrackerConfig = TrackerConfig()
     """Settings of the tracker that differ from its defaults."""
+    control: CruiseConfig | None = None
+    """Who drives the ego; left out, the traffic's own model does. It needs `traffic.ego_control = true`."""
     grading: GradingConfig = GradingConfig()
     """What counts, and when."""
     expect: dict[Annotated[str, AfterValidator(metric_name)], Limit] = {}
     """Limits by metric; a run that exceeds one has failed."""
 
     _path: Path = PrivateAttr()
+
+    @field_validator("control")
+    @classmethod
+    def _require_an_ego_that_obeys(cls, control: CruiseConfig | None, others: ValidationInfo) -> CruiseConfig | None:
+        traffic = others.data.get("traffic")  # absent if it is wrong itself
+        if control and traffic and not getattr(traffic, "ego_control", False):
+            raise ValueError('the ego obeys no speed here; use traffic.kind = "sumo" with ego_control = true')
+        return control
 
     @classmethod
     def load(cls, path: Path, overrides: Mapping[str, Any] | None = None) -> Self:

@@ -31,6 +31,7 @@ def _car_ahead(index: int) -> WorldFrame:
         acceleration_world=np.zeros(2),
         yaw_rate=0.0,
         size=np.array([4.8, 1.9, 1.7]),
+        deviation=np.zeros(2),
     )
     car = Actors(
         id=np.array([1]),
@@ -40,6 +41,10 @@ def _car_ahead(index: int) -> WorldFrame:
         velocity_world=np.array([[6.0, 0.0]]),
         acceleration_world=np.zeros((1, 2)),
         yaw_rate=np.zeros(1),
+        articulation=np.zeros(1),
+        mode=np.zeros(1, np.uint8),
+        changes_lane=np.zeros(1, np.bool_),
+        deviation=np.zeros((1, 2)),
         size=np.array([[4.5, 1.8, 1.5]]),
         reflectivity=np.array([0.5]),
     )

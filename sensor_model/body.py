@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from sensor_model.materials import Glass, plane_reflectivity, plane_transmission
 from sensor_model.proportions import Draw
-from sensor_model.shapes import SHAPES, plain
+from sensor_model.shapes import SHAPES
 from sensor_model.solids import Solid, Vector
 from sim.world import Kind
 
@@ -39,6 +39,8 @@ class Body:
     """(P, 2, 3)"""
     solid_inner: npt.NDArray[np.bool_]
     """(P,)"""
+    solid_tractor: npt.NDArray[np.bool_]
+    """(P,)"""
     planes: Floats
     """(Q, 4)"""
     plane_part: npt.NDArray[np.uint8]
@@ -61,13 +63,14 @@ def build(look: Look, draw: Draw, glass: Glass, *, mirrors: bool, as_prism: bool
     mirrors
         Whether it has its side mirrors.
     as_prism
-        Whether the rest of it is its bounding prism.
+        Whether the rest of it is its bounding prism; an articulated vehicle has two.
     """
     shape = SHAPES[look.kind]
     size = np.clip(look.size, shape.smallest, shape.largest)
-    solids = shape.make((float(size[0]), float(size[1]), float(size[2])), draw, glass)
+    length, width, height = size.tolist()
+    solids = shape.make((length, width, height), draw, glass)
     if as_prism:
-        solids = [plain((float(size[0]), float(size[1]), float(size[2]))), *(s for s in solids if s.is_mirror)]
+        solids = [*shape.plain((length, width, height)), *(solid for solid in solids if solid.is_mirror)]
     if not mirrors:
         solids = [solid for solid in solids if not solid.is_mirror]
     return _flat(solids, np.array(look.size) / size, look.paint, glass)
@@ -87,6 +90,7 @@ def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> B
         planes_of_solid=np.array([len(solid.planes) for solid in solids], dtype=np.int64),
         solid_bounds=np.stack([low, high], axis=1),
         solid_inner=np.array([solid.inner for solid in solids]),
+        solid_tractor=np.array([solid.tractor for solid in solids]),
         planes=planes,
         plane_part=part,
         plane_reflectivity=plane_reflectivity(part, paint, glass),

@@ -135,7 +135,7 @@ class Lidar:
         actor_id[on_actor] = actors.id[returns.target[on_actor]]
 
         outline = on_actor[returns.cause[on_actor] == Cause.CLEAN]
-        target, normal_body = returns.target[outline], bodies.planes[returns.surface[outline], :3]
+        target, normal_body = returns.target[outline], bodies.straight_normals(returns.surface[outline])
         faces = visible_faces(target, normal_body, returns.point_body[outline], actors.size[target], len(actors))
 
         cause = returns.cause.copy()

@@ -36,7 +36,7 @@ class Returns:
     cause: npt.NDArray[np.uint8]
     """(N,) `Cause`."""
     point_body: Floats
-    """(N, 2) the point in the frame of the actor it is on [m]; zero elsewhere."""
+    """(N, 2) the point in the frame of the actor it is on, were that straight [m]; zero elsewhere."""
     flags: npt.NDArray[np.uint16]
     """(N,) `PointFlag`."""
 

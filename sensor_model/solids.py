@@ -42,6 +42,8 @@ class Solid:
     """Upper corner [m]."""
     inner: bool = False
     """It is behind glass."""
+    tractor: bool = False
+    """It is a part of an articulated vehicle's tractor, and turns with it."""
 
     @property
     def is_mirror(self) -> bool:

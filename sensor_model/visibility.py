@@ -30,8 +30,9 @@ def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
     cause = np.full(len(target), Cause.CLEAN, dtype=np.uint8)
     on_actor = np.flatnonzero(target >= 0)
     part[on_actor] = bodies.plane_part[surface[on_actor]]
-    size = actors.size[target[on_actor]]
-    cause[on_actor] = point_causes(part[on_actor], echoes.point_body[on_actor], size)
+    points_body = echoes.point_body.copy()
+    points_body[on_actor] = bodies.straight_points(target[on_actor], surface[on_actor], points_body[on_actor])
+    cause[on_actor] = point_causes(part[on_actor], points_body[on_actor], actors.size[target[on_actor]])
     return Returns(
         beam=echoes.beam,
         range=echoes.range,
@@ -41,7 +42,7 @@ def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
         surface=surface,
         part=part,
         cause=cause,
-        point_body=echoes.point_body,
+        point_body=points_body,
         flags=np.zeros(len(target), dtype=np.uint16),
     )
 
@@ -54,7 +55,7 @@ def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
     part
         (N,) `Part`.
     points_body
-        (N, 2) the true points, in the frame of their actor [m].
+        (N, 2) the true points, in the frame of their actor, were it straight [m].
     size
         (N, 3) length, width, height of their actor [m].
     """
@@ -78,7 +79,7 @@ def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: F
     normal_body
         (N, 3) outward normal of the surface there, in the actor's frame. At the corners the point alone would not tell.
     points_body, size
-        (N, 2) the points in that frame, and (N, 3) the sizes of their actors [m].
+        (N, 2) the points in that frame, and (N, 3) the sizes of their actors [m]. Both as if actors were straight.
     actors
         A.
     """

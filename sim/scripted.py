@@ -7,12 +7,14 @@ from typing import Literal
 
 import numpy as np
 
-from sim.cast import Cast, frame_around_ego
-from sim.kinematics import Rates, wrap_angle
+from sim.cast import Cast
+from sim.delivery import Delivery
+from sim.kinematics import Kinematics, wrap_angle
+from sim.modes import ModeLimits
 from sim.motions import state_at
 from sim.paint import actor_rng
 from sim.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
-from sim.source import SimulatorFailedError
+from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.street import obstacles
 from sim.world import Floats, Kind, Obstacles, WorldFrame
 
@@ -38,6 +40,8 @@ class ScriptedTraffic:
     """[m] Actors start up to this far off in x and in y, drawn evenly by the seed."""
     jitter_deg: float = 0.05
     """[deg] Likewise in yaw."""
+    modes: ModeLimits = field(default_factory=ModeLimits)
+    """Limits of the true motion modes."""
 
     def __post_init__(self) -> None:
         if self.dt_s <= 0 or self.jitter_m < 0 or self.jitter_deg < 0:
@@ -60,9 +64,10 @@ class ScriptedSource:
     def __init__(self, config: ScriptedTraffic, folder: Path, range_m: float):
         del folder
         self.dt = config.dt_s
+        self.origin = np.zeros(2)
         self._config = config
         self._range = range_m
-        self._next: int | None = None
+        self._delivery: Delivery | None = None
 
     def reset(self, seed: int) -> Obstacles:
         """Put everyone at their start. See `TrafficSource.reset`."""
@@ -77,28 +82,37 @@ class ScriptedSource:
             self._members.append(cast.enter(number, kind, size, actor.name, actor.reflectivity))
             self._starts.append(actor.start_world + self._jitter(seed, number))
             self._motions.append(actor.motion)
-        self._next = 0
+        self._delivery, self._next = Delivery(self.dt, self._range, self._config.modes), 0
         return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
 
     def step(self) -> WorldFrame:
         """Return the next frame. See `TrafficSource.step`."""
-        if self._next is None:
+        if self._delivery is None:
             raise SimulatorFailedError("the script is not running: reset comes before step")
-        index, time = self._next, self._next * self.dt
-        states = [state_at(motion, start, time) for motion, start in zip(self._motions, self._starts, strict=True)]
-        pose_world = np.array([state.pose for state in states])
-        pose_world[:, 2] = wrap_angle(pose_world[:, 2])
-        rates = Rates(
-            velocity_world=np.array([state.velocity for state in states]),
-            acceleration_world=np.array([state.acceleration for state in states]),
-            yaw_rate=np.array([state.yaw_rate for state in states]),
-        )
-        self._next += 1
-        return frame_around_ego(index, self.dt, self._members, pose_world, rates, self._range)
+        time, self._next = self._next * self.dt, self._next + 1
+        return self._delivery.frame(self._members, self._motion_at(time))
+
+    def apply(self, command: EgoCommand) -> None:
+        """Refuse: the script is all that there is. See `TrafficSource.apply`."""
+        raise TrafficInputError(f'scripted traffic follows its script and takes no {command}; use kind = "sumo"')
 
     def close(self) -> None:
         """Stop playing."""
-        self._next = None
+        self._delivery = None
+
+    def _motion_at(self, time: float) -> Kinematics:
+        states = [state_at(motion, start, time) for motion, start in zip(self._motions, self._starts, strict=True)]
+        pose_world = np.array([state.pose for state in states])
+        pose_world[:, 2] = wrap_angle(pose_world[:, 2])
+        return Kinematics(
+            pose_world=pose_world,
+            velocity_world=np.array([state.velocity for state in states]),
+            acceleration_world=np.array([state.acceleration for state in states]),
+            yaw_rate=np.array([state.yaw_rate for state in states]),
+            articulation=np.zeros(len(states)),
+            changes_lane=np.zeros(len(states), dtype=np.bool_),
+            deviation=np.zeros((len(states), 2)),
+        )
 
     def _jitter(self, seed: int, number: int) -> Floats:
         rng = actor_rng(seed, number, _JITTER_STREAM)

@@ -1,8 +1,9 @@
 """What the run loop asks of traffic, whoever simulates it, and how traffic says that it cannot go on."""
 
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
-from sim.world import Obstacles, WorldFrame
+from sim.world import Floats, Obstacles, WorldFrame
 
 
 class TrafficError(Exception):
@@ -21,14 +22,29 @@ class TrafficEndedError(TrafficError):
     """The run is over before its time: the ego arrived, was teleported or crashed."""
 
 
+@dataclass(frozen=True, slots=True)
+class EgoCommand:
+    """What a controller wants of the ego. Each source takes the fields it understands, and refuses others."""
+
+    speed_mps: float | None = None
+    """[m/s] to reach as soon as the vehicle can, and to keep (SUMO)."""
+    lane: int | None = None
+    """Lane to change to, counted from the right, 0 first (SUMO)."""
+    action: Any = None
+    """An action of the environment: an index, or an array of them or of floats (highway-env)."""
+
+
 class TrafficSource(Protocol):
     """A stream of `WorldFrame`s at a fixed rate.
 
-    Same seed, same frames, bit for bit. `reset` must come first; it may be called again for a new run.
+    Same seed, same commands, same frames, bit for bit. `reset` must come first; it may be called again for a new run.
     """
 
     dt: float
     """Time between frames [s]."""
+    origin: Floats
+    """(2,) [m] where the world frame's origin lies in the simulator's own coordinates; valid after `reset`. Zero for
+    the usual small map; else full 10 km, so that float32 still tells millimetres near the ego."""
 
     def reset(self, seed: int) -> Obstacles:
         """Start a new run and return its static obstacles.
@@ -51,6 +67,16 @@ class TrafficSource(Protocol):
             There is no next frame: the ego is gone.
         SimulatorFailedError
             The simulator gave up in mid-run.
+        """
+        ...
+
+    def apply(self, command: EgoCommand) -> None:
+        """Command the ego, from the next `step` on and until the next command.
+
+        Raises
+        ------
+        TrafficInputError
+            The command is not for this kind of traffic, or the source was not set up for a controlled ego.
         """
         ...
 

@@ -1,72 +1,22 @@
-"""Traffic by SUMO, run in this process through libsumo. The only file that imports it.
+"""Traffic by SUMO, run in this process through libsumo. The only file that imports it."""
 
-SUMO tells the middle of the front bumper and an angle clockwise from north in degrees; frames carry the box
-centre and yaw. Rates are differenced from poses: SUMO's own speed is the front bumper's.
-"""
-
-import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
-import numpy as np
-
-from sim.cast import Cast, Member, frame_around_ego
-from sim.kinematics import PoseDifferencer, wrap_angle
-from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo_bodies import kind_of_shape
+from sim.cast import Cast
+from sim.delivery import Delivery
+from sim.physical.layer import PhysicalTruth
+from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.sumo_config import SumoTraffic
+from sim.sumo_ego import EgoControl, await_ego
 from sim.sumo_input import captured_stderr, one_line, sumo_command
+from sim.sumo_parking import parked_cars
+from sim.sumo_reader import SumoReader
 from sim.sumo_street import static_obstacles
-from sim.world import Floats, Kind, Obstacles, WorldFrame
-
-_RESERVED_OPTIONS = frozenset(
-    {"configuration-file", "net-file", "route-files", "additional-files", "seed", "random", "step-length"}
-)
-_LONGEST = 20.0
-"""[m] Half of two long vehicles: how far apart bumpers may be when the centres are in range."""
-
-
-@dataclass(frozen=True, slots=True)
-class SumoTraffic:
-    """SUMO traffic: a `.sumocfg`, or a net with routes. Paths are relative to the scenario file."""
-
-    kind: Literal["sumo"] = "sumo"
-    config: str = ""
-    """A `.sumocfg`; then `net`, `routes` and `additional` stay out."""
-    net: str = ""
-    """A `.net.xml`."""
-    routes: list[str] = field(default_factory=list)
-    """Route files: vehicle types, routes, flows, vehicles, persons."""
-    additional: list[str] = field(default_factory=list)
-    """Additional files. Shapes in them block beams: polygons of a type `building`, `wall`, `barrier`, `fence` or
-    `guard_rail`, points of interest of a type `pole`, `street_lamp`, `tree`, `traffic_sign` or `bollard`, and whatever
-    has a parameter `height` [m]. Further parameters: `base` and `diameter` [m], `reflectivity`."""
-    ego: str = "first"
-    """`vehicle:<id>`, `route:<id>` (the first vehicle that enters on it), or `first` that enters at all."""
-    dt_s: float = 0.08
-    """[s] SUMO's step and the time between frames; the rig turns at 12.5 Hz."""
-    max_wait_s: float = 300.0
-    """[s] simulated time to wait for the ego."""
-    building_height_m: float = 10.0
-    """[m] Height of polygons that do not tell their own."""
-    redraw_default_sizes: bool = True
-    """Whether vehicles and people of exactly SUMO's default size are drawn anew within their class, by the seed: no
-    longer and no wider, the front bumper where SUMO has it. Types with a size of their own, and the ego, stay."""
-    options: dict[str, str] = field(default_factory=dict)
-    """Further SUMO options by long name, as `lateral-resolution = "0.8"`, without which lane changes are jumps."""
-
-    def __post_init__(self) -> None:
-        if bool(self.config) == bool(self.net and self.routes):
-            raise ValueError("name either config (a .sumocfg), or both net and routes")
-        if self.config and self.additional:
-            raise ValueError("additional goes with net and routes; with config, list the files in the .sumocfg")
-        selector, _, wanted = self.ego.partition(":")
-        if self.ego != "first" and not (selector in ("vehicle", "route") and wanted):
-            raise ValueError(f'ego = "{self.ego}": write "vehicle:<id>", "route:<id>" or "first"')
-        if not (self.dt_s > 0 and self.max_wait_s > 0 and self.building_height_m > 0):
-            raise ValueError("dt_s, max_wait_s and building_height_m must be positive")
-        if reserved := sorted(_RESERVED_OPTIONS & self.options.keys()):
-            raise ValueError(f"options.{reserved[0]}: set it by its own scenario key instead")
+from sim.world import Floats, Obstacles, WorldFrame
 
 
 class SumoSource:
@@ -84,6 +34,7 @@ class SumoSource:
         Delivery radius around the ego [m].
     """
 
+    origin: Floats
     _running: ClassVar["SumoSource | None"] = None
 
     def __init__(self, config: SumoTraffic, folder: Path, range_m: float):
@@ -92,8 +43,7 @@ class SumoSource:
         self._folder = folder
         self._range = range_m
         self._sumo: Any = None
-        self._ego = ""
-        self._next = 0
+        self._control: EgoControl | None = None
 
     def reset(self, seed: int) -> Obstacles:
         """Start SUMO and run it until the ego enters. See `TrafficSource.reset`."""
@@ -106,42 +56,38 @@ class SumoSource:
         self._sumo, SumoSource._running = libsumo, self
         try:
             _start(libsumo, command)
-            self._ego = self._await_ego()
-            self._subscribe()
-            obstacles = static_obstacles(libsumo.polygon, libsumo.poi, self._config.building_height_m)
+            return self._set_up(command, seed)
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
             self.close()
-            raise TrafficInputError(f"SUMO: {one_line(str(error))}") from error
-        except TrafficInputError:
+            raise TrafficInputError(f"SUMO: {one_line(str(error), command)}") from error
+        except BaseException:
             self.close()
             raise
-        self._cast = Cast(seed, redraw_default_sizes=self._config.redraw_default_sizes)
-        self._differencer = PoseDifferencer(self.dt)
-        self._next = 0
-        return obstacles
 
     def step(self) -> WorldFrame:
-        """Advance one step, but for frame 0. See `TrafficSource.step`."""
-        sumo = self._sumo
-        if sumo is None:
+        """Advance SUMO until the next frame is settled. See `TrafficSource.step`."""
+        if self._sumo is None:
             raise SimulatorFailedError("SUMO is not running: reset comes before step")
-        if self._next:
-            try:
-                sumo.simulationStep()
-            except (sumo.TraCIException, sumo.FatalTraCIError) as error:
-                raise SimulatorFailedError(f"SUMO at {self._next * self.dt:.2f} s: {one_line(str(error))}") from error
-        members, pose_world, speed = self._collect()
-        ids = np.array([member.id for member in members], dtype=np.int64)
-        rates = self._differencer.add(ids, pose_world, speed)
-        frame = frame_around_ego(self._next, self.dt, members, pose_world, rates, self._range)
-        self._next += 1
-        return frame
+        while (settled := self._layer.pop()) is None:
+            if self._end:
+                raise TrafficEndedError(self._end)
+            self._advance()
+        return self._delivery.frame(*settled)
+
+    def apply(self, command: EgoCommand) -> None:
+        """Command the ego's speed and lane. See `TrafficSource.apply`."""
+        if self._control is None:
+            raise TrafficInputError("this ego takes no commands: set traffic.ego_control = true, and reset comes first")
+        if not self._end:
+            with self._in_mid_run():
+                self._control.apply(command)
 
     def close(self) -> None:
         """End the simulation, if there is one."""
         if self._sumo is not None:
             self._sumo.close()
             self._sumo = SumoSource._running = None
+        self._control = None
 
     def _command(self, seed: int) -> list[str]:
         config = self._config
@@ -153,85 +99,64 @@ class SumoSource:
                 "route-files": config.routes,
                 "additional-files": config.additional,
             }
-        return sumo_command(self._folder, files, self.dt, seed, config.options)
+        # SUMO would take an ego that hits somebody off the road
+        options = {"collision.action": "warn"} if config.ego_control else {}
+        return sumo_command(self._folder, files, self.dt, seed, options | config.options, config.begin_s)
 
-    def _await_ego(self) -> str:
-        """Step until the ego enters; return its SUMO id."""
-        sumo = self._sumo
-        selector, _, wanted = self._config.ego.partition(":")
-        appeared: dict[str, None] = {}
-        for _ in range(math.ceil(self._config.max_wait_s / self.dt)):
-            sumo.simulationStep()
-            for name in sorted(sumo.simulation.getDepartedIDList()):
-                label = sumo.vehicle.getRouteID(name) if selector == "route" else name
-                if selector == "first" or label == wanted:
-                    return str(name)
-                appeared[label] = None
-            if sumo.simulation.getMinExpectedNumber() == 0:  # nobody is left to come
-                break
-        raise TrafficInputError(
-            f'ego = "{self._config.ego}" did not enter in {sumo.simulation.getTime():.0f} s; '
-            f"these did: {', '.join(list(appeared)[:8]) or 'none'}; name one of them or raise max_wait_s"
-        )
+    def _set_up(self, command: list[str], seed: int) -> Obstacles:
+        """Run SUMO until frames can begin, take in the first one and return the obstacles."""
+        sumo, config = self._sumo, self._config
+        obstacles = static_obstacles(sumo.polygon, sumo.poi, config.building_height_m)
+        parked = parked_cars(command, sumo.lane, config.parking_fill, seed)
+        until = sumo.simulation.getTime() + config.max_wait_s
+        self._ego = await_ego(sumo, config.ego, until)
+        self._control = EgoControl(sumo, self._ego) if config.ego_control else None
+        cast = Cast(seed, redraw_default_sizes=config.redraw_default_sizes)
+        self._reader = SumoReader(sumo, self._ego, cast, parked, self._range, self.dt)
+        self._await_vehicles(until)
+        self.origin = self._reader.origin
+        self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
+        self._delivery = Delivery(self.dt, self._range, config.modes)
+        self._pushed, self._end = 0, ""
+        self._take_in()
+        return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin)
 
-    def _subscribe(self) -> None:
-        constants = self._sumo.constants
-        self._position, self._angle, self._speed = (
-            constants.VAR_POSITION,
-            constants.VAR_ANGLE,
-            constants.VAR_SPEED,
-        )
-        self._sumo.vehicle.subscribeContext(
-            self._ego,
-            constants.CMD_GET_VEHICLE_VARIABLE,
-            self._range + _LONGEST,
-            [self._position, self._angle, self._speed],
-        )
+    def _await_vehicles(self, until: float) -> None:
+        """Step SUMO until enough vehicles are around the ego."""
+        wanted, simulation, most = self._config.min_vehicles, self._sumo.simulation, 0
+        while (count := self._reader.vehicles_in_range()) < wanted:
+            most = max(most, count)
+            if simulation.getTime() >= until or self._ego in simulation.getArrivedIDList():
+                raise TrafficInputError(
+                    f'min_vehicles = {wanted}: ego "{self._ego}" had at most {most} around it until '
+                    f"{simulation.getTime():.0f} s on SUMO's clock; lower it, or raise max_wait_s"
+                )
+            self._sumo.simulationStep()
 
-    def _collect(self) -> tuple[list[Member], Floats, Floats]:
-        """Return members by number, their poses (N, 3) and SUMO's speeds (N,) [m/s]."""
-        seen = self._sumo.vehicle.getContextSubscriptionResults(self._ego)
-        if self._ego not in seen:
-            raise TrafficEndedError(
-                f'ego "{self._ego}" left the net at {self._next * self.dt:.2f} s (arrived or teleported)'
-            )
-        names = [self._ego, *sorted(seen.keys() - {self._ego})]
-        rows = [
-            (self._vehicle(name), seen[name][self._position], seen[name][self._angle], seen[name][self._speed])
-            for name in names
-        ]
-        rows += self._persons(seen[self._ego][self._position])
-        rows.sort(key=lambda row: row[0].id)
-        members = [row[0] for row in rows]
-        front = np.array([row[1] for row in rows])
-        length = np.array([member.size[0] for member in members])
-        pose_world = _box_centre(front, np.array([row[2] for row in rows]), length)
-        return members, pose_world, np.array([row[3] for row in rows])
+    def _advance(self) -> None:
+        """Step SUMO once and take in what it says."""
+        with self._in_mid_run():
+            self._sumo.simulationStep()
+            self._take_in()
 
-    def _vehicle(self, name: str) -> Member:
-        vehicle, key = self._sumo.vehicle, ("vehicle", name)
-        if member := self._cast.find(key):
-            return member
-        size = (vehicle.getLength(name), vehicle.getWidth(name), vehicle.getHeight(name))
-        return self._cast.enter(key, kind_of_shape(vehicle.getShapeClass(name), size[2]), size, name)
+    def _take_in(self) -> None:
+        """Give the present frame to the physical layer, or note that there are no more."""
+        raw = self._reader.read()
+        if raw is not None:
+            self._layer.push(raw)
+            self._pushed += 1
+            self._time = self._sumo.simulation.getTime()
+        else:
+            self._end = f'ego "{self._ego}" left the net at {self._pushed * self.dt:.2f} s: {self._reader.fate}'
+            self._layer.end()
 
-    def _persons(self, centre: tuple[float, float]) -> list[tuple[Member, Any, float, float]]:
-        """Return those on foot in range. A vehicle's context cannot hold two domains, so they are asked singly."""
-        person = self._sumo.person
-        rows = []
-        for name in sorted(person.getIDList()):
-            position = person.getPosition(name)
-            if math.dist(position, centre) <= self._range + _LONGEST and not person.getVehicle(name):
-                rows.append((self._person(name), position, person.getAngle(name), person.getSpeed(name)))
-        return rows
-
-    def _person(self, name: str) -> Member:
-        person, key = self._sumo.person, ("person", name)
-        if member := self._cast.find(key):
-            return member
-        height = self._sumo.vehicletype.getHeight(person.getTypeID(name))
-        size = (person.getLength(name), person.getWidth(name), height)
-        return self._cast.enter(key, Kind.PEDESTRIAN, size, name)
+    @contextmanager
+    def _in_mid_run(self) -> Iterator[None]:
+        """Take errors for the simulator's failure."""
+        try:
+            yield
+        except (self._sumo.TraCIException, self._sumo.FatalTraCIError) as error:
+            raise SimulatorFailedError(f"SUMO after {self._time:.2f} s on its clock: {one_line(str(error))}") from error
 
 
 def _start(sumo: Any, command: list[str]) -> None:
@@ -242,11 +167,4 @@ def _start(sumo: Any, command: list[str]) -> None:
         except (sumo.TraCIException, sumo.FatalTraCIError) as error:
             said.seek(0)
             complaint = said.read().decode(errors="replace") or str(error)
-            raise TrafficInputError(f"SUMO: {one_line(complaint)}") from error
-
-
-def _box_centre(front: Floats, angle_deg: Floats, length: Floats) -> Floats:
-    """Return poses (N, 3) from front bumpers (N, 2) [m], angles clockwise from north (N,) and lengths (N,) [m]."""
-    yaw = wrap_angle(np.radians(90.0 - angle_deg))
-    back = 0.5 * length[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
-    return np.column_stack([front - back, yaw])
+            raise TrafficInputError(f"SUMO: {one_line(complaint, command)}") from error

@@ -1,16 +1,19 @@
 """What is checked and said before SUMO runs: its files, its command line, its complaints."""
 
+import functools
 import gzip
 import os
+import re
 import sys
 import tempfile
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 from sim.source import TrafficInputError
+from sim.sumo_options import INPUT_FILES, configured, full_name, left_out
 
 _ALL_AT_ONCE = {"route-steps": "0"}
 """Read route files to their end first. By default SUMO reads them as it goes, and drops vehicles that are out of the
@@ -27,9 +30,36 @@ _QUIET = {
     "xml-validation.routes": "never",
 }
 
+_REMEDIES = (
+    (r"The edge .* is not known", "name an edge of the net"),
+    (r"No connection between", "name edges that are connected one to the next"),
+    (r"has no valid route", "name edges that are connected one to the next"),
+    (r"The vehicle type .* is not known", "define the vType before the vehicle, in this file or in one listed earlier"),
+    (r"The route .* is not known", "define the route before the vehicle, in this file or in one listed earlier"),
+    (r"The lane .* is not known", "name a lane of the net, as <edge>_<index>"),
+    (r"The vehicle class .* is not known", "write a class of SUMO's, as passenger or bus"),
+    (r"Another vehicle with the id", "give it an id of its own, and list each route file once"),
+    (r"Could not build output file", "make the folder that the file is to lie in"),
+    (r"The end time should be after the begin time", "lower begin_s, or set options.end"),
+    (r"geo-conversion", "write x and y of the net, or import the net with its projection"),
+)
+"""What to do about the complaints that are commonest."""
 
-def sumo_command(folder: Path, files: dict[str, list[str]], dt: float, seed: int, options: dict[str, str]) -> list[str]:
-    """Return SUMO's command line.
+_UP_TO_THE_ROOT = "../" * 64
+
+_GEOGRAPHIC = re.compile(r"""<poly\s[^>]*?\sgeo\s*=\s*["'](1|true|yes|on|t|x)["']""", re.IGNORECASE)
+_UNPROJECTED = re.compile(r"""<location\s[^>]*?projParameter\s*=\s*["']!["']""")
+
+
+def sumo_command(
+    folder: Path,
+    files: dict[str, list[str]],
+    dt: float,
+    seed: int,
+    options: dict[str, str],
+    begin_s: float | None = None,
+) -> list[str]:
+    """Return SUMO's command line. With it SUMO writes nothing beside its input, whatever that asks for.
 
     Parameters
     ----------
@@ -43,33 +73,51 @@ def sumo_command(folder: Path, files: dict[str, list[str]], dt: float, seed: int
     seed
         SUMO's seed.
     options
-        Further options, which win over ours.
+        Further options, which win over ours, as ours do over those of a configuration.
+    begin_s
+        When the simulation begins [s], None for the configuration's or SUMO's own.
 
     Raises
     ------
     TrafficInputError
-        A file is missing, or the net is none.
+        A file is missing, the net is none, or an option asks for what cannot be had.
     """
-    paths = {option: [_existing(folder / name) for name in names] for option, names in files.items()}
-    if "configuration-file" in paths:
-        require_net(_net_of(paths["configuration-file"][0]))
-    else:
-        require_net(paths["net-file"][0])
-    words = {option: ",".join(map(str, names)) for option, names in paths.items() if names}
-    words |= _QUIET | _ALL_AT_ONCE | {"step-length": str(dt), "seed": str(seed)} | options
+    paths = {option: [_existing(folder / name) for name in names] for option, names in files.items() if names}
+    given = {option: ",".join(map(str, names)) for option, names in paths.items()}
+    if "configuration-file" in given:
+        given = _from_configuration(paths["configuration-file"][0])
+    require_net(Path(given["net-file"]))
+    _require_projection(Path(given["net-file"]), given.get("additional-files", ""))
+    ours = {"step-length": str(dt), "seed": str(seed), "random": "false", "output-prefix": _out_of_the_way()}
+    if begin_s is not None:
+        ours["begin"] = str(begin_s)
+    words = given | _QUIET | _ALL_AT_ONCE | ours | _acceptable(options)
+    if words.get("mesosim", "false") not in ("false", "0", "no", "off", "f"):
+        raise TrafficInputError("mesosim: a mesoscopic simulation has no positions on the road; take the option out")
     return ["sumo", *(word for option, value in words.items() for word in (f"--{option}", value))]
 
 
 def require_net(path: Path) -> None:
     """Refuse what is not a net: libsumo 1.28 crashes the whole process on a `<net>` without a version."""
-    opened = gzip.open if path.suffix == ".gz" else open
-    with opened(_existing(path), "rb") as stream:
-        try:
-            _, root = next(ET.iterparse(stream, events=("start",)))
-        except (ET.ParseError, gzip.BadGzipFile) as error:
-            raise TrafficInputError(f"{path}: the net does not parse: {error}") from error
+    root = _root(_existing(path))
     if root.tag != "net" or "version" not in root.attrib:
         raise TrafficInputError(f"{path}: not a SUMO net (no <net version=...>); make one with netconvert")
+
+
+def _require_projection(net: Path, additional: str) -> None:
+    """Refuse polygons in longitude and latitude on a net without a projection: SUMO takes degrees for metres."""
+    geographic = [name for name in additional.split(",") if name and _GEOGRAPHIC.search(text_of(Path(name)))]
+    if geographic and _UNPROJECTED.search(text_of(net)):
+        raise TrafficInputError(
+            f'{geographic[0]}: polygons with geo="true", but {net.name} has no projection; '
+            "convert them with polyconvert, or import the net with its projection"
+        )
+
+
+def is_left_hand(command: Sequence[str]) -> bool:
+    """Whether traffic keeps to the left on the net that the command line of `sumo_command` names."""
+    (net,) = input_files(command, ["net-file"])
+    return _root(net).get("lefthand", "false") in ("true", "1")
 
 
 @contextmanager
@@ -88,25 +136,96 @@ def captured_stderr() -> Iterator[BinaryIO]:
         os.close(terminal)
 
 
-def one_line(complaint: str) -> str:
-    """Return SUMO's first error, which may span lines, as one line."""
-    first = complaint.strip().removeprefix("Error:").split("Error:")[0]
-    return " ".join(first.split())
+def one_line(complaint: str, command: Sequence[str] = ()) -> str:
+    """Return SUMO's first error, which may span lines, as one line.
+
+    Of the input files that `command` names, the one that alone holds all the names in the error goes before it; a
+    remedy follows where one is known.
+    """
+    first = " ".join(complaint.strip().removeprefix("Error:").split("Error:")[0].split()).rstrip(".")
+    remedy = next((f"; {remedy}" for pattern, remedy in _REMEDIES if re.search(pattern, first)), "")
+    culprit = _culprit(first, input_files(command))
+    return f"{culprit}: {first}{remedy}" if culprit else f"{first}{remedy}"
+
+
+def input_files(command: Sequence[str], options: Sequence[str] = ("route-files", "additional-files")) -> list[Path]:
+    """Return the files that the command line of `sumo_command` names under `options`."""
+    values = dict(zip(command[1::2], command[2::2], strict=True))
+    return [Path(name) for option in options for name in values.get(f"--{option}", "").split(",") if name]
+
+
+def _from_configuration(config: Path) -> dict[str, str]:
+    given = configured(config)
+    if "net-file" not in given:
+        raise TrafficInputError(f"{config}: no net-file; name the net under <input>")
+    for option in sorted(INPUT_FILES & given.keys()):
+        for name in given[option].split(","):
+            _existing(Path(name))
+    return given
+
+
+def _acceptable(options: dict[str, str]) -> dict[str, str]:
+    """Return the scenario's own options by full name; refuse those that a run has no use for."""
+    for option in options:
+        if left_out(option):
+            raise TrafficInputError(f"options.{option}: SUMO writes no files and waits for nobody here; take it out")
+    return {full_name(option): value for option, value in options.items()}
+
+
+@functools.cache
+def _scratch() -> "tempfile.TemporaryDirectory[str]":
+    """Return a folder that goes with the process."""
+    return tempfile.TemporaryDirectory(prefix="luxloop-")
+
+
+def _out_of_the_way() -> str:
+    """Return a prefix for file names that leads from any folder to a scratch folder.
+
+    Detectors in additional files, and devices of vehicle types, name files of their own, which no option switches
+    off. SUMO sets its `output-prefix` between folder and name, so that as many steps up as it takes and a path from
+    the root down make any folder the scratch folder.
+    """
+    return f"{_UP_TO_THE_ROOT}{_scratch().name.lstrip('/')}/"
+
+
+def _culprit(complaint: str, paths: list[Path]) -> Path | None:
+    """Return the one file that holds all the names quoted in a complaint, where the complaint names none itself."""
+    names = re.findall(r"'([^']+)'", complaint)
+    if not names or any(path.name in complaint for path in paths):
+        return None
+    holding = [path for path in paths if _holds(path, names)]
+    return holding[0] if len(holding) == 1 else None
+
+
+def text_of(path: Path) -> str:
+    """Return what a file holds that may be compressed."""
+    with _opened(path) as stream:
+        return stream.read().decode(errors="replace")
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Open a file as SUMO does, which tells compressed ones by how they begin."""
+    with path.open("rb") as stream:
+        compressed = stream.read(2) == b"\x1f\x8b"
+    return cast(BinaryIO, gzip.open(path)) if compressed else path.open("rb")
+
+
+def _root(net: Path) -> ET.Element:
+    """Return the first element of a net, without its children."""
+    with _opened(net) as stream:
+        try:
+            root: ET.Element = next(ET.iterparse(stream, events=("start",)))[1]
+        except (ET.ParseError, gzip.BadGzipFile, EOFError) as error:
+            raise TrafficInputError(f"{net}: the net does not parse: {error}") from error
+    return root
+
+
+def _holds(path: Path, names: list[str]) -> bool:
+    text = text_of(path)
+    return all(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text) for name in names)
 
 
 def _existing(path: Path) -> Path:
     if not path.is_file():
         raise TrafficInputError(f"{path}: no such file; SUMO's files are sought beside the file that names them")
     return path
-
-
-def _net_of(config: Path) -> Path:
-    """Return the path of the net that a `.sumocfg` names."""
-    try:
-        root = ET.parse(config).getroot()
-    except ET.ParseError as error:
-        raise TrafficInputError(f"{config}: not a SUMO configuration: {error}") from error
-    nets = [entry.get("value", "") for entry in root.iter() if entry.tag in ("net-file", "net", "n")]
-    if not nets:
-        raise TrafficInputError(f"{config}: no net-file; name the net under <input>")
-    return config.parent / nets[0]

@@ -1,5 +1,6 @@
 """What SUMO's polygons and points of interest are to us: things along the road."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,12 @@ KIND_BY_TYPE: dict[str, StreetKind] = {
 
 PARAMETERS = ("height", "base", "diameter", "reflectivity")
 """What a shape may tell of itself; `sim.street.build` says what each means."""
+
+STOREY = 3.0
+"""[m] Of buildings that tell `building:levels` but no height, as OpenStreetMap's do."""
+
+_METRES = re.compile(r"\s*([-+.\d]+(?:e[-+]?\d+)?)\s*m?\s*", re.IGNORECASE)
+"""A number, with OpenStreetMap's unit or without."""
 
 
 def static_obstacles(polygon: Any, poi: Any, building_height: float) -> Obstacles:
@@ -58,9 +65,11 @@ def _of_polygon(polygon: Any, name: str, building_height: float) -> list[Prism]:
     label, points = f'polygon "{name}"', np.array(polygon.getShape(name))[:, :2]
     sizes = _sizes(label, polygon, name)
     kind = _kind(polygon.getType(name)) or ("building" if "height" in sizes else None)
-    if kind is None:
+    if kind is None or np.all(points == points[0]):  # flat, or what the edge of an extract left of an outline
         return []
     if USUAL[kind].form != "line":
+        if kind == "building" and (levels := polygon.getParameter(name, "building:levels")):
+            building_height = STOREY * _number(label, "building:levels", levels)
         sizes.setdefault("height", building_height if kind == "building" else USUAL[kind].height)
         kind, points = "building", _opened(points)
     return _build(label, kind, points, sizes)
@@ -98,7 +107,7 @@ def _sizes(label: str, shapes: Any, name: str) -> dict[str, float]:
 
 def _number(label: str, key: str, text: str) -> float:
     try:
-        return float(text)
+        return float(_METRES.sub(r"\1", text))
     except ValueError:
         raise TrafficInputError(f'{label}: {key} = "{text}"; write a number') from None
 

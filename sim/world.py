@@ -30,6 +30,15 @@ class Kind(IntEnum):
     OBSTACLE = 9
 
 
+class Mode(IntEnum):
+    """How an actor truly moves; `sim.modes` draws the limits."""
+
+    STATIONARY = 0
+    CONSTANT_VELOCITY = 1
+    ACCELERATING = 2
+    """Along its way or across it: a turn accelerates, too."""
+
+
 VEHICLE_KINDS = frozenset({Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS, Kind.MOTORCYCLE})
 
 
@@ -47,6 +56,8 @@ class Ego:
     """[rad/s], counter-clockwise positive."""
     size: Floats
     """(3,) length, width, height [m]."""
+    deviation: Floats
+    """(2,) [m] how far ahead of where the simulator has it, and how far to the left, in the ego's own frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +78,14 @@ class Actors:
     """(N, 2) [m/s^2], of the box centre."""
     yaw_rate: Floats
     """(N,) [rad/s], counter-clockwise positive."""
+    articulation: Floats
+    """(N,) [rad] yaw of the tractor relative to the trailer, whose the pose is; 0 for whatever does not bend."""
+    mode: npt.NDArray[np.uint8]
+    """(N,) `Mode`."""
+    changes_lane: npt.NDArray[np.bool_]
+    """(N,) the simulator lets it jump to the next lane about now, which takes seconds on the road."""
+    deviation: Floats
+    """(N, 2) [m] how far ahead of where the simulator has it, and how far to the left, in the actor's own frame."""
     size: Floats
     """(N, 3) length, width, height [m]."""
     reflectivity: Floats

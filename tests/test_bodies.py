@@ -100,12 +100,15 @@ def test_vehicles_are_made_of_few_planes(kind):
 
 def test_plain_bodies_are_boxes_with_mirrors():
     for kind in VEHICLES:
-        first, *others = body(kind, plain=True, seed=3, actor=5)
+        solids = body(kind, plain=True, seed=3, actor=5)
+        boxes, others = solids[: 1 + (kind is Kind.TRAILER_TRUCK)], solids[1 + (kind is Kind.TRAILER_TRUCK) :]
         low, high = -0.5 * np.array(SHAPES[kind].size) * [1, 1, 0], 0.5 * np.array(SHAPES[kind].size) * [1, 1, 2]
-        points = corners(first.planes)
-        assert len(first.planes) == 6
+        points = np.concatenate([corners(box.planes) for box in boxes])
+        assert {len(box.planes) for box in boxes} == {6}
         np.testing.assert_allclose([points.min(axis=0), points.max(axis=0)], [low, high], atol=1e-12)
-        assert set(first.part) == {Part.BODY}
+        volumes = [np.prod(np.ptp(corners(box.planes), axis=0)) for box in boxes]
+        assert np.sum(volumes) == pytest.approx(np.prod(SHAPES[kind].size))
+        assert {part for box in boxes for part in box.part} == {Part.BODY}
         mirrors = [piece for piece in body(kind, seed=3, actor=5) if piece.part[0] == Part.MIRROR]
         assert len(others) == len(mirrors) == 2 * (kind in WITH_MIRRORS)
         for other, mirror in zip(others, mirrors, strict=True):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from support import naive_echoes
 from support.naive_caster import jiggled
 from support.sensor_scenes import NO_OBSTACLES, STILL, Thing, one_unit_rig, placed_scene, small_unit, wall, world
-from support.solid_mesh import corners, placed
+from support.solid_mesh import corners, embree_ranges, placed
 
 from sensor_model.cast import Caster
 from sensor_model.materials import Glass
@@ -49,6 +49,7 @@ things = st.builds(
     kind=st.sampled_from(list(Kind)),
     size=st.none() | st.tuples(st.floats(0.3, 12), st.floats(0.3, 3), st.floats(0.5, 4)),
     paint=st.floats(0.01, 1.0),
+    articulation=st.just(0.0) | st.floats(-1.6, 1.6),
     **motions,
 )
 egos = st.just(STILL) | st.builds(Thing, x=st.just(3.0), y=st.just(-7.0), yaw=st.floats(-3, 3), **motions)
@@ -326,14 +327,6 @@ def meshes_of(bodies, walls):
         sheet = [[x1, y1, low], [x2, y2, low], [x2, y2, high], [x1, y1, high]]
         meshes.append(trimesh.Trimesh(sheet, [[0, 1, 2], [0, 2, 3]]))
     return trimesh.util.concatenate(meshes)
-
-
-def embree_ranges(origins, directions, scene):
-    assert type(scene.ray).__module__.endswith("ray_pyembree")
-    _, ray, place = scene.ray.intersects_id(origins, directions, multiple_hits=False, return_locations=True)
-    ranges = np.full(len(origins), np.inf)
-    ranges[ray] = np.linalg.norm(place - origins[ray], axis=1)
-    return ranges
 
 
 def twin_range(beams, sensor, bodies, walls, setting, b):

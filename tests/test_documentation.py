@@ -12,8 +12,9 @@ from support import short_run
 
 from scenarios import listing, report, run_folder
 from scenarios.cli import main
+from scenarios.control import safety
 from scenarios.expect import check
-from scenarios.grading.metrics import CAUSES, ESTIMATES, FIT_METHODS, METRICS, TARGETS, TIMED_STAGES, VIEWS
+from scenarios.grading.metrics import CAUSES, DRIVERS, ESTIMATES, FIT_METHODS, METRICS, TARGETS, TIMED_STAGES, VIEWS
 from scenarios.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
@@ -132,7 +133,8 @@ def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
 
 def test_every_metric_is_listed_with_its_unit():
     listed = {}
-    for pattern, unit in re.findall(r"^\| `([\w.<>]+)` \| (\w+) \|", section_tree(RESULTS, "Metrics"), re.MULTILINE):
+    rows = re.findall(r"^\| `([\w.<>]+)` \| ([\w/^]+) \|", section_tree(RESULTS, "Metrics"), re.MULTILINE)
+    for pattern, unit in rows:
         listed |= dict.fromkeys(expand(pattern), unit)
     assert listed == METRICS
 
@@ -146,6 +148,7 @@ def expand(pattern: str) -> list[str]:
         "estimate": ESTIMATES,
         "target": TARGETS,
         "axis": "xy",
+        "drive": DRIVERS.values(),
         "stage": TIMED_STAGES,
         "quantile": ("p50", "p99"),
     }
@@ -161,6 +164,10 @@ def test_every_column_is_listed(table):
     assert sorted(["frame", "time_s", *listed]) == sorted(short_run.result().tables[table].columns)
 
 
+def test_every_column_of_a_controlled_ego_s_drive_is_listed():
+    assert ["frame", "time_s", *names_in_rows(section(RESULTS, "control"))] == [*safety.COLUMNS, "driver"]
+
+
 def names_in_rows(text: str) -> list[str]:
     """Code in the first column of a table."""
     cells = re.findall(r"^\| (`.*?) \|", text, re.MULTILINE)
@@ -170,7 +177,7 @@ def names_in_rows(text: str) -> list[str]:
 def test_every_table_and_every_field_of_the_result_is_listed():
     result = short_run.result()
     described = re.findall(r"^### (\w+)$", section_tree(RESULTS, "Tables"), re.MULTILINE)
-    assert sorted(described) == sorted(result.tables)
+    assert sorted(described) == sorted([*result.tables, "control"])
     fields = re.findall(
         r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", section(RESULTS, r"result\.json"), re.MULTILINE))
     )

@@ -94,7 +94,7 @@ def test_an_observation_is_a_segment_mostly_of_one_graded_vehicle(own, other, ob
     bodies = [Body(0, 30.0, 0.0, points=own)]
     frame = world_frame(0, bodies)
     scan, truth = observe(frame, bodies, noise=[(NO_ACTOR, Cause.CLEAN)] * other)
-    grader = Grader(GradingConfig(), dt=0.08)
+    grader = Grader(GradingConfig())
     tracks, _ = Scripted([[]]).step(scan)
     grade = grader.add(frame, scan, truth, tracks, trace_of(frame, truth, label=[0] * (own + other)))
     metrics, _ = grader.finish()
@@ -108,7 +108,7 @@ def test_of_a_vehicle_in_two_segments_the_larger_one_is_observed():
     frame = world_frame(0, bodies)
     scan, truth = observe(frame, bodies)
     for label, larger in (([0] * 6 + [1] * 14, 1), ([0] * 14 + [1] * 6, 0)):
-        grader = Grader(GradingConfig(), dt=0.08)
+        grader = Grader(GradingConfig())
         tracks, _ = Scripted([[]]).step(scan)
         grader.add(frame, scan, truth, tracks, trace_of(frame, truth, label=label))
         metrics, tables = grader.finish()

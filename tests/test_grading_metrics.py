@@ -94,7 +94,7 @@ def test_without_observations_a_metric_is_none_with_the_reason_and_never_zero():
         {"match_iou_min": 0.0},
         {"owner_share_min": 0.4},
         {"nees_confidence": 1.0},
-        {"mode_window_s": math.nan},
+        {"memory_s": math.nan},
         {"hidden_fraction_max": 1.0},
     ],
 )

@@ -3,14 +3,11 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
-from support.frames import DT, Body, Scripted, drive, follow, grade_run
+from support.frames import Body, Scripted, drive, follow, grade_run
 
-from scenarios.grading.config import GradingConfig
 from scenarios.grading.mma import band, mahalanobis_squared, switch_latencies
-from scenarios.grading.modes import CA, CV, STATIONARY, modes_of, settle
+from sim.world import Mode
 from tracker.records import MODELS, Status
-
-CONFIG = GradingConfig()
 
 
 def one_car(frames=10, speed=5.0, yaw=0.6):
@@ -107,43 +104,12 @@ def test_nees_is_taken_in_the_odometry_frame_where_the_covariance_lives():
     np.testing.assert_allclose(tables["tracks"].nees, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("velocity", "mode"),
-    [
-        (lambda t: (0.4 + 0 * t, 0 * t), STATIONARY),
-        (lambda t: (6.0 + 0 * t, 2.0 + 0 * t), CV),
-        (lambda t: (6.0 + 0.4 * t, 0 * t), CV),
-        (lambda t: (6.0 - 0.6 * t, 0 * t), CA),
-        # 8 m/s on a circle at 0.1 rad/s: 0.8 m/s^2 to the side.
-        (lambda t: (8 * np.cos(0.1 * t), 8 * np.sin(0.1 * t)), CA),
-        # SUMO's jitter: +-1.5 m/s^2 from step to step, nothing on average.
-        (lambda t: (6.0 + 0.06 * (np.round(t / DT) % 2), 0 * t), CV),
-    ],
-    ids=["creeping", "straight", "hardly speeding up", "braking", "turning", "jitter"],
-)
-def test_true_modes_of_known_motions(velocity, mode):
-    time = np.arange(40) * DT
-    velocity = np.stack(np.broadcast_arrays(*velocity(time)), axis=1)
-    assert (modes_of(velocity, time, CONFIG, window=6) == mode).all()
-
-
-def test_a_short_spell_is_no_change_and_the_first_one_stands():
-    def settled(text):
-        state = np.array([c == "1" for c in text], dtype=bool)
-        return "".join("01"[int(s)] for s in settle(state, hold=3))
-
-    assert settled("111001110001") == "111111110000"
-    assert settled("0111") == "0111"
-    assert settled("") == ""
-
-
-def test_moving_and_accelerating_settle_apart():
-    # Stands, jumps to 5 m/s, and stops for 0.16 s: it moves from the jump on, through the stop.
-    speed = np.concatenate([np.zeros(20), np.full(30, 5.0), np.zeros(2), np.full(28, 5.0)])
-    modes = modes_of(np.column_stack([speed, 0 * speed]), np.arange(80) * DT, CONFIG, window=6)
-    assert (modes[:20] == STATIONARY).all()
-    assert (modes[20:] != STATIONARY).all()
-    assert (modes[30:40] == CV).all()
+def test_the_truth_s_modes_are_named_as_the_models_are():
+    scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in Mode]
+    _, tables, _ = grade_run(scene, Scripted([[follow(body)] for (body,) in scene]))
+    assert list(tables["truth"]["mode"]) == list(tables["tracks"]["true_mode"]) == list(MODELS)
+    nobody = grade_run(scene, Scripted([[follow(body, x=40.0)] for (body,) in scene]))[1]["tracks"]
+    assert nobody["true_mode"].isna().all()
 
 
 def judged(frame, true, model, actor=0):
@@ -170,11 +136,8 @@ def test_a_change_never_followed_is_infinite_and_one_out_of_sight_is_none():
 
 
 def test_median_latency_and_its_absence():
-    # Stands for 20 frames, then speeds up by 2 m/s^2: at 0.5 m/s, in frame 23.125, the mode becomes `ca`.
-    scene = []
-    for i in range(50):
-        t = max(i - 20, 0) * DT
-        scene.append([Body(0, 12.0 + t * t, 4.0, 0.0, 2 * t)])
+    # Stands for 24 frames, then is said to accelerate: the model `ca`.
+    scene = [[Body(0, 12.0, 4.0, mode=Mode.ACCELERATING if i >= 24 else Mode.STATIONARY)] for i in range(50)]
 
     def latency(model):
         script = [[follow(body, model=model(i)) for body in bodies] for i, bodies in enumerate(scene)]

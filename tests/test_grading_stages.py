@@ -21,7 +21,7 @@ CARS = [Body(0, 30.0, 0.0), Body(1, 30.0, 8.0)]
 def grade_one(bodies, label, noise=(), line=None):
     frame = world_frame(0, bodies)
     scan, truth = observe(frame, bodies, noise=noise)
-    grader = Grader(GradingConfig(), dt=0.08)
+    grader = Grader(GradingConfig())
     tracks, _ = Scripted([[]]).step(scan)
     grader.add(frame, scan, truth, tracks, trace_of(frame, truth, label=label, line=line))
     return grader.finish()

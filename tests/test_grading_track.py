@@ -11,6 +11,7 @@ from support.frames import Body, Estimate, Scripted, drive, follow, grade_run, m
 from support.stub_trackers import Perfect
 
 from scenarios.grading.config import GradingConfig
+from scenarios.grading.geometry import iou_table
 from scenarios.grading.metrics import GRADED
 from scenarios.grading.pairing import Pairer
 from sim.world import Kind
@@ -169,7 +170,8 @@ def test_pairs_are_the_best_there_are(actors, tracks, seed):
 
     truth, seen = boxes(actors), boxes(tracks)
     config = GradingConfig()
-    pairing = Pairer(config).pair(np.arange(actors), truth, np.ones(actors, bool), np.arange(tracks), seen)
+    graded, table = np.ones(actors, bool), iou_table(truth, seen)
+    pairing = Pairer(config).pair(np.arange(actors), table, graded, np.arange(tracks), seen)
     overlap = np.array([[naive.iou(a, b) for b in seen] for a in truth]).reshape(actors, tracks)
     score = np.where(overlap >= config.match_iou_min, overlap, 0.0)
     expected = sum(score[row, column] for row, column in naive.best_pairing(score))

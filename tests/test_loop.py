@@ -73,6 +73,7 @@ def test_traffic_that_ends_early_makes_an_incomplete_result(tmp_path):
     """The ego is put a few metres before the end of its edge."""
     result = short_run.run(arriving_ego(tmp_path, 'departPos="-12" departSpeed="10"'))
     assert not result.complete
+    assert not result.simulator_failed
     assert "ego" in result.ended_early
     assert 2 < result.frames < 50
 
@@ -81,7 +82,7 @@ def test_traffic_that_ends_after_its_first_frame_is_graded_all_the_same(tmp_path
     """The ego is put where it wants to go."""
     result = short_run.run(arriving_ego(tmp_path, 'departPos="60" arrivalPos="60"'))
     assert result.frames == 1
-    assert result.ended_early == 'ego "ego" left the net at 0.08 s (arrived or teleported)'
+    assert result.ended_early.startswith('ego "ego" left the net at 0.08 s')
     assert result.metrics.keys() == METRICS.keys()
 
 

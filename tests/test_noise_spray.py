@@ -41,10 +41,14 @@ def bodies(*cars):
         velocity_world=speed[:, None] * KM_PER_H * np.column_stack([np.cos(yaw), np.sin(yaw)]),
         acceleration_world=np.zeros((count, 2)),
         yaw_rate=np.zeros(count),
+        articulation=np.zeros(count),
+        mode=np.zeros(count, np.uint8),
+        changes_lane=np.zeros(count, np.bool_),
+        deviation=np.zeros((count, 2)),
         size=np.tile([LENGTH, 1.8, 1.45], (count, 1)),
         reflectivity=np.full(count, 0.4),
     )
-    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]))
+    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), np.zeros(2))
     placed = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
     return placed, actors.id
 

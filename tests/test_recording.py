@@ -12,6 +12,8 @@ from rerun.chunk import RrdReader
 from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
 from scenarios import blueprint as look
+from scenarios.control.corridor import Lead
+from scenarios.control.cruise import Decision
 from scenarios.recording import Recorder
 from sensor_model.truth import Cause
 from sim.world import Obstacles
@@ -257,8 +259,32 @@ def test_size_stays_within_60_mb_for_40_s(tmp_path: Path) -> None:
     assert path.stat().st_size / 30 * 500 < 40e6
 
 
+def test_a_controlled_ego_s_speeds_and_gap_are_plotted(steps: list[Step], tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "controlled.rrd", "test", buildings(), controlled=True)
+    for step, lead in zip(steps[:3], (None, Lead(4, 12.5, 8.0), None), strict=True):
+        recorder.log(*step, Decision(9.5, lead) if step is not steps[0] else None)
+    recorder.close()
+    rows = read(tmp_path / "controlled.rrd", f"/{look.CONTROL}")
+    assert rows["frame"] == [1, 2]  # there was no decision at first
+    np.testing.assert_allclose(rows["Scalars:scalars"], [[8.0, 9.5, 12.5], [8.0, 9.5, np.nan]])
+
+
 def test_running_without_a_recording_does_not_import_rerun() -> None:
     # Fails when rerun moves to the top of a module: half a second for every `luxloop` command.
     code = "import sys; from scenarios.recording import NullRecorder as N; N().close(); print('rerun' in sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert ran.stdout == "False\n"
+
+
+def test_a_bent_truck_is_drawn_as_trailer_and_tractor(steps: list[Step], tmp_path: Path) -> None:
+    # Fails when the tractor is not turned, or takes the colour or the name of another actor.
+    step = steps[5]
+    articulation = np.where(step.frame.actors.id == IDS[1], 0.5, 0.0)
+    frame = replace(step.frame, actors=replace(step.frame.actors, articulation=articulation))
+    truth = read(record(tmp_path / "bent.rrd", [step._replace(frame=frame)]), "/world/truth")
+    centers, names = np.array(truth["Boxes3D:centers"][0]), truth["Boxes3D:labels"][0]
+    assert names == [*(f"flow.{row}" for row in range(6)), "flow.1"]
+    assert truth["Boxes3D:colors"][0][6] == truth["Boxes3D:colors"][0][1]
+    yaw = 2.0 * np.arctan2(*np.array(truth["Boxes3D:quaternions"][0])[:, 2:].T)
+    assert yaw[6] - yaw[1] == pytest.approx(0.5, abs=1e-5)
+    assert 3.0 < np.linalg.norm(centers[6] - centers[1]) < 9.0 / 2

@@ -60,6 +60,21 @@ def test_the_position_table_shows_its_metrics_and_the_papers():
     assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
 
 
+def test_a_controlled_ego_has_a_table_of_both_its_drives():
+    title = "Controlled ego"
+    assert title not in text_of(short_run.result())
+    result = with_metrics(
+        control__min_ttc_s=Metric(1.75, "s", 80),
+        control__truth_min_ttc_s=Metric(2.25, "s", 70),
+        control__collisions=Metric(1.0, "count", 100),
+        control__truth_collisions=Metric(0.0, "count", 100),
+    )
+    text = text_of(replace(result, config={**result.config, "control": {"kind": "cruise"}}))
+    assert row(text, title, "least true time to collision")[-3:] == ["[s]", "1.750", "2.250"]
+    assert row(text, title, "others that the ego hit [count]") == ["1", "0"]
+    assert row(text, title, "least true gap")[-2:] == [NONE, NONE]
+
+
 def test_every_title_keeps_its_unit_and_the_sentence_its_brackets():
     """In rich's markup [deg] and [bold] would be styles, and vanish."""
     text = text_of(short_run.result())
@@ -99,22 +114,25 @@ def test_no_line_is_wider_than_the_report():
 def test_an_expectation_holds_up_to_its_limits_and_not_without_a_value(value, limit, passes):
     (outcome,) = check({"track.hota": Metric(value, "1", 1)}, {"track.hota": limit})
     assert outcome.passed is passes
-    assert verdict([outcome]) == ("passed" if passes else "failed")
+    assert verdict([outcome], complete=True) == ("passed" if passes else "failed")
 
 
 def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value():
     metric = Metric(0.625, "1", 3)
     good, bad = Check("track.mota", Limit(max=1.0), metric), Check("track.hota", Limit(min=0.75), metric)
     text = text_of(short_run.result(), [good, bad])
-    assert verdict([good, bad]) == "failed"
+    assert verdict([good, bad], complete=True) == "failed"
     assert row(text, "Expectations", "track.hota") == [">=", "0.75", "0.625", "FAILED"]
     assert row(text, "Expectations", "track.mota") == ["<=", "1", "0.625", "passed"]
     assert "FAILED: 1 of 2 expectations hold" in text
 
 
-def test_an_incomplete_run_says_why():
-    text = text_of(replace(short_run.result(), ended_early="the ego arrived"))
-    assert "PASSED: 0 of 0 expectations hold; the run is incomplete: the ego arrived" in text
+def test_an_incomplete_run_neither_passes_nor_fails_and_says_why():
+    """Whatever holds over the first frames might not over all of them, and the other way round."""
+    good, bad = (Check("track.mota", Limit(max=top), Metric(0.625, "1", 3)) for top in (1.0, 0.5))
+    assert verdict([], complete=False) == verdict([good], complete=False) == verdict([bad], complete=False)
+    text = text_of(replace(short_run.result(), ended_early="the ego arrived"), [good, bad])
+    assert "INCOMPLETE: 1 of 2 expectations hold so far; it ended early: the ego arrived" in text
 
 
 def test_the_papers_figures_are_those_of_its_tables():

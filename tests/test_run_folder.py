@@ -1,6 +1,12 @@
 """The run folder appears whole or not at all, and reads back as what was written."""
 
 import json
+import os
+import platform
+import signal
+import subprocess
+import sys
+from dataclasses import fields
 
 import pandas as pd
 import pytest
@@ -15,6 +21,7 @@ RESULT = Result(
     seed=3,
     trace_hash="00ff",
     ended_early="the ego arrived",
+    simulator_failed=False,
     frames=12,
     metrics={"track.hota": Metric(0.5, "1", 12), "track.mota": Metric(None, "1", 0, "nothing was graded")},
     tables={"truth": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
@@ -46,17 +53,19 @@ def test_a_run_reads_back_as_written(tmp_path):
     write_run(tmp_path / "run")
     back = run_folder.read(tmp_path / "run")
     pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
-    for field in ("scenario", "seed", "trace_hash", "ended_early", "frames", "metrics", "config", "versions"):
-        assert getattr(back, field) == getattr(RESULT, field)
+    for field in fields(Result):
+        assert field.name == "tables" or getattr(back, field.name) == getattr(RESULT, field.name)
     assert names(tmp_path / "run") == ["report.txt", "result.json", "tables"]
 
 
 def test_the_json_has_the_documented_shape(tmp_path):
     write_run(tmp_path / "run")
     document = json.loads((tmp_path / "run" / "result.json").read_text())
-    assert document["verdict"] == "failed"
+    assert document["verdict"] == "incomplete"
     assert document["failed"] == ["track.mota"]
     assert document["complete"] is False
+    assert document["ended_early"] == "the ego arrived"
+    assert document["simulator_failed"] is False
     assert document["metrics"] == {
         "track.hota": {"value": 0.5, "unit": "1", "n": 12},
         "track.mota": {"value": None, "unit": "1", "n": 0, "reason": "nothing was graded"},
@@ -77,6 +86,76 @@ def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
         fail(tmp_path / "run", KeyboardInterrupt)
     assert names(tmp_path) == ["run"]
     assert run_folder.read(tmp_path / "run").seed == 3
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from scenarios import run_folder
+with run_folder.create(Path(sys.argv[1])) as folder:
+    (folder / "recording.rrd").write_text("half")
+    kill = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+    if len(sys.argv) == 2:
+        kill()
+    (folder / "result.json").write_text("{}")
+    run_folder.shutil.rmtree = kill
+"""
+
+
+def kill_a_run(out, *when):
+    assert subprocess.run([sys.executable, "-c", KILLED, out, *when], check=False).returncode == -signal.SIGKILL
+
+
+def test_what_a_killed_run_left_is_no_run_and_goes_with_the_next(tmp_path):
+    """Also from beside an earlier run, which stays until it is replaced."""
+    for _ in range(2):
+        kill_a_run(tmp_path / "run")
+        left = [name for name in names(tmp_path) if name != "run"]
+        assert [name.endswith(".partial") for name in left] == [True]
+        with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
+            run_folder.read(tmp_path / left[0])
+        write_run(tmp_path / "run")
+        assert names(tmp_path) == ["run"]
+
+
+def test_a_run_that_was_killed_while_it_took_its_place_left_an_earlier_one_that_goes_too(tmp_path):
+    write_run(tmp_path / "run")
+    kill_a_run(tmp_path / "run", "after it was renamed")
+    assert len(names(tmp_path)) == 2
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == ["run"]
+
+
+def test_an_earlier_run_that_was_moved_away_stays_while_there_is_no_other(tmp_path):
+    """A run was killed between its two renames: what is left of the earlier run has another name, but is whole."""
+    write_run(tmp_path / f".run.{platform.node()}-{dead_process()}-0123abcd.earlier")
+    with pytest.raises(ZeroDivisionError):
+        fail(tmp_path / "run", ZeroDivisionError)
+    assert len(names(tmp_path)) == 1
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        ".run.{host}-{alive}-0123abcd.partial",
+        ".run.elsewhere-{dead}-0123abcd.partial",
+        ".other.{host}-{dead}-0123abcd.partial",
+        ".run.{host}-{dead}-0123abcd.mine",
+    ],
+)
+def test_what_may_still_be_written_or_is_not_ours_stays(name, tmp_path):
+    """Of a process that lives, of another computer that has the same folder, of another run, of somebody else."""
+    name = name.format(host=platform.node(), alive=os.getpid(), dead=dead_process())
+    (tmp_path / name).mkdir()
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == [name, "run"]
+
+
+def dead_process():
+    """Number of a process that has just ended."""
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    return process.pid
 
 
 def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):

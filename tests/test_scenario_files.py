@@ -74,7 +74,7 @@ def test_stage_settings_reach_their_stage(tmp_path):
         ("seed = 1.5\n" + VALID, "seed = 1.5: should be a valid integer"),
         ("durations_s = 3\n" + VALID, "durations_s = 3: unknown key; did you mean duration_s?"),
         (VALID.replace("net =", "nett ="), 'traffic.nett = "a.net.xml": unknown key; did you mean net?'),
-        (VALID + "zzz = 1", "traffic.zzz = 1: unknown key; known here: additional, building_height_m, config"),
+        (VALID + "zzz = 1", "traffic.zzz = 1: unknown key; known here: additional, begin_s, building_height_m, config"),
         (VALID.replace('"sumo"', '"suumo"'), "traffic.kind = \"suumo\": should be one of 'sumo', 'highway-env'"),
         (VALID.replace('kind = "sumo"', ""), 'traffic.kind is missing; add it: one of "sumo", "highway-env"'),
         (VALID.replace("[traffic]", "[[traffic]]"), "traffic = [{"),

@@ -14,7 +14,7 @@ from scenarios.scenario import Scenario
 from sim.motions import Arc, LaneChange, Spin, Static, StopAndGo, Straight, state_at
 from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
 from sim.scripted import ScriptedSource, ScriptedTraffic
-from sim.source import SimulatorFailedError
+from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.world import Kind
 
 CATALOG = Path(__file__).parents[1] / "scenarios" / "catalog"
@@ -205,6 +205,17 @@ def test_obstacles_are_the_script_s():
     source.close()
     with pytest.raises(SimulatorFailedError, match="reset comes before step"):
         source.step()
+
+
+def test_a_script_takes_no_commands_and_is_nowhere_but_where_it_says():
+    source = ScriptedSource(ScriptedTraffic(actor=[ScriptedActor(9.0, 4.0)]), Path(), 50.0)
+    source.reset(1)
+    with pytest.raises(TrafficInputError, match=r"^scripted traffic .*speed_mps=3\.0.*sumo"):
+        source.apply(EgoCommand(speed_mps=3.0))
+    frame = source.step()
+    assert list(source.origin) == [0.0, 0.0]
+    assert not np.any(frame.ego.deviation)
+    assert not np.any(np.column_stack([frame.actors.deviation, frame.actors.articulation, frame.actors.changes_lane]))
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,9 @@ class GradingConfig:
     """[m] from the ego's centre to the vehicle's; beyond it nothing is graded, tracks on nothing included."""
     points_min: int = 10
     """Scan points of its own that a vehicle needs to be graded in a frame."""
+    bent_deg: float = 5.0
+    """An articulated truck that is bent by more is not graded in that frame: no rectangle describes it. At 5 degrees,
+    the smallest one around it is 1.4 degrees off its trailer, as much as good fits are off anyway."""
     memory_s: float = 3.0
     """[s] that a graded vehicle stays in the books once it is hidden."""
     hidden_fraction_max: float = 0.1
@@ -24,18 +27,11 @@ class GradingConfig:
     """A segment belongs to a vehicle that owns more than this share of its points."""
     part_share_min: float = 0.2
     """From this share of the points on, a part of a vehicle (or of a segment) is worth counting."""
-    stationary_speed_mps: float = 0.5
-    """[m/s] below which a vehicle's true mode is stationary."""
-    cv_acceleration_mps2: float = 0.5
-    """[m/s^2] below which a moving vehicle's true mode is constant velocity. The vector counts, turns included."""
-    mode_window_s: float = 0.5
-    """[s] over which the true acceleration is averaged, and for which a true mode must last to count as one."""
     nees_confidence: float = 0.95
     """Probability of the two-sided chi-square band that holds a consistent filter's position error."""
 
     def __post_init__(self) -> None:
-        positive = ("range_max_m", "memory_s", "stationary_speed_mps", "cv_acceleration_mps2", "mode_window_s")
-        for name in positive:
+        for name in ("range_max_m", "bent_deg", "memory_s"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} = {getattr(self, name)} must be positive")
         if self.points_min < 1:

@@ -47,13 +47,13 @@ class Following:
         """Pair the reported tracks with the actors: the confirmed ones. A coasting track is a guess, not a report."""
         boxes = track_boxes(tracks, now.scan.ego_pose_odom)
         reported = np.flatnonzero(tracks.status == Status.CONFIRMED)
-        pairing = pairer.pair(now.actors.id, now.boxes_ego, now.graded, tracks.id[reported], boxes[reported])
+        overlap = np.zeros((len(now.actors), len(tracks)))
+        overlap[:, reported] = now.overlap(boxes[reported])
+        pairing = pairer.pair(now.actors.id, overlap[:, reported], now.graded, tracks.id[reported], boxes[reported])
         actor_row = np.full(len(tracks), -1, dtype=np.int64)
         actor_row[reported] = pairing.actor_row
         verdict = np.full(len(tracks), Verdict.UNREPORTED, dtype=np.int8)
         verdict[reported] = pairing.verdict
-        overlap = np.zeros((len(now.actors), len(tracks)))
-        overlap[:, reported] = pairing.overlap
         error = np.full(len(tracks), np.nan)
         pair = np.flatnonzero(actor_row >= 0)
         error[pair] = wrap(boxes[pair, 2] - now.boxes_ego[actor_row[pair], 2])
@@ -91,6 +91,7 @@ class Following:
             **{f"probability_{model}": tracks.model_probability[:, m] for m, model in enumerate(MODELS)},
             "verdict": self.verdict,
             "actor_id": self.actor_id(now),
+            "true_mode": np.append(now.actors.mode.astype(np.int8), -1)[self.actor_row],
             "iou": iou,
             "heading_error_deg": np.degrees(self.heading_error),
             "judged": judged,

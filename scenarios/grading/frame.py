@@ -11,7 +11,7 @@ class FrameGrade:
     """Verdicts of one frame for A actors, T tracks and B boxes; `NO_ACTOR` and NaN where there is none."""
 
     graded: npt.NDArray[np.bool_]
-    """(A,) the actor is a vehicle near enough and with enough points of its own."""
+    """(A,) the actor is a vehicle near enough, with enough points of its own, and not bent."""
     points: npt.NDArray[np.int64]
     """(A,) scan points that lie on the actor."""
     track_actor: npt.NDArray[np.int64]

@@ -9,7 +9,6 @@ from scenarios.grading.following import Following
 from scenarios.grading.frame import FrameGrade
 from scenarios.grading.geometry import QUARTER, Floats, Ints, wrap
 from scenarios.grading.instant import Instant
-from scenarios.grading.modes import true_modes
 from scenarios.grading.ownership import NOBODY, Ownership
 from scenarios.grading.pairing import Pairer
 from scenarios.grading.sheet import MetricSheet
@@ -26,10 +25,8 @@ NO_TRACE = "the tracker gives no trace of its stages"
 class Grader:
     """Holds what a tracker says against the truth, frame by frame; one grader per run."""
 
-    def __init__(self, config: GradingConfig, dt: float) -> None:
-        """Start a run with frames `dt` apart [s]."""
+    def __init__(self, config: GradingConfig) -> None:
         self._config = config
-        self._dt = dt
         self._pairer = Pairer(config)
         self._traced = False
         self._truth = TableBuilder(tables.TRUTH)
@@ -87,13 +84,9 @@ class Grader:
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
         """Return every metric of `metrics.GRADED` by name, and the tables behind them."""
-        truth = self._truth.build()
-        truth["mode"] = true_modes(truth, self._config, self._dt)
-        modes = truth[["frame", "actor_id", "mode"]].rename(columns={"mode": "true_mode"})
-        tracks = self._tracks.build().merge(modes, on=["frame", "actor_id"], how="left")
         result = {
-            "truth": truth,
-            "tracks": tracks,
+            "truth": self._truth.build(),
+            "tracks": self._tracks.build(),
             "overlaps": self._overlaps.build(),
             "fits": fit.measure(self._fits.build()),
             "segments": self._segments.build(),

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenarios.grading.articulated import tractors, trailers
 from scenarios.grading.config import GradingConfig
-from scenarios.grading.geometry import Floats, Ints, into_frame
+from scenarios.grading.geometry import Floats, Ints, into_frame, iou_table
 from scenarios.grading.ownership import point_rows
 from sensor_model.truth import ScanTruth
 from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
@@ -32,6 +33,8 @@ class Instant:
     """(N,) row of the actor each point lies on, -1 for none."""
     points: Ints
     """(A,) points of its own."""
+    bent: npt.NDArray[np.bool_]
+    """(A,) no rectangle describes it: it is articulated and bent."""
     graded: npt.NDArray[np.bool_]
     """(A,)."""
 
@@ -48,7 +51,8 @@ class Instant:
         range_m = np.hypot(pose_ego[:, 0], pose_ego[:, 1])
         row = point_rows(truth.actor_id, actors.id)
         points = np.bincount(row[row >= 0], minlength=len(actors))
-        vehicle = IS_VEHICLE[actors.kind]
+        bent = np.abs(actors.articulation) > np.deg2rad(config.bent_deg)
+        gradable = IS_VEHICLE[actors.kind] & ~bent
         return cls(
             frame=frame,
             scan=scan,
@@ -57,8 +61,21 @@ class Instant:
             range_m=range_m,
             point_row=row,
             points=points,
-            graded=vehicle & (range_m <= config.range_max_m) & (points >= config.points_min),
+            bent=bent,
+            graded=gradable & (range_m <= config.range_max_m) & (points >= config.points_min),
         )
+
+    def overlap(self, boxes_ego: Floats) -> Floats:
+        """(A, T) intersection over union with boxes (T, 5); of a bent truck, with the best of its whole and its parts.
+
+        So a track on the tractor alone is on the truck, and a truck keeps its track while it bends.
+        """
+        table = iou_table(self.boxes_ego, boxes_ego)
+        bent = np.flatnonzero(self.bent)
+        pose, size = np.split(self.boxes_ego[bent], [3], axis=1)
+        for part in (trailers(pose, size), tractors(pose, size, self.actors.articulation[bent])):
+            table[bent] = np.maximum(table[bent], iou_table(np.hstack(part), boxes_ego))
+        return table
 
     def rows(self, track_id: Ints, segments: Ints, largest_share: Floats) -> dict[str, npt.NDArray[Any]]:
         """Rows of the truth table; per actor (A,) its track, its segments, and the largest one's share of it."""
@@ -73,8 +90,10 @@ class Instant:
             "yaw_world_rad": yaw,
             "length_m": actors.size[:, 0],
             "width_m": actors.size[:, 1],
+            "articulation_rad": actors.articulation,
             "vx_world_mps": actors.velocity_world[:, 0],
             "vy_world_mps": actors.velocity_world[:, 1],
+            "mode": actors.mode,
             "range_m": self.range_m,
             "points": self.points,
             "hits": truth.hits,

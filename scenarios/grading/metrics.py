@@ -23,7 +23,18 @@ ESTIMATES = (*MODELS, "mma")
 TARGETS = ("stationary_target", "moving_target")
 
 TIMED_STAGES = ("sim", "sensor", "tracker")
-"""Stages of the run loop that are timed."""
+"""Stages of the run loop that are timed; of traffic that runs beside the loop, what is timed is the waiting for it."""
+
+DRIVERS = {"tracks": "", "truth": "truth_"}
+"""By what the ego's controller decided, with the beginning of the names of its metrics."""
+
+SAFETY = {
+    "min_ttc_s": ("s", "least true time to collision with whoever was in the ego's way"),
+    "min_gap_m": ("m", "least true gap to whoever was in the ego's way"),
+    "max_deceleration_mps2": ("m/s^2", "largest true deceleration of the ego"),
+    "collisions": ("count", "others that the ego hit"),
+}
+"""Unit and meaning of what is measured of each drive of a controlled ego."""
 
 
 class Definition(NamedTuple):
@@ -83,6 +94,12 @@ def _track() -> Iterator[Definition]:
     yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
 
 
+def _control() -> Iterator[Definition]:
+    for driver, prefix in DRIVERS.items():
+        for name, (unit, meaning) in SAFETY.items():
+            yield Definition(f"control.{prefix}{name}", unit, f"{meaning}, controlled by the {driver}")
+
+
 def _performance() -> Iterator[Definition]:
     for stage, quantile in product(TIMED_STAGES, ("p50", "p99")):
         yield Definition(f"perf.{stage}_ms_{quantile}", "ms", f"time per frame in the {stage}, {quantile}")
@@ -108,7 +125,10 @@ def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
 GRADED = register([*_fit(), *_stages(), *_mma(), *_track()])
 """What `Grader.finish` returns, every name of it in every run."""
 
-REGISTRY = register([*GRADED.values(), *_performance()])
+CONTROL = register(_control())
+"""What `control.safety.grade` returns, every name of it in every run."""
+
+REGISTRY = register([*GRADED.values(), *CONTROL.values(), *_performance()])
 """All metrics of a result; the run loop measures those of `perf`."""
 
 METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from scenarios.grading.config import GradingConfig
-from scenarios.grading.geometry import Floats, Ints, iou_table
+from scenarios.grading.geometry import Floats, Ints
 from sensor_model.truth import NO_ACTOR
 
 NO_TRACK = -1
@@ -37,8 +37,6 @@ class Verdict(IntEnum):
 class Pairing:
     """Reported tracks (T) against actors (A)."""
 
-    overlap: Floats
-    """(A, T) intersection over union."""
     actor_row: Ints
     """(T,) row of the actor each track follows, -1 for none."""
     verdict: npt.NDArray[np.int8]
@@ -56,13 +54,12 @@ class Pairer:
     def pair(
         self,
         actor_id: Ints,
-        actor_boxes: Floats,
+        overlap: Floats,
         graded: npt.NDArray[np.bool_],
         track_id: Ints,
         track_boxes: Floats,
     ) -> Pairing:
-        """Pair reported tracks, boxes (T, 5), with all actors, boxes (A, 5), both in the ego frame."""
-        overlap = iou_table(actor_boxes, track_boxes)
+        """Pair reported tracks, boxes (T, 5) in the ego frame, with all actors by their overlap (A, T)."""
         before = np.array([self._followed.get(track, NO_ACTOR) for track in track_id.tolist()], dtype=np.int64)
         score = overlap + CONTINUITY * (actor_id[:, None] == before)
         score[overlap < self._config.match_iou_min] = 0.0
@@ -72,7 +69,7 @@ class Pairer:
         actor_row[column[paired]] = row[paired]
         self._followed = dict(zip(track_id[column[paired]].tolist(), actor_id[row[paired]].tolist(), strict=True))
         far = np.hypot(track_boxes[:, 0], track_boxes[:, 1]) > self._config.range_max_m
-        return Pairing(overlap, actor_row, _verdicts(overlap, actor_row, graded, far))
+        return Pairing(actor_row, _verdicts(overlap, actor_row, graded, far))
 
 
 def _verdicts(

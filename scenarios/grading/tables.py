@@ -30,8 +30,10 @@ TRUTH: Schema = {
     "yaw_world_rad": np.float64,
     "length_m": np.float64,
     "width_m": np.float64,
+    "articulation_rad": np.float64,
     "vx_world_mps": np.float64,
     "vy_world_mps": np.float64,
+    "mode": MODELS,
     "range_m": np.float64,
     "points": np.int64,
     "hits": np.int64,
@@ -44,7 +46,7 @@ TRUTH: Schema = {
     "largest_segment_share": np.float64,
 }
 """One row per actor and frame. `segments` counts those with a fair share of its points; the largest share is NaN
-where the tracker gave no trace. `mode` is added at the end: it needs the whole run."""
+where the tracker gave no trace. `mode` is the true `Mode`, by the name of the model that fits it."""
 
 TRACKS: Schema = {
     "track_id": np.int64,
@@ -58,15 +60,16 @@ TRACKS: Schema = {
     **{f"probability_{model}": np.float64 for model in MODELS},
     "verdict": tuple(verdict.name.lower() for verdict in Verdict),
     "actor_id": np.int64,
+    "true_mode": MODELS,
     "iou": np.float64,
     "heading_error_deg": np.float64,
     "judged": np.bool_,
     **{f"{estimate}_{axis}_error_m": np.float64 for estimate in ESTIMATES for axis in "xy"},
     "nees": np.float64,
 }
-"""One row per track and frame; pose of the box centre. Overlap and heading error are NaN where a track
-follows nobody. A track is `judged` when it is confirmed and on a graded vehicle; the errors of its corner (ego axes)
-and its NEES are NaN otherwise. `true_mode`, that of the actor, is added at the end."""
+"""One row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN where
+a track follows nobody. A track is `judged` when it is confirmed and on a graded vehicle; the errors of its corner (ego
+axes) and its NEES are NaN otherwise."""
 
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""

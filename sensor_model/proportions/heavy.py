@@ -50,7 +50,7 @@ def trailer_truck(draw: Draw) -> TruckProportions:
         clearance=draw(0.30, 0.40),
         wheel_radius=draw(0.48, 0.52),
         front_overhang=draw(1.3, 1.45),
-        rear_overhang=draw(1.2, 1.5),
+        rear_overhang=draw(2.85, 3.15),
         floor=draw(1.0, 1.2),
         cab=draw(2.1, 2.4),
         cab_share=draw(0.88, 0.96),

@@ -1,7 +1,9 @@
 """What each kind of road user looks like: how its solids are made, and in which sizes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from sensor_model.materials import Glass
 from sensor_model.proportions import Draw
@@ -11,7 +13,24 @@ from sensor_model.proportions import riders as rider_proportions
 from sensor_model.shapes import cars, heavy, riders
 from sensor_model.solids import Solid, Vector, box
 from sensor_model.truth import Part
+from sim.articulation import LONGEST_M, SHORTEST_M, hitch
 from sim.world import Kind
+
+
+def plain(size: Vector) -> list[Solid]:
+    """Make the bounding prism from the ground to the top."""
+    return [_prism(size, -size[0] / 2, size[0] / 2)]
+
+
+def plain_articulated(size: Vector) -> list[Solid]:
+    """Make two bounding prisms, of the tractor and of the trailer; straight, they fill one."""
+    end = size[0] / 2
+    trailer_front = end - float(hitch(np.array(size[:1])).trailer_front[0])
+    return [_prism(size, -end, trailer_front), replace(_prism(size, trailer_front, end), tractor=True)]
+
+
+def _prism(size: Vector, rear: float, front: float) -> Solid:
+    return box(Part.BODY, (rear, front), (-size[1] / 2, size[1] / 2), (0.0, size[2]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +44,8 @@ class Shape:
     """Between these, angles and heights are those of the proportions. Any other size is the nearest one, stretched."""
     make: Callable[[Vector, Draw, Glass], list[Solid]]
     """Its solids, from a size, a draw of its proportions, and the glass that tells how deep its interior lies."""
-
-
-def plain(size: Vector) -> Solid:
-    """Make the bounding prism from the ground to the top."""
-    length, width, height = size
-    return box(Part.BODY, (-length / 2, length / 2), (-width / 2, width / 2), (0.0, height))
+    plain: Callable[[Vector], list[Solid]] = plain
+    """What encloses them."""
 
 
 SHAPES = {
@@ -60,9 +75,10 @@ SHAPES = {
     ),
     Kind.TRAILER_TRUCK: Shape(
         size=(16.50, 2.55, 4.00),
-        smallest=(13.50, 2.40, 3.20),
-        largest=(19.00, 2.60, 4.30),
+        smallest=(SHORTEST_M, 2.40, 3.20),
+        largest=(LONGEST_M, 2.60, 4.30),
         make=lambda size, draw, glass: heavy.trailer_truck(size, heavy_proportions.trailer_truck(draw), glass),
+        plain=plain_articulated,
     ),
     Kind.BUS: Shape(
         size=(12.00, 2.50, 3.40),
@@ -92,6 +108,6 @@ SHAPES = {
         size=(1.0, 1.0, 1.0),
         smallest=(0.1, 0.1, 0.1),
         largest=(50.0, 50.0, 50.0),
-        make=lambda size, _draw, _glass: [plain(size)],
+        make=lambda size, _draw, _glass: plain(size),
     ),
 }

@@ -1,11 +1,14 @@
 """Box trucks, articulated trucks and buses. Beneath their load bodies one looks through, past wheels and frame."""
 
+from dataclasses import replace
+
 from sensor_model.materials import Glass
 from sensor_model.proportions.fittings import Glazing
 from sensor_model.proportions.heavy import BusProportions, TruckProportions
 from sensor_model.shapes.fittings import greenhouse, side_mirrors, side_pillar, wheels
 from sensor_model.solids import Solid, Vector, bevel, box, mirrored, prism, rounded
 from sensor_model.truth import Part
+from sim.articulation import AXLE_SPACING_M, WHEELBASE_M
 
 _MIRROR_ROOT = 0.03
 """[m] How deep the mirrors' arms begin inside the side."""
@@ -27,8 +30,8 @@ _GAP = 0.10
 """[m] Between cab and load body of a box truck."""
 _TRAILER_GAP = 0.65
 """[m] Between cab and trailer, where it swings."""
-_AXLES = 1.31
-"""[m] Between the axles of a trailer."""
+_TAIL = 0.75
+"""[m] From the drive axle of a tractor to the end of its frame."""
 
 
 def truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
@@ -51,23 +54,32 @@ def truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
 
 
 def trailer_truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
-    """Two-axle tractor and a trailer with three axles and side guards before them, in line: it does not bend."""
+    """Two-axle tractor and a trailer with three axles and side guards before them, in line.
+
+    The frames of both overlap from the trailer's front to the end of the tractor's.
+    """
     length, width, height = size
     front, rear = length / 2, -length / 2
     outer = width / 2 - _WHEEL_INSET
-    last = rear + p.rear_overhang
-    drive_axle, first_axle = front - p.front_overhang - 3.7, last + 2 * _AXLES
-    return [
+    trailer_front = front - p.cab - _TRAILER_GAP
+    drive_axle = front - p.front_overhang - WHEELBASE_M
+    axles = [rear + p.rear_overhang + n * AXLE_SPACING_M for n in range(3)]
+    frame = (_FRAME, p.floor - _FRAME_DEPTH, p.floor)
+    tractor = [
         *_cab(size, p, glass),
-        _load_body(rear, front - p.cab - _TRAILER_GAP, width / 2, p.floor, height),
-        _across(rear + 0.3, front - 0.8, _FRAME, p.floor - _FRAME_DEPTH, p.floor),
-        _across(rear, rear + 0.1, width / 2 - 0.1, _GUARD_BOTTOM, _GUARD_BOTTOM + 0.12),
-        *_side_guards(first_axle + p.wheel_radius + 0.2, drive_axle - p.wheel_radius - 0.3, width / 2, p.floor - 0.2),
+        _across(drive_axle - _TAIL, front - 0.8, *frame),
         *side_mirrors(p.mirror, length, width / 2, _MIRROR_ROOT),
         *wheels(front - p.front_overhang, p.wheel_radius, outer, _WHEEL_WIDTH),
         *wheels(drive_axle, p.wheel_radius, outer, _TWIN_WIDTH),
-        *(wheel for n in range(3) for wheel in wheels(last + n * _AXLES, p.wheel_radius, outer, _WHEEL_WIDTH)),
     ]
+    trailer = [
+        _load_body(rear, trailer_front, width / 2, p.floor, height),
+        _across(rear + 0.3, trailer_front, *frame),
+        _across(rear, rear + 0.1, width / 2 - 0.1, _GUARD_BOTTOM, _GUARD_BOTTOM + 0.12),
+        *_side_guards(axles[-1] + p.wheel_radius + 0.2, drive_axle - p.wheel_radius - 0.3, width / 2, p.floor - 0.2),
+        *(wheel for axle in axles for wheel in wheels(axle, p.wheel_radius, outer, _WHEEL_WIDTH)),
+    ]
+    return [*(replace(solid, tractor=True) for solid in tractor), *trailer]
 
 
 def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from scenarios.grading.frame import FrameGrade
 from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth
-from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+from sim.world import Actors, Ego, Kind, Mode, Obstacles, WorldFrame
 from tracker.records import Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks
 from tracker.scan import Scan
 
@@ -87,7 +87,7 @@ def buildings() -> Obstacles:
 def _ego(ego: Floats) -> Ego:
     place = START[:2] + turned(ego[None, :2], START[2])[0]
     velocity = turned(np.array([[EGO_MPS, 0.0]]), START[2])[0]
-    return Ego(np.append(place, START[2]), velocity, np.zeros(2), 0.0, np.array([4.4, 1.8, 1.5]))
+    return Ego(np.append(place, START[2]), velocity, np.zeros(2), 0.0, np.array([4.4, 1.8, 1.5]), np.zeros(2))
 
 
 def _actors(place: Floats) -> Actors:
@@ -99,6 +99,10 @@ def _actors(place: Floats) -> Actors:
         velocity_world=turned(np.outer(SPEED, [1.0, 0.0]), START[2]),
         acceleration_world=np.zeros((COUNT, 2)),
         yaw_rate=np.zeros(COUNT),
+        articulation=np.zeros(COUNT),
+        mode=np.where(SPEED == 0, Mode.STATIONARY, Mode.CONSTANT_VELOCITY).astype(np.uint8),
+        changes_lane=np.zeros(COUNT, np.bool_),
+        deviation=np.zeros((COUNT, 2)),
         size=SIZE,
         reflectivity=np.full(COUNT, 0.3),
     )

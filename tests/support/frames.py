@@ -12,7 +12,7 @@ import numpy as np
 from scenarios.grading.config import GradingConfig
 from scenarios.grading.grader import Grader
 from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
-from sim.world import Actors, Ego, Kind, WorldFrame
+from sim.world import Actors, Ego, Kind, Mode, WorldFrame
 from tracker.records import (
     METHODS,
     MODELS,
@@ -40,6 +40,8 @@ class Body:
     y: float
     yaw: float = 0.0
     speed: float = 0.0
+    mode: Mode | None = None
+    """By its speed where left out: stationary, or constant velocity."""
     size: tuple[float, float, float] = CAR_SIZE
     kind: Kind = Kind.CAR
     points: int = 20
@@ -49,6 +51,7 @@ class Body:
     alone: int = 100
     """Beams that would end on it."""
     view: View = View.L_SHAPE
+    articulation: float = 0.0
 
 
 def compose(frame, pose):
@@ -76,6 +79,7 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             acceleration_world=np.zeros(2),
             yaw_rate=0.0,
             size=np.array([4.8, 1.9, 1.7]),
+            deviation=np.zeros(2),
         ),
         actors=Actors(
             id=np.array([body.id for body in bodies], dtype=np.int64),
@@ -85,10 +89,20 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             velocity_world=np.array([(v.real, v.imag) for v in velocity]).reshape(n, 2),
             acceleration_world=np.zeros((n, 2)),
             yaw_rate=np.zeros(n),
+            articulation=np.array([body.articulation for body in bodies], dtype=float),
+            mode=np.array([_mode(body) for body in bodies], dtype=np.uint8),
+            changes_lane=np.zeros(n, np.bool_),
+            deviation=np.zeros((n, 2)),
             size=np.array([body.size for body in bodies], dtype=float).reshape(n, 3),
             reflectivity=np.full(n, 0.4),
         ),
     )
+
+
+def _mode(body):
+    if body.mode is not None:
+        return body.mode
+    return Mode.CONSTANT_VELOCITY if body.speed else Mode.STATIONARY
 
 
 def observe(frame, bodies, ego_pose_odom=(0.0, 0.0, 0.0), noise=()):
@@ -231,7 +245,7 @@ def make_frames(scene, ego=still):
 
 def grade_run(scene, tracker, ego=still, config=None, trace=None):
     """Grade a tracker on a scene; `trace(frame, truth)` makes its trace. Returns metrics, tables, frame grades."""
-    grader = Grader(config or GradingConfig(), DT)
+    grader = Grader(config or GradingConfig())
     grades = []
     for index, (bodies, frame) in enumerate(zip(scene, make_frames(scene, ego), strict=True)):
         scan, truth = observe(frame, bodies, ego(index)[1])

@@ -50,6 +50,7 @@ class Thing:
     velocity: tuple[float, float] = (0.0, 0.0)
     acceleration: tuple[float, float] = (0.0, 0.0)
     yaw_rate: float = 0.0
+    articulation: float = 0.0
 
     @property
     def lwh(self):
@@ -70,6 +71,10 @@ def world(*things, ego=STILL, index=0):
         velocity_world=np.array([thing.velocity for thing in things], dtype=np.float64).reshape(-1, 2),
         acceleration_world=np.array([thing.acceleration for thing in things], dtype=np.float64).reshape(-1, 2),
         yaw_rate=np.array([thing.yaw_rate for thing in things], dtype=np.float64),
+        articulation=np.array([thing.articulation for thing in things], dtype=np.float64),
+        mode=np.zeros(count, np.uint8),
+        changes_lane=np.zeros(count, np.bool_),
+        deviation=np.zeros((count, 2)),
         size=np.array([thing.lwh for thing in things], dtype=np.float64).reshape(-1, 3),
         reflectivity=np.array([thing.paint for thing in things], dtype=np.float64),
     )
@@ -79,6 +84,7 @@ def world(*things, ego=STILL, index=0):
         acceleration_world=np.array(ego.acceleration, dtype=np.float64),
         yaw_rate=ego.yaw_rate,
         size=np.array(EGO_SIZE),
+        deviation=np.zeros(2),
     )
     return WorldFrame(index, 0.08 * index, ego, actors)
 

@@ -15,6 +15,7 @@ class Piece:
     planes: np.ndarray
     part: np.ndarray
     inner: bool
+    tractor: bool
     bounds: np.ndarray
 
     def faces(self):
@@ -38,6 +39,7 @@ def pieces(bodies, row):
                 planes=bodies.planes[planes],
                 part=bodies.plane_part[planes],
                 inner=bool(bodies.solid_inner[solid]),
+                tractor=bool(bodies.solid_tractor[solid]),
                 bounds=bodies.solid_bounds[solid],
             )
         )
@@ -64,3 +66,12 @@ def placed(mesh, pose):
     x, y, yaw = pose
     cos, sin = np.cos(yaw), np.sin(yaw)
     return mesh.copy().apply_transform([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
+def embree_ranges(origins, directions, scene):
+    """(N,) range at which each ray meets a mesh first, infinite where it does not; traced by Embree."""
+    assert type(scene.ray).__module__.endswith("ray_pyembree")
+    _, ray, place = scene.ray.intersects_id(origins, directions, multiple_hits=False, return_locations=True)
+    ranges = np.full(len(origins), np.inf)
+    ranges[ray] = np.linalg.norm(place - origins[ray], axis=1)
+    return ranges

@@ -1,0 +1,82 @@
+"""The controller's two eyes: what is around the ego as the tracker has it, and as it is.
+
+What the ego knows of itself comes from its odometry, or from the truth; of others it knows boxes and velocities.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenarios.grading.articulated import parts
+from scenarios.grading.following import track_boxes
+from scenarios.grading.geometry import Floats, Ints, into_frame, turned, wrap
+from sim.world import Ego, WorldFrame
+from tracker.records import Status, Tracks
+from tracker.scan import Scan
+
+_VELOCITY = slice(2, 4)
+"""Place of the velocity in `Tracks.mean`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """The ego's own motion, and N others in its frame."""
+
+    speed: float
+    """[m/s] of the ego along its heading, negative backwards."""
+    yaw_rate: float
+    """[rad/s] of the ego."""
+    front_m: float
+    """[m] from the ego's centre to its front bumper."""
+    id: Ints
+    """(N,) of the track or the actor; a bent truck has two boxes."""
+    boxes_ego: Floats
+    """(N, 5) x, y [m], yaw [rad], length, width [m]."""
+    velocity_ego: Floats
+    """(N, 2) over ground [m/s], along the ego's axes."""
+
+
+class TrackEye:
+    """Sees the confirmed tracks. A track that coasts is a guess, not a report.
+
+    Parameters
+    ----------
+    dt
+        Time between frames [s].
+    """
+
+    def __init__(self, dt: float):
+        self._dt = dt
+        self._last_pose_odom: Floats | None = None
+
+    def look(self, ego: Ego, scan: Scan, tracks: Tracks) -> Surroundings | None:
+        """Look around; None at the first scan, as a speed takes two poses. Of `ego` only the size counts."""
+        last, now = self._last_pose_odom, scan.ego_pose_odom
+        self._last_pose_odom = now
+        if last is None:
+            return None
+        change = wrap(now[2] - last[2])
+        step = turned(now[:2] - last[:2], -(last[2] + 0.5 * change))
+        row = np.flatnonzero(tracks.status == Status.CONFIRMED)
+        return Surroundings(
+            speed=float(step[0]) / self._dt,
+            yaw_rate=float(change) / self._dt,
+            front_m=0.5 * float(ego.size[0]),
+            id=tracks.id[row],
+            boxes_ego=track_boxes(tracks, now)[row],
+            velocity_ego=turned(tracks.mean[row, _VELOCITY], -now[2]),
+        )
+
+
+def truth_around(frame: WorldFrame) -> Surroundings:
+    """Look around with the eye of the truth."""
+    ego, actors = frame.ego, frame.actors
+    row, pose_world, size = parts(actors.pose_world, actors.size[:, :2], actors.articulation)
+    return Surroundings(
+        speed=float(turned(ego.velocity_world, -ego.pose_world[2])[0]),
+        yaw_rate=ego.yaw_rate,
+        front_m=0.5 * float(ego.size[0]),
+        id=actors.id[row],
+        boxes_ego=np.column_stack([into_frame(pose_world, ego.pose_world), size]),
+        velocity_ego=turned(actors.velocity_world[row], -ego.pose_world[2]),
+    )

@@ -1,0 +1,47 @@
+"""Weights that smooth evenly sampled positions by a cubic B-spline kernel, and those of the derivatives."""
+
+import numpy as np
+
+from sim.world import Floats
+
+
+def smoothing_weights(half: int) -> Floats:
+    """Return weights (2 half + 1,) of a kernel that ends where the window does; their sum is 1."""
+    weight = _cubic(_grid(half))
+    return np.asarray(weight / weight.sum())
+
+
+def velocity_weights(half: int, dt: float) -> Floats:
+    """Return weights (2 half + 1,) of the smoothed path's first derivative [1/s]; exact for constant speed."""
+    time = dt * np.arange(-half, half + 1)
+    weight = -_cubic_slope(_grid(half)) if half > 1 else np.array([-1.0, 0.0, 1.0])
+    return weight / (weight @ time)
+
+
+def acceleration_weights(half: int, dt: float) -> Floats:
+    """Return weights (2 half + 1,) of its second derivative [1/s^2]; exact for constant acceleration."""
+    time = dt * np.arange(-half, half + 1)
+    weight = _cubic_bend(_grid(half)) if half > 1 else np.array([1.0, -2.0, 1.0])
+    weight -= weight.mean()
+    return weight / (weight @ time**2 / 2)
+
+
+def _grid(half: int) -> Floats:
+    """Sample times of the window in units of the knots' distance; the kernel reaches over (-2, 2)."""
+    return 2 * np.arange(-half, half + 1) / (half + 1)
+
+
+def _cubic(t: Floats) -> Floats:
+    """Return the cubic B-spline (de Boor, "A Practical Guide to Splines", 1978, ch. IX), with knots at integers."""
+    t = np.abs(t)
+    return np.where(t < 1, 2 / 3 - t**2 + t**3 / 2, np.maximum(2 - t, 0) ** 3 / 6)
+
+
+def _cubic_slope(t: Floats) -> Floats:
+    size = np.abs(t)
+    return np.sign(t) * np.where(size < 1, -2 * size + 1.5 * size**2, -0.5 * np.maximum(2 - size, 0) ** 2)
+
+
+def _cubic_bend(t: Floats) -> Floats:
+    t = np.abs(t)
+    return np.where(t < 1, -2 + 3 * t, np.maximum(2 - t, 0))

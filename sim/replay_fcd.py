@@ -1,0 +1,137 @@
+"""Recordings by SUMO: floating car data, as `--fcd-output` writes them.
+
+They tell the middle of the front bumper and an angle clockwise from north in degrees; a recording holds the box centre
+and yaw, for which the length must be known.
+"""
+
+import gzip
+import math
+import xml.etree.ElementTree as ET
+import zlib
+from array import array
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import BinaryIO, cast
+
+import numpy as np
+
+from sim.replay_recording import Recording, ReplayType, RoadUser, kind_and_size
+from sim.source import TrafficInputError
+from sim.world import Floats, Ints
+
+ROOT = "fcd-export"
+DEFAULT_TYPE = {"vehicle": "DEFAULT_VEHTYPE", "person": "DEFAULT_PEDTYPE"}
+SLOWEST = 1e-3
+"""[m/s] Whatever is on the move is faster; in degrees of longitude and latitude not even 100 m/s are."""
+
+Who = tuple[bool, str]
+"""Whether it is a person, whose ids may be those of vehicles, and the id. Vehicles sort first."""
+
+
+def open_xml(path: Path) -> BinaryIO:
+    """Open an XML file, packed by gzip or not."""
+    return cast(BinaryIO, gzip.open(path)) if path.suffix == ".gz" else path.open("rb")
+
+
+def read_fcd(path: Path, types: Mapping[str, ReplayType]) -> Recording:
+    """Read an `.xml` or `.xml.gz`, of which never more than a time step is held in memory as XML.
+
+    Parameters
+    ----------
+    path
+        The file.
+    types
+        Kind and size by vehicle type; the file has no more than the type's name.
+
+    Raises
+    ------
+    TrafficInputError
+        The file is broken, or lacks what is needed.
+    """
+    number: dict[Who, int] = {}
+    type_of: list[str] = []
+    values = array("d")
+    try:
+        for time_s, body in _bodies(path):
+            who = (body.tag == "person", body.get("id", ""))
+            user = number.setdefault(who, len(number))
+            if user == len(type_of):
+                type_of.append(body.get("type", DEFAULT_TYPE[body.tag]))
+            values.extend((user, time_s, *_place(body, time_s)))
+    except (ET.ParseError, OSError, EOFError, zlib.error) as error:
+        raise TrafficInputError(f"not a complete XML file: {error}") from error
+    if not values:
+        raise TrafficInputError("has no vehicle and no person")
+    table = np.frombuffer(values).reshape(-1, 5)
+    return _recording(table[:, 0].astype(np.int64), table[:, 1:], number, type_of, types)
+
+
+def _recording(
+    user: Ints, samples: Floats, number: dict[Who, int], type_of: list[str], types: Mapping[str, ReplayType]
+) -> Recording:
+    """Number people and vehicles by their ids; turn samples (S, 4) of time, front bumper and angle into poses."""
+    time, front, yaw = samples[:, 0], samples[:, 1:3], np.radians(90.0 - samples[:, 3])
+    _require_metres(user, time, front)
+    body_of = {word: kind_and_size(word, types) for word in sorted(set(type_of))}
+    length = np.array([body_of[word][1][0] for word in type_of])[user]
+    centre = front - 0.5 * length[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
+    order = sorted(number)
+    rank = np.argsort([number[who] for who in order])
+    users = [RoadUser(who[1], *body_of[type_of[number[who]]]) for who in order]
+    return Recording(users, rank[user], time, np.column_stack([centre, yaw]))
+
+
+def _bodies(path: Path) -> Iterator[tuple[float, ET.Element]]:
+    """Yield time [s] and element of whoever is on the road: no containers, and nobody who rides along."""
+    with open_xml(path) as stream:
+        for _, step in ET.iterparse(stream):
+            if step.tag != "timestep":
+                continue
+            time = _time(step)
+            vehicles = step.findall("vehicle")
+            yield from ((time, vehicle) for vehicle in vehicles)
+            if persons := step.findall("person"):
+                # SUMO writes people in a vehicle at the vehicle's own place, in default output with no other sign.
+                driven = {(vehicle.get("x"), vehicle.get("y"), vehicle.get("angle")) for vehicle in vehicles}
+                for person in persons:
+                    if (person.get("x"), person.get("y"), person.get("angle")) not in driven:
+                        yield time, person
+            step.clear()
+
+
+def _time(step: ET.Element) -> float:
+    try:
+        return float(step.get("time", ""))
+    except ValueError as error:
+        raise TrafficInputError(
+            f'timestep time = "{step.get("time", "")}": should be seconds; write it without human-readable-time'
+        ) from error
+
+
+def _place(body: ET.Element, time: float) -> tuple[float, float, float]:
+    """Return x [m], y [m] and angle [deg] of a body."""
+    values = []
+    for attribute in ("x", "y", "angle"):
+        text = body.get(attribute, "")
+        try:
+            values.append(float(text))
+        except ValueError as error:
+            raise TrafficInputError(
+                f'{body.tag} "{body.get("id")}" at {time:g} s: {attribute} = "{text}"; '
+                "have x, y, angle and type written (fcd-output.attributes)"
+            ) from error
+        if not math.isfinite(values[-1]):
+            raise TrafficInputError(f'{body.tag} "{body.get("id")}" at {time:g} s: {attribute} = "{text}": no number')
+    x, y, angle = values
+    return x, y, angle
+
+
+def _require_metres(user: Ints, time: Floats, place: Floats) -> None:
+    """Raise if places are longitudes and latitudes, of which the file says nothing."""
+    order = np.lexsort((time, user))
+    step = np.diff(time[order])
+    same = (np.diff(user[order]) == 0) & (step > 0)
+    speed = np.hypot(*np.diff(place[order], axis=0).T)[same] / step[same]
+    speed = speed[speed > 0]
+    if len(speed) and np.median(speed) < SLOWEST:
+        raise TrafficInputError("x and y are degrees, not metres; write it without fcd-output.geo")

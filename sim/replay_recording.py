@@ -1,0 +1,82 @@
+"""What recorded traffic is, whatever file it stands in: road users, and samples of where they were."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from sim.script import SIZE_BY_KIND, KindName, Size
+from sim.source import TrafficInputError
+from sim.street import Prism
+from sim.world import Floats, Ints, Kind
+
+KIND_BY_NAME = {kind.name.lower().replace("_", "-"): kind for kind in Kind}
+
+_SUMO_DEFAULTS: dict[str, tuple[Kind, Size]] = {
+    "DEFAULT_VEHTYPE": (Kind.CAR, (5.0, 1.8, 1.5)),
+    "DEFAULT_TAXITYPE": (Kind.CAR, (5.0, 1.8, 1.5)),
+    "DEFAULT_BIKETYPE": (Kind.BICYCLE, (1.6, 0.65, 1.7)),
+    "DEFAULT_PEDTYPE": (Kind.PEDESTRIAN, (0.215, 0.478, 1.719)),
+}
+"""Kind and size [m] of the vehicle types that SUMO brings along."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayType:
+    """What a file's own word for a type means."""
+
+    kind: KindName = "car"
+    """What it is."""
+    size_m: Size | None = None
+    """[m] Length, width, height of those whose size the file does not tell; by kind where left out."""
+
+    def __post_init__(self) -> None:
+        if self.size_m is not None and min(self.size_m) <= 0:
+            raise ValueError("size_m takes a positive length, width and height")
+
+
+@dataclass(frozen=True, slots=True)
+class RoadUser:
+    """Who was recorded."""
+
+    name: str
+    """Its id in the file."""
+    kind: Kind
+    size: Size
+    """Length, width, height [m]."""
+    reflectivity: float | None = None
+    """Of its paint, 0 to 1; to be drawn if None."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """All that a file tells: S samples in any order, of U road users."""
+
+    users: list[RoadUser]
+    user: Ints
+    """(S,) row in `users`."""
+    time: Floats
+    """(S,) [s] by the file's clock."""
+    pose: Floats
+    """(S, 3) box centre x [m], y [m], yaw [rad] in the file's coordinates; yaw NaN where the file tells none."""
+    street: list[Prism] = field(default_factory=list)
+    """What stands along the road, in the file's coordinates."""
+
+
+def kind_and_size(word: str, types: Mapping[str, ReplayType]) -> tuple[Kind, Size]:
+    """Return what a file's word for a type means: by `types`, else by the names of kinds and SUMO's own types.
+
+    Raises
+    ------
+    TrafficInputError
+        Nobody knows the word.
+    """
+    if word in types:
+        kind = KIND_BY_NAME[types[word].kind]
+        return kind, types[word].size_m or SIZE_BY_KIND[kind]
+    if word in KIND_BY_NAME:
+        return KIND_BY_NAME[word], SIZE_BY_KIND[KIND_BY_NAME[word]]
+    if word in _SUMO_DEFAULTS:
+        return _SUMO_DEFAULTS[word]
+    raise TrafficInputError(
+        f'type "{word}" is neither in traffic.types nor a kind ({", ".join(KIND_BY_NAME)}); '
+        f'add types."{word}" = {{ kind = "car", size_m = [4.7, 1.8, 1.5] }} with what it is'
+    )

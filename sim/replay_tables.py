@@ -1,0 +1,151 @@
+"""Recordings in tables: CSV and Parquet files in the layout of docs/replay-files.md, a row for each sample."""
+
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sim.replay_recording import Recording, ReplayType, RoadUser, kind_and_size
+from sim.source import TrafficInputError
+from sim.world import Floats, Ints, Kind
+
+REQUIRED = ("time_s", "id", "x_m", "y_m")
+SIZES = ("length_m", "width_m", "height_m")
+OPTIONAL = ("yaw_deg", *SIZES, "kind", "reflectivity")
+"""Cells of sizes, kind and reflectivity may be empty, or the columns left out. All other columns are ignored."""
+
+DEFAULT_KIND = "car"
+
+
+def read_table(path: Path, types: Mapping[str, ReplayType]) -> Recording:
+    """Read a `.csv`, `.csv.gz` or `.parquet`.
+
+    Parameters
+    ----------
+    path
+        The file.
+    types
+        What words in the column `kind` mean that are not names of kinds.
+
+    Raises
+    ------
+    TrafficInputError
+        The file is no table, lacks a column or rows, or has a cell that is wrong.
+    """
+    try:
+        table = _parquet(path) if path.suffix == ".parquet" else _csv(path)
+    except (ValueError, OSError, EOFError, zlib.error) as error:
+        raise TrafficInputError(f"not a table: {' '.join(str(error).split())}") from error
+    if not len(table):
+        raise TrafficInputError("has no rows; each row is one road user at one time")
+    time, x, y = (_numbers(table, column) for column in ("time_s", "x_m", "y_m"))
+    yaw = np.radians(_numbers(table, "yaw_deg")) if "yaw_deg" in table else np.full(len(table), np.nan)
+    user, names = _users(table)
+    return Recording(_road_users(table, user, names, types), user, time, np.column_stack([x, y, yaw]))
+
+
+def _csv(path: Path) -> Any:
+    """Read a CSV file; empty cells become NaN, ids and kinds stay text."""
+    import pandas as pd
+
+    there = _require_columns([str(name).strip() for name in pd.read_csv(path, nrows=0).columns])
+    text = dict.fromkeys(("id", "kind"), str)
+    # All of pandas' own words for nothing, "NA" and "None" among them, may be somebody's id.
+    table = pd.read_csv(path, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
+    return table.rename(columns=str.strip)[there]
+
+
+def _parquet(path: Path) -> Any:
+    import pandas as pd
+    import pyarrow.parquet as pq
+
+    return pd.read_parquet(path, columns=_require_columns(pq.read_schema(path).names))
+
+
+def _require_columns(names: list[str]) -> list[str]:
+    """Return those columns of a file that mean something here."""
+    if missing := [column for column in REQUIRED if column not in names]:
+        raise TrafficInputError(f"column {missing[0]} is missing; the file has {', '.join(names) or 'none'}")
+    return [column for column in (*REQUIRED, *OPTIONAL) if column in names]
+
+
+def _numbers(table: Any, column: str, *, empty: bool = False) -> Floats:
+    """Return a column (S,) of finite numbers, NaN where a cell may be `empty` and is."""
+    import pandas as pd
+
+    cells = table[column]
+    if not (pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_string_dtype(cells)):
+        raise TrafficInputError(f"column {column} holds {cells.dtype}; write numbers")
+    values: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
+    wrong = ~np.isfinite(values)
+    if empty:
+        wrong &= cells.notna().to_numpy()
+    _require(table, column, ~wrong, "should be a number; correct it or leave the row out")
+    return values
+
+
+def _require(table: Any, column: str, good: Any, remedy: str) -> None:
+    """Raise with the first row whose cell is not good; rows count from 1 below the heading."""
+    if len(bad := np.flatnonzero(~good)):
+        cell = table[column].iloc[bad[0]]
+        shown = "an empty cell" if cell != cell or cell is None else str(cell)
+        raise TrafficInputError(f"column {column}, row {bad[0] + 1}: {shown}: {remedy}")
+
+
+def _users(table: Any) -> tuple[Ints, list[str]]:
+    """Return whose each row is (S,), and the names of all, in order."""
+    import pandas as pd
+
+    user, names = pd.factorize(table["id"], sort=True)
+    _require(table, "id", user >= 0, "should name who it is; fill it or leave the row out")
+    return user.astype(np.int64), [str(int(name) if isinstance(name, float) else name) for name in names]
+
+
+def _road_users(table: Any, user: Ints, names: list[str], types: Mapping[str, ReplayType]) -> list[RoadUser]:
+    usual = _kinds(table, user, len(names), types)
+    size = np.array([size for _, size in usual])
+    for axis, column in enumerate(SIZES):
+        if column in table:
+            told = _medians(table, column, user)
+            size[:, axis] = np.where(np.isnan(told), size[:, axis], told)
+    reflectivity = _medians(table, "reflectivity", user) if "reflectivity" in table else np.full(len(names), np.nan)
+    return [
+        RoadUser(name, kind, (length, width, height), None if np.isnan(paint) else paint)
+        for name, (kind, _), (length, width, height), paint in zip(
+            names, usual, size.tolist(), reflectivity.tolist(), strict=True
+        )
+    ]
+
+
+def _medians(table: Any, column: str, user: Ints) -> Floats:
+    """Return one positive number for each road user (U,), NaN where all of its cells are empty."""
+    import pandas as pd
+
+    values = _numbers(table, column, empty=True)
+    _require(table, column, ~(values <= 0), "should be positive; leave the cell empty where it is not known")
+    if column == "reflectivity":
+        _require(table, column, ~(values > 1), "should be at most 1")
+    medians: Floats = pd.Series(values).groupby(user).median().to_numpy()
+    return medians
+
+
+def _kinds(
+    table: Any, user: Ints, count: int, types: Mapping[str, ReplayType]
+) -> list[tuple[Kind, tuple[float, float, float]]]:
+    """Return kind and usual size of each road user."""
+    import pandas as pd
+
+    if "kind" not in table:
+        return [kind_and_size(DEFAULT_KIND, types)] * count
+    word, words = pd.factorize(table["kind"].fillna(DEFAULT_KIND))
+    _, first = np.unique(user, return_index=True)
+    _require(table, "kind", word == word[first][user], "differs from an earlier row of the same id; an id has one kind")
+    meaning = []
+    for number, text in enumerate(words):
+        try:
+            meaning.append(kind_and_size(str(text), types))
+        except TrafficInputError as error:
+            raise TrafficInputError(f"column kind, row {np.argmax(word == number) + 1}: {error}") from error
+    return [meaning[number] for number in word[first]]

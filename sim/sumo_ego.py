@@ -1,0 +1,103 @@
+"""The ego in SUMO: how it is chosen, and how it is made to obey."""
+
+import math
+from typing import Any
+
+from sim.source import EgoCommand, TrafficInputError
+
+_SPEED_MODE = 0b1100110
+"""SUMO's bits for commanded speeds: acceleration (bit 1) and deceleration (2) stay within the type's; safe distances
+(0), right of way before (3) and within crossings (5), red lights (4) and speed limits (6) do not count. The bits 5 and
+6 are inverted."""
+_LANE_CHANGE_MODE = 0
+"""No lane changes of its own, and commanded ones whoever is in the way."""
+_FOR_GOOD = 1e9
+"""[s]"""
+
+
+def await_ego(sumo: Any, ego: str, until: float) -> str:
+    """Step SUMO until the ego enters.
+
+    Parameters
+    ----------
+    sumo
+        The libsumo module, running.
+    ego
+        Whom to wait for, see `sim.sumo_config.SumoTraffic`.
+    until
+        When to give up, on SUMO's clock [s].
+
+    Returns
+    -------
+    name
+        The ego's SUMO id.
+
+    Raises
+    ------
+    TrafficInputError
+        It did not enter.
+    """
+    selector, _, wanted = ego.partition(":")
+    appeared: dict[str, None] = {}
+    begin = sumo.simulation.getTime()
+    while sumo.simulation.getTime() < until:
+        sumo.simulationStep()
+        for name in sorted(sumo.simulation.getDepartedIDList()):
+            label = sumo.vehicle.getRouteID(name) if selector == "route" else name
+            if selector == "first" or label == wanted:
+                return str(name)
+            appeared[label] = None
+        if sumo.simulation.getMinExpectedNumber() == 0:  # nobody is left to come
+            break
+    raise TrafficInputError(
+        f'ego = "{ego}" did not enter in {sumo.simulation.getTime() - begin:.0f} s; '
+        f"these did: {', '.join(list(appeared)[:8]) or 'none'}; name one of them or raise max_wait_s"
+    )
+
+
+class EgoControl:
+    """Makes the ego obey.
+
+    Parameters
+    ----------
+    sumo
+        The libsumo module, running.
+    ego
+        The ego's SUMO id.
+    """
+
+    def __init__(self, sumo: Any, ego: str):
+        self._sumo = sumo
+        self._ego = ego
+        sumo.vehicle.setSpeedMode(ego, _SPEED_MODE)
+        sumo.vehicle.setLaneChangeMode(ego, _LANE_CHANGE_MODE)
+
+    def apply(self, command: EgoCommand) -> None:
+        """Command speed and lane. See `sim.source.TrafficSource.apply`."""
+        if command.action is not None:
+            raise TrafficInputError("action: SUMO's ego takes none; command speed_mps and lane")
+        speed, lane = command.speed_mps, command.lane
+        if speed is not None and not 0 <= speed < math.inf:
+            raise TrafficInputError(f"speed_mps = {speed}: command a speed of 0 or more")
+        if lane is not None:
+            self._require_lane(lane)
+            self._sumo.vehicle.changeLane(self._ego, int(lane), _FOR_GOOD)
+        if speed is not None:
+            self._sumo.vehicle.setSpeed(self._ego, float(speed))
+
+    def _require_lane(self, lane: int) -> None:
+        """Refuse a lane that the ego's road, or the one after the crossing that it is on, does not have for it."""
+        sumo, ego = self._sumo, self._ego
+        crossing = sumo.vehicle.getRoadID(ego).startswith(":")
+        edge = sumo.vehicle.getRoute(ego)[sumo.vehicle.getRouteIndex(ego) + crossing]
+        count, vehicle_class = sumo.edge.getLaneNumber(edge), sumo.vehicle.getVehicleClass(ego)
+        open_lanes = [n for n in range(count) if _admits(sumo.lane, f"{edge}_{n}", vehicle_class)]
+        if lane not in open_lanes:
+            lanes = ", ".join(map(str, open_lanes))
+            raise TrafficInputError(f'lane = {lane}: road "{edge}" has lanes {lanes} for {vehicle_class} vehicles')
+
+
+def _admits(lanes: Any, name: str, vehicle_class: str) -> bool:
+    """Whether vehicles of a class may use a lane; SUMO lists whoever may, or nobody if all may."""
+    allowed = lanes.getAllowed(name)
+    return not allowed or vehicle_class in allowed

@@ -1,0 +1,133 @@
+"""What SUMO traffic promises on any kind of net, held against those of tests/nets."""
+
+from contextlib import closing
+from dataclasses import fields
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from support.motion_limits import excesses, worst_motion
+from support.nets import TRAFFIC, source_on
+
+from sim.world import Kind
+
+FRAMES = 200
+RANGE_M = 300.0
+FASTEST = 45.0
+"""[m/s] of anybody on these nets."""
+
+
+class Run:
+    """The first frames on a net."""
+
+    def __init__(self, name):
+        with closing(source_on(name, RANGE_M, parking_fill=0.7)) as source:
+            self.obstacles = source.reset(1)
+            self.origin, self.dt = source.origin, source.dt
+            self.frames = [source.step() for _ in range(FRAMES)]
+        self.kinds = {Kind(kind) for frame in self.frames for kind in frame.actors.kind}
+
+
+RUNS = {}
+
+
+@pytest.fixture(params=TRAFFIC)
+def run(request):
+    return run_on(request.param)
+
+
+def run_on(name):
+    if name not in RUNS:
+        RUNS[name] = Run(name)
+    return RUNS[name]
+
+
+def test_ids_are_sorted_and_belong_to_one_road_user_for_good(run):
+    known = {}
+    for frame in run.frames:
+        actors = frame.actors
+        assert (np.diff(actors.id) > 0).all()
+        for row, number in enumerate(actors.id.tolist()):
+            who = (str(actors.name[row]), int(actors.kind[row]), *actors.size[row], actors.reflectivity[row])
+            assert known.setdefault(number, who) == who
+    assert len(known) > 10
+
+
+def test_everything_is_finite(run):
+    assert np.isfinite(run.obstacles.vertices_world).all()
+    for frame in run.frames:
+        for record in (frame.ego, frame.actors):
+            for field in fields(record):
+                values = np.asarray(getattr(record, field.name))
+                assert values.dtype.kind in "US" or np.isfinite(values).all(), field.name
+
+
+def test_nobody_streaks_across_the_map(run):
+    for before, after in pairwise(run.frames):
+        _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
+        way = after.actors.pose_world[new, :2] - before.actors.pose_world[old, :2]
+        assert (np.hypot(*way.T) <= FASTEST * run.dt).all()
+        assert (np.hypot(*(after.ego.pose_world - before.ego.pose_world)[:2]) <= FASTEST * run.dt).all()
+
+
+def test_motions_are_those_of_bodies(run):
+    assert excesses(worst_motion(run.frames, run.dt)) == []
+
+
+def test_poses_tell_millimetres_in_single_precision(run):
+    for frame in run.frames:
+        place = np.vstack([frame.ego.pose_world[:2], frame.actors.pose_world[:, :2]])
+        assert np.abs(place - place.astype(np.float32)).max() < 1e-3
+
+
+# ---- what each net is there for
+
+
+def test_large_coordinates_are_given_from_an_origin_of_full_10_km():
+    run = run_on("far-off")
+    assert list(run.origin) == [500_000.0, 5_400_000.0]
+    assert run.obstacles.vertices_world == pytest.approx(np.array([[130, 130], [150, 130], [150, 150], [130, 150]]))
+    assert list(run_on("grid").origin) == [0.0, 0.0]
+
+
+def test_people_cyclists_trams_and_everything_with_an_engine_are_about():
+    assert Kind.PEDESTRIAN in run_on("far-off").kinds
+    assert {Kind.BICYCLE, Kind.MOTORCYCLE, Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.BUS} <= run_on("grid").kinds
+    winding = run_on("winding").frames
+    trams = {size for frame in winding for size in frame.actors.size[np.char.startswith(frame.actors.name, "trams"), 0]}
+    assert trams == {22.0}
+
+
+def test_a_share_of_the_places_off_the_road_is_taken_by_cars_that_stand():
+    frames = run_on("far-off").frames
+    parked = {str(name) for frame in frames for name in frame.actors.name if str(name).startswith("lay-by")}
+    assert 2 <= len(parked) < 8
+    for frame in frames:
+        rows = np.isin(frame.actors.name, list(parked))
+        assert not frame.actors.velocity_world[rows].any()
+        assert frame.actors.pose_world[rows, 1] == pytest.approx(112.5)
+
+
+def test_buildings_of_an_import_stand_and_meadows_do_not():
+    run = run_on("spreewaldring")
+    assert len(run.obstacles) == 3  # of ten polygons, seven are landuse
+    assert list(run.obstacles.height) == [10.0] * 3
+    assert list(np.diff(run.obstacles.offset)) == [4, 4, 5]  # without the corner that closes
+
+
+def test_the_left_hand_net_keeps_to_the_left():
+    # the arm from the south to the left-hand junction lies at x = 120: who drives north is on its west side
+    seen = [
+        (x, yaw)
+        for frame in run_on("left-hand").frames
+        for x, y, yaw in frame.actors.pose_world[np.hypot(*frame.actors.velocity_world.T) > 3.0]
+        if abs(x - 120.0) < 8.0 and 10.0 < y < 100.0
+    ]
+    assert len(seen) > 50
+    assert all((x < 120.0) == (yaw > 0) for x, yaw in seen)
+
+
+def test_jumps_to_the_next_lane_are_told():
+    for name in ("roundabout", "motorway"):
+        assert any(frame.actors.changes_lane.any() for frame in run_on(name).frames)
+    assert not any(frame.actors.changes_lane.any() for frame in run_on("grid").frames), "it changes gradually"
