@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from sim.physical.path import Path, along_across, within
+from sim.physical.path import Path, Trail, along_across, within
 from sim.physical.rolling import (
     LATERAL_ACCELERATION,
     STANDING,
@@ -19,12 +19,16 @@ from sim.physical.rolling import (
     Rolling,
     roll,
 )
-from sim.world import Floats
+from sim.world import Floats, Ints
 
 STEP_S = 0.04
 """[s] Longest step of the integration."""
-LAG_S = 0.3
-"""[s] Who is behind or ahead of the path steers for where it was or will be then, up to this time."""
+AHEAD_S, BEHIND_S = 0.3, 3.0
+"""[s] Who is ahead of or behind the path's time steers for where it will be or was then, up to these."""
+LAG_STEP_S = 0.1
+"""[s] by which that time may change in a step; paths that turn back have several that are as near."""
+SLOW = 1.0
+"""[m/s] Slower paths tell little by their direction."""
 CATCH_UP = 1.2
 """[1/s] Speed per metre behind the path."""
 CATCH_UP_SHARE, CATCH_UP_LEAST = 0.25, 2.0
@@ -35,21 +39,45 @@ CREEP = 0.3
 """[m/s] Who would close a gap to a standing path slower than this stays where it is."""
 
 
-def drive(state: Rolling, start: Path, end: Path, build: Build, dt: float) -> Rolling:
-    """Follow the paths of N fronts for a frame: they lead from `start` to `end`, `dt` [s] later."""
+def drive(state: Rolling, lag: Floats, id: Ints, trail: Trail, build: Build, dt: float) -> tuple[Rolling, Floats]:
+    """Follow paths up to their latest frame, from the one before.
+
+    Parameters
+    ----------
+    state
+        Of N bodies.
+    lag
+        (N,) by how much time they are behind their paths [s].
+    id
+        (N,) their numbers.
+    trail
+        Paths of their fronts.
+    build
+        Their bodies.
+    dt
+        Time between frames [s].
+
+    Returns
+    -------
+    state, lag
+        A frame later.
+    """
     steps = math.ceil(dt / STEP_S)
     for step in range(steps):
-        now, then = (start.toward(end, (step + later) / steps, dt) for later in (0, 1))
-        state = _step(state, now, then, build, dt / steps)
-    return state
+        left = dt * (steps - step - 1) / steps
+        state, lag = _step(state, lag, id, trail, left, build, dt / steps)
+    return state, lag
 
 
-def _step(state: Rolling, now: Path, then: Path, build: Build, dt: float) -> Rolling:
+def _step(
+    state: Rolling, lag: Floats, id: Ints, trail: Trail, left: float, build: Build, dt: float
+) -> tuple[Rolling, Floats]:
+    """Follow the paths for a step that ends `left` [s] before their latest frame."""
     front, _, _ = state.at(build.lead)
-    lag = now.lag_of(front, LAG_S)
-    goal = then.shifted(-lag)
+    lag = _lag(lag, front, trail.at(id, left + dt + lag))
+    goal = trail.at(id, left + lag)
     speed = np.hypot(*goal.velocity.T)
-    behind, beside = along_across(now.shifted(-lag).place - front, state.yaw)
+    _, beside = along_across(goal.shifted(np.full(len(lag), -dt)).place - front, state.yaw)
 
     # what the steering is told now, the body does a little later
     yaw = state.yaw + state.yaw_rate * (dt + STEERING_S)
@@ -60,13 +88,20 @@ def _step(state: Rolling, now: Path, then: Path, build: Build, dt: float) -> Rol
     moving = speed > STANDING
     curvature = np.where(moving, np.tan(angle) / build.lead, 0.0)
 
-    hurry = within(CATCH_UP * (behind + lag * speed), np.maximum(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
+    hurry = within(CATCH_UP * lag * np.maximum(speed, SLOW), np.maximum(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
     hurry = np.where(reachable, hurry, 0.0)
     wanted = np.where(moving, np.maximum(speed * np.cos(angle) + hurry, 0.0), np.where(hurry > CREEP, hurry, 0.0))
     fastest = _fastest(goal, speed)
     own = along_across(goal.acceleration, yaw)[0] + across * state.yaw_rate
     feedforward = np.where(moving & reachable & (wanted < fastest), own, 0.0)
-    return roll(state, np.minimum(wanted, fastest), curvature, feedforward, build, dt)
+    return roll(state, np.minimum(wanted, fastest), curvature, feedforward, build, dt), lag
+
+
+def _lag(lag: Floats, front: Floats, path: Path) -> Floats:
+    """Return by how much time (N,) [s] fronts (N, 2) are behind, given where they ought to be if it were `lag`."""
+    speed_squared = np.maximum(np.einsum("nc,nc->n", path.velocity, path.velocity), SLOW**2)
+    more = np.einsum("nc,nc->n", path.place - front, path.velocity) / speed_squared
+    return np.clip(lag + within(more, LAG_STEP_S), -AHEAD_S, BEHIND_S)
 
 
 def _fastest(path: Path, speed: Floats) -> Floats:

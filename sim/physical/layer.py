@@ -10,8 +10,8 @@ from sim.articulation import Hitch, hitch
 from sim.cast import Member
 from sim.kinematics import Kinematics, RawFrame, wrap_angle
 from sim.physical.config import PhysicalConfig
-from sim.physical.driving import drive
-from sim.physical.path import Path
+from sim.physical.driving import BEHIND_S, drive
+from sim.physical.path import Path, Trail
 from sim.physical.rolling import Build, Rolling, set_rolling
 from sim.physical.trailer import Trailers
 from sim.physical.window import Reference, Window
@@ -72,7 +72,8 @@ class PhysicalTruth:
         self._ended = False
         self._id = np.empty(0, np.int64)
         self._bodies: Rolling
-        self._paths: Path
+        self._lag: Floats
+        self._trail = Trail(dt, BEHIND_S + 1.0)
         self._trailers = Trailers(dt)
 
     def push(self, raw: RawFrame) -> None:
@@ -120,14 +121,17 @@ class PhysicalTruth:
         """Roll those on who were there in the last frame; put the others where they should be."""
         _, stay, before = np.intersect1d(cast.id, self._id, assume_unique=True, return_indices=True)
         come = np.setdiff1d(np.arange(len(cast.id)), stay, assume_unique=True)
-        parts = [set_rolling(_rows(path, come), yaw[come], _rows(cast.build, come))]
+        self._trail.add(cast.id, cast.id[come], path)
+        bodies, lag = [set_rolling(_rows(path, come), yaw[come], _rows(cast.build, come))], [np.zeros(len(come))]
         if len(stay):
-            start, end = _rows(self._paths, before), _rows(path, stay)
-            parts.append(drive(_rows(self._bodies, before), start, end, _rows(cast.build, stay), self._dt))
+            build = _rows(cast.build, stay)
+            rolled = drive(_rows(self._bodies, before), self._lag[before], cast.id[stay], self._trail, build, self._dt)
+            bodies.append(rolled[0])
+            lag.append(rolled[1])
         order = np.argsort(np.concatenate([come, stay]))
-        self._id, self._paths = cast.id, path
+        self._id, self._lag = cast.id, np.concatenate(lag)[order]
         self._bodies = Rolling(
-            *(np.concatenate([getattr(part, column.name) for part in parts])[order] for column in fields(Rolling))
+            *(np.concatenate([getattr(part, column.name) for part in bodies])[order] for column in fields(Rolling))
         )
         return self._bodies
 

@@ -1,15 +1,15 @@
-"""The way of points, known at an instant by place and derivatives."""
+"""The way of points: place and derivatives at an instant, and the last seconds of them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from sim.world import Floats
+from sim.world import Floats, Ints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Where N points ought to be at one instant, and how they ought to move."""
+    """Where N points ought to be at one instant each, and how they ought to move."""
 
     place: Floats
     """(N, 2) [m]."""
@@ -17,18 +17,6 @@ class Path:
     """(N, 2) [m/s]."""
     acceleration: Floats
     """(N, 2) [m/s^2]."""
-
-    def toward(self, other: "Path", share: float, dt: float) -> "Path":
-        """Return a share of the way to the path `dt` [s] later: the cubic Hermite through both."""
-        s = share
-        place = (
-            (1 + 2 * s) * (1 - s) ** 2 * self.place
-            + s * (1 - s) ** 2 * dt * self.velocity
-            + s**2 * (3 - 2 * s) * other.place
-            + s**2 * (s - 1) * dt * other.velocity
-        )
-        velocity = (1 - s) * self.velocity + s * other.velocity
-        return Path(place, velocity, (1 - s) * self.acceleration + s * other.acceleration)
 
     def shifted(self, time: Floats) -> "Path":
         """Return the path `time` (N,) [s] later, as its derivatives tell; earlier where it is negative."""
@@ -39,15 +27,60 @@ class Path:
             self.acceleration,
         )
 
-    def lag_of(self, points: Floats, most: float) -> Floats:
-        """Return by how much time (N,) [s] points (N, 2) are behind where they ought to be, within `most` [s]."""
-        speed_squared = np.maximum(np.einsum("nc,nc->n", self.velocity, self.velocity), 1.0)
-        return within(np.einsum("nc,nc->n", self.place - points, self.velocity) / speed_squared, most)
-
     def acceleration_across(self) -> Floats:
         """Return the size (N,) of the acceleration across the way [m/s^2]."""
         cross = self.velocity[:, 0] * self.acceleration[:, 1] - self.velocity[:, 1] * self.acceleration[:, 0]
         return np.abs(cross) / np.maximum(np.hypot(*self.velocity.T), 0.1)
+
+
+class Trail:
+    """Paths of the last frames, by the number of the body.
+
+    Parameters
+    ----------
+    dt
+        Time between frames [s].
+    seconds
+        How long they are kept [s].
+    """
+
+    def __init__(self, dt: float, seconds: float):
+        self._dt = dt
+        self._length = max(round(seconds / dt), 2)
+        self._latest = -1
+        self._since: Ints = np.zeros(0, np.int64)
+        self._known: Floats = np.zeros((self._length, 0, 3, 2))
+
+    def add(self, id: Ints, come: Ints, path: Path) -> None:
+        """Add a frame: bodies `id` (N,) ascending, `come` (M,) those of them who were not in the last one."""
+        self._latest += 1
+        if id[-1] >= len(self._since):
+            room = (0, 2 * int(id[-1]) + 64 - len(self._since))
+            self._since = np.pad(self._since, room)
+            self._known = np.pad(self._known, ((0, 0), room, (0, 0), (0, 0)))
+        self._since[come] = self._latest
+        self._known[self._latest % self._length, id] = np.stack([path.place, path.velocity, path.acceleration], axis=1)
+
+    def at(self, id: Ints, ago: Floats) -> Path:
+        """Return the paths of bodies (N,) `ago` (N,) [s] before the latest frame: cubic between frames.
+
+        Before the first and after the last one that is known, the derivatives tell.
+        """
+        wanted = self._latest - ago / self._dt
+        first = np.maximum(self._since[id], self._latest - self._length + 1)
+        before = np.clip(np.floor(wanted), first, np.maximum(self._latest - 1, first)).astype(np.int64)
+        share = np.clip(wanted - before, 0.0, np.minimum(self._latest - before, 1.0))
+        start = self._known[before % self._length, id]
+        end = self._known[(before + 1) % self._length, id]
+        s, h = share[:, None], self._dt
+        place = (
+            (1 + 2 * s) * (1 - s) ** 2 * start[:, 0]
+            + s * (1 - s) ** 2 * h * start[:, 1]
+            + s**2 * (3 - 2 * s) * end[:, 0]
+            + s**2 * (s - 1) * h * end[:, 1]
+        )
+        known = Path(place, *(start[:, d] + s * (end[:, d] - start[:, d]) for d in (1, 2)))
+        return known.shifted((wanted - before - share) * h)
 
 
 def along_across(vector: Floats, yaw: Floats) -> tuple[Floats, Floats]:
