@@ -139,6 +139,7 @@ def test_front_and_trailer_follow_as_in_tiny_steps():
     assert pose[2] == pytest.approx(trailer, abs=0.03)
     assert bend == pytest.approx(yaw - trailer, abs=0.02)
     assert bend > 0.15
+    assert np.abs(column(out[15:], "deviation")).max() < 0.15, "the tractor's front left the path"
     pinned = np.array([x, y]) + (drive - pin) * np.array([math.cos(yaw), math.sin(yaw)])
     centre = pinned + (pin - LONG / 2) * np.array([math.cos(trailer), math.sin(trailer)])
     assert pose[:2] == pytest.approx(centre, abs=0.2)
@@ -251,6 +252,8 @@ def test_turning_on_the_spot_becomes_a_turn_of_a_car_s_radius():
 )
 @settings(max_examples=40, deadline=None)
 def test_whatever_comes_in_what_comes_out_could_be_driven(seed, step_m, ahead, kind):
+    """Noise for poses. Accelerations and jerks may then reach somewhat more than with what simulators do on roads, which
+    test_motion_limits.py holds to 10 m/s^2 and 60 m/s^3."""
     length = {Kind.CAR: 4.6, Kind.BUS: 12.0, Kind.MOTORCYCLE: 2.1, Kind.PEDESTRIAN: 0.21}[kind]
     rng, who = np.random.default_rng(seed), member(kind, (length, 1.0, 1.5))
     fronts = np.cumsum(rng.normal(0.0, step_m, (60, 2)), axis=0)
@@ -260,12 +263,12 @@ def test_whatever_comes_in_what_comes_out_could_be_driven(seed, step_m, ahead, k
     acceleration = column(out, "acceleration_world")
     u = np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])])
     assert np.isfinite(pose).all()
-    assert np.hypot(*acceleration.T).max() <= 15.0  # tyres plus swing; 10 holds for anything that SUMO does on a road
+    assert np.hypot(*acceleration.T).max() <= 15.0
     assert np.abs(column(out, "yaw_rate")).max() <= 1.2
     assert np.einsum("nc,nc->n", velocity, u).min() >= -1e-9
     mean = 0.5 * (velocity[1:] + velocity[:-1])
     assert np.hypot(*(np.diff(pose[:, :2], axis=0) / DT - mean).T).max() <= 0.15
-    assert np.hypot(*np.diff(acceleration, axis=0).T).max() / DT <= 100.0
+    assert np.hypot(*np.diff(acceleration, axis=0).T).max() / DT <= 200.0
 
 
 # ---- coming, going, order

@@ -77,7 +77,7 @@ def _step(
     lag = _lag(lag, front, trail.at(id, left + dt + lag))
     goal = trail.at(id, left + lag)
     speed = np.hypot(*goal.velocity.T)
-    _, beside = along_across(goal.shifted(np.full(len(lag), -dt)).place - front, state.yaw)
+    short, beside = along_across(goal.shifted(np.full(len(lag), -dt)).place - front, state.yaw)
 
     # what the steering is told now, the body does a little later
     yaw = state.yaw + state.yaw_rate * (dt + STEERING_S)
@@ -88,7 +88,8 @@ def _step(
     moving = speed > STANDING
     curvature = np.where(moving, np.tan(angle) / build.lead, 0.0)
 
-    hurry = within(CATCH_UP * lag * np.maximum(speed, SLOW), np.maximum(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
+    behind = np.where(moving, lag * np.maximum(speed, SLOW), short)
+    hurry = within(CATCH_UP * behind, np.maximum(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
     hurry = np.where(reachable, hurry, 0.0)
     wanted = np.where(moving, np.maximum(speed * np.cos(angle) + hurry, 0.0), np.where(hurry > CREEP, hurry, 0.0))
     fastest = _fastest(goal, speed)
@@ -101,7 +102,8 @@ def _lag(lag: Floats, front: Floats, path: Path) -> Floats:
     """Return by how much time (N,) [s] fronts (N, 2) are behind, given where they ought to be if it were `lag`."""
     speed_squared = np.maximum(np.einsum("nc,nc->n", path.velocity, path.velocity), SLOW**2)
     more = np.einsum("nc,nc->n", path.place - front, path.velocity) / speed_squared
-    return np.clip(lag + within(more, LAG_STEP_S), -AHEAD_S, BEHIND_S)
+    later = np.clip(lag + within(more, LAG_STEP_S), -AHEAD_S, BEHIND_S)
+    return np.where(speed_squared > SLOW**2, later, np.where(lag > 0, later, 0.0))
 
 
 def _fastest(path: Path, speed: Floats) -> Floats:

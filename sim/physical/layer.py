@@ -110,7 +110,7 @@ class PhysicalTruth:
             pose_world=np.column_stack([place, wrap_angle(bodies.yaw)]),
             velocity_world=velocity,
             acceleration_world=acceleration,
-            yaw_rate=bodies.yaw_rate,
+            yaw_rate=bodies.yaw_rate.copy(),  # a trailer's takes its place, and must not take it in the state
             articulation=np.zeros(len(place)),
             changes_lane=reference.changes_lane,
             deviation=_deviation(front - reference.raw[:, :2], reference.path[:, 2]),

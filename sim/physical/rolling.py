@@ -129,7 +129,7 @@ def _accelerated(state: Rolling, wanted: Floats, feedforward: Floats, dt: float)
     acceleration = feedforward + (wanted - expected) / SETTLING_S
     across = np.minimum(state.speed * np.abs(state.yaw_rate), GRIP)
     # brake as hard as the tyres allow, and so that the brake can be let go before standstill
-    hardest = -np.minimum(np.sqrt(GRIP**2 - across**2), np.sqrt(2 * JERK * state.speed))
+    hardest = -np.minimum(np.sqrt(GRIP**2 - across**2), np.sqrt(JERK * state.speed))
     acceleration = np.minimum(np.maximum(acceleration, hardest), ACCELERATION)
     acceleration = state.acceleration + within(acceleration - state.acceleration, JERK * dt)
     speed = state.speed + 0.5 * (state.acceleration + acceleration) * dt

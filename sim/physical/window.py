@@ -74,7 +74,11 @@ class Window:
         if self._leads and frame:
             stayed = id[self._present[before, id]]
             step = self._raw[row, stayed, :2] - self._raw[before, stayed, :2]
-            self._path[row, stayed, 2], jumped, offset = courses(self._path[before, stayed, 2], step, self._dt)
+            course, jumped, offset = courses(self._path[before, stayed, 2], step, self._dt)
+            self._path[row, stayed, 2] = course
+            # where somebody new came from is where the first step leads; until then the simulator's angle has to do
+            new = stayed[~self._present[before - 1, stayed]] if frame > 1 else stayed
+            self._path[before, new, 2] = self._path[row, new, 2]
             self._go_on(frame)
             for jumper, jump in zip(stayed[jumped].tolist(), offset.tolist(), strict=True):
                 self._begin(frame, jumper, jump)
@@ -97,9 +101,14 @@ class Window:
         path = self._path[row][:, id]
         now = path[self._half]
         path[:, :, 2] = now[:, 2] + wrap_angle(path[:, :, 2] - now[:, 2])
-        way = self._speed[row][:, id] * self._dt if self._leads else None
-        for sign, half in ((1, slice(self._half, None)), (-1, slice(self._half, None, -1))):
-            _continue(path[half], there[half], None if way is None else sign * way[half])
+        way = self._speed[row][:, id] * self._dt
+        halves = slice(self._half, None), slice(self._half, None, -1)
+        for sign, half, other in zip((1, -1), halves, halves[::-1], strict=True):
+            last = _last(there[half])
+            step = _straight(path[half], sign * way[half], last)
+            if not self._leads:
+                step = _steady(path[half], path[other], there[other], last, step)
+            _continue(path[half], last, step)
         smooth, rate, bend = np.einsum("dw,wnc->dnc", self._weights, path - now)
         row_now = frame % self._length
         return Reference(now + smooth, rate, bend, self._raw[row_now, id], self._shifting[row_now, id])
@@ -137,20 +146,31 @@ class Window:
         return change
 
 
-def _continue(path: Floats, there: Bools, way: Floats | None) -> None:
-    """Fill in poses (W, N, 3) from the first missing one on.
+def _last(there: Bools) -> Ints:
+    """Return the last row (N,) before the first in which bodies are missing (W, N)."""
+    known: Ints = np.logical_and.accumulate(there, axis=0).sum(axis=0)
+    return known - 1
 
-    They go straight on by the last known `way` (W, N) [m], or without it as they came, with the turn of the last step.
-    """
-    known = np.logical_and.accumulate(there, axis=0)
-    if known.all():
-        return
-    last, body = known.sum(axis=0) - 1, np.arange(path.shape[1])
-    end = path[last, body]
-    if way is None:
-        step = end - path[np.maximum(last - 1, 0), body]
-    else:
-        course = end[:, 2]
-        step = way[last, body, None] * np.column_stack([np.cos(course), np.sin(course), np.zeros(len(course))])
-    ahead = np.arange(len(path))[:, None, None] - last[:, None]
-    path[~known] = (end + ahead * step)[~known]
+
+def _straight(path: Floats, way: Floats, last: Ints) -> Floats:
+    """Return the steps (N, 3) that go straight on from the last known poses of (W, N, 3), by their `way` (W, N) [m]."""
+    body = np.arange(path.shape[1])
+    course, length = path[last, body, 2], way[last, body]
+    return np.column_stack([length * np.cos(course), length * np.sin(course), np.zeros(len(body))])
+
+
+def _steady(path: Floats, other: Floats, other_there: Bools, last: Ints, straight: Floats) -> Floats:
+    """Return the last known steps (N, 3), turn included; from the other side of the window where this one has none."""
+    body = np.arange(path.shape[1])
+    step = path[last, body] - path[np.maximum(last - 1, 0), body]
+    turned_around = np.where(other_there[1, :, None], path[0] - other[1], straight)
+    return np.where((last > 0)[:, None], step, turned_around)
+
+
+def _continue(path: Floats, last: Ints, step: Floats) -> None:
+    """Fill in poses (W, N, 3) behind the last known rows (N,) by steps (N, 3)."""
+    ahead = np.arange(len(path))[:, None] - last
+    missing = ahead > 0
+    if missing.any():
+        end = path[last, np.arange(len(last))]
+        path[missing] = (end + ahead[:, :, None] * step)[missing]
