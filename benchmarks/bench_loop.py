@@ -10,7 +10,7 @@ from scenarios.listing import find
 from scenarios.scenario import Scenario
 from sensor_model.lidar import Lidar
 from sensor_model.rig import load_rig
-from sim.sumo import SumoSource
+from sim.sumo.source import SumoSource
 from tracker.tracker import Tracker
 
 VEHICLES = 30

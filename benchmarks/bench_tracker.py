@@ -10,8 +10,8 @@ from scenarios.listing import find
 from scenarios.scenario import Scenario
 from sensor_model.lidar import Lidar
 from sensor_model.rig import load_rig
-from sim.script import ScriptedActor, ScriptedEgo
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.scripted.script import ScriptedActor, ScriptedEgo
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from tracker.tracker import Tracker
 
 FRAMES = 200

@@ -25,7 +25,7 @@ from sensor_model.lidar import Lidar
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.rig import load_rig
 from sensor_model.truth import Cause
-from sim.scripted import ScriptedSource
+from sim.scripted.source import ScriptedSource
 
 PAGE = Path(__file__).parent / "ablation.md"
 PICTURE = Path(__file__).parent / "pictures" / "ablation.png"

@@ -14,7 +14,7 @@ from scenarios.scenario import Scenario
 from sensor_model.lidar import Lidar
 from sensor_model.rig import load_rig
 from sensor_model.truth import Cause, ScanTruth
-from sim.scripted import ScriptedSource
+from sim.scripted.source import ScriptedSource
 from sim.world import WorldFrame
 from tracker.records import METHODS, StepTrace
 from tracker.scan import Scan

@@ -24,14 +24,14 @@ from scenarios.warm_up import warm_up
 from sensor_model.lidar import Lidar
 from sensor_model.rig import Rig, load_rig
 from sim.apart import AHEAD, ApartSource
-from sim.highway import HighwaySource
-from sim.highway_config import HighwayTraffic
-from sim.replay import ReplaySource
-from sim.replay_config import ReplayTraffic
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.highway.config import HighwayTraffic
+from sim.highway.source import HighwaySource
+from sim.replay.config import ReplayTraffic
+from sim.replay.source import ReplaySource
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
-from sim.sumo import SumoSource
-from sim.sumo_config import SumoTraffic
+from sim.sumo.config import SumoTraffic
+from sim.sumo.source import SumoSource
 from sim.world import Obstacles
 
 PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")

@@ -28,10 +28,10 @@ from scenarios.explain import explain
 from scenarios.grading.config import GradingConfig
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.sensor import SensorConfig
-from sim.highway_config import HighwayTraffic
-from sim.replay_config import ReplayTraffic
-from sim.scripted import ScriptedTraffic
-from sim.sumo_config import SumoTraffic
+from sim.highway.config import HighwayTraffic
+from sim.replay.config import ReplayTraffic
+from sim.scripted.source import ScriptedTraffic
+from sim.sumo.config import SumoTraffic
 from tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1

@@ -20,7 +20,7 @@ from scenarios.scenario import Scenario
 from sim.apart import AHEAD, ApartSource
 from sim.physical.config import PhysicalConfig
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo import SumoSource
+from sim.sumo.source import SumoSource
 from sim.world import Obstacles, WorldFrame
 
 TESTS = Path(__file__).parent
@@ -366,7 +366,7 @@ def test_the_process_loads_no_more_than_sumo_needs(tmp_path):
         f"""
 import pathlib, numba, scipy, pandas, scenarios.scenario as file
 from scenarios import listing
-from sim.sumo import SumoSource
+from sim.sumo.source import SumoSource
 from support.toy_traffic import Inventory
 crossing = file.Scenario.load(listing.find("sumo-crossing"))
 apart = ApartSource(Inventory(SumoSource(crossing.traffic, crossing.folder, 60.0)), "SUMO")
@@ -380,7 +380,7 @@ apart.close()
     )
     assert told.wait() == 0
     loaded = set((tmp_path / "told").read_text().split())
-    assert {"numpy", "libsumo", "sim.sumo"} <= loaded
+    assert {"numpy", "libsumo", "sim.sumo.source"} <= loaded
     heavy = {"numba", "rerun", "scipy", "pandas", "pydantic", "shapely", "highway_env", "scenarios", "tracker"}
     assert loaded.isdisjoint(heavy)
 

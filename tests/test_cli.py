@@ -14,7 +14,7 @@ from support import short_run
 
 from scenarios import listing, run_folder
 from scenarios.cli import main
-from sim.scripted import ScriptedSource
+from sim.scripted.source import ScriptedSource
 from sim.source import SimulatorFailedError, TrafficEndedError
 
 CROSSING = listing.CATALOG / "urban" / "sumo-crossing"

@@ -8,8 +8,8 @@ import pytest
 from highway_env.vehicle.behavior import IDMVehicle
 from support.traffic import frames, play
 
-from sim.highway import HighwaySource
-from sim.highway_config import HighwayTraffic
+from sim.highway.config import HighwayTraffic
+from sim.highway.source import HighwaySource
 from sim.physical.config import PhysicalConfig
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 

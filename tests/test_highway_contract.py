@@ -10,8 +10,8 @@ import pytest
 from support.traffic import frames
 
 from sim.cast import EGO_ID
-from sim.highway import HighwaySource
-from sim.highway_config import HighwayTraffic
+from sim.highway.config import HighwayTraffic
+from sim.highway.source import HighwaySource
 from sim.kinematics import wrap_angle
 from sim.source import EgoCommand, TrafficEndedError
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
-from sim.highway import HighwaySource
-from sim.highway_config import HighwayTraffic
+from sim.highway.config import HighwayTraffic
+from sim.highway.source import HighwaySource
 
-MOTORIST = {"other_vehicles_type": "sim.highway_motorist.Motorist"}
+MOTORIST = {"other_vehicles_type": "sim.highway.motorist.Motorist"}
 DENSE = {"lanes_count": 4, "vehicles_count": 20, "vehicles_density": 2.0}
 RUNS = {"highway-v0": DENSE, "roundabout-v1": {}, "merge-v0": {}, "u-turn-v0": {}, "intersection-v0": {}}
 

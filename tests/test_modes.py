@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from support.traffic import frames
 
 from sim.modes import ModeJudge, ModeLimits
-from sim.motions import Arc, LaneChange, Static, StopAndGo, Straight
-from sim.script import ScriptedActor
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.scripted.motions import Arc, LaneChange, Static, StopAndGo, Straight
+from sim.scripted.script import ScriptedActor
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from sim.world import Mode
 
 STANDS, STEADY, ACCELERATES = Mode.STATIONARY, Mode.CONSTANT_VELOCITY, Mode.ACCELERATING

@@ -10,14 +10,14 @@ from support.nets import source_on
 
 from scenarios.listing import paths
 from scenarios.scenario import Scenario
-from sim.highway import HighwaySource
-from sim.highway_config import HighwayTraffic
-from sim.replay import ReplaySource
-from sim.replay_config import ReplayTraffic
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.highway.config import HighwayTraffic
+from sim.highway.source import HighwaySource
+from sim.replay.config import ReplayTraffic
+from sim.replay.source import ReplaySource
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from sim.source import TrafficEndedError
-from sim.sumo import SumoSource
-from sim.sumo_config import SumoTraffic
+from sim.sumo.config import SumoTraffic
+from sim.sumo.source import SumoSource
 
 SOURCES = {
     SumoTraffic: SumoSource,

@@ -8,11 +8,11 @@ import pytest
 from support.traffic import frames
 
 from sim.cast import Cast
-from sim.highway import HighwaySource
-from sim.highway_config import HighwayTraffic
+from sim.highway.config import HighwayTraffic
+from sim.highway.source import HighwaySource
 from sim.redraw import RANGES, redrawn_size
-from sim.sumo import SumoSource
-from sim.sumo_config import SumoTraffic
+from sim.sumo.config import SumoTraffic
+from sim.sumo.source import SumoSource
 from sim.world import Kind
 
 NET = Path(__file__).parents[1] / "scenarios" / "catalog" / "urban" / "sumo-crossing" / "crossing.net.xml"

@@ -5,12 +5,12 @@ import pandas as pd
 import pytest
 from support.traffic import frames, play
 
-from sim.motions import Arc, LaneChange, Straight, state_at
 from sim.paint import paint_reflectivity
 from sim.physical.layer import REAR_AXLE
-from sim.replay import ReplaySource
-from sim.replay_config import ReplayTraffic
-from sim.script import ScriptedObstacle
+from sim.replay.config import ReplayTraffic
+from sim.replay.source import ReplaySource
+from sim.scripted.motions import Arc, LaneChange, Straight, state_at
+from sim.scripted.script import ScriptedObstacle
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.world import Kind, Mode
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
-from sim.replay import ReplaySource
-from sim.replay_commonroad import read_commonroad
-from sim.replay_config import ReplayTraffic
-from sim.replay_recording import ReplayType
+from sim.replay.commonroad import read_commonroad
+from sim.replay.config import ReplayTraffic
+from sim.replay.recording import ReplayType
+from sim.replay.source import ReplaySource
 from sim.source import TrafficInputError
 from sim.world import Kind
 

@@ -8,9 +8,9 @@ import libsumo
 import numpy as np
 import pytest
 
-from sim.replay_fcd import read_fcd
-from sim.replay_lives import Lives
-from sim.replay_recording import ReplayType
+from sim.replay.fcd import read_fcd
+from sim.replay.lives import Lives
+from sim.replay.recording import ReplayType
 from sim.source import TrafficInputError
 from sim.world import Kind
 

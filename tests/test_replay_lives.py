@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
-from sim.replay_lives import Lives
-from sim.replay_recording import Recording, RoadUser
+from sim.replay.lives import Lives
+from sim.replay.recording import Recording, RoadUser
 from sim.source import TrafficInputError
 from sim.world import Kind
 

@@ -9,12 +9,12 @@ import pytest
 from support.traffic import frames
 
 from scenarios.scenario import Scenario
-from sim.replay import ReplaySource
-from sim.replay_commonroad import STREET_HEIGHT
-from sim.replay_files import read_recording
-from sim.replay_lives import FASTEST, JUMP
-from sim.replay_recording import KIND_BY_NAME
-from sim.replay_tables import OPTIONAL, REQUIRED
+from sim.replay.commonroad import STREET_HEIGHT
+from sim.replay.files import read_recording
+from sim.replay.lives import FASTEST, JUMP
+from sim.replay.recording import KIND_BY_NAME
+from sim.replay.source import ReplaySource
+from sim.replay.tables import OPTIONAL, REQUIRED
 from sim.world import Kind
 
 ROOT = Path(__file__).parents[1]

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sim.replay_recording import ReplayType
-from sim.replay_tables import read_table
-from sim.script import SIZE_BY_KIND
+from sim.replay.recording import ReplayType
+from sim.replay.tables import read_table
+from sim.scripted.script import SIZE_BY_KIND
 from sim.source import TrafficInputError
 from sim.world import Kind
 

@@ -11,9 +11,9 @@ from shapely.geometry import LineString, Polygon
 from support.traffic import frames
 
 from scenarios.scenario import Scenario
-from sim.motions import Arc, LaneChange, Spin, Static, StopAndGo, Straight, state_at
-from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.scripted.motions import Arc, LaneChange, Spin, Static, StopAndGo, Straight, state_at
+from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.world import Kind
 

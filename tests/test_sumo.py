@@ -12,9 +12,9 @@ from support.traffic import frames, play
 
 from scenarios.scenario import Scenario
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo import SumoSource
-from sim.sumo_bodies import kind_of_shape
-from sim.sumo_config import SumoTraffic
+from sim.sumo.bodies import kind_of_shape
+from sim.sumo.config import SumoTraffic
+from sim.sumo.source import SumoSource
 from sim.world import Kind
 
 CATALOG = Path(__file__).parents[1] / "scenarios" / "catalog"

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from sim.source import TrafficInputError
-from sim.sumo_input import captured_stderr, input_files, is_left_hand, one_line, sumo_command
-from sim.sumo_options import left_out
-from sim.sumo_street import static_obstacles
+from sim.sumo.input import captured_stderr, input_files, is_left_hand, one_line, sumo_command
+from sim.sumo.options import left_out
+from sim.sumo.street import static_obstacles
 
 NETS = Path(__file__).parent / "nets"
 NET = NETS / "winding" / "winding.net.xml"

@@ -6,8 +6,8 @@ from pathlib import Path
 import libsumo
 import pytest
 
-from sim.sumo_input import sumo_command
-from sim.sumo_parking import parked_cars
+from sim.sumo.input import sumo_command
+from sim.sumo.parking import parked_cars
 from sim.world import Kind
 
 NETS = Path(__file__).parent / "nets"

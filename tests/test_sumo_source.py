@@ -15,11 +15,11 @@ from support.traffic import frames, play
 from sim.cast import EGO_ID, Cast
 from sim.physical.config import PhysicalConfig
 from sim.source import EgoCommand, TrafficEndedError, TrafficInputError
-from sim.sumo import SumoSource
-from sim.sumo_config import SumoTraffic
-from sim.sumo_ego import await_ego
-from sim.sumo_input import sumo_command
-from sim.sumo_reader import SumoReader
+from sim.sumo.config import SumoTraffic
+from sim.sumo.ego import await_ego
+from sim.sumo.input import sumo_command
+from sim.sumo.reader import SumoReader
+from sim.sumo.source import SumoSource
 from sim.world import Kind
 
 CROSSING = Path(__file__).parents[1] / "scenarios/catalog/urban/sumo-crossing/crossing.net.xml"
@@ -429,8 +429,8 @@ def test_runs_do_not_hang_on_the_hashes_of_names():
     program = f"""
 import hashlib
 from pathlib import Path
-from sim.sumo import SumoSource
-from sim.sumo_config import SumoTraffic
+from sim.sumo.source import SumoSource
+from sim.sumo.config import SumoTraffic
 config = SumoTraffic(net="crossing.net.xml", routes=["crossing.rou.xml"], min_vehicles=8)
 source, said = SumoSource(config, Path({str(CROSSING.parent)!r}), 150.0), hashlib.sha256()
 source.reset(1)

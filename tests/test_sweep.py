@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from support.shapes import Car, scan_car
 
-from sim.motions import Arc, Straight, state_at
+from sim.scripted.motions import Arc, Straight, state_at
 from tracker.boxes import BoxConfig, build
 from tracker.geometry import rotate
 from tracker.records import NOT_USED, Candidates, Linkage, Segments, Status

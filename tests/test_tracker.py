@@ -9,9 +9,9 @@ from sensor_model.lidar import Lidar
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.rig import load_rig
 from sensor_model.sensor import SensorConfig
-from sim.motions import Straight
-from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.scripted.motions import Straight
+from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from tracker.records import Status
 from tracker.scan import Scan
 from tracker.sweep import SweepConfig

@@ -10,10 +10,10 @@ import pytest
 
 from scenarios.scenario import Scenario
 from sim.cast import EGO_ID
-from sim.highway import HighwaySource
+from sim.highway.source import HighwaySource
 from sim.kinematics import wrap_angle
-from sim.scripted import ScriptedSource
-from sim.sumo import SumoSource
+from sim.scripted.source import ScriptedSource
+from sim.sumo.source import SumoSource
 from sim.world import Kind
 
 CATALOG = Path(__file__).parents[1] / "scenarios" / "catalog"

@@ -13,7 +13,7 @@ from sensor_model.lidar import Lidar
 from sensor_model.rig import load_rig
 from sensor_model.truth import NO_ACTOR, Cause, Face, Part, View
 from sensor_model.visibility import MAX_CLEAN_DEPTH
-from sim.scripted import ScriptedSource
+from sim.scripted.source import ScriptedSource
 from sim.world import Kind
 
 HEAD_ON = np.pi

@@ -11,7 +11,7 @@ from sensor_model.draws import Draws
 from sensor_model.noise.attitude import Attitude, AttitudeNoise
 from sensor_model.rig import Rig
 from sensor_model.truth import Cause
-from sim.script import ScriptedActor
+from sim.scripted.script import ScriptedActor
 from sim.world import Kind
 
 LAYER_COLORS = ("tab:blue", "deepskyblue", "gold", "tab:orange")

@@ -7,7 +7,7 @@ from sensor_pictures.stage import CAUSE_COLORS, SRX, Scene, label, noise, outlin
 from sensor_model.noise.calibration import CalibrationError
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.truth import Cause
-from sim.script import ScriptedActor, ScriptedObstacle
+from sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 
 def draw() -> None:

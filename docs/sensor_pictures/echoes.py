@@ -22,7 +22,7 @@ from sensor_pictures.stage import (
 from sensor_model.sensor import SensorConfig
 from sensor_model.truth import Part
 from sensor_model.unit import UnitModel
-from sim.script import ScriptedActor, ScriptedObstacle
+from sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 EDGE_DEG = 3.4
 """Where a car's edge is, 15 m away."""

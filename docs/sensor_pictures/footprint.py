@@ -21,7 +21,7 @@ from sensor_pictures.stage import (
 
 from sensor_model.sensor import SensorConfig
 from sensor_model.unit import Fan, UnitModel
-from sim.script import ScriptedActor
+from sim.scripted.script import ScriptedActor
 
 DISTANCE_M = 20.0
 """From the unit to the rear of the car."""

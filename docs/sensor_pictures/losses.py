@@ -15,7 +15,7 @@ from sensor_model.noise.outage import FixedOutage, Outage, Outages
 from sensor_model.noise.sun import Sun
 from sensor_model.sensor import SensorConfig
 from sensor_model.truth import Loss, Part
-from sim.script import ScriptedActor, ScriptedObstacle
+from sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 LOSS_COLORS = {
     Loss.THRESHOLD: "0.75",

@@ -11,7 +11,7 @@ from sensor_model.noise.dropout import Dropout
 from sensor_model.rig import Rig
 from sensor_model.truth import Part
 from sensor_model.unit import Fan
-from sim.script import ScriptedObstacle
+from sim.scripted.script import ScriptedObstacle
 
 PAINTS = {"black": 0.04, "dark metallic": 0.1, "silver": 0.4, "white": 0.7}
 COLORS = {"black": "black", "dark metallic": "tab:brown", "silver": "tab:blue", "white": "goldenrod"}

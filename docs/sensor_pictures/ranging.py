@@ -13,7 +13,7 @@ from sensor_model.noise.outliers import Outliers
 from sensor_model.rig import Rig
 from sensor_model.sensor import SensorConfig
 from sensor_model.truth import Cause, Part
-from sim.script import ScriptedObstacle
+from sim.scripted.script import ScriptedObstacle
 
 FRAMES = 150
 

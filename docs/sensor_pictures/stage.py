@@ -20,8 +20,8 @@ from sensor_model.sweep import Setting
 from sensor_model.truth import Cause, Part, ScanTruth
 from sensor_model.unit import UnitModel
 from sensor_model.walls import walls_of
-from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
-from sim.scripted import ScriptedSource, ScriptedTraffic
+from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 

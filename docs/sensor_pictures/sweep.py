@@ -7,8 +7,8 @@ from sensor_pictures.stage import SRX, Scene, label, one_unit, outline, save, sc
 from sensor_model.beams import beam_table
 from sensor_model.rig import SHIPPED, load_unit
 from sensor_model.sensor import SensorConfig
-from sim.motions import Arc, Straight
-from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from sim.scripted.motions import Arc, Straight
+from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 
 FROZEN = SensorConfig(sweep=False)
 CROSSING_MPS = 30.0

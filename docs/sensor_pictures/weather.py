@@ -24,8 +24,8 @@ from sensor_model.noise.rain import Rain, extinction
 from sensor_model.noise.spray import Spray
 from sensor_model.sensor import SensorConfig
 from sensor_model.truth import Cause, Part
-from sim.motions import Straight
-from sim.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
+from sim.scripted.motions import Straight
+from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 from tracker.scan import PointFlag
 
 RATES = (2.5, 10.0, 50.0)

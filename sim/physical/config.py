@@ -8,8 +8,8 @@ class PhysicalConfig:
     """Of the layer between a simulator's poses and the delivered motion."""
 
     smoothing_s: float = 1.2
-    """[s] Half the width of the window over which positions are smoothed (a cubic B-spline). 0 switches it off. As far as
-    the look-ahead falls short of it, the way ahead is guessed, straight on at constant speed; 0.4 s is enough then."""
+    """[s] Half the width of the window over which positions are smoothed (a cubic B-spline). 0 switches it off. As far
+    as the look-ahead falls short of it, the way ahead is guessed, straight on at constant speed; take 0.4 s then."""
     lane_change_s: float = 3.6
     """[s] that a lane change takes where the simulator jumps."""
     lookahead_s: float = 3.0

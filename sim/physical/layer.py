@@ -12,7 +12,7 @@ from sim.kinematics import Kinematics, RawFrame, wrap_angle
 from sim.physical.config import PhysicalConfig
 from sim.physical.driving import BEHIND_S, drive
 from sim.physical.path import Path, Trail
-from sim.physical.rolling import Build, Rolling, set_rolling
+from sim.physical.rolling import YAW_RATE, YAW_RATE_ON_FOOT, Build, Rolling, set_rolling
 from sim.physical.trailer import Trailers
 from sim.physical.window import Reference, Window
 from sim.world import Floats, Ints, Kind
@@ -45,7 +45,9 @@ class _Cast:
         lead = np.maximum(REAR_AXLE * length, SHORTEST_LEAD)
         arm = lead - 0.5 * length
         lead[bends], arm[bends] = coupling.drive_axle, 0.0  # a tractor's; the box is the trailer's
-        return cls(np.array([member.id for member in members]), length, Build(lead, arm), bends, coupling)
+        walks = np.array([member.kind is Kind.PEDESTRIAN for member in members])
+        build = Build(lead, arm, np.where(walks, YAW_RATE_ON_FOOT, YAW_RATE))
+        return cls(np.array([member.id for member in members]), length, build, bends, coupling)
 
 
 class PhysicalTruth:

@@ -30,7 +30,8 @@ class Path:
     def acceleration_across(self) -> Floats:
         """Return the size (N,) of the acceleration across the way [m/s^2]."""
         cross = self.velocity[:, 0] * self.acceleration[:, 1] - self.velocity[:, 1] * self.acceleration[:, 0]
-        return np.abs(cross) / np.maximum(np.hypot(*self.velocity.T), 0.1)
+        across: Floats = np.abs(cross) / np.maximum(np.hypot(*self.velocity.T), 0.1)
+        return across
 
 
 class Trail:

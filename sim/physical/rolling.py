@@ -25,8 +25,8 @@ SWING = 3.0
 """[m/s^2] Acceleration of the box centre across the body by yaw acceleration alone."""
 SWING_ABOVE = 0.4
 """[m/s^2] by which it may, added to speed x yaw rate, exceed that one's limit."""
-YAW_RATE = 1.1
-"""[rad/s]"""
+YAW_RATE, YAW_RATE_ON_FOOT = 1.1, 3.0
+"""[rad/s] On wheels and on foot."""
 STEERING = math.radians(70.0)
 """[rad] Greatest angle between the way of a body's front and its heading; at the front wheels it is smaller."""
 STANDING = 0.02
@@ -45,6 +45,8 @@ class Build:
     """(N,) from the rear axle to the point at the front that leads [m]."""
     arm: Floats
     """(N,) from the rear axle to the point whose acceleration is limited [m]."""
+    yaw_rate_max: Floats
+    """(N,) [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +122,7 @@ def roll(
 def fastest_turn(speed: Floats, build: Build) -> Floats:
     """Return the greatest yaw rate (N,) [rad/s] at speeds (N,) [m/s]."""
     locked = speed * math.tan(STEERING) / build.lead
-    return np.minimum(np.minimum(locked, LATERAL_ACCELERATION / np.maximum(speed, 0.1)), YAW_RATE)
+    return np.minimum(np.minimum(locked, LATERAL_ACCELERATION / np.maximum(speed, 0.1)), build.yaw_rate_max)
 
 
 def _accelerated(state: Rolling, wanted: Floats, feedforward: Floats, dt: float) -> tuple[Floats, Floats]:

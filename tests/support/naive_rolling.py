@@ -1,4 +1,4 @@
-"""A front that is led along a given path, and rear axles that follow it: integrated in tiny steps, one body at a time."""
+"""A front that is led along a given path, and axles that follow it: integrated in tiny steps, one body at a time."""
 
 import math
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sim.sumo import SumoSource
-from sim.sumo_config import SumoTraffic
+from sim.sumo.config import SumoTraffic
+from sim.sumo.source import SumoSource
 
 NETS = Path(__file__).parents[1] / "nets"
 

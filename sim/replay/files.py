@@ -4,16 +4,16 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from sim import replay_commonroad, replay_fcd
-from sim.replay_recording import Recording, ReplayType
-from sim.replay_tables import read_table
+from sim.replay import commonroad, fcd
+from sim.replay.recording import Recording, ReplayType
+from sim.replay.tables import read_table
 from sim.source import TrafficInputError
 
 Reader = Callable[[Path, Mapping[str, ReplayType]], Recording]
 
 XML_READERS: dict[str, Reader] = {
-    replay_fcd.ROOT: replay_fcd.read_fcd,
-    replay_commonroad.ROOT: replay_commonroad.read_commonroad,
+    fcd.ROOT: fcd.read_fcd,
+    commonroad.ROOT: commonroad.read_commonroad,
 }
 """By the root element."""
 
@@ -41,7 +41,7 @@ def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
 
 def _xml_reader(path: Path) -> Reader:
     try:
-        with replay_fcd.open_xml(path) as stream:
+        with fcd.open_xml(path) as stream:
             root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
     except (ET.ParseError, OSError, EOFError) as error:
         raise TrafficInputError(f"not XML: {error}") from error

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sim.replay_recording import Recording
+from sim.replay.recording import Recording
 from sim.source import TrafficInputError
 from sim.world import Floats, Ints
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from sim.cast import EGO_ID, Cast, Member
 from sim.kinematics import RawFrame
-from sim.sumo_bodies import kind_of_shape
-from sim.sumo_lives import Body, Lives, Parking, Point
-from sim.sumo_parking import ParkedCar
-from sim.sumo_standing import Pose, Standing
+from sim.sumo.bodies import kind_of_shape
+from sim.sumo.lives import Body, Lives, Parking, Point
+from sim.sumo.parking import ParkedCar
+from sim.sumo.standing import Pose, Standing
 from sim.world import Floats, Kind
 
 MARGIN = 60.0

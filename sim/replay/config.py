@@ -5,8 +5,8 @@ from typing import Literal
 
 from sim.modes import ModeLimits
 from sim.physical.config import PhysicalConfig
-from sim.replay_recording import ReplayType
-from sim.script import ScriptedObstacle
+from sim.replay.recording import ReplayType
+from sim.scripted.script import ScriptedObstacle
 
 ENDINGS = (".csv", ".csv.gz", ".parquet", ".xml", ".xml.gz")
 

@@ -10,12 +10,12 @@ from sim.cast import Cast
 from sim.delivery import Delivery
 from sim.physical.layer import PhysicalTruth
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo_config import SumoTraffic
-from sim.sumo_ego import EgoControl, await_ego
-from sim.sumo_input import captured_stderr, one_line, sumo_command
-from sim.sumo_parking import parked_cars
-from sim.sumo_reader import SumoReader
-from sim.sumo_street import static_obstacles
+from sim.sumo.config import SumoTraffic
+from sim.sumo.ego import EgoControl, await_ego
+from sim.sumo.input import captured_stderr, one_line, sumo_command
+from sim.sumo.parking import parked_cars
+from sim.sumo.reader import SumoReader
+from sim.sumo.street import static_obstacles
 from sim.world import Floats, Obstacles, WorldFrame
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.replay_recording import Recording, ReplayType, RoadUser, kind_and_size
+from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
 from sim.world import Floats, Ints, Kind
 

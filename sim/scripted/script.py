@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from sim.motions import Motion, Spin, Static, require_sequence
+from sim.scripted.motions import Motion, Spin, Static, require_sequence
 from sim.street import Prism, StreetKind, build
 from sim.world import Floats, Kind
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from sim.cast import Cast, Member
-from sim.sumo_lives import Point
-from sim.sumo_parking import ParkedCar
+from sim.sumo.lives import Point
+from sim.sumo.parking import ParkedCar
 from sim.world import Floats
 
 Pose = tuple[float, float, float]

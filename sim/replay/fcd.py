@@ -15,7 +15,7 @@ from typing import BinaryIO, cast
 
 import numpy as np
 
-from sim.replay_recording import Recording, ReplayType, RoadUser, kind_and_size
+from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
 from sim.world import Floats, Ints
 

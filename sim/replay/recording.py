@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from sim.script import SIZE_BY_KIND, KindName, Size
+from sim.scripted.script import SIZE_BY_KIND, KindName, Size
 from sim.source import TrafficInputError
 from sim.street import Prism
 from sim.world import Floats, Ints, Kind

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sim.paint import actor_rng
-from sim.sumo_input import input_files, is_left_hand, text_of
+from sim.sumo.input import input_files, is_left_hand, text_of
 from sim.world import Floats, Kind
 
 DEFAULT_CAR = (5.0, 1.8, 1.5)
@@ -66,7 +66,7 @@ def parked_cars(command: Sequence[str], lanes: Any, fill: float, seed: int) -> l
     Parameters
     ----------
     command
-        SUMO's command line, by `sim.sumo_input.sumo_command`. Its route and additional files are read.
+        SUMO's command line, by `sim.sumo.input.sumo_command`. Its route and additional files are read.
     lanes
         libsumo's domain of lanes.
     fill

@@ -11,9 +11,9 @@ from sim.cast import Cast
 from sim.delivery import Delivery
 from sim.kinematics import Kinematics, wrap_angle
 from sim.modes import ModeLimits
-from sim.motions import state_at
 from sim.paint import actor_rng
-from sim.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
+from sim.scripted.motions import state_at
+from sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
 from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.street import obstacles
 from sim.world import Floats, Kind, Obstacles, WorldFrame

@@ -20,7 +20,7 @@ class HighwayTraffic:
     as the other vehicles have."""
     config: dict[str, Any] = field(default_factory=dict)
     """Overrides of the environment's own configuration, by its keys. The drivers that highway-env comes with turn more
-    sharply than cars can; `other_vehicles_type = "sim.highway_motorist.Motorist"` are some that do not."""
+    sharply than cars can; `other_vehicles_type = "sim.highway.motorist.Motorist"` are some that do not."""
     ego: Literal["idm", "fixed", "controlled"] = "idm"
     """`idm`: a driver as the others have, by IDM and MOBIL; on a car park, which has no road to follow, the ego stands.
     `fixed`: it repeats `action`, and crashes soon. `controlled`: it repeats the last action it was commanded, and idles

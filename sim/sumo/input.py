@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from sim.source import TrafficInputError
-from sim.sumo_options import INPUT_FILES, configured, full_name, left_out
+from sim.sumo.options import INPUT_FILES, configured, full_name, left_out
 
 _ALL_AT_ONCE = {"route-steps": "0"}
 """Read route files to their end first. By default SUMO reads them as it goes, and drops vehicles that are out of the

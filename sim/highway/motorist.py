@@ -12,7 +12,7 @@ import numpy as np
 from highway_env.road.regulation import RegulatedRoad
 from highway_env.vehicle.behavior import IDMVehicle
 
-from sim.highway_environment import SIMULATION_HZ
+from sim.highway.environment import SIMULATION_HZ
 from sim.world import Floats
 
 BEND = 3.5

@@ -9,10 +9,10 @@ from sim.cast import Cast, Member
 from sim.delivery import Delivery
 from sim.kinematics import RawFrame, wrap_angle
 from sim.physical.layer import PhysicalTruth
-from sim.replay_config import ReplayTraffic
-from sim.replay_files import read_recording
-from sim.replay_lives import ROUNDING, Lives
-from sim.replay_recording import Recording
+from sim.replay.config import ReplayTraffic
+from sim.replay.files import read_recording
+from sim.replay.lives import ROUNDING, Lives
+from sim.replay.recording import Recording
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.street import obstacles
 from sim.world import Floats, Ints, Obstacles, WorldFrame

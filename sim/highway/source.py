@@ -11,9 +11,9 @@ import numpy as np
 
 from sim.cast import Cast, Member
 from sim.delivery import Delivery
-from sim.highway_agents import idle, obeying, put_drivers
-from sim.highway_config import HighwayTraffic
-from sim.highway_environment import POLICY_HZ, Tuning, foreign, make, restore, tuning
+from sim.highway.agents import idle, obeying, put_drivers
+from sim.highway.config import HighwayTraffic
+from sim.highway.environment import POLICY_HZ, Tuning, foreign, make, restore, tuning
 from sim.kinematics import RawFrame, wrap_angle
 from sim.physical.layer import PhysicalTruth
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError

@@ -1,0 +1,1 @@
+"""Recorded traffic, from tables, SUMO's FCD output and CommonRoad."""

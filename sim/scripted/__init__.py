@@ -1,0 +1,1 @@
+"""Scripted traffic: motions written down in the scenario file."""

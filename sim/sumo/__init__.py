@@ -1,0 +1,1 @@
+"""Traffic by SUMO, run through libsumo; only `sim.sumo.source` imports it."""
