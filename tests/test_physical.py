@@ -1,20 +1,23 @@
 """The physical truth layer: what goes in smooth comes out as it was, what could not be driven comes out drivable."""
 
 import math
+from dataclasses import fields
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import naive_physical
 from support.naive_rolling import follow
 
 from sim.articulation import hitch
 from sim.cast import Cast
 from sim.kinematics import RawFrame
 from sim.physical.config import PhysicalConfig
-from sim.physical.layer import REAR_AXLE, PhysicalTruth
+from sim.physical.layer import PhysicalTruth
 from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
+from sim.physical.tables import REAR_AXLE
 from sim.scripted.motions import Arc, LaneChange, StopAndGo, Straight, state_at
 from sim.world import Kind
 
@@ -328,3 +331,46 @@ def test_rates_belong_to_the_poses(motion):
 def test_settings_out_of_range(keys):
     with pytest.raises(ValueError, match="must"):
         PhysicalConfig(**keys)
+
+
+# ---- the kernels
+
+
+def crowd(seed, count=100):
+    """Raw frames of a car, a semitrailer, a motorcycle and somebody on foot who come, jump, stop, turn and go."""
+    rng, cast = np.random.default_rng(seed), Cast(1)
+    sizes = {Kind.CAR: SIZE, Kind.TRAILER_TRUCK: (LONG, 2.5, 4.0), Kind.MOTORCYCLE: (2.2, 0.8, 1.5)}
+    kinds = [*sizes, Kind.PEDESTRIAN]
+    members = [cast.enter(n, kind, sizes.get(kind, (0.22, 0.5, 1.7))) for n, kind in enumerate(kinds)]
+    speed = np.maximum(np.cumsum(rng.normal(0.0, 0.4, (count, 4)), axis=0) + rng.uniform(-2.0, 15.0, 4), 0.0)
+    course = np.cumsum(rng.normal(0.0, 0.03, (count, 4)) * (rng.random((count, 4)) < 0.3), axis=0)
+    step = speed[:, :, None] * DT * np.stack([np.cos(course), np.sin(course)], axis=2)
+    jumped = (rng.random((count, 4)) < 0.01).cumsum(axis=0) * 3.2
+    front = np.cumsum(step, axis=0) + jumped[:, :, None] * np.stack([-np.sin(course), np.cos(course)], axis=2)
+    coming, going = rng.integers(0, 40, 4), rng.integers(60, count, 4)
+    coming[0], going[0] = 0, count
+    for n in range(count):
+        here = np.flatnonzero((coming <= n) & (n < going))
+        pose = np.column_stack([front[n, here], course[n, here]])
+        yield RawFrame([members[row] for row in here], pose, speed[n, here])
+
+
+@pytest.mark.parametrize("rolling", [True, False])
+@pytest.mark.parametrize("config", [LATE, AT_ONCE, PhysicalConfig(0.32, lookahead_s=0.16)])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_kernels_do_as_their_twin(seed, config, rolling):
+    layers = PhysicalTruth(DT, config, rolling=rolling), naive_physical.PhysicalTruth(DT, config, rolling=rolling)
+    came = 0
+    for raw in crowd(seed):
+        for layer in layers:
+            layer.push(raw)
+        ours, twin = (layer.pop() for layer in layers)
+        assert (ours is None) == (twin is None)
+        if ours is None:
+            continue
+        came += 1
+        assert ours[0] == twin[0]
+        for part in fields(ours[1]):
+            # limits that are reached or not magnify what rounding differs by
+            np.testing.assert_allclose(getattr(ours[1], part.name), getattr(twin[1], part.name), rtol=0, atol=1e-3)
+    assert came > 50

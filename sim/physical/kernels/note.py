@@ -1,0 +1,73 @@
+"""Taking in what the simulator says of a frame."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from sim.physical.kernels.records import Builds, Said
+from sim.physical.limits import CORNER, JUMP_LONGEST, JUMP_SPEED, LEAST_STEP
+from sim.world import Floats, Ints
+
+
+@njit(cache=True)
+def note(
+    frame: int, id: Ints, pose: Floats, speed: Floats, said: Said, builds: Builds, leads: bool, dt: float
+) -> Floats:
+    """Enter a frame, and return how far (N,) [m] to the left each body jumped; 0 for most.
+
+    Parameters
+    ----------
+    frame
+        Its number.
+    id
+        (N,) of the bodies.
+    pose
+        (N, 3) of their box centres.
+    speed
+        (N,) [m/s].
+    said
+        What is known; written.
+    builds
+        Of the bodies.
+    leads
+        Whether bodies are led by their fronts.
+    dt
+        Time between frames [s].
+    """
+    length = len(said.present)
+    row, before = frame % length, (frame - 1) % length
+    said.present[row] = False
+    said.changes_lane[row] = False
+    jump = np.zeros(len(id))
+    for n in range(len(id)):
+        body, yaw = id[n], pose[n, 2]
+        ahead = 0.5 * builds.length[body] if leads else 0.0
+        raw, path = said.raw[row, body], said.path[row, body]
+        raw[0], raw[1], raw[2] = pose[n, 0] + ahead * math.cos(yaw), pose[n, 1] + ahead * math.sin(yaw), yaw
+        path[:] = raw
+        said.speed[row, body] = speed[n]
+        said.present[row, body] = True
+        if leads and frame > 0 and said.present[before, body]:
+            path[2], jump[n] = _course(said.raw[before, body], raw, said.path[before, body, 2], dt)
+            if frame == 1 or not said.present[(frame - 2) % length, body]:
+                # where somebody new came from is where the first step leads; so far the simulator's yaw had to do
+                said.path[before, body, 2] = path[2]
+    return jump
+
+
+@njit(cache=True)
+def _course(start: Floats, end: Floats, before: float, dt: float) -> tuple[float, float]:
+    """Return the course [rad] of a step, and how far it jumped to the left [m], 0 if it did not.
+
+    Who jumped, or hardly moved, keeps the course of `before`. SUMO's own angle will not do for it: after a jump it is
+    that of a body askew across both lanes.
+    """
+    x, y = end[0] - start[0], end[1] - start[1]
+    cos, sin = math.cos(before), math.sin(before)
+    across, along = y * cos - x * sin, x * cos + y * sin
+    if JUMP_SPEED * dt + CORNER * abs(along) < abs(across) <= JUMP_LONGEST:
+        return before, across
+    if x * x + y * y > LEAST_STEP**2:
+        return math.atan2(y, x), 0.0
+    return before, 0.0
