@@ -147,10 +147,18 @@ class _Process:
         """
         while cls.idle:
             process = cls.idle.pop()
-            if process._popen.poll() is None:
+            if process._popen.poll() is None and process._answers():
                 return process
             process.end()
         return cls()
+
+    def _answers(self) -> bool:
+        """Whether anybody is there: a process that was killed just now may not be known to be dead."""
+        self.send(Order.ANSWER)
+        try:
+            return self.receive() is Order.ANSWER
+        except EOFError:
+            return False
 
     def send(self, request: object) -> None:
         """Send a request. Whether anybody is there to read it is found out by `receive`."""

@@ -42,6 +42,8 @@ class Order(Enum):
     """One frame more is wanted. The reply is a `WorldFrame`."""
     CLOSE = 1
     """End the run. The reply is this very order, after the frames that were on their way."""
+    ANSWER = 2
+    """Between two runs: say that you live, by this very order."""
 
 
 def serve() -> NoReturn:
@@ -57,7 +59,11 @@ def serve() -> NoReturn:
     requests: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_listen, args=(requests,), daemon=True).start()
     while True:
-        _play(requests.get(), requests, send)
+        request = requests.get()
+        if request is Order.ANSWER:
+            send(request)
+        else:
+            _play(request, requests, send)
 
 
 def _listen(requests: "SimpleQueue[Any]") -> None:

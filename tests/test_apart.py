@@ -381,7 +381,7 @@ apart.close()
     assert told.wait() == 0
     loaded = set((tmp_path / "told").read_text().split())
     assert {"numpy", "libsumo", "sim.sumo.source"} <= loaded
-    heavy = {"rerun", "scipy", "pandas", "pydantic", "shapely", "highway_env", "scenarios", "tracker"}
+    heavy = {"rerun", "pandas", "pydantic", "shapely", "highway_env", "scenarios", "tracker"}
     assert loaded.isdisjoint(heavy)
 
 
