@@ -29,6 +29,8 @@ Row = dict[str, float | str | None]
 
 VEHICLES = 50
 TRAFFIC = (10, 25, 50, 100)
+BUILDINGS = 5000
+DRIVE_FRAMES = 10
 REPEATS = 100
 NO_OBSTACLES = Obstacles.from_polygons([], [])
 KINDS = (Kind.CAR, Kind.CAR, Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.BUS)
@@ -45,6 +47,7 @@ def rows() -> dict[str, Row]:
         "sensor.over_embreex": beside_embreex(CENTRE_RAY, frame),
         "sensor.footprint_over_embreex": beside_embreex(FOOTPRINT, frame),
         **{f"sensor.ms_per_1000_hit_beams_{count}veh": cost_of_hits(count) for count in TRAFFIC},
+        f"sensor.over_none_{BUILDINGS}_far_buildings": cost_of_far_buildings(CENTRE_RAY, frame),
     }
 
 
@@ -113,6 +116,37 @@ def cost_of_hits(vehicles: int) -> Row:
     hit = len(np.unique(echoes.beam[echoes.target >= 0]))
     ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
     return _row(1000.0 * ms / hit, "ms", f"{ms:.2f} ms, {hit} beams hit a vehicle, {met} of {len(beams)} anything")
+
+
+def cost_of_far_buildings(sensor: SensorConfig, frame: WorldFrame) -> Row:
+    """A scan between two halves of a city that are out of sight, over one without them, as the ego drives on."""
+    frames = [moved(frame, 30.0 * 0.08 * step) for step in range(DRIVE_FRAMES)]
+
+    def scan_ms(obstacles: Obstacles) -> float:
+        lidar = Lidar(RIG, NoiseConfig(), sensor, seed=1, obstacles=obstacles)
+        return median_ms(lambda: [lidar.scan(each) for each in frames]) / DRIVE_FRAMES
+
+    city_ms, none_ms = scan_ms(far_city(BUILDINGS)), scan_ms(NO_OBSTACLES)
+    return _row(city_ms / none_ms, "1", f"{city_ms:.2f} ms, without: {none_ms:.2f} ms")
+
+
+def moved(frame: WorldFrame, way: float) -> WorldFrame:
+    """The frame with everybody so much farther along the road [m]."""
+    ego, actors, ahead = frame.ego, frame.actors, np.array([way, 0.0, 0.0])
+    return replace(
+        frame,
+        ego=replace(ego, pose_world=ego.pose_world + ahead),
+        actors=replace(actors, pose_world=actors.pose_world + ahead),
+    )
+
+
+def far_city(buildings: int) -> Obstacles:
+    """As many buildings, every 60 m in rows of 50, on both sides of the road and no nearer to it than 300 m."""
+    outline = np.array([[0.0, 0.0], [25.0, 0.0], [25.0, 20.0], [0.0, 20.0]])
+    row, column = np.divmod(np.arange(buildings), 50)
+    y = (300.0 + 60.0 * (row // 2)) * np.where(row % 2, 1.0, -1.0) - 20.0 * (row % 2 == 0)
+    corners = np.column_stack([60.0 * column - 1500.0, y])[:, None] + outline
+    return Obstacles.from_polygons(list(corners), [10.0] * buildings)
 
 
 def _shop(sensor: SensorConfig) -> BodyShop:

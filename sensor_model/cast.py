@@ -11,6 +11,7 @@ from sensor_model.kernels import echoes as kernel
 from sensor_model.kernels import records
 from sensor_model.kernels.points import points_on_bodies
 from sensor_model.kernels.rig import cast_rig
+from sensor_model.kernels.sight import reach_of_rig
 from sensor_model.kernels.single import cast_rays
 from sensor_model.noise.ghosts import Mirrored
 from sensor_model.sensor import SensorConfig
@@ -66,6 +67,7 @@ class Caster:
         self._grid = _grid(beams, sensor.footprint)
         self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
         self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
+        self._longest = float(np.abs(self._time).max())
         # Written anew in each scan: memory that the system has to hand out first costs more than a cast body.
         room = len(beams) * int(beams.units.echoes_max.max())
         self._echo, self._echo_id = np.empty((3, room)), np.empty((3, room), dtype=np.int64)
@@ -76,6 +78,11 @@ class Caster:
         if not setting.time_jitter.any():
             return self._time
         return self._time + setting.time_jitter[self._unit]
+
+    def reach(self, setting: Setting) -> float:
+        """Return how far from the ego a thing that stands may be and still make an echo, a ghost too [m]."""
+        time = self._longest + float(np.abs(setting.time_jitter).max())
+        return reach_of_rig(setting.origin_ego, self._beams.units.range_max, time, setting.drive)
 
     def cast(self, bodies: Bodies, walls: Walls, setting: Setting, *, free_range: bool = False) -> Echoes:
         """Find what comes back to every beam.

@@ -22,7 +22,7 @@ from sensor_model.sensor import SensorConfig
 from sensor_model.sweep import Setting, displacement, over_ground
 from sensor_model.truth import NO_ACTOR, Cause, Loss, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
-from sensor_model.walls import walls_of
+from sensor_model.walls import Vicinity, walls_of
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 
@@ -66,7 +66,7 @@ class Lidar:
         self._detection = Detection(noise, self.beams, self._draws, [mount.name for mount in rig.mounts])
         plain = not noise.layer_overlap.enabled
         self._bodies = BodyShop(mirrors=noise.mirror.enabled, plain=plain, glass=sensor.glass, seed=seed)
-        self._walls_world = walls_of(obstacles)
+        self._vicinity = Vicinity(walls_of(obstacles))
         self._caster = Caster(self.beams, sensor)
         self._clutter = Clutterer(noise, self.beams, self._caster, self._draws)
         self._odometry = Odometry()
@@ -76,7 +76,7 @@ class Lidar:
         needed = self._detection.thresholds(frame.index, frame.time, float(frame.ego.pose_world[2]))
         setting = self._setting(frame, needed)
         bodies = self._bodies.place(frame)
-        walls = self._walls_world.seen_from(frame.ego.pose_world)
+        walls = self._vicinity.seen_from(frame.ego.pose_world, self._caster.reach(setting))
         echoes = self._caster.cast(bodies, walls, setting, free_range=self._clutter.needs_free_range)
         returns = from_surfaces(echoes, bodies, frame.actors)
         returns = self._clutter.add(returns, echoes, bodies, walls, setting, needed, frame)

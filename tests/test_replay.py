@@ -6,7 +6,7 @@ import pytest
 from support.traffic import frames, play
 
 from sim.paint import paint_reflectivity
-from sim.physical.layer import REAR_AXLE
+from sim.physical.tables import REAR_AXLE
 from sim.replay.config import ReplayTraffic
 from sim.replay.source import ReplaySource
 from sim.scripted.motions import Arc, LaneChange, Straight, state_at

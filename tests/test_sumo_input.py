@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from sim.source import TrafficInputError
-from sim.sumo.input import captured_stderr, input_files, is_left_hand, one_line, sumo_command
+from sim.sumo.complaints import captured_stderr, one_line
+from sim.sumo.input import input_files, is_left_hand, sumo_command
 from sim.sumo.options import left_out
 from sim.sumo.street import static_obstacles
 

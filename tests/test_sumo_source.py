@@ -267,6 +267,15 @@ def test_frames_begin_when_enough_vehicles_are_near(sumo):
         sumo(min_vehicles=1).reset(1)  # it arrives before anybody comes
 
 
+def test_people_are_there_from_frame_0_wherever_the_ego_has_come_to(sumo):
+    """They are sought around a point of their own, which must have come along while the ego waited for others."""
+    standing = """<vehicle id="wall" depart="0" departPos="stop" departLane="1"><route edges="west_in"/>
+        <stop lane="west_in_1" startPos="100" endPos="130" duration="900"/></vehicle>"""
+    walker = '<person id="p" depart="0" departPos="125"><walk edges="west_in" arrivalPos="60"/></person>'
+    source = sumo(EAST + standing + walker + EGO.replace('Pos="60"', 'Pos="10"'), min_vehicles=1, range_m=30.0)
+    assert [names([frame]) for frame in frames(source, 2)] == [{"wall", "p"}] * 2
+
+
 def test_begin_is_sumo_s_clock(sumo):
     late = EGO.replace('depart="0"', 'depart="100"')
     early = EGO.replace('"ego"', '"early"')
@@ -321,6 +330,14 @@ def test_the_ego_reaches_a_commanded_speed_within_its_type_s_limits(obedient):
     assert driven(obedient, 20)[-1] == 0.0
 
 
+def test_without_a_command_sumo_drives_the_ego_by_the_rules(sumo):
+    """Were it set free at frame 0, it would go beyond the road's limit of 13.89 m/s."""
+    fast = EGO.replace('departSpeed="5"', 'departSpeed="13.8"')
+    source = sumo(EAST + fast, ego_control=True, physical=AT_ONCE)
+    source.reset(1)
+    assert max(source.step() and libsumo.vehicle.getSpeed("ego") for _ in range(40)) < 13.9
+
+
 def test_a_command_acts_from_the_very_next_step(sumo):
     def first_change(command_at):
         source = sumo(ego_control=True, physical=AT_ONCE)
@@ -357,6 +374,16 @@ def test_lanes_of_a_left_hand_net_count_from_the_kerb_as_sumo_does(sumo):
     source.apply(EgoCommand(lane=1))
     play(source, 2)
     assert libsumo.vehicle.getPosition("ego")[1] == pytest.approx(y - 3.2, abs=0.1)
+
+
+def test_before_frame_0_sumo_drives_the_ego_as_any_other(sumo):
+    """It does not stay behind whoever stands, while it waits for others to come."""
+    standing = """<vehicle id="wall" type="calm" route="east" depart="0" departPos="stop" departLane="1">
+        <stop lane="west_in_1" startPos="100" endPos="120" duration="900"/></vehicle>"""
+    others = '<flow id="f" type="calm" route="east" begin="12" end="20" period="1" departLane="2"/>'
+    source = sumo(EAST + EGO + standing + others, ego_control=True, physical=AT_ONCE, min_vehicles=3)
+    source.reset(1)
+    assert libsumo.vehicle.getPosition("ego")[0] > libsumo.vehicle.getPosition("wall")[0]
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,24 @@ def walls_in_sight(
 
 
 @njit(cache=True)
+def reach_of_rig(origin: Floats, reach: Floats, time: float, drive: Drive) -> float:
+    """Return how far from the ego, in plan, a beam of any unit gets, straight on or by way of mirrors [m].
+
+    Parameters
+    ----------
+    origin, reach
+        (U, 3) where each unit is in the ego frame, and (U,) its range.
+    time
+        The longest that a beam fires before or after the frame's time [s].
+    """
+    farthest = 0.0
+    for u in range(len(reach)):
+        passed, _ = _passed(drive, origin[u], time)
+        farthest = max(farthest, math.hypot(origin[u, 0], origin[u, 1]) + passed + reach[u])
+    return farthest
+
+
+@njit(cache=True)
 def azimuths_in(interval: Floats, first: float, step: float, count: int, rows: Ints) -> int:
     """Fill `rows` (thing, first azimuth, end) with what of each thing's interval is in a fan; return how many.
 

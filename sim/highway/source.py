@@ -1,4 +1,4 @@
-"""Traffic by highway-env, stepped without a window. Nothing but `sim/highway*.py` imports it.
+"""Traffic by highway-env, stepped without a window. Only this package imports it.
 
 highway-env draws y downwards: its frame is left-handed in data, with headings clockwise and lanes counted towards +y,
 to the driver's right. Mirrored (y and heading change sign) it is our world, and traffic keeps to the right.
@@ -15,6 +15,7 @@ from sim.highway.agents import idle, obeying, put_drivers
 from sim.highway.config import HighwayTraffic
 from sim.highway.environment import POLICY_HZ, Tuning, foreign, make, restore, tuning
 from sim.kinematics import RawFrame, wrap_angle
+from sim.origin import origin_near
 from sim.physical.layer import PhysicalTruth
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.world import Floats, Kind, Obstacles, WorldFrame
@@ -23,8 +24,6 @@ VEHICLE_HEIGHT = 1.5
 """[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m, before they are redrawn."""
 OBSTACLE_HEIGHT = 1.0
 """[m] Of what stands on its roads: the end of a merging lane, a car park's walls."""
-ORIGIN_STEP = 10_000.0
-"""[m] The world's origin is the full multiple of this, in the environment's coordinates, nearest to the ego's start."""
 
 
 class HighwaySource:
@@ -65,7 +64,7 @@ class HighwaySource:
         self._action = idle(self._env) if config.ego != "fixed" else obeying(self._env, config.env, config.action)
         self._cast = Cast(seed, redraw_default_sizes=config.redraw_default_sizes)
         self._member(self._env.vehicle)  # the ego is cast first
-        self.origin = np.round(_mirrored([self._env.vehicle])[0, :2] / ORIGIN_STEP) * ORIGIN_STEP + 0.0  # never -0
+        self.origin = origin_near(_mirrored([self._env.vehicle])[0, :2])
         self._layer = PhysicalTruth(self.dt, config.smoothing, rolling=False)
         self._delivery = Delivery(self.dt, self._range, config.modes)
         self._pushed, self._end = 0, ""

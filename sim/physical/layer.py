@@ -77,30 +77,33 @@ class PhysicalTruth:
             acceleration_world=motion[:, 5:7],
             yaw_rate=motion[:, 7],
             articulation=motion[:, 8],
-            changes_lane=tables.said.changes_lane[frame % len(tables.said.present), id],
+            changes_lane=tables.said.changes_lane[id, frame % tables.said.frame.shape[1]],
             deviation=motion[:, 9:],
         )
 
     def _begin_to_change(self, frame: int, id: int, offset: float) -> None:
         """Spread a jump at a frame, over some frames before it too."""
-        change, present = LaneChange(id, frame, offset), self._tables.said.present
+        change, known = LaneChange(id, frame, offset), self._tables.said.frame[id]
         for at in range(max(frame - self._lead_frames, 0), frame + 1):
-            if present[at % len(present), id]:
+            if known[at % len(known)] == at:
                 change = self._shift(change, at)
         self._changing.append(change)
 
     def _go_on_changing(self, frame: int) -> None:
         """Shift those who are changing lanes at a new frame."""
-        present = self._tables.said.present[frame % len(self._tables.said.present)]
+        known = self._tables.said.frame
+        row = frame % known.shape[1]
         self._changing = [
-            self._shift(change, frame) for change in self._changing if present[change.id] and change.progress < 1
+            self._shift(change, frame)
+            for change in self._changing
+            if known[change.id, row] == frame and change.progress < 1
         ]
 
     def _shift(self, change: LaneChange, frame: int) -> LaneChange:
         said = self._tables.said
-        row = frame % len(said.present)
-        change = change.onward(said.speed[row, change.id], self._change_fraction)
-        course = said.path[row, change.id, 2]
-        said.path[row, change.id, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
-        said.changes_lane[row, change.id] = True
+        row = frame % said.frame.shape[1]
+        change = change.onward(said.speed[change.id, row], self._change_fraction)
+        course = said.path[change.id, row, 2]
+        said.path[change.id, row, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
+        said.changes_lane[change.id, row] = True
         return change

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from sim.articulation import hitch
 from sim.cast import Member
-from sim.physical.kernels.records import Builds, Led, Said
+from sim.physical.kernels.records import NEVER, Builds, Led, Said
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
 from sim.world import Kind
 
@@ -30,17 +30,17 @@ class Tables:
         nobody = (np.zeros(0) for _ in Builds._fields)
         self.builds = Builds(*nobody)
         self.said = Said(
-            present=np.zeros((window, 0), np.bool_),
-            changes_lane=np.zeros((window, 0), np.bool_),
-            raw=np.zeros((window, 0, 3)),
-            path=np.zeros((window, 0, 3)),
-            speed=np.zeros((window, 0)),
+            frame=np.zeros((0, window), np.int64),
+            changes_lane=np.zeros((0, window), np.bool_),
+            raw=np.zeros((0, window, 3)),
+            path=np.zeros((0, window, 3)),
+            speed=np.zeros((0, window)),
         )
         self.led = Led(
             state=np.zeros((0, 10)),
             settled=np.zeros(0, np.int64),
             since=np.zeros(0, np.int64),
-            trail=np.zeros((trail, 0, 6)),
+            trail=np.zeros((0, trail, 6)),
         )
         self._met: set[int] = set()
 
@@ -52,19 +52,14 @@ class Tables:
         for member in new:
             for column, value in zip(self.builds, _build(member), strict=True):
                 column[member.id] = value
-            self.led.settled[member.id] = -2
+            self.said.frame[member.id] = NEVER
+            self.led.settled[member.id] = NEVER
             self._met.add(member.id)
 
     def _grow(self, room: int) -> None:
-        self.builds = Builds(*(_grown(column, 0, room) for column in self.builds))
-        self.said = Said(*(_grown(ring, 1, room) for ring in self.said))
-        led = self.led
-        self.led = Led(
-            state=_grown(led.state, 0, room),
-            settled=_grown(led.settled, 0, room),
-            since=_grown(led.since, 0, room),
-            trail=_grown(led.trail, 1, room),
-        )
+        self.builds = Builds(*(_grown(column, room) for column in self.builds))
+        self.said = Said(*(_grown(ring, room) for ring in self.said))
+        self.led = Led(*(_grown(column, room) for column in self.led))
 
 
 def _build(member: Member) -> Builds:
@@ -80,6 +75,6 @@ def _build(member: Member) -> Builds:
     return Builds(length, drive, 0.0, turn, drive - pin, axles - pin, pin - 0.5 * length)  # type: ignore[arg-type]
 
 
-def _grown(array: npt.NDArray[Any], axis: int, room: int) -> npt.NDArray[Any]:
-    """Return the array with so much room along an axis, the new filled with zeros."""
-    return np.pad(array, [(0, room - array.shape[axis] if a == axis else 0) for a in range(array.ndim)])
+def _grown(array: npt.NDArray[Any], room: int) -> npt.NDArray[Any]:
+    """Return the array with so many rows, the new filled with zeros."""
+    return np.concatenate([array, np.zeros((room - len(array), *array.shape[1:]), array.dtype)])

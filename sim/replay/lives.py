@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from sim.replay.recording import Recording
 from sim.source import TrafficInputError
@@ -17,8 +16,6 @@ COURSE_FROM = 0.5
 """[m/s] Slower motion tells no course: it may be the noise of who stands."""
 ROUNDING = 1e-6
 """[s] Times that differ by less are the same."""
-
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

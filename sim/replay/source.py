@@ -8,6 +8,7 @@ import numpy as np
 from sim.cast import Cast, Member
 from sim.delivery import Delivery
 from sim.kinematics import RawFrame, wrap_angle
+from sim.origin import origin_near
 from sim.physical.layer import PhysicalTruth
 from sim.replay.config import ReplayTraffic
 from sim.replay.files import read_recording
@@ -17,8 +18,6 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.street import obstacles
 from sim.world import Floats, Ints, Obstacles, WorldFrame
 
-ORIGIN_STEP = 10_000.0
-"""[m] The world's origin is a multiple of this, the nearest to where the ego starts."""
 MARGIN = 30.0
 """[m] Beyond the delivery radius: bodies that are this far are followed already, so that they come in rolling."""
 TOLD = 8
@@ -59,7 +58,7 @@ class ReplaySource:
         self._first = np.ceil((self._lives.begin - self._begin - ROUNDING) / self.dt)
         self._last = np.floor((self._lives.end - self._begin + ROUNDING) / self.dt)
         start, _ = self._lives.at(np.array([self._ego]), self._begin)
-        self.origin = np.round(start[0, :2] / ORIGIN_STEP) * ORIGIN_STEP
+        self.origin = origin_near(start[0, :2])
         self._cast = Cast(seed)
         self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
         self._delivery = Delivery(self.dt, self._range, self._config.modes)

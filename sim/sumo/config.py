@@ -5,6 +5,7 @@ from typing import Literal
 
 from sim.modes import ModeLimits
 from sim.physical.config import PhysicalConfig
+from sim.sumo.options import full_name
 
 _RESERVED_OPTIONS = {
     "configuration-file": "config",
@@ -37,7 +38,7 @@ class SumoTraffic:
     ego: str = "first"
     """`vehicle:<id>`, `route:<id>` (the first vehicle that enters on it), or `first` that enters at all."""
     dt_s: float = 0.08
-    """[s] SUMO's step and the time between frames; the rig turns at 12.5 Hz."""
+    """[s] SUMO's step, whole milliseconds, and the time between frames; the rig turns at 12.5 Hz."""
     begin_s: float | None = None
     """[s] on SUMO's clock, when the simulation begins: whoever departs earlier never does. Left out, it is the
     configuration's own begin, else 0."""
@@ -55,7 +56,7 @@ class SumoTraffic:
     ego_control: bool = False
     """Whether the ego obeys commands: it keeps the last commanded speed and lane whatever is in its way, red lights and
     other vehicles included, and hits them; its accelerations stay within its type's. Until its first speed SUMO drives
-    it. Needs `physical.lookahead_s = 0`."""
+    it, from frame 0 on in its lane. Needs `physical.lookahead_s = 0`."""
     physical: PhysicalConfig = field(default_factory=PhysicalConfig)
     """How SUMO's poses become motions."""
     modes: ModeLimits = field(default_factory=ModeLimits)
@@ -73,6 +74,8 @@ class SumoTraffic:
             raise ValueError(f'ego = "{self.ego}": write "vehicle:<id>", "route:<id>" or "first"')
         if not (self.dt_s > 0 and self.max_wait_s > 0 and self.building_height_m > 0):
             raise ValueError("dt_s, max_wait_s and building_height_m must be positive")
+        if round(self.dt_s, 3) != self.dt_s:
+            raise ValueError(f"dt_s = {self.dt_s}: SUMO steps whole milliseconds; write no more than three decimals")
         if self.min_vehicles < 0 or (self.begin_s is not None and not self.begin_s >= 0):
             raise ValueError("min_vehicles and begin_s must not be negative")
         if not 0 <= self.parking_fill <= 1:
@@ -81,5 +84,6 @@ class SumoTraffic:
             raise ValueError(
                 "physical.lookahead_s must be 0 with ego_control = true: no command reaches a simulator that is ahead"
             )
-        if reserved := sorted(_RESERVED_OPTIONS.keys() & self.options.keys()):
-            raise ValueError(f"options.{reserved[0]}: set {_RESERVED_OPTIONS[reserved[0]]} in its place")
+        for option in self.options:
+            if key := _RESERVED_OPTIONS.get(full_name(option)):
+                raise ValueError(f"options.{option}: set {key} in its place")

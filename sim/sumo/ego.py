@@ -51,12 +51,12 @@ def await_ego(sumo: Any, ego: str, until: float) -> str:
             break
     raise TrafficInputError(
         f'ego = "{ego}" did not enter in {sumo.simulation.getTime() - begin:.0f} s; '
-        f"these did: {', '.join(list(appeared)[:8]) or 'none'}; name one of them or raise max_wait_s"
+        f"these did: {', '.join(list(appeared)[:8]) or 'none'}; name one of them, raise max_wait_s or lower begin_s"
     )
 
 
 class EgoControl:
-    """Makes the ego obey.
+    """Makes the ego obey: it stays in its lane from now on; SUMO's own model drives it until its first speed.
 
     Parameters
     ----------
@@ -69,7 +69,6 @@ class EgoControl:
     def __init__(self, sumo: Any, ego: str):
         self._sumo = sumo
         self._ego = ego
-        sumo.vehicle.setSpeedMode(ego, _SPEED_MODE)
         sumo.vehicle.setLaneChangeMode(ego, _LANE_CHANGE_MODE)
 
     def apply(self, command: EgoCommand) -> None:
@@ -83,6 +82,7 @@ class EgoControl:
             self._require_lane(lane)
             self._sumo.vehicle.changeLane(self._ego, int(lane), _FOR_GOOD)
         if speed is not None:
+            self._sumo.vehicle.setSpeedMode(self._ego, _SPEED_MODE)
             self._sumo.vehicle.setSpeed(self._ego, float(speed))
 
     def _require_lane(self, lane: int) -> None:

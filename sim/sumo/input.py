@@ -1,14 +1,11 @@
-"""What is checked and said before SUMO runs: its files, its command line, its complaints."""
+"""What is checked before SUMO runs: its files and its command line."""
 
 import functools
 import gzip
-import os
 import re
-import sys
 import tempfile
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO, cast
 
@@ -29,21 +26,6 @@ _QUIET = {
     "xml-validation.net": "never",
     "xml-validation.routes": "never",
 }
-
-_REMEDIES = (
-    (r"The edge .* is not known", "name an edge of the net"),
-    (r"No connection between", "name edges that are connected one to the next"),
-    (r"has no valid route", "name edges that are connected one to the next"),
-    (r"The vehicle type .* is not known", "define the vType before the vehicle, in this file or in one listed earlier"),
-    (r"The route .* is not known", "define the route before the vehicle, in this file or in one listed earlier"),
-    (r"The lane .* is not known", "name a lane of the net, as <edge>_<index>"),
-    (r"The vehicle class .* is not known", "write a class of SUMO's, as passenger or bus"),
-    (r"Another vehicle with the id", "give it an id of its own, and list each route file once"),
-    (r"Could not build output file", "make the folder that the file is to lie in"),
-    (r"The end time should be after the begin time", "lower begin_s, or set options.end"),
-    (r"geo-conversion", "write x and y of the net, or import the net with its projection"),
-)
-"""What to do about the complaints that are commonest."""
 
 _UP_TO_THE_ROOT = "../" * 64
 
@@ -120,34 +102,6 @@ def is_left_hand(command: Sequence[str]) -> bool:
     return _root(net).get("lefthand", "false") in ("true", "1")
 
 
-@contextmanager
-def captured_stderr() -> Iterator[BinaryIO]:
-    """Divert the process's stderr, where SUMO's C++ side writes, into a temporary file."""
-    sys.stderr.flush()
-    terminal = os.dup(2)
-    try:
-        with tempfile.TemporaryFile() as said:
-            os.dup2(said.fileno(), 2)
-            try:
-                yield said
-            finally:
-                os.dup2(terminal, 2)
-    finally:
-        os.close(terminal)
-
-
-def one_line(complaint: str, command: Sequence[str] = ()) -> str:
-    """Return SUMO's first error, which may span lines, as one line.
-
-    Of the input files that `command` names, the one that alone holds all the names in the error goes before it; a
-    remedy follows where one is known.
-    """
-    first = " ".join(complaint.strip().removeprefix("Error:").split("Error:")[0].split()).rstrip(".")
-    remedy = next((f"; {remedy}" for pattern, remedy in _REMEDIES if re.search(pattern, first)), "")
-    culprit = _culprit(first, input_files(command))
-    return f"{culprit}: {first}{remedy}" if culprit else f"{first}{remedy}"
-
-
 def input_files(command: Sequence[str], options: Sequence[str] = ("route-files", "additional-files")) -> list[Path]:
     """Return the files that the command line of `sumo_command` names under `options`."""
     values = dict(zip(command[1::2], command[2::2], strict=True))
@@ -188,15 +142,6 @@ def _out_of_the_way() -> str:
     return f"{_UP_TO_THE_ROOT}{_scratch().name.lstrip('/')}/"
 
 
-def _culprit(complaint: str, paths: list[Path]) -> Path | None:
-    """Return the one file that holds all the names quoted in a complaint, where the complaint names none itself."""
-    names = re.findall(r"'([^']+)'", complaint)
-    if not names or any(path.name in complaint for path in paths):
-        return None
-    holding = [path for path in paths if _holds(path, names)]
-    return holding[0] if len(holding) == 1 else None
-
-
 def text_of(path: Path) -> str:
     """Return what a file holds that may be compressed."""
     with _opened(path) as stream:
@@ -218,11 +163,6 @@ def _root(net: Path) -> ET.Element:
         except (ET.ParseError, gzip.BadGzipFile, EOFError) as error:
             raise TrafficInputError(f"{net}: the net does not parse: {error}") from error
     return root
-
-
-def _holds(path: Path, names: list[str]) -> bool:
-    text = text_of(path)
-    return all(re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text) for name in names)
 
 
 def _existing(path: Path) -> Path:

@@ -13,17 +13,16 @@ import numpy as np
 
 from sim.cast import EGO_ID, Cast, Member
 from sim.kinematics import RawFrame
+from sim.origin import origin_near
 from sim.sumo.bodies import kind_of_shape
 from sim.sumo.lives import Body, Lives, Parking, Point
 from sim.sumo.parking import ParkedCar
 from sim.sumo.standing import Pose, Standing
 from sim.world import Floats, Kind
 
-MARGIN = 60.0
-"""[m] Read beyond the delivery range: what two who meet on a motorway drive in half the layer's smoothing window, and
-half a long vehicle, for SUMO searches by front bumpers."""
-ORIGIN_STEP = 10_000.0
-"""[m] The world's origin is the full multiple of this, in the net's coordinates, nearest to the ego's start."""
+MARGIN = 10.0
+"""[m] Read beyond the delivery range: half a long vehicle, for SUMO searches by front bumpers. The layer smooths those
+who have just come into it one-sidedly; a city costs in proportion to who is read."""
 
 _NOWHERE = -1e8
 """[m] SUMO gives -2^30 for who is not on the road."""
@@ -62,17 +61,21 @@ class SumoReader:
         self._people = Lives(cast, "person", self._person_body)
         self._vehicles.member(ego)
         self._parking = Parking(sumo.simulation)
-        self.origin: Floats = np.round(np.array(sumo.vehicle.getPosition(ego)) / ORIGIN_STEP) * ORIGIN_STEP + 0.0
+        self.origin: Floats = origin_near(np.array(sumo.vehicle.getPosition(ego)))
         self._east, self._north = self.origin.tolist()
         self._standing = Standing(cast, parked, self.origin, range_m + MARGIN)
         self.fate = ""
         self._subscribe()
 
     def vehicles_in_range(self) -> int:
-        """Return how many vehicles but the ego are in delivery range; 0 if the ego is gone."""
+        """Return how many vehicles but the ego are in delivery range; 0 if the ego is gone. For steps without `read`.
+
+        People are sought around the ego after the next step, too, so that the first frame has them.
+        """
         seen: _Results = self._sumo.vehicle.getContextSubscriptionResults(self._ego)
         if self._ego not in seen:
             return 0
+        self._sumo.poi.setPosition(_HERE, *seen[self._ego][self._position])
         place = np.array([row[self._position] for row in seen.values()]) - seen[self._ego][self._position]
         return int((np.hypot(place[:, 0], place[:, 1]) <= self._range).sum()) - 1
 

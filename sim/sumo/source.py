@@ -10,9 +10,10 @@ from sim.cast import Cast
 from sim.delivery import Delivery
 from sim.physical.layer import PhysicalTruth
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.sumo.complaints import captured_stderr, one_line
 from sim.sumo.config import SumoTraffic
 from sim.sumo.ego import EgoControl, await_ego
-from sim.sumo.input import captured_stderr, one_line, sumo_command
+from sim.sumo.input import sumo_command
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.street import static_obstacles
@@ -110,10 +111,10 @@ class SumoSource:
         parked = parked_cars(command, sumo.lane, config.parking_fill, seed)
         until = sumo.simulation.getTime() + config.max_wait_s
         self._ego = await_ego(sumo, config.ego, until)
-        self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         cast = Cast(seed, redraw_default_sizes=config.redraw_default_sizes)
         self._reader = SumoReader(sumo, self._ego, cast, parked, self._range, self.dt)
         self._await_vehicles(until)
+        self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
         self._delivery = Delivery(self.dt, self._range, config.modes)

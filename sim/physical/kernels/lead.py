@@ -123,13 +123,13 @@ def _trail_at(led: Led, body: int, frame: int, ago: float, dt: float, out: Float
 
     Before the first and after the last frame that is known, the derivatives tell.
     """
-    length = len(led.trail)
+    length = led.trail.shape[1]
     wanted = frame - ago / dt
     first = max(led.since[body], frame - length + 1)
     before = min(max(math.floor(wanted), first), max(frame - 1, first))
     s = min(max(wanted - before, 0.0), min(frame - before, 1))
-    start = led.trail[before % length, body]
-    end = led.trail[(before + 1) % length, body]
+    start = led.trail[body, before % length]
+    end = led.trail[body, (before + 1) % length]
     rest = (wanted - before - s) * dt
     for c in range(2):
         place = (

@@ -35,24 +35,23 @@ def note(
     dt
         Time between frames [s].
     """
-    length = len(said.present)
+    length = said.frame.shape[1]
     row, before = frame % length, (frame - 1) % length
-    said.present[row] = False
-    said.changes_lane[row] = False
     jump = np.zeros(len(id))
     for n in range(len(id)):
         body, yaw = id[n], pose[n, 2]
         ahead = 0.5 * builds.length[body] if leads else 0.0
-        raw, path = said.raw[row, body], said.path[row, body]
+        raw, path = said.raw[body, row], said.path[body, row]
         raw[0], raw[1], raw[2] = pose[n, 0] + ahead * math.cos(yaw), pose[n, 1] + ahead * math.sin(yaw), yaw
         path[:] = raw
-        said.speed[row, body] = speed[n]
-        said.present[row, body] = True
-        if leads and frame > 0 and said.present[before, body]:
-            path[2], jump[n] = _course(said.raw[before, body], raw, said.path[before, body, 2], dt)
-            if frame == 1 or not said.present[(frame - 2) % length, body]:
+        said.speed[body, row] = speed[n]
+        said.frame[body, row] = frame
+        said.changes_lane[body, row] = False
+        if leads and said.frame[body, before] == frame - 1:
+            path[2], jump[n] = _course(said.raw[body, before], raw, said.path[body, before, 2], dt)
+            if said.frame[body, (frame - 2) % length] != frame - 2:
                 # where somebody new came from is where the first step leads; so far the simulator's yaw had to do
-                said.path[before, body, 2] = path[2]
+                said.path[body, before, 2] = path[2]
     return jump
 
 

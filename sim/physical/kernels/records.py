@@ -14,6 +14,10 @@ X, Y, YAW, SPEED, ACCELERATION, YAW_RATE, YAW_ACCELERATION, LAG, TRAILER_YAW, TR
 those along the body; the lag is the time by which the front is behind its path [s]. Yaws are not wrapped."""
 
 
+NEVER = -9
+"""Stands for a frame that has not been, nor the two before the first."""
+
+
 class Builds(NamedTuple):
     """Bodies; metres."""
 
@@ -34,18 +38,18 @@ class Builds(NamedTuple):
 
 
 class Said(NamedTuple):
-    """What the simulator said in the last L frames; frame f is in row f % L."""
+    """What the simulator said in the last L frames; frame f is in row f % L of each body, if it is that one's."""
 
-    present: Bools
-    """(L, S)"""
+    frame: Ints
+    """(S, L) which frame the row is of, or `NEVER`."""
     changes_lane: Bools
-    """(L, S) a jump is being spread."""
+    """(S, L) a jump is being spread."""
     raw: Floats
-    """(L, S, 3) the leading point's x [m], y [m], and the body's yaw [rad]."""
+    """(S, L, 3) the leading point's x [m], y [m], and the body's yaw [rad]."""
     path: Floats
-    """(L, S, 3) the same with jumps spread, and in place of the yaw, where a front leads, its course [rad]."""
+    """(S, L, 3) the same with jumps spread, and in place of the yaw, where a front leads, its course [rad]."""
     speed: Floats
-    """(L, S) [m/s]."""
+    """(S, L) [m/s]."""
 
 
 class Led(NamedTuple):
@@ -54,8 +58,8 @@ class Led(NamedTuple):
     state: Floats
     """(S, 10) see `X` and those after it."""
     settled: Ints
-    """(S,) the last frame in which each was settled; -2 before the first."""
+    """(S,) the last frame in which each was settled, or `NEVER`."""
     since: Ints
     """(S,) the first of the frames in a row in which it was."""
     trail: Floats
-    """(K, S, 6) smoothed place, velocity and acceleration of the leading point in settled frames; f is in row f % K."""
+    """(S, K, 6) smoothed place, velocity and acceleration of the leading point in settled frames; f is in row f % K."""

@@ -53,7 +53,7 @@ def settle(
     for n in range(len(id)):
         body = id[n]
         smoothed(said, weights, frame, known, body, leads, dt, path)
-        raw = said.raw[frame % len(said.raw), body]
+        raw = said.raw[body, frame % said.raw.shape[1]]
         if leads:
             _follow(led, builds, body, frame, path, raw[2], dt)
             _write(motion[n], led.state[body], builds, body)
@@ -73,7 +73,7 @@ def settle(
 @njit(cache=True)
 def _follow(led: Led, builds: Builds, body: int, frame: int, path: Floats, yaw: float, dt: float) -> None:
     """Take a body to a frame along its path, or put it there if it is new."""
-    state, goal = led.state[body], led.trail[frame % len(led.trail), body]
+    state, goal = led.state[body], led.trail[body, frame % led.trail.shape[1]]
     goal[:2], goal[2:4], goal[4:] = path[0, :2], path[1, :2], path[2, :2]
     if led.settled[body] == frame - 1:
         drive(led, builds, body, frame, dt)

@@ -18,7 +18,9 @@ def wrapped(angle: float) -> float:
 def smoothed(
     said: Said, weights: Floats, frame: int, known: int, body: int, leads: bool, dt: float, out: Floats
 ) -> None:
-    """Write the path's place, first and second derivative at a frame to `out` (3, 3), derivatives by coordinates.
+    """Write the path's place, first and second derivative at a frame to `out` (3, 3): x, y and yaw in its columns.
+
+    The course of a front that leads is not smoothed, and has no derivatives.
 
     Where the body was not (yet) known, it is taken to go straight on at its speed if a front leads, and else to go on
     with the last known step, turn included.
@@ -39,24 +41,24 @@ def smoothed(
         Time between frames [s].
     """
     half = weights.shape[1] // 2
-    length = len(said.present)
-    now = said.path[frame % length, body]
+    length = said.frame.shape[1]
+    now = said.path[body, frame % length]
     out[:] = 0.0
     for sign in (1, -1):
         last = 0
         while last < half and _there(said, frame + sign * (last + 1), known, body):
             last += 1
         step_x, step_y, step_yaw = _onward(said, frame, known, body, sign, last, leads, dt)
-        end = said.path[(frame + sign * last) % length, body]
+        end = said.path[body, (frame + sign * last) % length]
         for n in range(1, half + 1):
             if n <= last:
-                pose = said.path[(frame + sign * n) % length, body]
+                pose = said.path[body, (frame + sign * n) % length]
                 x, y, yaw = pose[0] - now[0], pose[1] - now[1], pose[2]
             else:
                 x = end[0] - now[0] + (n - last) * step_x
                 y = end[1] - now[1] + (n - last) * step_y
                 yaw = end[2] + (n - last) * step_yaw
-            turn = wrapped(yaw - now[2])
+            turn = 0.0 if leads else wrapped(yaw - now[2])  # a front's course matters now only
             for order in range(3):
                 weight = weights[order, half + sign * n]
                 out[order, 0] += weight * x
@@ -67,7 +69,7 @@ def smoothed(
 
 @njit(cache=True)
 def _there(said: Said, frame: int, known: int, body: int) -> bool:
-    return 0 <= frame < known and said.present[frame % len(said.present), body]
+    return 0 <= frame < known and said.frame[body, frame % said.frame.shape[1]] == frame
 
 
 @njit(cache=True)
@@ -75,12 +77,12 @@ def _onward(
     said: Said, frame: int, known: int, body: int, sign: int, last: int, leads: bool, dt: float
 ) -> tuple[float, float, float]:
     """Return the step by which a path goes on, in direction `sign` of time, after its last known pose."""
-    length = len(said.present)
-    end = said.path[(frame + sign * last) % length, body]
+    length = said.frame.shape[1]
+    end = said.path[body, (frame + sign * last) % length]
     if not leads:
         before = frame + sign * (last - 1)  # with last = 0 it is on the other side of the frame
         if _there(said, before, known, body):
-            pose = said.path[before % length, body]
+            pose = said.path[body, before % length]
             return end[0] - pose[0], end[1] - pose[1], wrapped(end[2] - pose[2])
-    way = sign * said.speed[(frame + sign * last) % length, body] * dt
+    way = sign * said.speed[body, (frame + sign * last) % length] * dt
     return way * math.cos(end[2]), way * math.sin(end[2]), 0.0

@@ -1,0 +1,76 @@
+"""The figures that docs/traffic.md quotes."""
+
+import numpy as np
+from motion_pictures.stage import (
+    DT,
+    JUMPS,
+    SUBLANES,
+    TIMED,
+    Floats,
+    Settled,
+    Way,
+    on_net,
+    on_scenario,
+    raw_ways,
+    true_ways,
+)
+
+from sim.kinematics import wrap_angle
+from sim.physical.config import PhysicalConfig
+
+HARD = 10.0
+"""[m/s^2] that no vehicle reaches."""
+CONFIGS = {
+    "3.0 s, smoothing 1.2 s": PhysicalConfig(),
+    "1.2 s, smoothing 1.2 s": PhysicalConfig(lookahead_s=1.2),
+    "0, smoothing 1.2 s": PhysicalConfig(lookahead_s=0.0),
+    "0, smoothing 0.4 s": PhysicalConfig(smoothing_s=0.4, lookahead_s=0.0),
+}
+"""By look-ahead."""
+
+
+def show() -> None:
+    """Print both tables as Markdown."""
+    runs = {
+        "motorway, jumps": on_scenario("sumo-cut-in", JUMPS),
+        "motorway, `lanechange.duration` 3": on_scenario("sumo-cut-in", TIMED),
+        "motorway, `lateral-resolution` 0.8": on_scenario("sumo-cut-in", SUBLANES),
+        "crossing, `lateral-resolution` 0.8": on_scenario("sumo-crossing"),
+        "winding road, `lanechange.duration` 3": on_net("winding", TIMED),
+        "roundabout, jumps": on_net("roundabout", JUMPS),
+    }
+    for name, traffic in runs.items():
+        print(f"| {name} | {_harshness(raw_ways(traffic))} | {_harshness(true_ways(traffic.delivered()))} |")
+    for name in ("crossing, `lateral-resolution` 0.8", "roundabout, jumps"):
+        for look_ahead, config in CONFIGS.items():
+            print(f"| {name} | {look_ahead} | {_price(runs[name].delivered(config))} |")
+
+
+def _harshness(ways: list[Way]) -> str:
+    """Largest speed sideways, yaw rate, acceleration (and how many are too hard) and jerk, by differences."""
+    acceleration, jerk = (np.concatenate([np.hypot(*way.differences(n).T) for way in ways]) for n in (2, 3))
+    sideways = max(np.abs(_sideways(way)).max() for way in ways if len(way.time) > 1)
+    turn = max(np.abs(wrap_angle(np.diff(way.pose[:, 2]))).max() for way in ways if len(way.time) > 1) / DT
+    hard = np.count_nonzero(acceleration > HARD)
+    return (
+        f"{sideways:.1f} | {np.rad2deg(turn):.0f} | {acceleration.max():.{0 if hard else 1}f} | "
+        f"{hard} of {len(acceleration)} | {jerk.max():.0f}"
+    )
+
+
+def _sideways(way: Way) -> Floats:
+    """Speed of the box centre across the body's heading (N - 1,) [m/s]."""
+    yaw, velocity = way.pose[:-1, 2], way.differences(1)
+    return np.asarray(velocity[:, 1] * np.cos(yaw) - velocity[:, 0] * np.sin(yaw))
+
+
+def _price(settled: Settled) -> str:
+    """Largest acceleration, and how far bodies are from where SUMO has them: usually, at 1 %, at worst."""
+    acceleration = max(np.hypot(*motion.acceleration_world.T).max() for _, motion in settled)
+    kept = np.concatenate([motion.deviation[~motion.changes_lane] for _, motion in settled])
+    along, across = np.abs(kept.T)
+    return f"{acceleration:.1f} | {_spread(along)} | {_spread(across)}"
+
+
+def _spread(size: Floats) -> str:
+    return f"{np.median(size):.2f}, {np.quantile(size, 0.99):.2f}, {size.max():.1f}"

@@ -1,0 +1,184 @@
+"""What all pictures share: runs of SUMO, the ways of its road users before and after the truth layer, drawing."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import libsumo
+import matplotlib.pyplot as plt
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from scenarios.grading.articulated import parts
+from scenarios.listing import find
+from scenarios.scenario import Scenario
+from sim.cast import Cast, Member
+from sim.kinematics import Kinematics, RawFrame
+from sim.physical.config import PhysicalConfig
+from sim.physical.layer import PhysicalTruth
+from sim.sumo.config import SumoTraffic
+from sim.sumo.ego import await_ego
+from sim.sumo.input import sumo_command
+from sim.sumo.reader import SumoReader
+
+Floats = npt.NDArray[np.float64]
+
+FOLDER = Path(__file__).parents[1] / "pictures"
+NETS = Path(__file__).parents[2] / "tests" / "nets"
+DT, RANGE_M, SEED = 0.08, 200.0, 1
+RAW, TRUE, ROAD = "tab:red", "tab:blue", "0.8"
+
+JUMPS = {}
+TIMED = {"lanechange.duration": "3"}
+SUBLANES = {"lateral-resolution": "0.8"}
+"""SUMO's three ways of changing lanes, as its options."""
+
+_CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
+
+Settled = list[tuple[list[Member], Kinematics]]
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """A run of SUMO: what it said, frame by frame, and where its lanes are, those across junctions left out."""
+
+    raw: list[RawFrame]
+    lanes: list[tuple[Floats, float]]
+    """Middle line (K, 2) and width [m] of each."""
+
+    def delivered(self, config: PhysicalConfig | None = None) -> Settled:
+        """Return what the truth layer makes of it."""
+        layer, settled = PhysicalTruth(DT, config or PhysicalConfig(), rolling=True), []
+        for raw in self.raw:
+            layer.push(raw)
+            if frame := layer.pop():
+                settled.append(frame)
+        layer.end()
+        while frame := layer.pop():
+            settled.append(frame)
+        return settled
+
+
+def on_scenario(name: str, options: dict[str, str] | None = None) -> Traffic:
+    """Run the traffic of a shipped scenario for its duration, with other options if wanted."""
+    scenario = Scenario.load(find(name))
+    traffic = scenario.traffic if options is None else replace(scenario.traffic, options=options)
+    return _run(traffic, scenario.folder, round(scenario.duration_s / DT))
+
+
+def on_net(name: str, options: dict[str, str]) -> Traffic:
+    """Run a minute on a test net."""
+    routes = ["mixed.rou.xml", f"{name}/{name}.rou.xml"]
+    traffic = SumoTraffic(net=f"{name}/{name}.net.xml", routes=routes, ego="vehicle:ego", options=options)
+    return _run(traffic, NETS, 750)
+
+
+def _run(traffic: SumoTraffic, folder: Path, frames: int) -> Traffic:
+    """Run SUMO for as many frames from when the ego enters, or until it is gone."""
+    files = {"net-file": [traffic.net], "route-files": traffic.routes, "additional-files": traffic.additional}
+    libsumo.start(sumo_command(folder, files, DT, SEED, traffic.options))
+    ego, raw = await_ego(libsumo, traffic.ego, until=traffic.max_wait_s), []
+    reader = SumoReader(libsumo, ego, Cast(SEED, redraw_default_sizes=True), [], RANGE_M, DT)
+    while len(raw) < frames and (frame := reader.read()):
+        raw.append(frame)
+        libsumo.simulationStep()
+    names = [name for name in libsumo.lane.getIDList() if not name.startswith(":")]
+    lanes = [(np.array(libsumo.lane.getShape(name)), libsumo.lane.getWidth(name)) for name in names]
+    libsumo.close()
+    return Traffic(raw, lanes)
+
+
+@dataclass(frozen=True)
+class Way:
+    """What one road user does, over N frames in a row."""
+
+    member: Member
+    time: Floats
+    """(N,) [s]"""
+    pose: Floats
+    """(N, 3) box centre [m], yaw [rad]."""
+    articulation: Floats
+    """(N,) [rad]"""
+
+    def part(self, begin: float, end: float) -> "Way":
+        """Cut to a time [s]."""
+        rows = (self.time > begin - 0.5 * DT) & (self.time < end + 0.5 * DT)
+        return replace(self, time=self.time[rows], pose=self.pose[rows], articulation=self.articulation[rows])
+
+    def differences(self, order: int) -> Floats:
+        """Return difference quotients (N - order, 2) of the place: velocities, accelerations (2) or jerks (3)."""
+        return np.asarray(np.diff(self.pose[:, :2], order, axis=0) / DT**order)
+
+    def fronts(self) -> Floats:
+        """Return the middle of the front bumper (N, 2) [m], of a bent truck the tractor's."""
+        row, pose, size = self._boxes()
+        leads = dict(zip(row.tolist(), range(len(row)), strict=True))  # tractors come last
+        pose, size = pose[list(leads.values())], size[list(leads.values())]
+        return np.asarray(pose[:, :2] + 0.5 * size[:, :1] * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])]))
+
+    def outlines(self, every: int) -> list[Floats]:
+        """Return outlines (5, 2) [m] of its boxes in every so many frames; a bent truck has two."""
+        row, pose, size = self._boxes()
+        return [_outline(*pose[n], *size[n]) for n in np.flatnonzero(row % every == 0)]
+
+    def _boxes(self) -> tuple[npt.NDArray[np.int64], Floats, Floats]:
+        return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.articulation)
+
+
+def raw_ways(traffic: Traffic) -> list[Way]:
+    """Return what SUMO says, sorted by road users."""
+    return _ways([(frame.members, frame.pose_world, np.zeros(len(frame.members))) for frame in traffic.raw])
+
+
+def true_ways(settled: Settled) -> list[Way]:
+    """Return what is delivered, sorted by road users."""
+    return _ways([(members, motion.pose_world, motion.articulation) for members, motion in settled])
+
+
+def named(ways: list[Way], name: str) -> Way:
+    """Return the way of the road user that SUMO calls so."""
+    return next(way for way in ways if way.member.name == name)
+
+
+def _ways(frames: list[tuple[list[Member], Floats, Floats]]) -> list[Way]:
+    """Sort members, poses and articulations by members; who comes back after an absence is left out."""
+    seen: dict[int, list[tuple[Member, int, Floats, float]]] = {}
+    for index, (members, poses, bends) in enumerate(frames):
+        for member, pose, bend in zip(members, poses, bends, strict=True):
+            seen.setdefault(member.id, []).append((member, index, pose, bend))
+    columns = [tuple(zip(*rows, strict=True)) for rows in seen.values()]
+    return [
+        Way(member[0], DT * np.array(index), np.array(pose), np.array(bend))
+        for member, index, pose, bend in columns
+        if index[-1] - index[0] == len(index) - 1
+    ]
+
+
+def _outline(x: float, y: float, yaw: float, length: float, width: float) -> Floats:
+    """Return the corners (5, 2) of a box, the first twice [m]."""
+    turn = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    return np.asarray((x, y) + 0.5 * _CORNERS * (length, width) @ turn)
+
+
+def draw_road(axes: Axes, traffic: Traffic) -> None:
+    """Draw the borders of all lanes."""
+    for line, width in traffic.lanes:
+        step = np.gradient(line, axis=0)
+        left = np.column_stack([-step[:, 1], step[:, 0]]) / np.hypot(*step.T)[:, None]
+        for side in (-0.5, 0.5):
+            axes.plot(*(line + side * width * left).T, color=ROAD, linewidth=0.7, zorder=0)
+
+
+def label(axes: Axes, title: str, x: str, y: str) -> None:
+    """Name a panel and its axes."""
+    axes.set_title(title, fontsize=10)
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
+    axes.tick_params(labelsize=8)
+
+
+def save(figure: Figure, name: str) -> None:
+    """Write a picture."""
+    figure.savefig(FOLDER / f"motion_{name}.png", dpi=95)
+    plt.close(figure)
