@@ -123,6 +123,8 @@ class Window:
             if not self._leads:
                 step = _steady(path[half], path[other], there[other], last, step)
             _continue(path[half], last, step)
+        if self._leads:
+            path[:, :, 2] = now[:, 2]  # courses are not smoothed
         smooth, rate, bend = np.einsum("dw,wnc->dnc", self._weights, path - now)
         row_now = frame % self._length
         return Reference(now + smooth, rate, bend, self._raw[row_now, id], self._shifting[row_now, id])
