@@ -47,7 +47,7 @@ def rows() -> dict[str, Row]:
         "sensor.over_embreex": beside_embreex(CENTRE_RAY, frame),
         "sensor.footprint_over_embreex": beside_embreex(FOOTPRINT, frame),
         **{f"sensor.ms_per_1000_hit_beams_{count}veh": cost_of_hits(count) for count in TRAFFIC},
-        f"sensor.over_none_{BUILDINGS}_far_buildings": cost_of_far_buildings(CENTRE_RAY, frame),
+        f"sensor.{BUILDINGS}_far_buildings_over_none": cost_of_far_buildings(CENTRE_RAY, frame),
     }
 
 
@@ -121,13 +121,18 @@ def cost_of_hits(vehicles: int) -> Row:
 def cost_of_far_buildings(sensor: SensorConfig, frame: WorldFrame) -> Row:
     """A scan between two halves of a city that are out of sight, over one without them, as the ego drives on."""
     frames = [moved(frame, 30.0 * 0.08 * step) for step in range(DRIVE_FRAMES)]
+    lidars = [Lidar(RIG, NoiseConfig(), sensor, seed=1, obstacles=some) for some in (far_city(BUILDINGS), NO_OBSTACLES)]
 
-    def scan_ms(obstacles: Obstacles) -> float:
-        lidar = Lidar(RIG, NoiseConfig(), sensor, seed=1, obstacles=obstacles)
-        return median_ms(lambda: [lidar.scan(each) for each in frames]) / DRIVE_FRAMES
+    def drive_ms(lidar: Lidar) -> float:
+        start = perf_counter()
+        for each in frames:
+            lidar.scan(each)
+        return 1e3 * (perf_counter() - start) / DRIVE_FRAMES
 
-    city_ms, none_ms = scan_ms(far_city(BUILDINGS)), scan_ms(NO_OBSTACLES)
-    return _row(city_ms / none_ms, "1", f"{city_ms:.2f} ms, without: {none_ms:.2f} ms")
+    # By turns, as what else the machine does would show in a ratio near 1.
+    drives = [[drive_ms(lidar) for lidar in lidars] for _ in range(1 + REPEATS)]
+    city_ms, none_ms = np.median(drives[1:], axis=0)
+    return _row(float(city_ms / none_ms), "1", f"{city_ms:.2f} ms, without: {none_ms:.2f} ms")
 
 
 def moved(frame: WorldFrame, way: float) -> WorldFrame:

@@ -80,7 +80,10 @@ class Caster:
         return self._time + setting.time_jitter[self._unit]
 
     def reach(self, setting: Setting) -> float:
-        """Return how far from the ego a thing that stands may be and still make an echo, a ghost too [m]."""
+        """Return how far from the ego a thing that stands may be and still count [m].
+
+        That holds for ghosts too: no unit reports one beyond its range, and a way by a mirror is no shorter.
+        """
         time = self._longest + float(np.abs(setting.time_jitter).max())
         return reach_of_rig(setting.origin_ego, self._beams.units.range_max, time, setting.drive)
 

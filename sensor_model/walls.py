@@ -65,7 +65,7 @@ class Vicinity:
 
         Their order is that of all walls, which decides what a beam meets where walls coincide.
         """
-        if not math.dist(pose_world[:2], self._place) + reach <= self._radius:
+        if math.dist(pose_world[:2], self._place) + reach > self._radius:
             self._place, self._radius = pose_world[:2].copy(), reach + STRIDE
             to_middle = np.hypot(*(self._middle - self._place).T)
             self._near = self._all[np.flatnonzero(to_middle - self._half_length <= self._radius + _SLACK)]

@@ -3,7 +3,7 @@
 libsumo holds one simulation per process, and some inputs make its C++ end the whole process. Apart, a simulator that
 dies is an error like any other, and it runs beside sensor and tracker on another core.
 
-The process outlives its run and serves the next one, since Python, numpy and libsumo take half a second to load.
+The process outlives its run and serves the next one, since Python, numba and libsumo take a second to load.
 `multiprocessing` would import the caller's main program there, with all that it imports; this does not.
 """
 

@@ -201,7 +201,7 @@ def test_a_run_is_closed_amid_frames_that_nobody_reads(tmp_path):
 
 
 def test_a_process_serves_run_after_run_in_the_folder_of_each(tmp_path, monkeypatch):
-    """Starting one takes half a second, of which a sweep has thousands."""
+    """Starting one takes a second, of which a sweep has thousands."""
     for folder in (tmp_path / "a", tmp_path / "b"):
         folder.mkdir()
         monkeypatch.chdir(folder)
@@ -361,7 +361,7 @@ def test_sumo_apart_is_sumo(crossing, ahead):
 
 
 def test_the_process_loads_no_more_than_sumo_needs(tmp_path):
-    """Numba alone would make it start in seconds. The program that asks for the traffic has loaded all of it."""
+    """It would start later for each library more. The program that asks for the traffic has loaded all of them."""
     told = program(
         f"""
 import pathlib, numba, scipy, pandas, scenarios.scenario as file

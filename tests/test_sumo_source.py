@@ -4,6 +4,7 @@ import math
 import os
 import subprocess
 import sys
+import tempfile
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from sim.physical.config import PhysicalConfig
 from sim.source import EgoCommand, TrafficEndedError, TrafficInputError
 from sim.sumo.config import SumoTraffic
 from sim.sumo.ego import await_ego
-from sim.sumo.input import sumo_command
+from sim.sumo.input import clean_up, sumo_command
 from sim.sumo.reader import SumoReader
 from sim.sumo.source import SumoSource
 from sim.world import Kind
@@ -297,6 +298,18 @@ def test_frames_of_an_ego_that_arrives_come_to_the_last(sumo, reader):
     for _ in range(2):
         with pytest.raises(TrafficEndedError, match=rf'ego "ego" left the net at {count * 0.08:.2f} s: it arrived'):
             source.step()
+
+
+def test_what_sumo_writes_out_of_the_way_goes_with_the_run(sumo, tmp_path, monkeypatch):
+    """Not with the process, which may be killed, and serves run after run."""
+    clean_up()  # what a reader of another test has used
+    (tmp_path / "t").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "t"))
+    source = sumo(shapes='<instantInductionLoop id="a" lane="west_in_1" pos="70" file="loop.xml"/>')
+    frames(source, 30)
+    assert [path.name for path in (tmp_path / "t").rglob("*.xml")] == ["loop.xml"]
+    source.close()
+    assert list((tmp_path / "t").iterdir()) == []
 
 
 # ---- an ego that obeys

@@ -70,12 +70,13 @@ def sumo_command(
         given = _from_configuration(paths["configuration-file"][0])
     require_net(Path(given["net-file"]))
     _require_projection(Path(given["net-file"]), given.get("additional-files", ""))
-    ours = {"step-length": str(dt), "seed": str(seed), "random": "false", "output-prefix": _out_of_the_way()}
+    ours = {"step-length": str(dt), "seed": str(seed), "random": "false"}
     if begin_s is not None:
         ours["begin"] = str(begin_s)
     words = given | _QUIET | _ALL_AT_ONCE | ours | _acceptable(options)
     if words.get("mesosim", "false") not in ("false", "0", "no", "off", "f"):
         raise TrafficInputError("mesosim: a mesoscopic simulation has no positions on the road; take the option out")
+    words["output-prefix"] = _out_of_the_way()
     return ["sumo", *(word for option, value in words.items() for word in (f"--{option}", value))]
 
 
@@ -126,9 +127,16 @@ def _acceptable(options: dict[str, str]) -> dict[str, str]:
     return {full_name(option): value for option, value in options.items()}
 
 
+def clean_up() -> None:
+    """Remove what SUMO wrote out of the way; to be called once it is closed, as its process may be killed later."""
+    if _scratch.cache_info().currsize:
+        _scratch().cleanup()
+        _scratch.cache_clear()
+
+
 @functools.cache
 def _scratch() -> "tempfile.TemporaryDirectory[str]":
-    """Return a folder that goes with the process."""
+    """Return a folder that is there until `clean_up`, or goes with the process."""
     return tempfile.TemporaryDirectory(prefix="luxloop-")
 
 

@@ -13,7 +13,7 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.sumo.complaints import captured_stderr, one_line
 from sim.sumo.config import SumoTraffic
 from sim.sumo.ego import EgoControl, await_ego
-from sim.sumo.input import sumo_command
+from sim.sumo.input import clean_up, sumo_command
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.street import static_obstacles
@@ -88,6 +88,7 @@ class SumoSource:
         if self._sumo is not None:
             self._sumo.close()
             self._sumo = SumoSource._running = None
+            clean_up()
         self._control = None
 
     def _command(self, seed: int) -> list[str]:
