@@ -77,7 +77,7 @@ def motorway(vehicles: int) -> WorldFrame:
         size=np.array([SHAPES[Kind(kind)].size for kind in kinds]),
         reflectivity=rng.uniform(0.05, 0.8, vehicles),
     )
-    ego = Ego(np.zeros(3), np.array([30.0, 0.0]), np.zeros(2), 0.01, np.array([4.83, 1.91, 1.67]), np.zeros(2))
+    ego = Ego(np.zeros(3), np.array([30.0, 0.0]), np.zeros(2), 0.01, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
     return WorldFrame(0, 0.0, ego, actors)
 
 

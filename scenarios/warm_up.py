@@ -31,6 +31,7 @@ def _car_ahead(index: int) -> WorldFrame:
         acceleration_world=np.zeros(2),
         yaw_rate=0.0,
         size=np.array([4.8, 1.9, 1.7]),
+        changes_lane=False,
         deviation=np.zeros(2),
     )
     car = Actors(

@@ -59,6 +59,7 @@ class Delivery:
             acceleration_world=motion.acceleration_world[0],
             yaw_rate=float(motion.yaw_rate[0]),
             size=np.array(members[0].size),
+            changes_lane=bool(motion.changes_lane[0]),
             deviation=motion.deviation[0],
         )
         index, self._next = self._next, self._next + 1

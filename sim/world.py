@@ -56,8 +56,10 @@ class Ego:
     """[rad/s], counter-clockwise positive."""
     size: Floats
     """(3,) length, width, height [m]."""
+    changes_lane: bool
+    """As in `Actors`."""
     deviation: Floats
-    """(2,) [m] how far ahead of where the simulator has it, and how far to the left, in the ego's own frame."""
+    """(2,) As in `Actors`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +87,8 @@ class Actors:
     changes_lane: npt.NDArray[np.bool_]
     """(N,) the simulator lets it jump to the next lane about now, which takes seconds on the road."""
     deviation: Floats
-    """(N, 2) [m] how far ahead of where the simulator has it, and how far to the left, in the actor's own frame."""
+    """(N, 2) [m] how far its front bumper (with highway-env, its centre) is ahead of where the simulator has it, and
+    how far to the left, along and across its way."""
     size: Floats
     """(N, 3) length, width, height [m]."""
     reflectivity: Floats

@@ -40,7 +40,7 @@ def trucks():
         size=np.array([[20.0, 2.5, 4.0]]),
         reflectivity=np.array([0.4]),
     )
-    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), np.zeros(2))
+    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
     return BodyShop(mirrors=False, plain=True, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
 
 

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+LONGEST_S = 10.0
+"""[s] Nobody plans, or takes to change lanes, for longer; the layer keeps all frames of that time."""
+
 
 @dataclass(frozen=True, slots=True)
 class PhysicalConfig:
@@ -17,5 +20,7 @@ class PhysicalConfig:
     controlled ego it must be 0: a command cannot reach a simulator that is ahead."""
 
     def __post_init__(self) -> None:
-        if not (self.smoothing_s >= 0 and self.lane_change_s > 0 and self.lookahead_s >= 0):
-            raise ValueError("smoothing_s and lookahead_s must not be negative, lane_change_s must be positive")
+        if not (0 <= self.smoothing_s <= LONGEST_S and 0 <= self.lookahead_s <= LONGEST_S):
+            raise ValueError(f"smoothing_s and lookahead_s must lie between 0 and {LONGEST_S:.0f} s")
+        if not 0 < self.lane_change_s <= LONGEST_S:
+            raise ValueError(f"lane_change_s must be above 0 and at most {LONGEST_S:.0f} s")

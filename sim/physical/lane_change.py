@@ -9,8 +9,8 @@ from sim.physical.limits import SLOW_CHANGE
 class LaneChange:
     """One jump that is being spread."""
 
-    id: int
-    """Of the body."""
+    body: int
+    """Its row."""
     frame: int
     """Of the jump."""
     offset: float

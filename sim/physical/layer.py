@@ -37,7 +37,8 @@ class PhysicalTruth:
         half = max(round(config.smoothing_s / dt), 1)
         smoothing = smoothing_weights(half) if config.smoothing_s else np.array([0.0, 1.0, 0.0])
         self._weights = np.stack([smoothing, velocity_weights(half, dt), acceleration_weights(half, dt)])
-        self._tables = Tables(window=half + max(half, self._ahead) + 2, trail=round((BEHIND_S + 1.0) / dt))
+        self._window = half + max(half, self._ahead) + 2
+        self._tables = Tables(self._window, trail=round((BEHIND_S + 1.0) / dt))
         # a change begins so that the jump falls into its middle, but not before frames that are settled already
         self._change_fraction = dt / config.lane_change_s
         self._lead_frames = int(np.clip(self._ahead - half, 0, round(0.5 * config.lane_change_s / dt)))
@@ -48,15 +49,16 @@ class PhysicalTruth:
 
     def push(self, raw: RawFrame) -> None:
         """Take in the next raw frame; `pop` until there is none before the next."""
-        self._tables.meet(raw.members)
-        id = np.array([member.id for member in raw.members])
-        said, frame = self._tables.said, self._pushed
-        jump = note(frame, id, raw.pose_world, raw.speed, said, self._tables.builds, self._rolls, self._dt)
+        tables, frame = self._tables, self._pushed
+        body = tables.rows(raw.members, frame)
+        jump = note(frame, body, raw.pose_world, raw.speed, tables.said, tables.builds, self._rolls, self._dt)
         self._go_on_changing(frame)
-        for row in np.flatnonzero(jump):
-            self._begin_to_change(frame, int(id[row]), float(jump[row]))
-        self._waiting.append((raw.members, id))
+        for n in np.flatnonzero(jump):
+            self._begin_to_change(frame, int(body[n]), float(jump[n]))
+        self._waiting.append((raw.members, body))
         self._pushed += 1
+        if frame % self._window == 0:
+            tables.forget(frame - self._window)
 
     def end(self) -> None:
         """Say that there will be no further raw frames; those that wait still come out."""
@@ -67,9 +69,9 @@ class PhysicalTruth:
         if not self._waiting or (len(self._waiting) <= self._ahead and not self._ended):
             return None
         frame, tables = self._pushed - len(self._waiting), self._tables
-        members, id = self._waiting.popleft()
+        members, body = self._waiting.popleft()
         motion = settle(
-            frame, self._pushed, id, tables.said, self._weights, tables.led, tables.builds, self._rolls, self._dt
+            frame, self._pushed, body, tables.said, self._weights, tables.led, tables.builds, self._rolls, self._dt
         )
         return members, Kinematics(
             pose_world=motion[:, :3],
@@ -77,13 +79,13 @@ class PhysicalTruth:
             acceleration_world=motion[:, 5:7],
             yaw_rate=motion[:, 7],
             articulation=motion[:, 8],
-            changes_lane=tables.said.changes_lane[id, frame % tables.said.frame.shape[1]],
+            changes_lane=tables.said.changes_lane[body, frame % tables.said.frame.shape[1]],
             deviation=motion[:, 9:],
         )
 
-    def _begin_to_change(self, frame: int, id: int, offset: float) -> None:
+    def _begin_to_change(self, frame: int, body: int, offset: float) -> None:
         """Spread a jump at a frame, over some frames before it too."""
-        change, known = LaneChange(id, frame, offset), self._tables.said.frame[id]
+        change, known = LaneChange(body, frame, offset), self._tables.said.frame[body]
         for at in range(max(frame - self._lead_frames, 0), frame + 1):
             if known[at % len(known)] == at:
                 change = self._shift(change, at)
@@ -96,14 +98,14 @@ class PhysicalTruth:
         self._changing = [
             self._shift(change, frame)
             for change in self._changing
-            if known[change.id, row] == frame and change.progress < 1
+            if known[change.body, row] == frame and change.progress < 1
         ]
 
     def _shift(self, change: LaneChange, frame: int) -> LaneChange:
         said = self._tables.said
         row = frame % said.frame.shape[1]
-        change = change.onward(said.speed[change.id, row], self._change_fraction)
-        course = said.path[change.id, row, 2]
-        said.path[change.id, row, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
-        said.changes_lane[change.id, row] = True
+        change = change.onward(said.speed[change.body, row], self._change_fraction)
+        course = said.path[change.body, row, 2]
+        said.path[change.body, row, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
+        said.changes_lane[change.body, row] = True
         return change

@@ -1,4 +1,4 @@
-"""Tables and rings by the number of a road user, and how they grow."""
+"""Tables and rings, a row for each road user that is near, and how they grow."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from sim.articulation import hitch
 from sim.cast import Member
 from sim.physical.kernels.records import NEVER, Builds, Led, Said
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
-from sim.world import Kind
+from sim.world import Ints, Kind
 
 REAR_AXLE = 0.8
 """Where the rear axle is, as a share of the length behind the front bumper: of cars and, roughly, of all others."""
@@ -18,7 +18,7 @@ SHORTEST_LEAD = 0.3
 
 
 class Tables:
-    """All that the layer knows, with room for as many road users as have been met.
+    """All that the layer knows. Rows of those who are gone are given to others, so that a long run takes no more room.
 
     Parameters
     ----------
@@ -42,24 +42,42 @@ class Tables:
             since=np.zeros(0, np.int64),
             trail=np.zeros((0, trail, 6)),
         )
-        self._met: set[int] = set()
+        self._row: dict[int, int] = {}
+        self._free: list[int] = []
+        self._last = np.zeros(0, np.int64)
 
-    def meet(self, members: list[Member]) -> None:
-        """Enter the builds of those among members, by ascending number, who are new."""
-        new = [member for member in members if member.id not in self._met]
-        if new and new[-1].id >= len(self.builds.length):
-            self._grow(2 * (new[-1].id + 1))
-        for member in new:
-            for column, value in zip(self.builds, _build(member), strict=True):
-                column[member.id] = value
-            self.said.frame[member.id] = NEVER
-            self.led.settled[member.id] = NEVER
-            self._met.add(member.id)
+    def rows(self, members: list[Member], frame: int) -> Ints:
+        """Return the rows (N,) of members in a frame that is pushed; they are given one where they have none."""
+        for member in members:
+            if member.id not in self._row:
+                self._row[member.id] = self._room_for(member)
+        rows = np.array([self._row[member.id] for member in members])
+        self._last[rows] = frame
+        return rows
+
+    def forget(self, frame: int) -> None:
+        """Take the rows back of those who were last pushed before a frame."""
+        for id in [id for id, row in self._row.items() if self._last[row] < frame]:
+            self._free.append(self._row.pop(id))
+
+    def _room_for(self, member: Member) -> int:
+        """Return a free row, with the member's build entered."""
+        if not self._free:
+            room = 2 * len(self._last) + 64
+            self._free = list(range(room - 1, len(self._last) - 1, -1))
+            self._grow(room)
+        row = self._free.pop()
+        for column, value in zip(self.builds, _build(member), strict=True):
+            column[row] = value
+        self.said.frame[row] = NEVER
+        self.led.settled[row] = NEVER
+        return row
 
     def _grow(self, room: int) -> None:
         self.builds = Builds(*(_grown(column, room) for column in self.builds))
         self.said = Said(*(_grown(ring, room) for ring in self.said))
         self.led = Led(*(_grown(column, room) for column in self.led))
+        self._last = _grown(self._last, room)
 
 
 def _build(member: Member) -> Builds:

@@ -87,7 +87,7 @@ def buildings() -> Obstacles:
 def _ego(ego: Floats) -> Ego:
     place = START[:2] + turned(ego[None, :2], START[2])[0]
     velocity = turned(np.array([[EGO_MPS, 0.0]]), START[2])[0]
-    return Ego(np.append(place, START[2]), velocity, np.zeros(2), 0.0, np.array([4.4, 1.8, 1.5]), np.zeros(2))
+    return Ego(np.append(place, START[2]), velocity, np.zeros(2), 0.0, np.array([4.4, 1.8, 1.5]), False, np.zeros(2))
 
 
 def _actors(place: Floats) -> Actors:

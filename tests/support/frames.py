@@ -79,6 +79,7 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             acceleration_world=np.zeros(2),
             yaw_rate=0.0,
             size=np.array([4.8, 1.9, 1.7]),
+            changes_lane=False,
             deviation=np.zeros(2),
         ),
         actors=Actors(

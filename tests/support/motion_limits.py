@@ -67,7 +67,7 @@ class Motion:
             acceleration=np.vstack([ego.acceleration_world, actors.acceleration_world]),
             yaw_rate=np.append(ego.yaw_rate, actors.yaw_rate),
             deviation=np.vstack([ego.deviation, actors.deviation]),
-            changes_lane=np.append(True, actors.changes_lane),  # the world record does not say it of the ego
+            changes_lane=np.append(ego.changes_lane, actors.changes_lane),
         )
 
 

@@ -150,15 +150,15 @@ class Window:
         self._changing = [
             self._shift(change, frame)
             for change in self._changing
-            if self._present[row, change.id] and change.progress < 1
+            if self._present[row, change.body] and change.progress < 1
         ]
 
     def _shift(self, change, frame):
         row = frame % self._length
-        change = change.onward(self._speed[row, change.id], self._change_fraction)
-        course = self._path[row, change.id, 2]
-        self._path[row, change.id, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
-        self._shifting[row, change.id] = True
+        change = change.onward(self._speed[row, change.body], self._change_fraction)
+        course = self._path[row, change.body, 2]
+        self._path[row, change.body, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
+        self._shifting[row, change.body] = True
         return change
 
 

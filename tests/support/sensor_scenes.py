@@ -84,6 +84,7 @@ def world(*things, ego=STILL, index=0):
         acceleration_world=np.array(ego.acceleration, dtype=np.float64),
         yaw_rate=ego.yaw_rate,
         size=np.array(EGO_SIZE),
+        changes_lane=False,
         deviation=np.zeros(2),
     )
     return WorldFrame(index, 0.08 * index, ego, actors)

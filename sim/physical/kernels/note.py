@@ -12,7 +12,7 @@ from sim.world import Floats, Ints
 
 @njit(cache=True)
 def note(
-    frame: int, id: Ints, pose: Floats, speed: Floats, said: Said, builds: Builds, leads: bool, dt: float
+    frame: int, rows: Ints, pose: Floats, speed: Floats, said: Said, builds: Builds, leads: bool, dt: float
 ) -> Floats:
     """Enter a frame, and return how far (N,) [m] to the left each body jumped; 0 for most.
 
@@ -20,7 +20,7 @@ def note(
     ----------
     frame
         Its number.
-    id
+    rows
         (N,) of the bodies.
     pose
         (N, 3) of their box centres.
@@ -37,9 +37,9 @@ def note(
     """
     length = said.frame.shape[1]
     row, before = frame % length, (frame - 1) % length
-    jump = np.zeros(len(id))
-    for n in range(len(id)):
-        body, yaw = id[n], pose[n, 2]
+    jump = np.zeros(len(rows))
+    for n in range(len(rows)):
+        body, yaw = rows[n], pose[n, 2]
         ahead = 0.5 * builds.length[body] if leads else 0.0
         raw, path = said.raw[body, row], said.path[body, row]
         raw[0], raw[1], raw[2] = pose[n, 0] + ahead * math.cos(yaw), pose[n, 1] + ahead * math.sin(yaw), yaw

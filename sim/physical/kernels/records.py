@@ -1,4 +1,4 @@
-"""What the kernels work on: tables by the number of a road user, and rings of frames. All have room for S of them."""
+"""What the kernels work on: tables and rings of frames, a row for each of S road users."""
 
 from typing import NamedTuple
 

@@ -29,9 +29,9 @@ WIDTH = 11
 
 @njit(cache=True)
 def settle(
-    frame: int, known: int, id: Ints, said: Said, weights: Floats, led: Led, builds: Builds, leads: bool, dt: float
+    frame: int, known: int, rows: Ints, said: Said, weights: Floats, led: Led, builds: Builds, leads: bool, dt: float
 ) -> Floats:
-    """Return the motions (N, WIDTH) of the bodies `id` (N,) in a frame, the one after the last that was settled.
+    """Return the motions (N, WIDTH) of the bodies `rows` (N,) in a frame, the one after the last that was settled.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def settle(
     dt
         Time between frames [s].
     """
-    motion = np.zeros((len(id), WIDTH))
+    motion = np.zeros((len(rows), WIDTH))
     path = np.empty((3, 3))
-    for n in range(len(id)):
-        body = id[n]
+    for n in range(len(rows)):
+        body = rows[n]
         smoothed(said, weights, frame, known, body, leads, dt, path)
         raw = said.raw[body, frame % said.raw.shape[1]]
         if leads:

@@ -34,7 +34,7 @@ def smoothed(
     frame, known
         The frame, and the number of frames that were pushed.
     body
-        Its number.
+        Its row.
     leads
         Whether the point is a front that leads.
     dt
