@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, Builds, Led, X, Y
+from sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
 from sim.physical.kernels.roll import fastest_turn, roll, within
 from sim.physical.limits import (
     AHEAD_S,
@@ -36,9 +36,8 @@ from sim.world import Floats
 
 
 @njit(cache=True)
-def put(led: Led, builds: Builds, body: int, goal: Floats, yaw: float) -> None:
-    """Put a body with its front on its path `goal` (6,) at a yaw [rad], as if it had always followed it."""
-    state, lead = led.state[body], builds.lead[body]
+def put(state: Floats, goal: Floats, yaw: float, lead: float, yaw_rate_max: float) -> None:
+    """Put a body `state` (10,) at a yaw [rad], its front on its path `goal` (6,), as if it had always followed it."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     speed = max(goal[2] * cos + goal[3] * sin, 0.0)
     state[:] = 0.0
@@ -47,31 +46,45 @@ def put(led: Led, builds: Builds, body: int, goal: Floats, yaw: float) -> None:
         state[SPEED] = speed
         state[ACCELERATION] = min(max(goal[4] * cos + goal[5] * sin, -GRIP), HIGHEST_ACCELERATION)
     if speed > STANDING:
-        limit = fastest_turn(speed, lead, builds.yaw_rate_max[body])
+        limit = fastest_turn(speed, lead, yaw_rate_max)
         state[YAW_RATE] = within((goal[3] * cos - goal[2] * sin) / lead, limit)
 
 
 @njit(cache=True)
-def drive(led: Led, builds: Builds, body: int, frame: int, dt: float) -> None:
-    """Lead a body, from the frame before, to a frame whose path is in the trail already."""
+def drive(
+    state: Floats, trail: Floats, since: int, frame: int, lead: float, arm: float, yaw_rate_max: float, dt: float
+) -> None:
+    """Lead a body, from the frame before, to a frame whose path is in the trail already.
+
+    Parameters
+    ----------
+    state, trail, since
+        (10,), (K, 6) and the body's first frame, see `Led`.
+    frame
+        Where to.
+    lead, arm, yaw_rate_max
+        See `Builds`.
+    dt
+        Time between frames [s].
+    """
     steps = math.ceil(dt / STEP_S)
     goal = np.empty(6)
     for step in range(steps):
-        _lead(led, builds, body, frame, dt * (steps - step - 1) / steps, dt, dt / steps, goal)
+        left = dt * (steps - step - 1) / steps
+        front_x = state[X] + lead * math.cos(state[YAW])
+        front_y = state[Y] + lead * math.sin(state[YAW])
+        _trail_at(trail, since, frame, left + dt / steps + state[LAG], dt, goal)
+        state[LAG] = _lag(state[LAG], goal[0] - front_x, goal[1] - front_y, goal[2], goal[3])
+        _trail_at(trail, since, frame, left + state[LAG], dt, goal)
+        _lead(state, goal, front_x, front_y, lead, arm, yaw_rate_max, dt / steps)
 
 
 @njit(cache=True)
 def _lead(
-    led: Led, builds: Builds, body: int, frame: int, left: float, frame_dt: float, dt: float, goal: Floats
+    state: Floats, goal: Floats, front_x: float, front_y: float, lead: float, arm: float, yaw_rate_max: float, dt: float
 ) -> None:
-    """Lead a body for a step that ends `left` [s] before the frame; `goal` (6,) is room to work in."""
-    state, lead = led.state[body], builds.lead[body]
-    cos, sin = math.cos(state[YAW]), math.sin(state[YAW])
-    front_x, front_y = state[X] + lead * cos, state[Y] + lead * sin
-    _trail_at(led, body, frame, left + dt + state[LAG], frame_dt, goal)
-    lag = state[LAG] = _lag(state[LAG], goal[0] - front_x, goal[1] - front_y, goal[2], goal[3])
-
-    _trail_at(led, body, frame, left + lag, frame_dt, goal)
+    """Lead a body for a step whose end the path's `goal` (6,) is."""
+    cos, sin, lag = math.cos(state[YAW]), math.sin(state[YAW]), state[LAG]
     speed = math.hypot(goal[2], goal[3])
     moving = speed > STANDING
     off_x = goal[0] - dt * goal[2] + 0.5 * dt**2 * goal[4] - front_x
@@ -98,7 +111,7 @@ def _lead(
     own = 0.0
     if moving and angle == steer and wanted < fastest:
         own = goal[4] * cos + goal[5] * sin + across * state[YAW_RATE]
-    roll(state, min(wanted, fastest), curvature, own, lead, builds.arm[body], builds.yaw_rate_max[body], dt)
+    roll(state, min(wanted, fastest), curvature, own, lead, arm, yaw_rate_max, dt)
 
 
 @njit(cache=True)
@@ -118,25 +131,25 @@ def _fastest(goal: Floats, speed: float) -> float:
 
 
 @njit(cache=True)
-def _trail_at(led: Led, body: int, frame: int, ago: float, dt: float, out: Floats) -> None:
+def _trail_at(trail: Floats, since: int, frame: int, ago: float, dt: float, out: Floats) -> None:
     """Write the path `ago` [s] before a frame, the latest, to `out` (6,): a cubic between frames.
 
     Before the first and after the last frame that is known, the derivatives tell.
     """
-    length = led.trail.shape[1]
+    length = len(trail)
     wanted = frame - ago / dt
-    first = max(led.since[body], frame - length + 1)
+    first = max(since, frame - length + 1)
     before = min(max(math.floor(wanted), first), max(frame - 1, first))
     s = min(max(wanted - before, 0.0), min(frame - before, 1))
-    start = led.trail[body, before % length]
-    end = led.trail[body, (before + 1) % length]
+    start = trail[before % length]
+    end = trail[(before + 1) % length]
     rest = (wanted - before - s) * dt
     for c in range(2):
         place = (
-            (1 + 2 * s) * (1 - s) ** 2 * start[c]
-            + s * (1 - s) ** 2 * dt * start[2 + c]
-            + s**2 * (3 - 2 * s) * end[c]
-            + s**2 * (s - 1) * dt * end[2 + c]
+            (1 + 2 * s) * (1 - s) * (1 - s) * start[c]
+            + s * (1 - s) * (1 - s) * dt * start[2 + c]
+            + s * s * (3 - 2 * s) * end[c]
+            + s * s * (s - 1) * dt * end[2 + c]
         )
         velocity = start[2 + c] + s * (end[2 + c] - start[2 + c])
         acceleration = start[4 + c] + s * (end[4 + c] - start[4 + c])

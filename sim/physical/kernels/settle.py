@@ -50,12 +50,13 @@ def settle(
     """
     motion = np.zeros((len(rows), WIDTH))
     path = np.empty((3, 3))
+    now = frame % said.frame.shape[1]
     for n in range(len(rows)):
         body = rows[n]
-        smoothed(said, weights, frame, known, body, leads, dt, path)
-        raw = said.raw[body, frame % said.raw.shape[1]]
+        smoothed(said.frame[body], said.path[body], said.speed[body], weights, frame, known, leads, dt, path)
+        raw_x, raw_y, raw_yaw = said.raw[body, now]
         if leads:
-            _follow(led, builds, body, frame, path, raw[2], dt)
+            _follow(led, builds, body, frame, path, raw_yaw, dt)
             _write(motion[n], led.state[body], builds, body)
             front_x = led.state[body, X] + builds.lead[body] * math.cos(led.state[body, YAW])
             front_y = led.state[body, Y] + builds.lead[body] * math.sin(led.state[body, YAW])
@@ -65,7 +66,7 @@ def settle(
             front_x, front_y = path[0, 0], path[0, 1]
         motion[n, 2] = wrapped(motion[n, 2])
         cos, sin = math.cos(path[0, 2]), math.sin(path[0, 2])
-        off_x, off_y = front_x - raw[0], front_y - raw[1]
+        off_x, off_y = front_x - raw_x, front_y - raw_y
         motion[n, 9], motion[n, 10] = off_x * cos + off_y * sin, off_y * cos - off_x * sin
     return motion
 
@@ -73,10 +74,13 @@ def settle(
 @njit(cache=True)
 def _follow(led: Led, builds: Builds, body: int, frame: int, path: Floats, yaw: float, dt: float) -> None:
     """Take a body to a frame along its path, or put it there if it is new."""
-    state, goal = led.state[body], led.trail[body, frame % led.trail.shape[1]]
-    goal[:2], goal[2:4], goal[4:] = path[0, :2], path[1, :2], path[2, :2]
+    state, trail = led.state[body], led.trail[body]
+    lead, arm, yaw_rate_max = builds.lead[body], builds.arm[body], builds.yaw_rate_max[body]
+    goal = trail[frame % len(trail)]
+    for order in range(3):
+        goal[2 * order], goal[2 * order + 1] = path[order, 0], path[order, 1]
     if led.settled[body] == frame - 1:
-        drive(led, builds, body, frame, dt)
+        drive(state, trail, led.since[body], frame, lead, arm, yaw_rate_max, dt)
         if builds.base[body] > 0:
             # Heun's method: the mean of the rates at the start and, by a first guess, at the end
             yaw_before, rate = state[TRAILER_YAW], state[TRAILER_RATE]
@@ -84,7 +88,7 @@ def _follow(led: Led, builds: Builds, body: int, frame: int, path: Floats, yaw: 
             state[TRAILER_YAW] = yaw_before + 0.5 * (rate + guess) * dt
     else:
         led.since[body] = frame
-        put(led, builds, body, goal, yaw)
+        put(state, goal, yaw, lead, yaw_rate_max)
         state[TRAILER_YAW] = yaw
     if builds.base[body] > 0:
         state[TRAILER_RATE] = _trailer_rate(state, builds, body, state[TRAILER_YAW])
