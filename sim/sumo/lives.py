@@ -68,7 +68,7 @@ class Lives:
         """Begin a frame: what was seen since the last call is how things were."""
         self._before, self._now = self._now, {}
 
-    def seen(self, name: str, front: Point, centre: Point, way: float, *, parks: bool) -> Member:
+    def seen(self, name: str, front: Point, centre: Point, way: float, parks: bool) -> Member:
         """Return who is there in this frame: the member of the frame before, or its next life if it was put there.
 
         Parameters
@@ -84,13 +84,11 @@ class Lives:
         """
         before = self._before.get(name)
         if before is not None:
-            moved, allowed = (
-                (math.dist(centre, before[1]), PARKING_LEAP) if parks else (math.dist(front, before[0]), LEAP)
-            )
-            if moved > way + allowed:
+            moved = math.dist(centre, before[1]) if parks else math.dist(front, before[0])
+            if moved > way + (PARKING_LEAP if parks else LEAP):
                 self.renew(name)
         self._now[name] = front, centre
-        return self.member(name)
+        return self._members[name]
 
 
 class Parking:
