@@ -30,9 +30,9 @@ class ReplayTraffic:
     """What the recording's own words for types mean: SUMO's vehicle types, or words in a table's column `kind`."""
     obstacle: list[ScriptedObstacle] = field(default_factory=list)
     """What stands along the road, in the recording's coordinates."""
-    physical: PhysicalConfig = field(default_factory=lambda: PhysicalConfig(smoothing_s=0.24, lookahead_s=2.08))
-    """Of the layer that makes bodies of the samples. Without this table `smoothing_s = 0.24` and `lookahead_s = 2.08`:
-    what was recorded needs less smoothing than a simulator's poses."""
+    physical: PhysicalConfig = field(default_factory=lambda: PhysicalConfig(smoothing_s=0.8, lookahead_s=2.6))
+    """Of the layer that makes bodies of the samples. Without this table `smoothing_s = 0.8` and `lookahead_s = 2.6`:
+    enough for positions that jitter by 5 cm. What is as clean as another simulator's may do with 0.24 s."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the true motion modes."""
 

@@ -21,6 +21,7 @@ def walk(index: int, dt: float, count: int, rng: np.random.Generator, speed: flo
         acceleration_world=np.zeros(2),
         yaw_rate=float(rng.normal()),
         size=np.array([4.8, 1.9, 1.7]),
+        changes_lane=False,
         deviation=np.zeros(2),
     )
     actors = Actors(
