@@ -19,9 +19,9 @@ from sim.sumo.parking import ParkedCar
 from sim.sumo.standing import Pose, Standing
 from sim.world import Floats, Kind
 
-MARGIN = 10.0
-"""[m] Read beyond the delivery range: half a long vehicle, for SUMO searches by front bumpers. The layer smooths those
-who have just come into it one-sidedly; a city costs in proportion to who is read."""
+MARGIN = 60.0
+"""[m] Read beyond the delivery range: what two who meet in a city drive in half the layer's smoothing window, and half
+a long vehicle, for SUMO searches by front bumpers."""
 
 _NOWHERE = -1e8
 """[m] SUMO gives -2^30 for who is not on the road."""
