@@ -29,8 +29,10 @@ LATE = PhysicalConfig()
 AT_ONCE = PhysicalConfig(lookahead_s=0.0)
 
 
-def member(kind=Kind.CAR, size=SIZE, cast=None):
-    return (cast or Cast(1)).enter("it", kind, size, "it")
+def member(kind=Kind.CAR, size=SIZE):
+    cast = Cast(1)
+    cast.enter("ego", Kind.CAR, SIZE)
+    return cast.enter("it", kind, size, "it")
 
 
 def driven(fronts, yaws, speeds, config=LATE, who=None, rolling=True):
@@ -325,6 +327,13 @@ def test_rates_belong_to_the_poses(motion):
         assert step == pytest.approx(0.5 * (before.velocity_world[0] + after.velocity_world[0]), abs=0.02)
         turn = (after.pose_world[0, 2] - before.pose_world[0, 2]) / DT
         assert turn == pytest.approx(0.5 * (before.yaw_rate[0] + after.yaw_rate[0]), abs=0.02)
+
+
+def test_an_ego_that_is_an_articulated_truck_does_not_bend():
+    """Its record tells of no articulation; the rig is on the tractor."""
+    ego = Cast(1).enter("ego", Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
+    fronts, yaws, speeds, _ = scripted([Arc("arc", 5.0, 25.0)], 100)
+    assert not column(driven(fronts, yaws, speeds, who=ego), "articulation").any()
 
 
 @pytest.mark.parametrize("keys", [{"smoothing_s": -0.1}, {"lane_change_s": 0.0}, {"lookahead_s": -1.0}])

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sim.articulation import hitch
-from sim.cast import Member
+from sim.cast import EGO_ID, Member
 from sim.physical.kernels.records import NEVER, Builds, Led, Said
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
 from sim.world import Ints, Kind
@@ -86,7 +86,7 @@ def _build(member: Member) -> Builds:
     walks = member.kind is Kind.PEDESTRIAN
     lead = max(REAR_AXLE * length, SHORTEST_LEAD)
     turn = YAW_RATE_ON_FOOT if walks else YAW_RATE_ON_WHEELS
-    if member.kind is not Kind.TRAILER_TRUCK:
+    if member.kind is not Kind.TRAILER_TRUCK or member.id == EGO_ID:  # an ego's record knows no bend
         return Builds(length, lead, lead - 0.5 * length, turn, 0.0, 0.0, 0.0)  # type: ignore[arg-type]  # of one body
     coupling = hitch(np.array([length]))
     drive, pin, axles = (float(at[0]) for at in (coupling.drive_axle, coupling.kingpin, coupling.trailer_axles))
