@@ -7,6 +7,7 @@ a truck. Cells that a wall once covered are therefore remembered, in the odometr
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from tracker.records import Floats, Ints, Segments
 from tracker.segmentation import by_segment, keep_only
@@ -43,9 +44,22 @@ class Background:
         label, points = segments.label[order], points_odom[order]
         cells = self._cell(points)
         wall = extent(points, offset) > self._config.length_min_m
-        self._cells = np.union1d(self._cells, cells[wall[label]])
-        on_wall = np.add.reduceat(np.isin(cells, self._cells).astype(np.int64), offset[:-1])
+        self._remember(np.unique(cells[wall[label]]))
+        on_wall = np.add.reduceat(self._knows(cells).astype(np.int64), offset[:-1])
         return keep_only(segments, on_wall <= self._config.share_max * np.diff(offset))
+
+    def _remember(self, cells: Ints) -> None:
+        """Add sorted cells (N,) to those that are remembered, which stay sorted."""
+        new = cells[~self._knows(cells)]
+        self._cells = np.insert(self._cells, np.searchsorted(self._cells, new), new)
+
+    def _knows(self, cells: Ints) -> npt.NDArray[np.bool_]:
+        """Whether cells (N,) are remembered; looked up, since a long drive remembers very many."""
+        place = np.searchsorted(self._cells, cells)
+        known = np.zeros(len(cells), np.bool_)
+        inside = place < len(self._cells)
+        known[inside] = self._cells[place[inside]] == cells[inside]
+        return known
 
     def _cell(self, points_odom: Floats) -> Ints:
         """(N,) one number per cell; row and column share its halves."""
