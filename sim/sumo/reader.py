@@ -107,21 +107,18 @@ class SumoReader:
         )
 
     def _rows(self, lives: Lives, seen: _Results, parks: set[str]) -> Iterator[_Row]:
-        """Yield who is on the road, by name. A lean loop: after a step of a city, numpy's functions are cold."""
-        position, angle, speed_of, east, north, dt = (
-            self._position, self._angle, self._speed, self._east, self._north, self._dt,
-        )  # fmt: skip
+        """Yield who is on the road, by name. A loop: after a step of a city, numpy's functions are cold."""
         lives.next_frame()
         for name in sorted(seen):
             row = seen[name]
-            x, y = row[position]
-            if x < _NOWHERE:
+            place, speed = row[self._position], row[self._speed]
+            if place[0] < _NOWHERE:
                 continue
-            x, y, speed = x - east, y - north, row[speed_of]
-            half, yaw = 0.5 * lives.member(name).size[0], math.pi - math.radians(90.0 + row[angle]) % math.tau
-            centre_x, centre_y = x - half * math.cos(yaw), y - half * math.sin(yaw)
-            member = lives.seen(name, (x, y), (centre_x, centre_y), abs(speed) * dt, name in parks)
-            yield member, (centre_x, centre_y, yaw), speed
+            x, y = front = self._in_world(place)
+            half, yaw = 0.5 * lives.member(name).size[0], math.pi - math.radians(90.0 + row[self._angle]) % math.tau
+            centre = x - half * math.cos(yaw), y - half * math.sin(yaw)
+            member = lives.seen(name, front, centre, abs(speed) * self._dt, name in parks)
+            yield member, (*centre, yaw), speed
 
     def _in_world(self, place: Point) -> Point:
         """Take a point of the net into the world frame."""
