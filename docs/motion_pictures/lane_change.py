@@ -12,13 +12,13 @@ from motion_pictures.stage import (
     Traffic,
     Way,
     draw_road,
-    label,
     named,
     on_scenario,
     raw_ways,
     save,
     true_ways,
 )
+from sensor_pictures.stage import label
 
 JUMPER = "entering.32"
 """Changes from the ramp to the right lane."""

@@ -4,7 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from motion_pictures.stage import JUMPS, SUBLANES, TIMED, Way, label, on_net, on_scenario, raw_ways, save, true_ways
+from motion_pictures.stage import JUMPS, SUBLANES, TIMED, Way, on_net, on_scenario, raw_ways, save, true_ways
+from sensor_pictures.stage import label
 
 LIMITS = (10.0, 60.0)
 """[m/s^2], [m/s^3] that tests hold every delivered motion to."""

@@ -170,14 +170,6 @@ def draw_road(axes: Axes, traffic: Traffic) -> None:
             axes.plot(*(line + side * width * left).T, color=ROAD, linewidth=0.7, zorder=0)
 
 
-def label(axes: Axes, title: str, x: str, y: str) -> None:
-    """Name a panel and its axes."""
-    axes.set_title(title, fontsize=10)
-    axes.set_xlabel(x, fontsize=9)
-    axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=8)
-
-
 def save(figure: Figure, name: str) -> None:
     """Write a picture."""
     figure.savefig(FOLDER / f"motion_{name}.png", dpi=95)

@@ -11,7 +11,6 @@ from motion_pictures.stage import (
     Traffic,
     Way,
     draw_road,
-    label,
     named,
     on_net,
     on_scenario,
@@ -19,6 +18,7 @@ from motion_pictures.stage import (
     save,
     true_ways,
 )
+from sensor_pictures.stage import label
 
 ROOM_M = 2.0
 """Around what is shown."""

@@ -74,10 +74,8 @@ class HighwaySource:
         """Advance until the next frame is settled. See `TrafficSource.step`."""
         if self._env is None:
             raise SimulatorFailedError("highway-env is not running: reset comes before step")
-        while (settled := self._layer.pop()) is None:
-            if self._end:
-                raise TrafficEndedError(self._end)
-            self._advance()
+        if (settled := self._layer.next(self._advance)) is None:
+            raise TrafficEndedError(self._end)
         return self._delivery.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:

@@ -1,6 +1,7 @@
 """The physical truth layer: a simulator's frames in, motions that bodies can make out, some frames later."""
 
 from collections import deque
+from collections.abc import Callable
 
 import numpy as np
 
@@ -82,6 +83,15 @@ class PhysicalTruth:
             changes_lane=tables.said.changes_lane[body, frame % tables.said.frame.shape[1]],
             deviation=motion[:, 9:],
         )
+
+    def next(self, advance: Callable[[], None]) -> tuple[list[Member], Kinematics] | None:
+        """Return members and motion of the next settled frame, None at the end.
+
+        `advance` lets the simulator go on by a frame: it pushes that, or says that there are no further ones.
+        """
+        while (settled := self.pop()) is None and not self._ended:
+            advance()
+        return settled
 
     def _begin_to_change(self, frame: int, body: int, offset: float) -> None:
         """Spread a jump at a frame, over some frames before it too."""

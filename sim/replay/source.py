@@ -62,22 +62,20 @@ class ReplaySource:
         self._cast = Cast(seed)
         self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
         self._delivery = Delivery(self.dt, self._range, self._config.modes)
-        self._next, self._ended = 0, False
+        self._next = 0
         street = [prism for obstacle in self._config.obstacle for prism in obstacle.prisms()]
         street += self._recording.street
         return obstacles([replace(prism, corners=prism.corners - self.origin) for prism in street])
 
     def step(self) -> WorldFrame:
         """Return the next frame. See `TrafficSource.step`."""
-        if self._layer is None:
+        if (layer := self._layer) is None:
             raise SimulatorFailedError("the recording is not played: reset comes before step")
-        while (settled := self._layer.pop()) is None:
-            if self._ended:
-                raise TrafficEndedError(
-                    f'{self._config.file}: the samples of ego "{self._config.ego}" end at '
-                    f"{self._lives.end[self._ego]:.2f} s of the recording"
-                )
-            self._advance(self._layer)
+        if (settled := layer.next(lambda: self._advance(layer))) is None:
+            raise TrafficEndedError(
+                f'{self._config.file}: the samples of ego "{self._config.ego}" end at '
+                f"{self._lives.end[self._ego]:.2f} s of the recording"
+            )
         return self._delivery.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:
@@ -111,9 +109,8 @@ class ReplaySource:
         return int(lives[playable[0]]), start
 
     def _advance(self, layer: PhysicalTruth) -> None:
-        """Push the next raw frame, or note the end."""
+        """Push the next raw frame, or say that there is none."""
         if self._next > self._last[self._ego]:
-            self._ended = True
             layer.end()
             return
         life, pose, speed = self._present()

@@ -69,10 +69,8 @@ class SumoSource:
         """Advance SUMO until the next frame is settled. See `TrafficSource.step`."""
         if self._sumo is None:
             raise SimulatorFailedError("SUMO is not running: reset comes before step")
-        while (settled := self._layer.pop()) is None:
-            if self._end:
-                raise TrafficEndedError(self._end)
-            self._advance()
+        if (settled := self._layer.next(self._advance)) is None:
+            raise TrafficEndedError(self._end)
         return self._delivery.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:
