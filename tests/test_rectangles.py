@@ -8,7 +8,8 @@ from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker import kernels, rectangles, tlinkage
+from tracker import rectangles, tlinkage
+from tracker.kernels import criteria as kernels
 from tracker.records import METHODS, Linkage, Segments
 from tracker.rectangles import RectangleConfig
 from tracker.tlinkage import LinkageConfig

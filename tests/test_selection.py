@@ -8,7 +8,8 @@ from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker import kernels, selection
+from tracker import selection
+from tracker.kernels import selection as kernels
 from tracker.records import METHODS, Linkage
 from tracker.rectangles import Rectangles
 from tracker.selection import SelectionConfig

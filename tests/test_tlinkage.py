@@ -11,7 +11,8 @@ from support import naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car, star
 from support.stages import off_quarter, one_segment
 
-from tracker import kernels, tlinkage
+from tracker import tlinkage
+from tracker.kernels import linkage as kernels
 from tracker.records import Segments
 from tracker.tlinkage import LinkageConfig
 

@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker import kernels
 from tracker.geometry import fold, rotate
+from tracker.kernels.criteria import best_headings
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
@@ -57,7 +57,7 @@ def fit(
     if config.points == "lines":
         points, offset = line_points, line_offset
     grid = np.deg2rad(np.arange(0.0, 90.0, config.step_deg))
-    by_criteria = kernels.best_headings(points, offset, grid, config.closeness_floor_m)
+    by_criteria = best_headings(points, offset, grid, config.closeness_floor_m)
     heading = fold(np.column_stack([by_criteria, linkage.heading]))
     center, size = measure(line_points, line_offset, heading)
     return Rectangles(heading=heading, center_ego=center, size=size)

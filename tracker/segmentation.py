@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tracker import kernels
+from tracker.kernels.chains import connected
 from tracker.records import NOT_USED, Bools, Floats, Ints, Segments
 
 
@@ -60,7 +60,7 @@ def connect(points: Floats, config: SegmentationConfig) -> Ints:
     order = np.lexsort((row, column))
     column, row = column[order], row[order]
     start = np.flatnonzero(np.diff(column, prepend=column[0] - 1) | np.diff(row, prepend=row[0]))
-    root = kernels.connected(
+    root = connected(
         points[order],
         radius[order],
         column[start],

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker import kernels
+from tracker.kernels.selection import side_distances
 from tracker.records import Candidates, Linkage, Segments
 from tracker.rectangles import Rectangles
 
@@ -45,7 +45,7 @@ def select(
     judged = judged[np.lexsort((linkage.line[judged], segments.label[judged]))]
     segment, line = segments.label[judged], linkage.line[judged]
     start = np.flatnonzero(np.diff(segment, prepend=-1) | np.diff(line, prepend=-1))
-    distance = kernels.side_distances(
+    distance = side_distances(
         np.asarray(points_ego[judged, :2], dtype=np.float64, order="C"),
         np.append(start, len(judged)),
         rectangles.heading[segment[start]],

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from tracker import kernels
 from tracker.geometry import fold
+from tracker.kernels.linkage import link_segments
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
@@ -67,7 +67,7 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     order, offset = by_segment(segments)
     label: Ints
     heading: Floats
-    label, heading = kernels.link_segments(
+    label, heading = link_segments(
         np.asarray(points_ego[order, :2], dtype=np.float64, order="C"),
         offset,
         uniforms(config.seed, config.points_max, config.samples_per_point),
