@@ -148,12 +148,18 @@ class Tracks:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StepTrace:
-    """Everything between scan and tracks, for the grader, the recorder and tests."""
+class Detection:
+    """All that the fitting half made of a scan."""
 
     segments: Segments
     linkage: Linkage
     candidates: Candidates
     boxes: Boxes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepTrace(Detection):
+    """Everything between scan and tracks, for the grader, the recorder and tests."""
+
     track_id: Ints
     """(B,) the track each box was given to or started."""
