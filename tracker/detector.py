@@ -4,6 +4,8 @@ from dataclasses import dataclass, field
 
 from tracker import boxes, preprocess, rectangles, segmentation, selection, tlinkage
 from tracker.background import Background, BackgroundConfig
+from tracker.baselines import columns
+from tracker.baselines.config import BaselineConfig
 from tracker.boxes import BoxConfig
 from tracker.geometry import rotate
 from tracker.preprocess import PreprocessConfig
@@ -28,6 +30,7 @@ class DetectorConfig:
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
+    baselines: BaselineConfig = field(default_factory=BaselineConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
     shadow: ShadowConfig = field(default_factory=ShadowConfig)
 
@@ -59,6 +62,7 @@ class Detector:
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
+        candidates = columns.append(scan.points_ego, segments, linkage, candidates, config.baselines)
         fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
         return Detection(segments, linkage, candidates, fitted.subset(~in_shadow(fitted, config.shadow)))
 

@@ -19,6 +19,9 @@ Bools = npt.NDArray[np.bool_]
 METHODS = ("area", "closeness", "variance", "tlinkage")
 """Where a candidate heading comes from, in the order of `Candidates`' second axis."""
 
+BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "autoware")
+"""Methods that are measured for comparison and never selected: the rest of that axis, see `tracker.baselines`."""
+
 MODELS = ("stationary", "cv", "ca")
 """The filters of the bank, equations (7), (8) and (9), in the order of every per-model axis."""
 
@@ -57,7 +60,7 @@ class Linkage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """One rectangle per segment and method."""
+    """One rectangle per segment and method: `METHODS`, and after them `BASELINES`, NaN where these are switched off."""
 
     heading: Floats
     """(S, M) in [0, pi/2), ego frame; a rectangle's heading is known modulo a quarter turn."""
@@ -66,7 +69,7 @@ class Candidates:
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) variance of absolute residuals, equation (3) [m^2]."""
+    """(S, M) variance of absolute residuals, equation (3) [m^2]; NaN for baselines."""
     best: Ints
     """(S,) method of the lowest cost."""
 
