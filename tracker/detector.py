@@ -1,5 +1,6 @@
 """The fitting half of the tracker: from one scan to the boxes of the vehicles in it."""
 
+import math
 from dataclasses import dataclass, field
 
 from tracker import boxes, preprocess, rectangles, segmentation, selection, tlinkage
@@ -17,6 +18,9 @@ from tracker.selection import SelectionConfig
 from tracker.shadow import ShadowConfig, in_shadow
 from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
 from tracker.tlinkage import LinkageConfig
+
+CLOCK_DIGITS = 9
+"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +49,29 @@ class Detector:
         self.config = config or DetectorConfig()
         self._ego_motion = EgoMotion(self.config.sweep)
         self._background = Background(self.config.background)
+        self._time = -math.inf
+
+    def check(self, scan: Scan) -> None:
+        """Raise ValueError for a scan that `step` would not take: malformed, or not later than the one before."""
+        scan.check()
+        if round(scan.time - self._time, CLOCK_DIGITS) <= 0.0:
+            raise ValueError(
+                f"the scan of {scan.time} s is not later than the one before, of {self._time} s; "
+                "leave it out, or use a new tracker for another recording"
+            )
 
     def step(self, scan: Scan, movers: Movers | None = None) -> Detection:
         """Fit a box to every vehicle in a scan.
 
         `movers` are the vehicles known so far, where they should be at the scan's time: points on them are moved by
-        their motion during the sweep. Without them only the ego's own motion is made up for.
+        their motion during the sweep. Without them only the ego's own motion is made up for. Odd scans are treated as
+        in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
         """
+        self.check(scan)
+        self._time = scan.time
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
+        scan = preprocess.masked(scan)
         scan = self._ego_motion.undo(scan)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         segments = self._background.remove(into_odom(scan), segments)

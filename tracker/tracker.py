@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker import orientation
 from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
-from tracker.detector import Detector, DetectorConfig
+from tracker.detector import CLOCK_DIGITS, Detector, DetectorConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
 from tracker.geometry import QUARTER, inside, rotate, wrap
@@ -21,9 +21,6 @@ from tracker.track import LifeConfig, Track, TrackConfig
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
-
-CLOCK_DIGITS = 9
-"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +53,23 @@ class Tracker:
         self._born = 0
 
     def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
-        """Take in one scan; return the living tracks (and those that just died) and all that was between."""
+        """Take in one scan; return the living tracks (and those that just died) and all that was between.
+
+        A scan without points, or whose points make no vehicle (one alone, all in one place), updates nothing: tracks
+        coast. Points in a row are a vehicle's side. A point whose place or time is not finite is ignored. After a gap
+        between scans, tracks that have waited longer than `LifeConfig` lets them are dead; the others are taken up
+        again where they should be by then.
+
+        Raises
+        ------
+        ValueError
+            The time or the ego's pose is not finite, a field has the wrong shape or type, or the scan is not later than
+            the one before. Whether it is a scan that comes late, to be left out, or the start of another recording, for
+            a new tracker, only the caller can tell. The tracker stays as it was and takes the next scan.
+        """
+        self._detector.check(scan)
         self._predict(scan.time)
-        found = self._detector.step(scan, movers(self._tracks))
+        found = self._detector.step(scan, movers(self._living))
         seen = observe(found.boxes, scan.ego_pose_odom, self.config.filters)
         track_id = self._associate(seen)
         for track in self._tracks:
@@ -67,9 +78,13 @@ class Tracker:
         self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
         return report(self._tracks), StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
 
+    @property
+    def _living(self) -> list[Track]:
+        return [track for track in self._tracks if track.status is not Status.DEAD]
+
     def _predict(self, time: float) -> None:
         """Drop the dead and move the living to `time` [s]."""
-        self._tracks = [track for track in self._tracks if track.status is not Status.DEAD]
+        self._tracks = self._living
         dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
         step = motion(dt, self.config.filters)
         self._time = time
