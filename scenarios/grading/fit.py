@@ -23,7 +23,8 @@ def rows(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the fit observations of one frame: a row per graded vehicle that has a segment, and method."""
     owner, segment = _largest_segments(ownership)
-    fitted = [values[segment, : len(METHODS)] for values in (candidates.center_ego, candidates.heading, candidates.size)]
+    own = segment, slice(len(METHODS))
+    fitted = [values[own] for values in (candidates.center_ego, candidates.heading, candidates.size)]
     box = np.dstack(fitted).reshape(-1, len(BOX))
     method = np.tile(np.arange(len(METHODS)), len(segment))
 
@@ -37,7 +38,7 @@ def rows(
         "range_m": each(np.hypot(boxes_ego[owner, 0], boxes_ego[owner, 1])),
         "points": each(ownership.size[segment]),
         "method": method,
-        "cost_m2": candidates.cost[segment, : len(METHODS)].ravel(),
+        "cost_m2": candidates.cost[own].ravel(),
         "best": method == each(candidates.best[segment]),
         **dict(zip(BOX, box.T, strict=True)),
         **dict(zip(TRUE_BOX, np.repeat(boxes_ego[owner], len(METHODS), axis=0).T, strict=True)),

@@ -11,7 +11,7 @@ class BaselineConfig:
     """Fit them, to be graded beside the tracker's own methods; they are never selected."""
     inlier_m: float = 0.08
     """Points so near a line are on it, for RANSAC and J-linkage [m]: tau of T-linkage, three standard deviations."""
-    points_max: int = 150
+    points_max: int = 100
     """Larger segments are judged on an even subset: J-linkage's time grows with the cube of the points."""
     seed: int = 0
     """Of the random samples; every segment draws the same, so that its heading depends on its own points only."""
