@@ -19,6 +19,9 @@ Bools = npt.NDArray[np.bool_]
 METHODS = ("area", "closeness", "variance", "tlinkage")
 """Where a candidate heading comes from, in the order of `Candidates`' second axis."""
 
+BASELINES: tuple[str, ...] = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage")
+"""What the paper sets itself against: further columns after those of `METHODS`, NaN where it is off. Never chosen."""
+
 MODELS = ("stationary", "cv", "ca")
 """The filters of the bank, equations (7), (8) and (9), in the order of every per-model axis."""
 
@@ -137,6 +140,11 @@ class Tracks:
     """(T, 2) which corner of the vehicle is tracked, signs in the vehicle's frame (x forward, y left)."""
     size: Floats
     """(T, 2) length, width [m]."""
+    model_covariance_odom: Floats | None = None
+    """(T, len(MODELS), 2, 2) of that corner by each model alone [m^2]; None from a tracker that does not tell."""
+    model_nis: Floats | None = None
+    """(T, len(MODELS)) normalised innovation squared of each model's corner in this frame, 2 degrees of freedom; NaN
+    where it was not updated, None from a tracker that does not tell."""
 
     def __len__(self) -> int:
         return len(self.id)
