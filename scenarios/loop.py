@@ -14,6 +14,7 @@ from scenarios.control.drive import TrackDriver, drive_by_truth
 from scenarios.control.safety import SafetyLog
 from scenarios.device import DeviceFactory
 from scenarios.errors import ScenarioError
+from scenarios.grading.bound import Ranging
 from scenarios.grading.grader import Grader
 from scenarios.recording import NullRecorder, Recorder
 from scenarios.result import Result
@@ -67,7 +68,7 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
         lidar = _lidar(rig, scenario, source.dt, obstacles)
         warm_up(rig, scenario.noise, scenario.sensor, make_device(scenario.tracker))
         tracker = make_device(scenario.tracker)
-        grader = Grader(scenario.grading)
+        grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise))
         driver = TrackDriver(scenario.control, source) if scenario.control else None
         recorder = _recorder(scenario, record_to, obstacles)
         with closing(recorder):
