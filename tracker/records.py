@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-METHODS = ("area", "closeness", "variance", "tlinkage")
+METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
 """Where a candidate heading comes from, in the order of `Candidates`' second axis."""
 
 MODELS = ("stationary", "cv", "ca")
@@ -66,7 +66,7 @@ class Candidates:
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) variance of absolute residuals, equation (3) [m^2]."""
+    """(S, M) what the selection compares; its unit is that of `selection.variant`."""
     best: Ints
     """(S,) method of the lowest cost."""
 

@@ -38,7 +38,7 @@ def rows(
         "range_m": each(np.hypot(boxes_ego[owner, 0], boxes_ego[owner, 1])),
         "points": each(ownership.size[segment]),
         "method": method,
-        "cost_m2": candidates.cost[segment].ravel(),
+        "cost": candidates.cost[segment].ravel(),
         "best": method == each(candidates.best[segment]),
         **dict(zip(BOX, box.T, strict=True)),
         **dict(zip(TRUE_BOX, np.repeat(boxes_ego[owner], len(METHODS), axis=0).T, strict=True)),

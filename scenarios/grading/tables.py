@@ -84,7 +84,7 @@ FITS: Schema = {
     "range_m": np.float64,
     "points": np.int64,
     "method": METHODS,
-    "cost_m2": np.float64,
+    "cost": np.float64,
     "best": np.bool_,
     "x_ego_m": np.float64,
     "y_ego_m": np.float64,
