@@ -222,7 +222,8 @@ def test_columns_are_measured_as_the_others_are():
         column = len(METHODS) + BASELINES.index(name)
         np.testing.assert_allclose(found.size[0, column], [4.0, 2.0], atol=1e-6)
         np.testing.assert_allclose(found.center_ego[0, column], found.center_ego[0, METHODS.index("tlinkage")])
-    center, size = measure(points, np.array([0, len(points)]), found.heading)
+    fitted = fit_points(points)
+    center, size = measure(points, fitted.segments, fitted.linkage, found.heading)
     np.testing.assert_allclose(found.size, size)
     np.testing.assert_allclose(found.center_ego, center)
 
