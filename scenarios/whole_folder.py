@@ -45,6 +45,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         raise cannot_write(out, option, error) from error
     try:
         yield temporary
+        refuse(out)  # again: somebody may have put something there meanwhile
         _move_into_place(temporary, out)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
