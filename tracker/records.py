@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-METHODS = ("area", "closeness", "variance", "tlinkage")
+METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
 """Where a candidate heading comes from, in the order of `Candidates`' second axis."""
 
 BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "autoware")
@@ -69,7 +69,7 @@ class Candidates:
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) variance of absolute residuals, equation (3) [m^2]; NaN for baselines."""
+    """(S, M) what the selection compares, in the unit of `selection.variant`; NaN for baselines."""
     best: Ints
     """(S,) method of the lowest cost."""
 
