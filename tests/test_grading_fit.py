@@ -11,7 +11,7 @@ from scenarios.grading.fit import measure
 from scenarios.grading.grader import Grader
 from scenarios.grading.metrics import GRADED
 from sensor_model.truth import NO_ACTOR, Cause, View
-from tracker.records import METHODS
+from tracker.records import BASELINES, METHODS
 
 EGO = ((20.0, -10.0, 0.7), (0.0, 0.0, 0.0))
 
@@ -128,6 +128,59 @@ def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_amon
     assert metrics["fit.tlinkage.heading_mean_deg"].value is None
     assert metrics["fit.best.regret_deg"].value is None
     assert metrics["fit.oracle.heading_mean_deg"].value == pytest.approx(1.0)
+
+
+def with_baselines(traced, frame, turn_deg):
+    """The trace with a column for each baseline: the true box turned by so much, nothing where that is NaN."""
+    fitted, count = traced.candidates, traced.segments.count
+    turned = np.tile(frame.actors.pose_world[0, 2] + np.radians(turn_deg), (count, 1))
+
+    def wider(values):
+        return np.concatenate([values, np.repeat(values[:, :1], len(BASELINES), axis=1)], axis=1)
+
+    candidates = replace(
+        fitted,
+        heading=np.column_stack([fitted.heading, turned]),
+        center_ego=wider(fitted.center_ego),
+        size=wider(fitted.size),
+        cost=np.column_stack([fitted.cost, np.full((count, len(BASELINES)), np.nan)]),
+    )
+    return replace(traced, candidates=candidates)
+
+
+def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
+    """Fails when a method's figures land in another's row, or a baseline that cannot be chosen is held against best."""
+
+    def trace(frame, truth):
+        traced = trace_of(frame, truth, turn_deg=(5.0, 4.0, 3.0, 2.0))
+        return with_baselines(traced, frame, (np.nan, -1.5, 0.0, np.nan))
+
+    metrics, tables, _ = grade_run([[Body(0, 30.0, 0.0)]] * 2, Scripted([[]] * 2), trace=trace)
+    assert tables["fits"]["method"].tolist() == [*METHODS, "two_set_split", "ransac_lines"] * 2
+    assert metrics["fit.two_set_split.heading_mean_deg"].value == pytest.approx(-1.5)
+    assert metrics["fit.ransac_lines.heading_mean_deg"].value == pytest.approx(0.0)
+    assert metrics["fit.principal_axes.heading_mean_deg"].value is None
+    assert metrics["fit.oracle.heading_mean_deg"].value == pytest.approx(2.0)
+    assert metrics["fit.best.regret_deg"].value == pytest.approx(1.0)
+
+
+def test_regret_is_that_of_the_observations_that_have_a_choice():
+    """Fails when observations without a chosen rectangle are still in the oracle's mean."""
+    turns = iter([(8.0,) * 4, (3.0, 3.0, np.nan, 2.0)])
+
+    def trace(frame, truth):
+        turn = next(turns)
+        traced = trace_of(frame, truth, turn_deg=turn)
+        return traced if np.isfinite(turn).all() else replace(traced, candidates=chosen_is_none(traced.candidates))
+
+    def chosen_is_none(candidates):
+        heading = candidates.heading.copy()
+        heading[:, 2] = np.nan
+        return replace(candidates, heading=heading)
+
+    metrics, _, _ = grade_run([[Body(0, 30.0, 0.0)]] * 2, Scripted([[]] * 2), trace=trace)
+    assert metrics["fit.oracle.heading_abs_mean_deg"].value == pytest.approx(5.0)
+    assert (metrics["fit.best.regret_deg"].value, metrics["fit.best.regret_deg"].n) == (pytest.approx(0.0, abs=1e-9), 1)
 
 
 def test_without_a_trace_every_stage_metric_says_so():

@@ -69,7 +69,7 @@ class Candidates:
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) what the selection compares; its unit is that of `selection.variant`. NaN for baselines."""
+    """(S, M) what the selection compares, in the unit of `selection.variant`; NaN for baselines."""
     best: Ints
     """(S,) method of the lowest cost."""
 

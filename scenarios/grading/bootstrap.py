@@ -28,14 +28,12 @@ class Bootstrap:
     """
 
     def __init__(self, vehicles: Ints) -> None:
-        self._vehicles = np.unique(vehicles)
-        count = len(self._vehicles)
+        self.vehicles = np.unique(vehicles)
+        count = len(self.vehicles)
         rng = np.random.default_rng(SEED)
         drawn = rng.integers(max(count, 1), size=(RESAMPLES, count))
         cell = drawn + count * np.arange(RESAMPLES)[:, None]
-        self._times = (
-            np.bincount(cell.ravel(), minlength=RESAMPLES * count).reshape(RESAMPLES, count).astype(np.float64)
-        )
+        self.times = np.bincount(cell.ravel(), minlength=RESAMPLES * count).reshape(RESAMPLES, count).astype(np.float64)
 
     def of_ratio(self, vehicle: Ints, part: Floats, whole: Floats) -> Interval | None:
         """Interval of sum `part` (n,) over sum `whole` (n,), observations of vehicles (n,); None if all are of one."""
@@ -55,9 +53,9 @@ class Bootstrap:
         """(RESAMPLES, columns) sums of each resample, by way of each vehicle's own."""
         if len(np.unique(vehicle)) < 2:
             return None
-        row = np.searchsorted(self._vehicles, vehicle)
-        own = np.stack([np.bincount(row, column, len(self._vehicles)) for column in columns], axis=1)
-        sums: npt.NDArray[np.float64] = self._times @ own
+        row = np.searchsorted(self.vehicles, vehicle)
+        own = np.stack([np.bincount(row, column, len(self.vehicles)) for column in columns], axis=1)
+        sums: npt.NDArray[np.float64] = self.times @ own
         return sums
 
 

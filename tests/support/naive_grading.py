@@ -104,3 +104,17 @@ def most_likely_heading(measured, heading, offsets, beams, rounds=4):
         )
         unknown += np.linalg.lstsq(jacobian, measured - predicted(unknown), rcond=None)[0]
     return unknown[0]
+
+
+def resampled(bootstrap, vehicle, values):
+    """Mean and standard deviation of each of a bootstrap's resamples, its observations gathered one by one."""
+    means, stds = [], []
+    for times in bootstrap.times:
+        drawn = [
+            value
+            for known, count in zip(bootstrap.vehicles, times, strict=True)
+            for value in values[vehicle == known].tolist() * int(count)
+        ]
+        means.append(np.mean(drawn))
+        stds.append(np.std(drawn))
+    return means, stds
