@@ -112,7 +112,8 @@ class Grader:
         sheet = MetricSheet(Bootstrap(truth.loc[truth["graded"], "actor_id"].to_numpy()))
         dataset.grade(sheet, truth[truth["graded"]], self._frames)
         nothing_seen = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
-        fit.grade(sheet, table["fits"], nothing_seen)
+        observations = int(truth["graded"].sum()) if self._traced else 0
+        fit.grade(sheet, table["fits"], observations, nothing_seen)
         segmentation.grade(
             sheet,
             truth,
