@@ -21,9 +21,9 @@ def grade_trace(scene, trace):
 
 
 def test_heading_errors_per_method_modulo_a_quarter_turn():
-    # area 10, closeness -1.9, variance 46 (that is -44), tlinkage 90.5 (that is 0.5).
+    # area 10, closeness -1.9, variance 46 (that is -44), tlinkage 90.5 (that is 0.5), refined like variance.
     scene = [[Body(3, 30.0, -5.0, yaw=2.9)], [Body(3, 31.0, -5.0, yaw=2.9)]]
-    metrics, tables, grades = grade_trace(scene, partial(trace_of, turn_deg=(10.0, -1.9, 46.0, 90.5)))
+    metrics, tables, grades = grade_trace(scene, partial(trace_of, turn_deg=(10.0, -1.9, 46.0, 90.5, 46.0)))
 
     def value(name):
         return metrics[f"fit.{name}"].value
@@ -34,14 +34,14 @@ def test_heading_errors_per_method_modulo_a_quarter_turn():
     assert value("best.regret_deg") == pytest.approx(44.0 - 0.5)
     assert [value(f"closeness.within_{k}deg") for k in range(1, 6)] == [0, 1, 1, 1, 1]
     assert metrics["fit.area.heading_mean_deg"].n == 2
-    assert len(tables["fits"]) == 8
+    assert len(tables["fits"]) == 2 * len(METHODS)
     np.testing.assert_allclose(np.degrees(grades[0].box_heading_error), [-44.0])
     assert grades[0].box_actor.tolist() == [3]
 
 
 def test_std_of_real_and_of_absolute_error_are_the_papers():
     scene = [[Body(0, 30.0, 0.0)], [Body(0, 30.0, 0.0)]]
-    turns = iter([(3.0,) * 4, (-1.0,) * 4])
+    turns = iter([(3.0,) * len(METHODS), (-1.0,) * len(METHODS)])
     metrics, _, _ = grade_trace(scene, lambda frame, truth: trace_of(frame, truth, turn_deg=next(turns)))
     found = [metrics[f"fit.area.heading_{s}_deg"].value for s in ("mean", "std", "abs_mean", "abs_std")]
     assert found == pytest.approx([1.0, 2.0, 2.0, 1.0])
@@ -127,7 +127,7 @@ def test_coverage_tells_of_the_observations_that_were_not_fitted():
 
 def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_among_the_rest():
     def trace(frame, truth):
-        traced = trace_of(frame, truth, turn_deg=(5.0, 3.0, 1.0, 0.0), best=3)
+        traced = trace_of(frame, truth, turn_deg=(5.0, 3.0, 1.0, 0.0, 2.0), best=3)
         heading, center = traced.candidates.heading.copy(), traced.candidates.center_ego.copy()
         heading[:, 3], center[:, 3] = np.nan, np.nan
         return replace(traced, candidates=replace(traced.candidates, heading=heading, center_ego=center))
@@ -200,6 +200,6 @@ def test_without_a_trace_every_stage_metric_says_so():
 
 
 def test_a_turn_about_the_centre_moves_the_corner_by_the_chord():
-    metrics, _, _ = grade_trace([[Body(0, 30.0, 0.0)]], partial(trace_of, turn_deg=(6.0,) * 4))
+    metrics, _, _ = grade_trace([[Body(0, 30.0, 0.0)]], partial(trace_of, turn_deg=(6.0,) * len(METHODS)))
     chord = math.hypot(4.6, 1.8) * math.sin(math.radians(3.0))
     assert metrics["fit.area.position_abs_mean_m"].value == pytest.approx(chord)

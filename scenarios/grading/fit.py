@@ -38,7 +38,7 @@ def rows(now: Instant, ownership: Ownership, trace: StepTrace, ranging: Ranging 
         "points": each(ownership.size[segment]),
         "heading_bound_deg": each(np.degrees(bound.observed(now, ranging, trace.segments.label, owner, segment))),
         "method": method,
-        "cost_m2": fitted.cost[segment].ravel(),
+        "cost": fitted.cost[segment].ravel(),
         "best": method == each(fitted.best[segment]),
         **dict(zip(BOX, box.T, strict=True)),
         **dict(zip(TRUE_BOX, each(now.boxes_ego[owner]).T, strict=True)),

@@ -86,7 +86,7 @@ FITS: Schema = {
     "points": np.int64,
     "heading_bound_deg": np.float64,
     "method": CANDIDATES,
-    "cost_m2": np.float64,
+    "cost": np.float64,
     "best": np.bool_,
     "x_ego_m": np.float64,
     "y_ego_m": np.float64,
