@@ -117,6 +117,14 @@ def test_of_a_vehicle_in_two_segments_the_larger_one_is_observed():
         assert set(tables["fits"].segment) == {larger}
 
 
+def test_coverage_tells_of_the_observations_that_were_not_fitted():
+    """Fails when a tracker may leave hard vehicles out of its segments unnoticed."""
+    bodies = [Body(0, 30.0, 0.0), Body(1, 30.0, 8.0)]
+    label = [0] * 20 + [-1] * 20
+    metrics, _, _ = grade_run([bodies] * 2, Scripted([[]] * 2), trace=lambda f, t: trace_of(f, t, label=label))
+    assert (metrics["fit.best.coverage"].value, metrics["fit.best.coverage"].n) == (0.5, 4)
+
+
 def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_among_the_rest():
     def trace(frame, truth):
         traced = trace_of(frame, truth, turn_deg=(5.0, 3.0, 1.0, 0.0, 2.0), best=3)

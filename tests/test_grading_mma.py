@@ -6,7 +6,8 @@ import pandas as pd
 import pytest
 from support.frames import Body, Scripted, drive, follow, grade_run
 
-from scenarios.grading.mma import band, mahalanobis_squared, switch_latencies
+from scenarios.grading.mma import band, mahalanobis_squared
+from scenarios.grading.modes import switch_latencies
 from sim.world import Mode
 from tracker.records import MODELS, Status
 

@@ -132,7 +132,8 @@ def on_faces(points_body: Complexes, size: Floats, corner_radius: Floats) -> tup
     from_end, from_side = 0.5 * size[:, 0] - np.abs(x), 0.5 * size[:, 1] - np.abs(y)
     at_end = (np.abs(from_end) <= MAX_CLEAN_DEPTH) & (from_side >= corner_radius)
     at_side = (np.abs(from_side) <= MAX_CLEAN_DEPTH) & (from_end >= corner_radius)
-    face = np.select([at_end, at_side], [np.where(x > 0.0, 0, 2), np.where(y > 0.0, 1, 3)], default=-1)
+    end, side = np.where(x > 0.0, 0, 2), np.where(y > 0.0, 1, 3)
+    face = np.where(at_end, end, np.where(at_side, side, -1))
     return face, np.where(at_end, y, x)
 
 

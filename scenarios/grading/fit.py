@@ -91,9 +91,13 @@ def _oracle(method: npt.NDArray[np.int8], error: Floats) -> npt.NDArray[np.bool_
     return oracle
 
 
-def grade(sheet: MetricSheet, fits: pd.DataFrame, why_none: str) -> None:
-    """Enter every `fit` metric; a method that fitted no rectangle to an observation is not charged for it."""
+def grade(sheet: MetricSheet, fits: pd.DataFrame, observations: int, why_none: str) -> None:
+    """Enter every `fit` metric; a method that fitted no rectangle to an observation is not charged for it.
+
+    How many of the data set's `observations` (0 for a tracker that gives no trace) have one is the coverage.
+    """
     fitted = fits[np.isfinite(fits["heading_error_deg"])]
+    sheet.rate("fit.best.coverage", int(fitted["best"].sum()), observations, why_none)
     for scope in (None, *VIEWS.values()):
         seen = fitted if scope is None else fitted[fitted["view"] == scope]
         why = why_none if scope is None or not len(fitted) else f"no observation is a {scope} view"

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading import dataset, fit, mma, occlusion, outliers, segmentation, tables, track
+from scenarios.grading import dataset, fit, mma, modes, occlusion, outliers, segmentation, tables, track
 from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.bound import Ranging
 from scenarios.grading.config import GradingConfig
@@ -108,21 +108,18 @@ class Grader:
         return self._grade(result), result
 
     def _grade(self, table: dict[str, pd.DataFrame]) -> dict[str, Metric]:
-        truth, config = table["truth"], self._config
-        sheet = MetricSheet(Bootstrap(truth.loc[truth["graded"], "actor_id"].to_numpy()))
-        dataset.grade(sheet, truth[truth["graded"]], self._frames)
-        nothing_seen = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
-        fit.grade(sheet, table["fits"], nothing_seen)
-        segmentation.grade(
-            sheet,
-            truth,
-            table["segments"],
-            config.part_share_min,
-            track.NO_TRUTH if self._traced else NO_TRACE,
-        )
+        truth, tracks, config = table["truth"], table["tracks"], self._config
+        observations = truth[truth["graded"]]
+        no_vehicle = track.NO_TRUTH if self._traced else NO_TRACE
+        no_segment = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
+        sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
+        dataset.grade(sheet, observations, self._frames)
+        fit.grade(sheet, table["fits"], len(observations) if self._traced else 0, no_segment)
+        segmentation.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
         outliers.grade(sheet, table["outliers"], NO_TRACE)
-        mma.grade(sheet, table["tracks"], config.nees_confidence)
-        track.grade(sheet, truth, table["tracks"], table["overlaps"], config)
+        mma.grade(sheet, tracks, config.nees_confidence)
+        modes.grade(sheet, tracks)
+        track.grade(sheet, truth, tracks, table["overlaps"], config)
         occlusion.grade(sheet, truth, config)
         return sheet.metrics
 

@@ -74,6 +74,7 @@ def _fit() -> Iterator[Definition]:
             yield Definition(f"{prefix}.within_{limit}deg", "1", f"share of heading errors <= {limit} degrees")
         yield Definition(f"{prefix}.position_abs_mean_m", "m", "mean distance of the nearest corner to the true one")
         yield Definition(f"{prefix}.iou_mean", "1", "mean overlap of rectangle and true box, seen from above")
+    yield Definition("fit.best.coverage", "1", "share of the data set's observations to which a rectangle was fitted")
     yield Definition("fit.best.regret_deg", "deg", "mean absolute heading error of best minus that of oracle")
     yield Definition(
         "fit.best.bound_ratio", "1", "mean absolute heading error of best over that at the Cramer-Rao bound"

@@ -1,6 +1,6 @@
-"""How well the filters and their choice do: the paper's table of position errors, the modes, and consistency."""
+"""How well the filters do: the paper's table of position errors, and whether they know how well they do."""
 
-from itertools import pairwise, product
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,7 @@ def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
 
 
 def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> None:
-    """Enter every `mma` metric from the track table with its `true_mode`; only judged rows count.
+    """Enter the errors of the tracked corner and their consistency from the track table; only judged rows count.
 
     An estimate that a tracker does not make is NaN and not charged.
     """
@@ -80,9 +80,7 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> N
             for axis in "xy":
                 _grade_position(sheet, rows, f"mma.{estimate}.{target}.{axis}_abs", f"{estimate}_{axis}_error_m", why)
         _grade_gain(sheet, rows, f"mma.gain.{target}", why)
-    _grade_modes(sheet, judged)
     _grade_consistency(sheet, judged, nees_confidence)
-    _grade_latency(sheet, switch_latencies(judged))
 
 
 def _grade_position(sheet: MetricSheet, rows: pd.DataFrame, prefix: str, column: str, why_none: str) -> None:
@@ -104,17 +102,6 @@ def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str
     mean = off.mean(axis=0) if len(off) else np.full(len(ESTIMATES), np.nan)
     single = float(mean[:-1].min())
     sheet.write(name, 1.0 - float(mean[-1]) / single if single > 0.0 else None, len(off), why_none)
-
-
-def _grade_modes(sheet: MetricSheet, judged: pd.DataFrame) -> None:
-    """Enter how often the right mode was selected, and which one for which: rates of each true mode's frames."""
-    vehicle = judged["actor_id"].to_numpy()
-    true, chosen = judged["true_mode"].to_numpy(object), judged["model"].to_numpy(object)
-    sheet.mean("mma.mode_accuracy", chosen == true, NO_PAIR, vehicle)
-    sheet.mean("mma.stationary_accuracy", (chosen == MODELS[0]) == (true == MODELS[0]), NO_PAIR, vehicle)
-    for mode, model in product(MODELS, MODELS):
-        why = f"{NO_PAIR} in the mode {mode}"
-        sheet.mean(f"mma.confusion.{mode}.{model}", chosen[true == mode] == model, why, vehicle[true == mode])
 
 
 def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: float) -> None:
@@ -147,29 +134,3 @@ def band(confidence: float) -> tuple[float, float]:
     """Two-sided band of chi-square with 2 degrees of freedom: its quantile at p is -2 ln(1 - p)."""
     tail = (1 - confidence) / 2
     return -2 * np.log1p(-tail), -2 * np.log(tail)
-
-
-def switch_latencies(judged: pd.DataFrame) -> Floats:
-    """Frames from each true change of mode to its selection; infinite where it is not selected before the next.
-
-    A change counts if the vehicle is followed in the frame of the change and in the one before.
-    """
-    latencies: list[float] = []
-    for _, rows in judged.sort_values("frame", kind="stable").groupby("actor_id"):
-        frame = rows["frame"].to_numpy()
-        mode, model = rows["true_mode"].cat.codes.to_numpy(), rows["model"].cat.codes.to_numpy()
-        changes = np.flatnonzero(np.diff(mode)) + 1
-        for start, stop in pairwise([*changes, len(mode)]):
-            if frame[start] - frame[start - 1] == 1:
-                agrees = start + np.flatnonzero(model[start:stop] == mode[start])
-                latencies.append(float(frame[agrees[0]] - frame[start]) if len(agrees) else np.inf)
-    return np.array(latencies)
-
-
-def _grade_latency(sheet: MetricSheet, latencies: Floats) -> None:
-    why, median = "no followed vehicle changed its mode", None
-    if len(latencies):
-        median = float(np.median(latencies))
-    if median == np.inf:
-        why, median = "half of the changes of mode or more were never followed", None
-    sheet.write("mma.switch_latency_frames", median, len(latencies), why)
