@@ -256,6 +256,7 @@ def test_a_large_segment_is_judged_on_an_even_subset():
     points = l_shape(0.3, length=20.0, width=10.0, step=0.1)[:300]
     config = BaselineConfig(enabled=True, points_max=100)
     assert columns.headings(points, config) == columns.headings(points[::3], config)
+    assert columns.headings(points, config) != columns.headings(points[:100], config)
 
 
 def test_points_in_one_place_have_heading_0():

@@ -99,9 +99,9 @@ def test_a_hundred_thousand_points_in_one_cluster_take_less_than_a_second(baseli
     points = np.column_stack([sides + rng.normal(0.0, 0.025, sides.shape), np.full(len(sides), 0.6)])
     tracker = tracker_of(baselines)
     tracker.step(Scan.from_points(0.0, np.column_stack([l_shape(0.0), np.full(25, 0.6)])))  # compiles
-    begin = time.perf_counter()
+    begin = time.process_time()  # others may use the machine as well
     _, trace = tracker.step(Scan.from_points(DT, points))
-    assert time.perf_counter() - begin < 1.0
+    assert time.process_time() - begin < 1.0
     assert len(points) == 100_000
     assert len(trace.boxes) == 1
     assert math.sin(4.0 * trace.boxes.heading[0]) == pytest.approx(0.0, abs=math.radians(2.0))

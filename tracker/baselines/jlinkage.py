@@ -25,6 +25,6 @@ def clusters(points: Floats, config: BaselineConfig) -> Ints:
     Of preferences that are 0 or 1 the Tanimoto distance is the Jaccard distance, and the elementwise minimum the
     intersection: T-linkage's merging does J-linkage's.
     """
-    draws = uniforms(config.seed, config.points_max, SAMPLING.samples_per_point)
+    draws = uniforms(config.seed, max(len(points), config.points_max), SAMPLING.samples_per_point)
     lines = hypotheses(points, draws, SAMPLING.locality)
     return agglomerate((distances(points, lines) < config.inlier_m).astype(np.float64))
