@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
+from support import short_run
 from support.shapes import Car, l_shape, rotation, scan_car, star
 from support.stages import fit_points, off_quarter, one_segment
 
@@ -221,7 +222,8 @@ def test_columns_are_measured_as_the_others_are():
         column = len(METHODS) + BASELINES.index(name)
         np.testing.assert_allclose(found.size[0, column], [4.0, 2.0], atol=1e-6)
         np.testing.assert_allclose(found.center_ego[0, column], found.center_ego[0, METHODS.index("tlinkage")])
-    center, size = measure(points, np.array([0, len(points)]), found.heading)
+    fitted = fit_points(points)
+    center, size = measure(points, fitted.segments, fitted.linkage, found.heading)
     np.testing.assert_allclose(found.size, size)
     np.testing.assert_allclose(found.center_ego, center)
 
@@ -260,6 +262,17 @@ def test_points_in_one_place_have_heading_0():
     found = appended(np.full((9, 2), 4.0), one_segment(9))
     assert (found.heading[0, len(METHODS) :] == 0.0).all()
     assert (found.size == 0.0).all()
+
+
+def test_they_are_graded_when_a_scenario_switches_them_on_and_change_no_track():
+    on = short_run.run(f"{short_run.TEXT}\n[tracker.baselines]\nenabled = true\n")
+    off = short_run.result()
+    for name in BASELINES:
+        metric = f"fit.{name}.heading_abs_mean_deg"
+        assert on.metrics[metric].n == on.metrics["fit.best.heading_abs_mean_deg"].n > 10
+        assert off.metrics[metric].value is None
+        assert "[tracker.baselines]" in off.metrics[metric].reason
+    assert on.trace_hash == off.trace_hash
 
 
 @pytest.mark.parametrize("values", [{"inlier_m": 0.0}, {"points_max": 1}])

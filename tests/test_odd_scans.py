@@ -10,7 +10,7 @@ from support.shapes import l_shape
 
 from tracker.baselines.config import BaselineConfig
 from tracker.detector import Detector
-from tracker.records import Status
+from tracker.records import METHODS, Status
 from tracker.scan import Scan
 from tracker.tracker import Tracker, TrackerConfig
 
@@ -73,7 +73,7 @@ def test_odd_points_make_no_vehicle_and_a_row_of_them_is_a_side(points, vehicles
         assert len(trace.boxes) == len(trace.track_id) == vehicles
         assert np.isfinite(tracks.mean).all()
         assert np.isfinite(tracks.covariance).all()
-        assert np.isfinite(trace.candidates.size[:, :4]).all()
+        assert np.isfinite(trace.candidates.size[:, : len(METHODS)]).all()
     assert bool(len(tracks)) == bool(vehicles)
 
 

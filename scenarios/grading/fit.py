@@ -13,9 +13,10 @@ from scenarios.grading.instant import Instant
 from scenarios.grading.metrics import FIT_METHODS, VIEWS
 from scenarios.grading.ownership import NOBODY, Ownership
 from scenarios.grading.sheet import MetricSheet
-from tracker.records import METHODS, StepTrace
+from tracker.records import BASELINES, METHODS, StepTrace
 
 BOX = ("x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m")
+NO_BASELINES = "the tracker fitted no baselines: [tracker.baselines] enabled = true"
 TRUE_BOX = ("true_x_ego_m", "true_y_ego_m", "true_yaw_ego_rad", "true_length_m", "true_width_m")
 
 
@@ -102,7 +103,8 @@ def grade(sheet: MetricSheet, fits: pd.DataFrame, observations: int, why_none: s
         why = why_none if scope is None or not len(fitted) else f"no observation is a {scope} view"
         for method in FIT_METHODS:
             prefix = f"fit.{method}" if scope is None else f"fit.{scope}.{method}"
-            _grade_method(sheet, prefix, _of_method(seen, method), why)
+            unfitted = len(seen) and method in BASELINES
+            _grade_method(sheet, prefix, _of_method(seen, method), NO_BASELINES if unfitted else why)
     _grade_regret(sheet, fitted, why_none)
     _grade_bound(sheet, _of_method(fitted, "best"), why_none)
 

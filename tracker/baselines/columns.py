@@ -41,9 +41,8 @@ def append(
     if config.enabled and segments.count:
         order, offset = by_segment(segments)
         points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
-        on_line = linkage.line[order] >= 0
         heading = fold(np.array([headings(part, config) for part in np.split(points, offset[1:-1])]))
-        center, size = measure(points[on_line], np.concatenate([[0], np.cumsum(on_line)])[offset], heading)
+        center, size = measure(points_ego, segments, linkage, heading)
     return Candidates(
         heading=np.concatenate([candidates.heading, heading], axis=1),
         center_ego=np.concatenate([candidates.center_ego, center], axis=1),
