@@ -23,6 +23,7 @@ from sensor_model.proportions import Draw, cars, heavy
 from sensor_model.rig import load_rig
 from sensor_model.truth import Cause
 from sim.world import Kind
+from tracker.records import METHODS
 
 SIGMA = 0.025
 RANGING = Ranging(origin_ego=np.array([[1.0, 0.5, 0.6], [-1.5, -0.4, 0.8]]), sigma=np.full(2, SIGMA))
@@ -231,7 +232,7 @@ def graded_ratio(turn_deg, ranging=RANGING):
     frame, scan, truth = scene([*PLACES, *PLACES])  # ten points make a vehicle worth grading
     grader = Grader(GradingConfig(), ranging)
     tracks, _ = Scripted([[]]).step(scan)
-    grader.add(frame, scan, truth, tracks, trace_of(frame, truth, turn_deg=(turn_deg,) * 4))
+    grader.add(frame, scan, truth, tracks, trace_of(frame, truth, turn_deg=(turn_deg,) * len(METHODS)))
     metrics, tables = grader.finish()
     return metrics["fit.best.bound_ratio"], tables["fits"]
 
@@ -239,7 +240,7 @@ def graded_ratio(turn_deg, ranging=RANGING):
 def test_the_ratio_is_the_error_over_that_of_a_normal_estimator_at_the_bound():
     metric, fits = graded_ratio(0.5)
     expected = math.degrees(bound_of(*scene([*PLACES, *PLACES])))
-    assert fits["heading_bound_deg"].tolist() == pytest.approx([expected] * 4)
+    assert fits["heading_bound_deg"].tolist() == pytest.approx([expected] * len(METHODS))
     assert metric.value == pytest.approx(0.5 / (math.sqrt(2 / math.pi) * expected))
     assert (metric.unit, metric.n) == ("1", 1)
     without, fits = graded_ratio(0.5, ranging=None)

@@ -138,20 +138,25 @@ def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_amon
     assert metrics["fit.oracle.heading_mean_deg"].value == pytest.approx(1.0)
 
 
-def with_baselines(traced, frame, turn_deg):
-    """The trace with a column for each baseline: the true box turned by so much, nothing where that is NaN."""
+def turns(order=METHODS, otherwise=5.0, **by_name):
+    """Turns of methods in their order, some by name."""
+    return tuple(by_name.get(name, otherwise) for name in order)
+
+
+def with_baselines(traced, frame, **turn_deg):
+    """The trace with a column for each baseline: the true box turned by so much, nothing where it is not named."""
     fitted, count = traced.candidates, traced.segments.count
-    turned = np.tile(frame.actors.pose_world[0, 2] + np.radians(turn_deg), (count, 1))
+    turned = frame.actors.pose_world[0, 2] + np.radians(turns(BASELINES, np.nan, **turn_deg))
 
     def wider(values):
         return np.concatenate([values, np.repeat(values[:, :1], len(BASELINES), axis=1)], axis=1)
 
     candidates = replace(
         fitted,
-        heading=np.column_stack([fitted.heading, turned]),
+        heading=np.column_stack([fitted.heading, np.tile(turned, (count, 1))]),
         center_ego=wider(fitted.center_ego),
         size=wider(fitted.size),
-        cost=np.column_stack([fitted.cost, np.full((count, len(BASELINES)), np.nan)]),
+        cost=wider(fitted.cost),
     )
     return replace(traced, candidates=candidates)
 
@@ -160,8 +165,8 @@ def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
     """Fails when a method's figures land in another's row, or a baseline that cannot be chosen is held against best."""
 
     def trace(frame, truth):
-        traced = trace_of(frame, truth, turn_deg=(5.0, 4.0, 3.0, 2.0))
-        return with_baselines(traced, frame, (np.nan, -1.5, 0.0, np.nan))
+        traced = trace_of(frame, truth, turn_deg=turns(variance=3.0, tlinkage=2.0))
+        return with_baselines(traced, frame, two_set_split=-1.5, ransac_lines=0.0)
 
     metrics, tables, _ = grade_run([[Body(0, 30.0, 0.0)]] * 2, Scripted([[]] * 2), trace=trace)
     assert tables["fits"]["method"].tolist() == [*METHODS, "two_set_split", "ransac_lines"] * 2
@@ -174,17 +179,14 @@ def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
 
 def test_regret_is_that_of_the_observations_that_have_a_choice():
     """Fails when observations without a chosen rectangle are still in the oracle's mean."""
-    turns = iter([(8.0,) * 4, (3.0, 3.0, np.nan, 2.0)])
+    frames = iter([turns(otherwise=8.0), turns(variance=np.nan, tlinkage=2.0)])  # variance is the one selected
 
     def trace(frame, truth):
-        turn = next(turns)
-        traced = trace_of(frame, truth, turn_deg=turn)
-        return traced if np.isfinite(turn).all() else replace(traced, candidates=chosen_is_none(traced.candidates))
-
-    def chosen_is_none(candidates):
-        heading = candidates.heading.copy()
-        heading[:, 2] = np.nan
-        return replace(candidates, heading=heading)
+        turn = next(frames)
+        heading = np.where(np.isfinite(turn), turn, 0.0)
+        traced = trace_of(frame, truth, turn_deg=heading)
+        columns = np.where(np.isfinite(turn), traced.candidates.heading, np.nan)
+        return replace(traced, candidates=replace(traced.candidates, heading=columns))
 
     metrics, _, _ = grade_run([[Body(0, 30.0, 0.0)]] * 2, Scripted([[]] * 2), trace=trace)
     assert metrics["fit.oracle.heading_abs_mean_deg"].value == pytest.approx(5.0)
