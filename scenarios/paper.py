@@ -40,9 +40,9 @@ WITHIN = {
 """Table III: share of absolute heading errors of at most 1, 2, 3, 4 and 5 degrees."""
 
 POSITION_ABS_M = {
-    ("single model", "stationary"): (0.1263, 0.0602, 0.1428, 0.0571),
+    ("single", "stationary"): (0.1263, 0.0602, 0.1428, 0.0571),
     ("MMA", "stationary"): (0.1239, 0.0570, 0.1376, 0.0544),
-    ("single model", "moving"): (0.2449, 0.1725, 0.1918, 0.1188),
+    ("single", "moving"): (0.2449, 0.1725, 0.1918, 0.1188),
     ("MMA", "moving"): (0.2384, 0.1397, 0.1626, 0.1201),
 }
 """Table IV: x mean, x STD, y mean, y STD of the absolute position error by method and targets [m]."""

@@ -39,4 +39,4 @@ def interval_of(metric: Metric, *, percent: bool = False) -> str:
     if metric.interval is None:
         return ""
     low, high = metric.interval
-    return f"{100 * low:.0f}-{100 * high:.0f}" if percent else f"{low:.2f}-{high:.2f}"
+    return f"{100 * low:.0f}-{100 * high:.0f}" if percent else f"{low:.3f}-{high:.3f}"

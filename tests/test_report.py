@@ -51,7 +51,7 @@ def test_the_heading_table_shows_its_metrics_and_the_papers():
         fit__best__heading_abs_std_deg=Metric(0.75, "deg", 77),
     )
     text = text_of(result)
-    expected = ["-0.250", "1.500", "1.125", "0.88-1.50", "0.750", "77"]
+    expected = ["-0.250", "1.500", "1.125", "0.875-1.500", "0.750", "77"]
     assert row(text, "Heading error by method", "best") == expected
     assert row(text, "Heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
 
@@ -82,7 +82,7 @@ def test_the_position_table_shows_its_metrics_and_the_papers():
     )
     text = text_of(result)
     rows = [line.split() for line in text[text.index("Absolute error of the tracked corner") :].splitlines()]
-    assert ["mma", "moving", "0.100", "0.09-0.12", "0.200", "0.300", "0.400", "31"] in rows
+    assert ["mma", "moving", "0.100", "0.090-0.120", "0.200", "0.300", "0.400", "31"] in rows
     assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
 
 
