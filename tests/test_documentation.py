@@ -19,6 +19,8 @@ from scenarios.control import safety
 from scenarios.expect import check
 from scenarios.grading.metrics import CAUSES, DRIVERS, ESTIMATES, FIT_METHODS, METRICS, TARGETS, TIMED_STAGES, VIEWS
 from scenarios.scenario import Scenario
+from sensor_model.truth import View
+from tracker.records import MODELS
 
 ROOT = Path(__file__).parents[1]
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
@@ -193,6 +195,9 @@ def expand(pattern: str) -> list[str]:
         "cause": CAUSES.values(),
         "estimate": ESTIMATES,
         "target": TARGETS,
+        "mode": MODELS,
+        "model": MODELS,
+        "seen": [view.name.lower() for view in View],
         "axis": "xy",
         "drive": DRIVERS.values(),
         "stage": TIMED_STAGES,
