@@ -24,7 +24,7 @@ PICTURE = Path(__file__).parent / "pictures" / "scan.png"
 FRAME, CAR = 27, 2
 """Frame at which the car with this id shows two sides, its mirrors, and its windscreen over the hood."""
 CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
-METHOD_COLORS = ("tab:red", "tab:green", "tab:blue", "tab:purple")
+METHOD_COLORS = ("tab:red", "tab:green", "tab:blue", "tab:purple", "tab:cyan")
 COLORS = {Cause.CLEAN: "black", Cause.MIRROR: "magenta", Cause.LAYER_OVERLAP: "darkorange"}
 
 

@@ -1,14 +1,15 @@
 """Writes into the documentation what the code and a real run say. Tests fail where that is out of date.
 
-    python docs/refresh.py                             # the tables of keys in docs/scenario-files.md
+    python docs/refresh.py                             # tables of keys, and the output of the library's example
     luxloop run sumo-crossing
     python docs/refresh.py runs/sumo-crossing-seed1    # also the report in README.md
 
-What it writes stands between `<!-- keys of NAME -->` or `<!-- report -->` and `<!-- end -->`.
+What it writes stands between `<!-- keys of NAME -->`, `<!-- output -->` or `<!-- report -->` and `<!-- end -->`.
 """
 
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,9 @@ from scenarios.scenario import Scenario
 DOCS = Path(__file__).parent
 README = DOCS.parent / "README.md"
 SCENARIO_FILES = DOCS / "scenario-files.md"
+LIBRARY = DOCS / "library.md"
+EXAMPLE = (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv")
+"""What `LIBRARY` shows the output of."""
 
 SHOWN = ("Heading error by method", "Tracking", "Time per frame", "PASSED", "FAILED")
 """Beginnings of the sections of a report that the README shows after the first, which tells what was run."""
@@ -30,12 +34,15 @@ Json = dict[str, Any]
 
 
 def main() -> None:
-    """Refresh the tables of keys, and with a run folder the report."""
+    """Refresh the tables of keys and the example's output, and with a run folder the report."""
     text = SCENARIO_FILES.read_text(encoding="utf-8")
     SCENARIO_FILES.write_text(with_keys(text, Scenario.model_json_schema()), encoding="utf-8")
+    output = subprocess.run([sys.executable, *EXAMPLE], capture_output=True, text=True, check=True).stdout
+    LIBRARY.write_text(with_text(LIBRARY.read_text(encoding="utf-8"), "output", output.strip()), encoding="utf-8")
     if len(sys.argv) > 1:
         report = (Path(sys.argv[1]) / run_folder.REPORT).read_text(encoding="utf-8")
-        README.write_text(with_report(README.read_text(encoding="utf-8"), report), encoding="utf-8")
+        shown = with_text(README.read_text(encoding="utf-8"), "report", excerpt(report))
+        README.write_text(shown, encoding="utf-8")
 
 
 def with_keys(text: str, schema: Json) -> str:
@@ -49,11 +56,11 @@ def with_keys(text: str, schema: Json) -> str:
     )
 
 
-def with_report(text: str, report: str) -> str:
-    """Return a page with the report's block written anew."""
-    start, _, rest = text.partition("<!-- report -->\n")
+def with_text(page: str, name: str, text: str) -> str:
+    """Return a page with the block `name` written anew."""
+    start, _, rest = page.partition(f"<!-- {name} -->\n")
     _, _, after = rest.partition("<!-- end -->")
-    return f"{start}<!-- report -->\n```text\n{excerpt(report)}\n```\n<!-- end -->{after}"
+    return f"{start}<!-- {name} -->\n```text\n{text}\n```\n<!-- end -->{after}"
 
 
 def excerpt(report: str) -> str:

@@ -40,11 +40,15 @@ def run(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+    dataset_to: Annotated[
+        Path | None, typer.Option("--dataset", metavar="DIR", help="Write scans and labels into this new folder, too.")
+    ] = None,
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
+    from contextlib import nullcontext
 
-    from scenarios import device, listing, loop, report, run_folder
+    from scenarios import dataset, device, listing, loop, report, run_folder
     from scenarios.expect import check, verdict
     from scenarios.scenario import Scenario
 
@@ -52,17 +56,22 @@ def run(
     chosen = Scenario.load(listing.find(scenario), overrides)
     make_device = device.load(tracker or device.SHIPPED)
     out = out or Path("runs") / f"{chosen.name}-seed{chosen.seed}"
-    with run_folder.create(out) as folder:
-        result = loop.run(chosen, make_device, None if no_recording else folder / run_folder.RECORDING)
+    with run_folder.create(out) as folder, dataset.create(dataset_to, out) if dataset_to else nullcontext() as writer:
+        record_to = None if no_recording else folder / run_folder.RECORDING
+        result = loop.run(chosen, make_device, record_to, writer.add if writer else None)
         checks = check(result.metrics, chosen.expect)
         printed = report.report(result, checks)
         run_folder.write(folder, result, checks, report.as_text(printed))
+        if writer:
+            writer.finish(result)
     code = 0 if verdict(checks, result.complete) == "passed" else 1
     if as_json:
         print(json.dumps({**run_folder.document(result, checks), "out": str(out)}, allow_nan=False))
     else:
         report.show(printed)
         print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
+        if dataset_to:
+            print(f"The data set is in {dataset_to}")
     if not result.complete:
         remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
         kept = f"the {result.frames} frames until then are in {out}, marked incomplete"

@@ -2,6 +2,7 @@
 
 import math
 import platform
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict
 from importlib.metadata import version
@@ -14,6 +15,8 @@ from scenarios.control.drive import TrackDriver, drive_by_truth
 from scenarios.control.safety import SafetyLog
 from scenarios.device import DeviceFactory
 from scenarios.errors import ScenarioError
+from scenarios.grading.bound import Ranging
+from scenarios.grading.frame import FrameGrade
 from scenarios.grading.grader import Grader
 from scenarios.recording import NullRecorder, Recorder
 from scenarios.result import Result
@@ -23,6 +26,7 @@ from scenarios.trace import TraceHash
 from scenarios.warm_up import warm_up
 from sensor_model.lidar import Lidar
 from sensor_model.rig import Rig, load_rig
+from sensor_model.truth import ScanTruth
 from sim.apart import AHEAD, ApartSource
 from sim.highway.config import HighwayTraffic
 from sim.highway.source import HighwaySource
@@ -32,13 +36,19 @@ from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
 from sim.sumo.config import SumoTraffic
 from sim.sumo.source import SumoSource
-from sim.world import Obstacles
+from sim.world import Obstacles, WorldFrame
+from tracker.scan import Scan
 
 PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")
 """Whose versions can change a result."""
 
 
-def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None = None) -> Result:
+def run(
+    scenario: Scenario,
+    make_device: DeviceFactory,
+    record_to: Path | None = None,
+    export: Callable[[WorldFrame, Scan, ScanTruth, FrameGrade], None] | None = None,
+) -> Result:
     """Run a scenario and grade it.
 
     Parameters
@@ -49,6 +59,8 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
         Makes the tracker, see `scenarios.device`.
     record_to
         File of the recording; without it there is none.
+    export
+        Is shown every frame, for a data set.
 
     Raises
     ------
@@ -67,7 +79,7 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
         lidar = _lidar(rig, scenario, source.dt, obstacles)
         warm_up(rig, scenario.noise, scenario.sensor, make_device(scenario.tracker))
         tracker = make_device(scenario.tracker)
-        grader = Grader(scenario.grading)
+        grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise))
         driver = TrackDriver(scenario.control, source) if scenario.control else None
         recorder = _recorder(scenario, record_to, obstacles)
         with closing(recorder):
@@ -81,6 +93,8 @@ def run(scenario: Scenario, make_device: DeviceFactory, record_to: Path | None =
                     frames += 1
                     decision = driver.drive(frame, scan, tracks) if driver else None
                     stopwatch.time(RECORDING, recorder.log, frame, scan, truth, tracks, trace, grade, decision)
+                    if export:
+                        stopwatch.time(RECORDING, export, frame, scan, truth, grade)
             except (TrafficEndedError, SimulatorFailedError) as error:
                 if not frames:
                     raise

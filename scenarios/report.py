@@ -1,4 +1,4 @@
-"""The report of a run: the paper's three tables with simulated truth, tracking, speed, and the verdict."""
+"""The report of a run: the paper's four tables with simulated truth, tracking, speed, and the verdict."""
 
 import io
 import sys
@@ -8,6 +8,7 @@ from rich.console import Console, Group, RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
+from scenarios import report_paper
 from scenarios import report_tables as tables
 from scenarios.expect import Check, Verdict, verdict
 from scenarios.result import Result
@@ -15,7 +16,15 @@ from scenarios.result import Result
 WIDTH = 100
 """Characters in a line where no terminal says otherwise."""
 
-STAGES = ("segmentation.", "fit.best.regret", "mma.mode", "mma.switch", "mma.nees")
+STAGES = (
+    "segmentation.",
+    "fit.best.regret",
+    "fit.best.bound",
+    "mma.gain",
+    "mma.mode",
+    "mma.stationary_acc",
+    "mma.switch",
+)
 """Beginnings of the names of metrics on the tracker's stages that are in none of the other tables."""
 
 COLORS: dict[Verdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
@@ -25,10 +34,13 @@ def report(result: Result, checks: list[Check]) -> Group:
     """Everything a person wants to know of a run, the verdict last."""
     sections: list[RenderableType] = [
         header(result),
-        tables.heading_error(result),
-        tables.heading_distribution(result),
-        tables.heading_by_view(result),
-        tables.position_error(result),
+        report_paper.dataset(result),
+        report_paper.heading_error(result),
+        report_paper.heading_distribution(result),
+        report_paper.heading_by_view(result),
+        report_paper.position_error(result),
+        tables.modes(result),
+        tables.consistency(result),
         tables.outliers(result),
         tables.one_by_one("Stages of the tracker", result, STAGES),
         tables.one_by_one("Tracking", result, ("track.",)),

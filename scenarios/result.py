@@ -16,6 +16,8 @@ class Metric:
     n: int
     """Observations behind the value."""
     reason: str = ""
+    interval: tuple[float, float] | None = None
+    """95 % of the value, by a bootstrap over vehicles; None for counts, and where there are too few vehicles."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,11 @@
 """The documentation: its commands run, its examples work, and it names every key, metric and column there is."""
 
+import ast
 import importlib.util
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from itertools import product
 from pathlib import Path
@@ -19,10 +22,16 @@ from scenarios.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
+LIBRARY = ROOT / "docs" / "library.md"
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXAMPLE = ROOT / "docs" / "examples" / "my-first.toml"
 SHORT_S = "1"
 """Simulated time of shipped scenarios here [s]."""
+ABSENT = (
+    *("sim", "sensor_model", "scenarios", "libsumo", "highway_env", "gymnasium", "rerun", "pandas", "pyarrow"),
+    *("pydantic", "typer", "rich", "shapely", "trackeval", "matplotlib"),
+)
+"""What is not there where the tracker is installed alone, or need not be."""
 MADE_LATER = {"benchmarks/latest.json"}
 
 _spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
@@ -129,6 +138,43 @@ def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
     traffic = Scenario.load(path).traffic
     if "duration_s" in document and traffic.kind != "sumo":
         assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
+
+
+def test_the_library_page_shows_what_its_example_prints_where_there_is_no_simulator():
+    """Figures may differ from machine to machine."""
+    command = ["docs/examples/track_csv.py", "docs/examples/points.csv"]
+    assert ["python", *command] in commands(LIBRARY)
+    alone = f"import runpy, sys; sys.modules.update(dict.fromkeys({ABSENT})); sys.argv = {command}"
+    run = f"{alone}; runpy.run_path({command[0]!r}, run_name='__main__')"
+    printed = subprocess.run([sys.executable, "-c", run], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    (shown,) = blocks(LIBRARY, "text")
+    assert without_figures(shown) == without_figures(printed), "run: python docs/refresh.py"
+    assert "confirmed" in shown
+
+
+def without_figures(text: str) -> list[list[str]]:
+    return [re.sub(r"-?\d+\.\d+", "#", line).split() for line in text.splitlines()]
+
+
+def test_the_library_page_s_python_runs():
+    names = {}
+    for code in blocks(LIBRARY, "python"):
+        exec(compile(code, LIBRARY.name, "exec"), names)
+    assert names["y"] == pytest.approx(3.0 + 0.5 * names["width"], abs=0.05)
+    assert len(names["seen"]) == 1
+
+
+def test_the_library_page_names_all_that_the_tracker_imports():
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tracker").rglob("*.py")]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "tracker"}
+    assert others == set(
+        re.findall(r"^\| `(\w+)` \|", LIBRARY.read_text(encoding="utf-8").partition("##")[0], re.MULTILINE)
+    )
+    (installed,) = (words[2:] for words in commands(LIBRARY) if words[:2] == ["pip", "install"] and "." not in words)
+    assert others == set(installed)
 
 
 def test_every_metric_is_listed_with_its_unit():

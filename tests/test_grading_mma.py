@@ -1,11 +1,13 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 from support.frames import Body, Scripted, drive, follow, grade_run
 
-from scenarios.grading.mma import band, mahalanobis_squared, switch_latencies
+from scenarios.grading.mma import band, mahalanobis_squared
+from scenarios.grading.modes import switch_latencies
 from sim.world import Mode
 from tracker.records import MODELS, Status
 
@@ -84,6 +86,75 @@ def test_nees_weighs_each_axis_and_an_impossible_covariance_is_out_of_band():
     error = np.array([[1.0, 2.0]] * 3)
     expected = error[0] @ np.linalg.inv(covariance[0]) @ error[0]
     np.testing.assert_allclose(mahalanobis_squared(error, covariance), [expected, np.inf, np.inf])
+
+
+def test_confusion_rates_and_standing_against_moving():
+    """Of four standing frames one is called cv; of four accelerating ones two are, and one is said to stand."""
+    modes = [Mode.STATIONARY] * 4 + [Mode.ACCELERATING] * 4
+    scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in modes]
+    script = [[follow(body, model=m)] for (body,), m in zip(scene, [0, 0, 0, 1, 1, 1, 0, 2], strict=True)]
+    metrics = grade_run(scene, Scripted(script))[0]
+    found = {mode: [metrics[f"mma.confusion.{mode}.{model}"].value for model in MODELS] for mode in MODELS}
+    assert found == {"stationary": [0.75, 0.25, 0.0], "cv": [None] * 3, "ca": [0.25, 0.5, 0.25]}
+    assert metrics["mma.confusion.ca.cv"].n == 4
+    assert "cv" in metrics["mma.confusion.cv.ca"].reason
+    assert metrics["mma.mode_accuracy"].value == 0.5
+    assert metrics["mma.stationary_accuracy"].value == 6 / 8
+
+
+def test_the_gain_is_over_the_best_model_alone():
+    """Fails when it is over the mean of the models, or over one axis: cv is best by distance, ca on the x axis."""
+    alone = [complex(3, 4), complex(0.3, 0.4), complex(0.2, 0.6)]
+    chosen = complex(0.24, 0.32)
+    offsets = tuple(error - chosen for error in alone)
+    scene = one_car()
+    script = [[follow(b, x=b.x + chosen.real, y=b.y + chosen.imag, model_offset=offsets)] for (b,) in scene]
+    metrics = grade_run(scene, Scripted(script))[0]
+    assert metrics["mma.gain.moving_target"].value == pytest.approx(1 - 0.4 / 0.5)
+    assert metrics["mma.gain.stationary_target"].value is None
+
+
+class Telling(Scripted):
+    """A scripted tracker whose models tell what they believe: 1 cm^2, 4 cm^2, 9 cm^2, and an NIS of 1, 2, nothing."""
+
+    def step(self, scan):
+        tracks, trace = super().step(scan)
+        each = (len(tracks), 1, 1, 1)
+        covariance = np.tile(np.eye(2)[None] * np.array([1.0, 4.0, 9.0])[:, None, None] * 1e-4, each)
+        return replace(
+            tracks, model_covariance_odom=covariance, model_nis=np.tile([1.0, 2.0, np.nan], each[:2])
+        ), trace  # fmt: skip
+
+
+def test_each_model_is_held_against_its_own_covariance_while_it_is_the_true_mode():
+    """Fails when a model's error is judged by the covariance, or in the frames, of another."""
+    scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in (Mode.STATIONARY, Mode.CONSTANT_VELOCITY, Mode.ACCELERATING)]
+    script = [[follow(body, model_offset=(0.01j, 0.06 + 0j, 0.03 + 0.03j))] for (body,) in scene]
+    metrics, tables, _ = grade_run(scene, Telling(script))
+    np.testing.assert_allclose(tables["tracks"][[f"{m}_nees" for m in MODELS]], [[1.0, 9.0, 2.0]] * 3)
+    means = [metrics[f"mma.{model}.nees_mean"].value for model in MODELS]
+    assert means == pytest.approx([1.0, 9.0, 2.0])
+    assert [metrics[f"mma.{model}.nees_in_band"].value for model in MODELS] == [1.0, 0.0, 1.0]
+    assert [metrics[f"mma.{model}.nees_mean"].n for model in MODELS] == [1, 1, 1]
+    assert [metrics[f"mma.{model}.nis_mean"].value for model in MODELS] == [1.0, 2.0, None]
+    assert metrics["mma.cv.nis_in_band"].value == 1.0
+
+
+def test_a_tracker_that_does_not_tell_its_models_covariance_is_not_charged():
+    metrics = run(one_car())
+    assert metrics["mma.cv.nees_in_band"].value is metrics["mma.cv.nis_mean"].value is None
+    assert metrics["mma.cv.nees_in_band"].reason == "the tracker does not tell the nees of its models"
+    assert metrics["mma.ca.nees_in_band"].reason.endswith("in the mode ca")
+
+
+def test_the_mean_of_nees_leaves_out_what_is_not_finite():
+    """Fails when one impossible covariance makes the mean infinite, or does not count against the band."""
+    scene = one_car(frames=4)
+    variances = [0.01, 0.01, 0.01, 0.0]
+    script = [[follow(b, x=b.x + 0.2, position_variance=v)] for (b,), v in zip(scene, variances, strict=True)]
+    metrics = grade_run(scene, Scripted(script))[0]
+    assert (metrics["mma.nees_mean"].value, metrics["mma.nees_mean"].n) == (pytest.approx(4.0), 3)
+    assert metrics["mma.nees_in_band"].value == 0.75
 
 
 class Elongated(Scripted):

@@ -5,14 +5,14 @@ from scenarios.grading.config import GradingConfig
 from sim.world import Kind
 
 
-def survival(visible, track_ids, config=None, points=None, **body):
+def survival(visible, track_ids, config=None, points=None, name="occlusion_survival", **body):
     """Grade one car, seen by the fraction `visible` of itself in each frame and followed by `track_ids`."""
     points = points or [20 if v > 0.1 else 0 for v in visible]
     scene = [[Body(0, 12.0, 4.0, visible=v, points=p, **body)] for v, p in zip(visible, points, strict=True)]
     script = [
         [] if track is None else [follow(body, track_id=track)] for (body,), track in zip(scene, track_ids, strict=True)
     ]
-    metric = grade_run(scene, Scripted(script), config=config)[0]["track.occlusion_survival"]
+    metric = grade_run(scene, Scripted(script), config=config)[0][f"track.{name}"]
     return metric.value, metric.n
 
 
@@ -64,3 +64,21 @@ def test_memory_and_hidden_fraction_are_config():
     assert survival(visible, [4] * 11, GradingConfig(hidden_fraction_max=0.5), points=points) == (1.0, 1)
     config = GradingConfig(hidden_fraction_max=0.5, memory_s=0.3)
     assert survival(visible, [4] * 11, config, points=points) == (None, 0)
+
+
+@pytest.mark.parametrize(("hidden_frames", "episodes"), [(24, 1), (25, 0)])
+def test_short_occlusions_are_those_of_two_seconds(hidden_frames, episodes):
+    # 25 steps of 0.08 s are 2.00 s from last to first sight, 26 are 2.08 s.
+    visible = [1] * 3 + [0] * hidden_frames + [1] * 3
+    assert survival(visible, [4] * len(visible), name="hidden_2s_survival")[1] == episodes
+    assert survival(visible, [4] * len(visible))[1] == 1
+
+
+def test_short_occlusions_have_a_survival_of_their_own():
+    # Hidden for a second, the id is kept; for two and a half, it is not.
+    visible = [1] * 3 + [0] * 12 + [1] * 3 + [0] * 31 + [1] * 3
+    tracks = [4] * 18 + [None] * 31 + [9] * 3
+    assert survival(visible, tracks, name="hidden_2s_survival") == (1.0, 1)
+    assert survival(visible, tracks) == (0.5, 2)
+    metric = grade_run([], Scripted([]))[0]["track.hidden_2s_survival"]
+    assert (metric.value, metric.reason) == (None, "no followed vehicle was hidden and came back within 2 s")

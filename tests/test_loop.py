@@ -196,6 +196,10 @@ def test_the_trace_hash_does_not_see_memory_layout():
     assert hash_of(Record(matrix, matrix)) == hash_of(Record(np.asfortranarray(matrix), matrix.copy()))
 
 
+def test_the_trace_hash_tells_nothing_from_an_empty_array():
+    assert len({hash_of(Record(np.zeros(1), other)) for other in (None, np.empty(0))}) == 2
+
+
 def test_the_trace_hash_refuses_what_it_cannot_hash():
     with pytest.raises(TypeError, match="b: cannot hash a set"):
         hash_of(Record(np.zeros(1), {1, 2}))

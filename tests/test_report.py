@@ -8,7 +8,7 @@ from support import short_run
 from scenarios import paper
 from scenarios.expect import Check, Limit, check, verdict
 from scenarios.report import WIDTH, as_text, report
-from scenarios.report_tables import NONE
+from scenarios.report_cells import NONE
 from scenarios.result import Metric
 
 
@@ -29,35 +29,76 @@ def with_metrics(**values):
     return replace(result, metrics={**result.metrics, **changed})
 
 
-def test_the_heading_table_shows_its_metrics_beside_the_papers():
+def test_the_data_set_stands_beside_the_papers():
+    result = with_metrics(
+        dataset__observations_per_frame=Metric(4.25, "1", 100),
+        dataset__rear__observations=Metric(17.0, "count", 100),
+        dataset__rear__share=Metric(0.04, "1", 425),
+        dataset__front__observations=Metric(3.0, "count", 100),
+        dataset__front__share=Metric(0.0071, "1", 425),
+    )
+    text = text_of(result)
+    assert row(text, "What there was to see", "observations per frame") == ["4.2", "4"]
+    assert row(text, "What there was to see", "view: rear") == ["17", "4.0%", "201", "3.8%"]
+    assert row(text, "What there was to see", "view: front") == ["3", "0.7%"]
+
+
+def test_the_heading_table_shows_its_metrics_and_the_papers():
     result = with_metrics(
         fit__best__heading_mean_deg=Metric(-0.25, "deg", 77),
         fit__best__heading_std_deg=Metric(1.5, "deg", 77),
-        fit__best__heading_abs_mean_deg=Metric(1.125, "deg", 77),
+        fit__best__heading_abs_mean_deg=Metric(1.125, "deg", 77, interval=(0.875, 1.5)),
         fit__best__heading_abs_std_deg=Metric(0.75, "deg", 77),
     )
-    expected = ["-0.250", "1.500", "1.125", "0.750", "77", "1.352", "1.215"]
-    assert row(text_of(result), "Heading error by method", "best") == expected
+    text = text_of(result)
+    expected = ["-0.250", "1.500", "1.125", "0.88-1.50", "0.750", "77"]
+    assert row(text, "Heading error by method", "best") == expected
+    assert row(text, "Heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
+
+
+def test_a_baseline_is_shown_where_it_is_on():
+    """Fails when a table lists its methods by hand."""
+    assert "jlinkage" not in text_of(short_run.result())
+    names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "within_1deg")]
+    text = text_of(with_metrics(**{name.replace(".", "__"): Metric(0.5, "deg", 9) for name in names}))
+    assert row(text, "Heading error by method", "jlinkage")[0] == "0.500"
+    assert row(text, "Share of heading errors", "jlinkage")[0] == "50.0%"
 
 
 def test_the_distribution_table_shows_its_metrics_and_the_papers():
-    result = with_metrics(**{f"fit__area__within_{n}deg": Metric(n / 10, "1", 9) for n in range(1, 6)})
-    text = text_of(result)
-    assert row(text, "Share of heading errors", "area") == ["10.0%", "20.0%", "30.0%", "40.0%", "50.0%"]
+    shares = {f"fit__area__within_{n}deg": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
+    text = text_of(with_metrics(**shares))
+    expected = ["10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
+    assert row(text, "Share of heading errors", "area") == expected
     assert row(text, "Share of heading errors", "paper: best") == ["60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
 
 
 def test_the_position_table_shows_its_metrics_and_the_papers():
     result = with_metrics(
-        mma__mma__moving_target__x_abs_mean_m=Metric(0.1, "m", 31),
+        mma__mma__moving_target__x_abs_mean_m=Metric(0.1, "m", 31, interval=(0.09, 0.12)),
         mma__mma__moving_target__x_abs_std_m=Metric(0.2, "m", 31),
         mma__mma__moving_target__y_abs_mean_m=Metric(0.3, "m", 31),
         mma__mma__moving_target__y_abs_std_m=Metric(0.4, "m", 31),
     )
     text = text_of(result)
     rows = [line.split() for line in text[text.index("Absolute error of the tracked corner") :].splitlines()]
-    assert ["mma", "moving", "0.100", "0.200", "0.300", "0.400", "31"] in rows
+    assert ["mma", "moving", "0.100", "0.09-0.12", "0.200", "0.300", "0.400", "31"] in rows
     assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
+
+
+def test_the_confusion_of_modes_and_the_consistency_of_models_have_tables():
+    result = with_metrics(
+        mma__confusion__ca__stationary=Metric(0.05, "1", 40),
+        mma__confusion__ca__cv=Metric(0.2, "1", 40),
+        mma__confusion__ca__ca=Metric(0.75, "1", 40),
+        mma__ca__nees_in_band=Metric(0.9, "1", 40),
+        mma__ca__nees_mean=Metric(2.5, "1", 40),
+        mma__ca__nis_in_band=Metric(0.8, "1", 40),
+        mma__ca__nis_mean=Metric(1.5, "1", 40),
+    )
+    text = text_of(result)
+    assert row(text, "Selected model by true mode", "ca") == ["5.0%", "20.0%", "75.0%", "40"]
+    assert row(text, "Consistency of the filters", "ca") == ["90.0%", "2.500", "80.0%", "1.500", "40"]
 
 
 def test_a_controlled_ego_has_a_table_of_both_its_drives():
@@ -136,7 +177,10 @@ def test_an_incomplete_run_neither_passes_nor_fails_and_says_why():
 
 
 def test_the_papers_figures_are_those_of_its_tables():
-    """Tables II to IV: the text repeats some of them (sections V-A and V-B)."""
+    """Tables I to IV: the text repeats some of them (section V), and table I adds up."""
+    assert sum(paper.VIEWS.values()) == paper.DATASET["observations"] == 5353
+    assert round(5353 / paper.DATASET["vehicles"]) == paper.DATASET["observations_per_vehicle"]
+    assert round(5353 / paper.DATASET["frames"]) == paper.DATASET["observations_per_frame"]
     assert paper.HEADING_ABS_DEG["best"][1] == 1.2147
     assert paper.WITHIN["best"][4] == 0.993
     assert [round(value, 3) for value in paper.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]

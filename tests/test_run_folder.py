@@ -23,7 +23,10 @@ RESULT = Result(
     ended_early="the ego arrived",
     simulator_failed=False,
     frames=12,
-    metrics={"track.hota": Metric(0.5, "1", 12), "track.mota": Metric(None, "1", 0, "nothing was graded")},
+    metrics={
+        "track.hota": Metric(0.5, "1", 12, interval=(0.25, 0.75)),
+        "track.mota": Metric(None, "1", 0, "nothing was graded"),
+    },
     tables={"truth": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
     config={"description": "A ring."},
     versions={"numpy": "2"},
@@ -67,8 +70,8 @@ def test_the_json_has_the_documented_shape(tmp_path):
     assert document["ended_early"] == "the ego arrived"
     assert document["simulator_failed"] is False
     assert document["metrics"] == {
-        "track.hota": {"value": 0.5, "unit": "1", "n": 12},
-        "track.mota": {"value": None, "unit": "1", "n": 0, "reason": "nothing was graded"},
+        "track.hota": {"value": 0.5, "unit": "1", "n": 12, "interval": [0.25, 0.75]},
+        "track.mota": {"value": None, "unit": "1", "n": 0, "reason": "nothing was graded", "interval": None},
     }
 
 
@@ -89,7 +92,7 @@ def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
 
 
 KILLED = """
-import os, signal, sys
+import os, shutil, signal, sys
 from pathlib import Path
 from scenarios import run_folder
 with run_folder.create(Path(sys.argv[1])) as folder:
@@ -98,7 +101,7 @@ with run_folder.create(Path(sys.argv[1])) as folder:
     if len(sys.argv) == 2:
         kill()
     (folder / "result.json").write_text("{}")
-    run_folder.shutil.rmtree = kill
+    shutil.rmtree = kill
 """
 
 

@@ -13,7 +13,6 @@ from sim.scripted.motions import Straight
 from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 from sim.scripted.source import ScriptedSource, ScriptedTraffic
 from tracker.records import Status
-from tracker.scan import Scan
 from tracker.sweep import SweepConfig
 from tracker.tracker import Tracker, TrackerConfig
 
@@ -44,23 +43,6 @@ def car(x_m, y_m, speed_mps=0.0, yaw_deg=0.0, **keys):
 
 def confirmed(tracks):
     return np.flatnonzero(tracks.status == Status.CONFIRMED)
-
-
-def scan_of(points, time=0.0):
-    """A bare scan of points (N, 3)."""
-    points = np.asarray(points, dtype=np.float32).reshape(-1, 3)
-    nothing = np.zeros(len(points))
-    return Scan(
-        time=time,
-        ego_pose_odom=np.zeros(3),
-        points_ego=points,
-        time_offset=nothing.astype(np.float32),
-        unit=nothing.astype(np.uint8),
-        layer=nothing.astype(np.uint8),
-        echo=nothing.astype(np.uint8),
-        echo_pulse_width=nothing.astype(np.float32),
-        flags=nothing.astype(np.uint16),
-    )
 
 
 @pytest.mark.parametrize("lane_m", [3.5, -3.5])
@@ -124,33 +106,3 @@ def test_same_scans_same_tracks():
     assert len(runs[0]) >= 2
     for field in ("id", "mean", "covariance", "model_probability", "size"):
         np.testing.assert_array_equal(getattr(runs[0], field), getattr(runs[1], field))
-
-
-@pytest.mark.parametrize(
-    "points",
-    [
-        np.empty((0, 3)),
-        [[10.0, 2.0, 0.6]],
-        [[10.0, 2.0, 0.6]] * 50,
-        np.stack([np.linspace(5, 9, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1),
-        [[np.nan, np.nan, np.nan]] * 30,
-    ],
-    ids=["none", "one", "identical", "collinear", "nan"],
-)
-def test_odd_scans_end_in_finite_tracks(points):
-    tracker = Tracker()
-    for k in range(6):
-        tracks, trace = tracker.step(scan_of(points, time=0.08 * k))
-        assert np.isfinite(tracks.mean).all()
-        assert len(trace.track_id) == len(trace.boxes)
-
-
-def test_a_gap_in_time_ends_tracks_and_the_next_scan_starts_anew():
-    side = np.stack([np.linspace(5, 9, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)
-    tracker = Tracker()
-    for k in range(6):
-        before, _ = tracker.step(scan_of(side, time=0.08 * k))
-    assert len(confirmed(before)) == 1
-    tracker.step(scan_of(np.empty((0, 3)), time=20.0))
-    after, _ = tracker.step(scan_of(side, time=20.08))
-    assert before.id[0] not in after.id[after.status != Status.DEAD]

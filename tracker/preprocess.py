@@ -1,6 +1,6 @@
 """Which points of a scan are worth fitting: off the ground, off the ego, near enough, and not disowned by the unit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,14 +45,14 @@ class PreprocessConfig:
 
 
 def keep(scan: Scan, config: PreprocessConfig) -> Bools:
-    """(N,) whether each point takes part in the fitting; points that are not finite never do."""
+    """(N,) whether each point takes part in the fitting; points whose place or time is not finite never do."""
     x, y, z = scan.points_ego.T
     drop = sum(PointFlag[name.upper()] for name in set(config.drop_flags))
     outside = (np.abs(x) > 0.5 * config.own_length_m + config.own_margin_m) | (
         np.abs(y) > 0.5 * config.own_width_m + config.own_margin_m
     )
     kept: Bools = (
-        np.isfinite(scan.points_ego).all(axis=1)
+        finite(scan)
         & (scan.flags & drop == 0)
         & (z >= config.ground_z_max_m)
         & (np.hypot(x, y) <= config.range_max_m)
@@ -61,6 +61,20 @@ def keep(scan: Scan, config: PreprocessConfig) -> Bools:
     if config.first_echo_only:
         kept &= scan.echo == 0
     return kept & ~inside(scan, kept, config.inside_depth_m)
+
+
+def finite(scan: Scan) -> Bools:
+    """(N,) whether place and time of each point are finite."""
+    return np.asarray(np.isfinite(scan.points_ego).all(axis=1) & np.isfinite(scan.time_offset))
+
+
+def masked(scan: Scan) -> Scan:
+    """Return the scan with 0 for place and time of points that are not finite, which nobody can compute with."""
+    whole = finite(scan)
+    if whole.all():
+        return scan
+    points, tau = np.where(whole[:, None], scan.points_ego, 0), np.where(whole, scan.time_offset, 0)
+    return replace(scan, points_ego=points, time_offset=tau)
 
 
 def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:

@@ -16,8 +16,11 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-METHODS = ("area", "closeness", "variance", "tlinkage")
+METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
 """Where a candidate heading comes from, in the order of `Candidates`' second axis."""
+
+BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "autoware")
+"""Methods that are measured for comparison and never selected: the rest of that axis, see `tracker.baselines`."""
 
 MODELS = ("stationary", "cv", "ca")
 """The filters of the bank, equations (7), (8) and (9), in the order of every per-model axis."""
@@ -57,7 +60,7 @@ class Linkage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """One rectangle per segment and method."""
+    """One rectangle per segment and method: `METHODS`, and after them `BASELINES`, NaN where these are switched off."""
 
     heading: Floats
     """(S, M) in [0, pi/2), ego frame; a rectangle's heading is known modulo a quarter turn."""
@@ -66,7 +69,7 @@ class Candidates:
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) variance of absolute residuals, equation (3) [m^2]."""
+    """(S, M) what the selection compares, in the unit of `selection.variant`; NaN for baselines."""
     best: Ints
     """(S,) method of the lowest cost."""
 
@@ -137,6 +140,11 @@ class Tracks:
     """(T, 2) which corner of the vehicle is tracked, signs in the vehicle's frame (x forward, y left)."""
     size: Floats
     """(T, 2) length, width [m]."""
+    model_covariance_odom: Floats | None = None
+    """(T, len(MODELS), 2, 2) of that corner by each model alone [m^2]; None from a tracker that does not tell."""
+    model_nis: Floats | None = None
+    """(T, len(MODELS)) normalised innovation squared of each model's corner in this frame, 2 degrees of freedom; NaN
+    where it was not updated, None from a tracker that does not tell."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -148,12 +156,18 @@ class Tracks:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StepTrace:
-    """Everything between scan and tracks, for the grader, the recorder and tests."""
+class Detection:
+    """All that the fitting half made of a scan."""
 
     segments: Segments
     linkage: Linkage
     candidates: Candidates
     boxes: Boxes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepTrace(Detection):
+    """Everything between scan and tracks, for the grader, the recorder and tests."""
+
     track_id: Ints
     """(B,) the track each box was given to or started."""

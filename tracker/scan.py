@@ -6,9 +6,20 @@ Odometry frame: fixed to the ground, starts as the ego frame of the first scan.
 
 from dataclasses import dataclass
 from enum import IntFlag
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+COLUMNS: dict[str, np.dtype[Any]] = {
+    "time_offset": np.dtype(np.float32),
+    "unit": np.dtype(np.uint8),
+    "layer": np.dtype(np.uint8),
+    "echo": np.dtype(np.uint8),
+    "echo_pulse_width": np.dtype(np.float32),
+    "flags": np.dtype(np.uint16),
+}
+"""What a scan tells of each point beside its place, and the type it comes in."""
 
 
 class PointFlag(IntFlag):
@@ -50,3 +61,76 @@ class Scan:
 
     def __len__(self) -> int:
         return len(self.unit)
+
+    @classmethod
+    def from_points(
+        cls,
+        time: float,
+        points_ego: npt.ArrayLike,
+        ego_pose_odom: npt.ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        time_offset: npt.ArrayLike = 0.0,
+        unit: npt.ArrayLike = 0,
+        layer: npt.ArrayLike = 0,
+        echo: npt.ArrayLike = 0,
+        echo_pulse_width: npt.ArrayLike = 0.0,
+        flags: npt.ArrayLike = 0,
+    ) -> "Scan":
+        """Make a scan of points (N, 3) and a pose (3,), whatever arrays, lists or types they come in.
+
+        What is known of each point is an array (N,), or one value for all; by default they are first echoes without a
+        flag, of one unit and one layer, all of the scan's time. Without a pose the ego stands still.
+
+        Raises
+        ------
+        ValueError
+            Something has another shape, or a number that its type in the record cannot hold.
+        """
+        points = np.array(points_ego, dtype=np.float32, ndmin=1)
+        if points.shape == (0,):
+            points = points.reshape(0, 3)
+        given = (time_offset, unit, layer, echo, echo_pulse_width, flags)
+        columns = {name: _column(name, values, len(points)) for name, values in zip(COLUMNS, given, strict=True)}
+        scan = cls(float(time), np.array(ego_pose_odom, dtype=np.float64), points, **columns)
+        scan.check()
+        return scan
+
+    def check(self) -> None:
+        """Raise ValueError for a record that breaks the contract: shapes, types, and a time and pose that are numbers.
+
+        Floats may be of any width, whole numbers too. Points need not be finite.
+        """
+        if not np.isfinite(self.time):
+            raise ValueError(f"time is {self.time}; give the clock's seconds")
+        _require("ego_pose_odom", self.ego_pose_odom, (3,), "fiu")
+        if not np.isfinite(self.ego_pose_odom).all():
+            raise ValueError(
+                f"ego_pose_odom at {self.time} s is {self.ego_pose_odom}; give x [m], y [m] and yaw [rad], "
+                "carried on from the last ones where odometry fails"
+            )
+        count = np.shape(self.points_ego)[:1]
+        _require("points_ego", self.points_ego, (*count, 3), "f")
+        for name, dtype in COLUMNS.items():
+            _require(name, getattr(self, name), count, "f" if dtype.kind == "f" else "iu")
+
+
+def _require(name: str, values: object, shape: tuple[int, ...], kinds: str) -> None:
+    """Raise ValueError for what is no array of this shape and kind of number."""
+    array = values if isinstance(values, np.ndarray) else None
+    if array is None or array.shape != shape or array.dtype.kind not in kinds:
+        found = type(values).__name__ if array is None else f"{array.dtype} {array.shape}"
+        wanted = "floats" if "f" in kinds else "whole numbers"
+        raise ValueError(f"{name} is {found}; give an array {shape} of {wanted}, as Scan.from_points makes it")
+
+
+def _column(name: str, values: npt.ArrayLike, count: int) -> npt.NDArray[Any]:
+    """Return (count,) values in the type of a column, one for all points if only one is given."""
+    given, dtype = np.asarray(values), COLUMNS[name]
+    if given.shape not in ((), (count,)):
+        raise ValueError(f"{name} has shape {given.shape}; give one value, or one for each of the {count} points")
+    with np.errstate(invalid="ignore"):  # NaN among whole numbers: it is told below
+        column = np.full(count, given).astype(dtype)
+    if dtype.kind == "u" and np.any(column != given):
+        largest = 2 ** (8 * dtype.itemsize) - 1
+        raise ValueError(f"{name} holds what is no {dtype}; give whole numbers from 0 to {largest}")
+    return np.asarray(column)

@@ -1,4 +1,4 @@
-"""Best selection: the candidate along whose sides the points on lines lie closest, equation (3)."""
+"""Best selection: which of the candidate headings is right, and how far it should still be turned."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,26 +6,28 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker.kernels.selection import side_distances
-from tracker.records import Candidates, Linkage, Segments
-from tracker.rectangles import Rectangles
+from tracker.geometry import fold
+from tracker.kernels.selection import align, side_distances
+from tracker.records import Candidates, Floats, Linkage, Segments
+from tracker.rectangles import Rectangles, measure
+from tracker.segmentation import by_segment
 
 
 @dataclass(frozen=True, slots=True)
 class SelectionConfig:
     """Which cost decides."""
 
-    variant: Literal["faces", "paper"] = "faces"
-    """`paper`: equation (3), the variance of the absolute residuals on the dominant line. T-linkage's heading is its
-    least-squares direction, so that others hardly win. `faces`: the squared mean of the absolute residuals on all
-    lines, each residual capped. It too measures their spread, but rounded corners weigh less, and a short dominant
-    side is outvoted by a long one: for Laplacian noise it is the likelihood of the heading given the lines."""
-    residual_max_m: float = 0.08
-    """Cap of `faces` [m], three standard deviations of the points: beyond, a point is not on a side's flat part."""
+    variant: Literal["alignment", "paper"] = "alignment"
+    """`paper`: equation (3), the variance of the absolute residuals on the dominant line, among the four candidates.
+    T-linkage's heading is that line's least-squares direction, so that others hardly win. `alignment`: how well all
+    points of the segment line up along the heading and across it; the cheapest candidate is turned to the least."""
+    reach_m: float = 0.08
+    """Points of one side are at most this far apart across it [m]: three standard deviations of the points, as
+    `linkage.tau_m`."""
 
     def __post_init__(self) -> None:
-        if self.residual_max_m <= 0.0:
-            raise ValueError(f"residual_max_m is {self.residual_max_m}; give a positive distance in metres")
+        if self.reach_m <= 0.0:
+            raise ValueError(f"reach_m is {self.reach_m}; give a positive distance in metres")
 
 
 def select(
@@ -37,30 +39,41 @@ def select(
 ) -> Candidates:
     """Cost of every rectangle for points (N, 2 or more columns), and the cheapest per segment.
 
-    A residual is a point's distance to the side of the rectangle that its line lies along, moved to the middle of
-    the line. (3) leaves the offset c of H open; at the edge of a tight rectangle all residuals would have one sign,
-    the absolute value would do nothing, and least squares would win always.
+    The last method, `refined`, is the cheapest of the others, turned by `alignment` and not by `paper`.
     """
-    judged = np.flatnonzero(linkage.line == 0 if config.variant == "paper" else linkage.line >= 0)
-    judged = judged[np.lexsort((linkage.line[judged], segments.label[judged]))]
-    segment, line = segments.label[judged], linkage.line[judged]
-    start = np.flatnonzero(np.diff(segment, prepend=-1) | np.diff(line, prepend=-1))
-    distance = side_distances(
-        np.asarray(points_ego[judged, :2], dtype=np.float64, order="C"),
-        np.append(start, len(judged)),
-        rectangles.heading[segment[start]],
-    )
-    if config.variant == "faces":
-        distance = np.minimum(distance, config.residual_max_m)
-    first = np.searchsorted(segment, np.arange(segments.count))
-    count = np.diff(first, append=len(judged))[:, None]
-    cost = (np.add.reduceat(distance, first) / count) ** 2
     if config.variant == "paper":
-        cost = np.add.reduceat(distance**2, first) / count - cost
+        heading, cost = rectangles.heading, residual_variance(points_ego, segments, linkage, rectangles.heading)
+        cheapest = np.argmin(cost, axis=1)[:, None]
+        heading, cost = (np.hstack([of, np.take_along_axis(of, cheapest, axis=1)]) for of in (heading, cost))
+    else:
+        order, offset = by_segment(segments)
+        points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
+        heading, cost = align(points, offset, rectangles.heading, config.reach_m)
+    refined = fold(heading[:, -1:])
+    center, size = measure(points_ego, segments, linkage, refined)
     return Candidates(
-        heading=rectangles.heading,
-        center_ego=rectangles.center_ego,
-        size=rectangles.size,
+        heading=np.hstack([rectangles.heading, refined]),
+        center_ego=np.hstack([rectangles.center_ego, center]),
+        size=np.hstack([rectangles.size, size]),
         cost=cost,
         best=np.argmin(cost, axis=1),
     )
+
+
+def residual_variance(
+    points_ego: npt.NDArray[np.floating], segments: Segments, linkage: Linkage, heading: Floats
+) -> Floats:
+    """Equation (3) for headings (S, M): variance of the absolute residuals on the dominant line [m^2].
+
+    A residual is a point's distance to the side of the rectangle that the line lies along, moved to the middle of
+    the line. (3) leaves the offset c of H open; at the edge of a tight rectangle all residuals would have one sign,
+    the absolute value would do nothing, and least squares would win always.
+    """
+    dominant = np.flatnonzero(linkage.line == 0)
+    dominant = dominant[np.argsort(segments.label[dominant], kind="stable")]
+    offset = np.searchsorted(segments.label[dominant], np.arange(segments.count + 1))
+    points = np.asarray(points_ego[dominant, :2], dtype=np.float64, order="C")
+    distance = side_distances(points, offset, heading)
+    count = np.diff(offset)[:, None]
+    mean, square = (np.add.reduceat(power, offset[:-1]) / count for power in (distance, distance**2))
+    return np.asarray(square - mean**2)

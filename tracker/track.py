@@ -124,7 +124,7 @@ class Track:
         return orientation.course(kf.x[2:4], kf.P[2:4, 2:4], self._config.orientation)
 
     def predict(self, step: Motion) -> None:
-        """Move on by one time step; the track counts as unseen until it is updated.
+        """Move on by one time step; the track counts as unseen until it is updated, and dies of waiting too long.
 
         Only the constant acceleration model lets a vehicle turn: the others set its yaw rate to zero.
         """
@@ -132,6 +132,9 @@ class Track:
             self.bank.heading.x[1] = 0.0
         self.bank.predict(step)
         self.unseen_s += step.dt
+        life = self._config.life
+        if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
+            self.status = Status.DEAD
 
     def update(
         self,
@@ -169,15 +172,14 @@ class Track:
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
         life = self._config.life
+        if self.status is Status.DEAD:
+            return
         if self.seen:
             believed = self.hits >= life.confirm_hits and not self._like_a_wall
             if self.status is not Status.TENTATIVE or believed:
                 self.status = Status.CONFIRMED
-        elif self.status is Status.TENTATIVE:
-            if self.unseen_s > life.tentative_coast_s:
-                self.status = Status.DEAD
-        else:
-            lost = self.unseen_s > life.coast_s or np.trace(self.covariance) > 2 * life.coast_std_max_m**2
+        elif self.status is not Status.TENTATIVE:
+            lost = np.trace(self.covariance) > 2 * life.coast_std_max_m**2
             if lost or self.unseen_s > life.gap_s:
                 self.status = Status.DEAD if lost else Status.COASTING
 

@@ -4,48 +4,29 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import boxes, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker import orientation
 from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
-from tracker.background import Background, BackgroundConfig
-from tracker.boxes import BoxConfig
+from tracker.detector import CLOCK_DIGITS, Detector, DetectorConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
 from tracker.geometry import QUARTER, inside, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
-from tracker.preprocess import PreprocessConfig
 from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
-from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
-from tracker.segmentation import SegmentationConfig
-from tracker.selection import SelectionConfig
-from tracker.shadow import ShadowConfig, in_shadow
-from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
-from tracker.tlinkage import LinkageConfig
+from tracker.sweep import Movers
 from tracker.track import LifeConfig, Track, TrackConfig
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
 
-CLOCK_DIGITS = 9
-"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
-
 
 @dataclass(frozen=True, slots=True)
-class TrackerConfig:
-    """One section per stage."""
+class TrackerConfig(DetectorConfig):
+    """One section per stage: those of the fitting half, then those of the tracking half."""
 
-    preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
-    sweep: SweepConfig = field(default_factory=SweepConfig)
-    segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
-    background: BackgroundConfig = field(default_factory=BackgroundConfig)
-    linkage: LinkageConfig = field(default_factory=LinkageConfig)
-    rectangles: RectangleConfig = field(default_factory=RectangleConfig)
-    selection: SelectionConfig = field(default_factory=SelectionConfig)
-    boxes: BoxConfig = field(default_factory=BoxConfig)
-    shadow: ShadowConfig = field(default_factory=ShadowConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
@@ -66,38 +47,44 @@ class Tracker:
             orientation=self.config.orientation,
             life=self.config.life,
         )
-        self._ego_motion = EgoMotion(self.config.sweep)
-        self._background = Background(self.config.background)
+        self._detector = Detector(self.config)
         self._tracks: list[Track] = []
         self._time: float | None = None
         self._born = 0
 
     def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
-        """Take in one scan; return the living tracks (and those that just died) and all that was between."""
-        config = self.config
-        keep = preprocess.keep(scan, config.preprocess)
-        scan = self._ego_motion.undo(scan)
-        segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
-        segments = self._background.remove(into_odom(scan), segments)
-        self._predict(scan.time)
-        scan = undo_targets(scan, segments, movers(self._tracks), config.sweep)
-        linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
-        found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
-        candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
-        fitted = fitted.subset(~in_shadow(fitted, config.shadow))
+        """Take in one scan; return the living tracks (and those that just died) and all that was between.
 
-        seen = observe(fitted, scan.ego_pose_odom, config.filters)
+        A scan without points, or whose points make no vehicle (one alone, all in one place), updates nothing: tracks
+        coast. Points in a row are a vehicle's side. A point whose place or time is not finite is ignored. After a gap
+        between scans, tracks that have waited longer than `LifeConfig` lets them are dead; the others are taken up
+        again where they should be by then.
+
+        Raises
+        ------
+        ValueError
+            The time or the ego's pose is not finite, a field has the wrong shape or type, or the scan is not later than
+            the one before. Whether it is a scan that comes late, to be left out, or the start of another recording, for
+            a new tracker, only the caller can tell. The tracker stays as it was and takes the next scan.
+        """
+        self._detector.check(scan)
+        self._predict(scan.time)
+        found = self._detector.step(scan, movers(self._living))
+        seen = observe(found.boxes, scan.ego_pose_odom, self.config.filters)
         track_id = self._associate(seen)
         for track in self._tracks:
             track.settle()
         self._exclude()
         self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
-        return report(self._tracks), StepTrace(segments, linkage, candidates, fitted, track_id)
+        return report(self._tracks), StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
+
+    @property
+    def _living(self) -> list[Track]:
+        return [track for track in self._tracks if track.status is not Status.DEAD]
 
     def _predict(self, time: float) -> None:
         """Drop the dead and move the living to `time` [s]."""
-        self._tracks = [track for track in self._tracks if track.status is not Status.DEAD]
+        self._tracks = self._living
         dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
         step = motion(dt, self.config.filters)
         self._time = time
@@ -171,11 +158,6 @@ def placed(tracks: list[Track]) -> tuple[Floats, Floats, Ints]:
     corner = np.reshape([track.position for track in tracks], (-1, 2))
     heading = np.array([track.heading for track in tracks])
     return corner, heading, np.array([track.corner_sign for track in tracks], dtype=np.int64).reshape(-1, 2)
-
-
-def into_odom(scan: Scan) -> Floats:
-    """(N, 2) points of the scan in the odometry frame [m]."""
-    return rotate(scan.points_ego[:, :2], scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]
 
 
 def predict(tracks: list[Track]) -> Predictions:

@@ -11,6 +11,8 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 QUARTER = np.pi / 2
+PARALLEL = 1e-9
+"""[rad] GEOS now and then finds nothing in common where edges lie on one line, but for rounding."""
 CORNER_SIGNS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
 """Front left, rear left, rear right, front right: once around, counter-clockwise."""
 
@@ -80,9 +82,22 @@ def iou(a: Floats, b: Floats) -> Floats:
     sound = np.flatnonzero(np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1) & (area_a > 0) & (area_b > 0))
     if not len(sound):
         return out
-    shared = shapely.area(shapely.intersection(_polygons(a[sound]), _polygons(b[sound])))
+    a, b = a[sound], b[sound]
+    shared = shapely.area(shapely.intersection(_polygons(a), _polygons(b)))
+    parallel = np.flatnonzero(np.abs(wrap(a[:, 2] - b[:, 2], QUARTER)) < PARALLEL)
+    shared[parallel] = _shared_of_parallel(a[parallel], b[parallel])
     out[sound] = np.minimum(shared / (area_a[sound] + area_b[sound] - shared), 1.0)
     return out
+
+
+def _shared_of_parallel(a: Floats, b: Floats) -> Floats:
+    """(N,) area that boxes (N, 5) share whose headings differ by quarter turns: common length times common width."""
+    offset = np.abs(turned(b[:, :2] - a[:, :2], -a[:, 2]))
+    across = np.rint((a[:, 2] - b[:, 2]) / QUARTER) % 2 == 1
+    size_b = np.where(across[:, None], b[:, :2:-1], b[:, 3:])
+    common = np.minimum(0.5 * (a[:, 3:] + size_b) - offset, np.minimum(a[:, 3:], size_b))
+    shared: Floats = np.maximum(common, 0.0).prod(axis=1)
+    return shared
 
 
 def iou_table(a: Floats, b: Floats) -> Floats:

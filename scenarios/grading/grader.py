@@ -3,7 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.grading import fit, mma, occlusion, outliers, segmentation, tables, track
+from scenarios.grading import dataset, fit, mma, modes, occlusion, outliers, segmentation, tables, track
+from scenarios.grading.bootstrap import Bootstrap
+from scenarios.grading.bound import Ranging
 from scenarios.grading.config import GradingConfig
 from scenarios.grading.following import Following
 from scenarios.grading.frame import FrameGrade
@@ -23,10 +25,20 @@ NO_TRACE = "the tracker gives no trace of its stages"
 
 
 class Grader:
-    """Holds what a tracker says against the truth, frame by frame; one grader per run."""
+    """Holds what a tracker says against the truth, frame by frame; one grader per run.
 
-    def __init__(self, config: GradingConfig) -> None:
+    Parameters
+    ----------
+    config
+        What counts, and when.
+    ranging
+        How the rig measures; without it, headings are not held against their bound.
+    """
+
+    def __init__(self, config: GradingConfig, ranging: Ranging | None = None) -> None:
         self._config = config
+        self._ranging = ranging
+        self._frames = 0
         self._pairer = Pairer(config)
         self._traced = False
         self._truth = TableBuilder(tables.TRUTH)
@@ -52,6 +64,7 @@ class Grader:
         trace
             How it got there, or None for a tracker that does not tell; its stages are then not graded.
         """
+        self._frames += 1
         now = Instant.of(frame, scan, truth, self._config)
         following = Following.of(now, tracks, self._pairer)
         self._tracks.add(frame, following.rows(now, tracks))
@@ -79,7 +92,7 @@ class Grader:
         share_min = self._config.part_share_min
         self._segments.add(now.frame, segmentation.rows(now.actors.id, now.graded, ownership, share_min))
         self._outliers.add(now.frame, outliers.rows(now.point_row, now.truth.cause, ownership, trace))
-        self._fits.add(now.frame, fit.rows(now.actors, now.boxes_ego, now.truth, ownership, trace.candidates))
+        self._fits.add(now.frame, fit.rows(now, ownership, trace, self._ranging))
         return segmentation.actor_shares(ownership, now.points, share_min)
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
@@ -95,20 +108,19 @@ class Grader:
         return self._grade(result), result
 
     def _grade(self, table: dict[str, pd.DataFrame]) -> dict[str, Metric]:
-        sheet, config = MetricSheet(), self._config
-        nothing_seen = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
-        fit.grade(sheet, table["fits"], nothing_seen)
-        segmentation.grade(
-            sheet,
-            table["truth"],
-            table["segments"],
-            config.part_share_min,
-            track.NO_TRUTH if self._traced else NO_TRACE,
-        )
+        truth, tracks, config = table["truth"], table["tracks"], self._config
+        observations = truth[truth["graded"]]
+        no_vehicle = track.NO_TRUTH if self._traced else NO_TRACE
+        no_segment = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
+        sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
+        dataset.grade(sheet, observations, self._frames)
+        fit.grade(sheet, table["fits"], len(observations) if self._traced else 0, no_segment)
+        segmentation.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
         outliers.grade(sheet, table["outliers"], NO_TRACE)
-        mma.grade(sheet, table["tracks"], config.nees_confidence)
-        track.grade(sheet, table["truth"], table["tracks"], table["overlaps"], config)
-        occlusion.grade(sheet, table["truth"], config)
+        mma.grade(sheet, tracks, config.nees_confidence)
+        modes.grade(sheet, tracks)
+        track.grade(sheet, truth, tracks, table["overlaps"], config)
+        occlusion.grade(sheet, truth, config)
         return sheet.metrics
 
 

@@ -72,6 +72,8 @@ class Instant:
         """
         table = iou_table(self.boxes_ego, boxes_ego)
         bent = np.flatnonzero(self.bent)
+        if not len(bent):
+            return table
         pose, size = np.split(self.boxes_ego[bent], [3], axis=1)
         for part in (trailers(pose, size), tractors(pose, size, self.actors.articulation[bent])):
             table[bent] = np.maximum(table[bent], iou_table(np.hstack(part), boxes_ego))

@@ -8,10 +8,13 @@ from itertools import product
 from typing import NamedTuple
 
 from sensor_model.truth import Cause, View
-from tracker.records import METHODS, MODELS
+from tracker.records import BASELINES, METHODS, MODELS
 
-FIT_METHODS = (*METHODS, "best", "oracle")
-"""`best` is what the tracker selected, `oracle` the candidate with the least heading error."""
+CANDIDATES = (*METHODS, *BASELINES)
+"""Whose rectangles may be graded."""
+
+FIT_METHODS = (*CANDIDATES, "best", "oracle")
+"""`best` is what the tracker selected, `oracle` the one of `METHODS` with the least heading error."""
 
 VIEWS = {View.L_SHAPE: "l_shape", View.SIDE: "side", View.REAR: "rear", View.FRONT: "front"}
 
@@ -37,12 +40,27 @@ SAFETY = {
 """Unit and meaning of what is measured of each drive of a controlled ego."""
 
 
+SEEN = (*VIEWS.values(), "none")
+"""Kinds of views that observations come in; `none` shows too few points of any face."""
+
+
 class Definition(NamedTuple):
     """A metric's name, unit and meaning in one line."""
 
     name: str
     unit: str
     meaning: str
+
+
+def _dataset() -> Iterator[Definition]:
+    yield Definition("dataset.vehicles", "count", "vehicles that were graded at least once")
+    yield Definition("dataset.observations", "count", "graded vehicles, summed over frames")
+    yield Definition("dataset.frames", "count", "frames that were graded")
+    yield Definition("dataset.observations_per_vehicle", "1", "observations over vehicles")
+    yield Definition("dataset.observations_per_frame", "1", "observations over frames")
+    for view in SEEN:
+        yield Definition(f"dataset.{view}.observations", "count", f"observations of view {view}")
+        yield Definition(f"dataset.{view}.share", "1", f"share of view {view} in all observations")
 
 
 def _fit() -> Iterator[Definition]:
@@ -56,7 +74,11 @@ def _fit() -> Iterator[Definition]:
             yield Definition(f"{prefix}.within_{limit}deg", "1", f"share of heading errors <= {limit} degrees")
         yield Definition(f"{prefix}.position_abs_mean_m", "m", "mean distance of the nearest corner to the true one")
         yield Definition(f"{prefix}.iou_mean", "1", "mean overlap of rectangle and true box, seen from above")
+    yield Definition("fit.best.coverage", "1", "share of the data set's observations to which a rectangle was fitted")
     yield Definition("fit.best.regret_deg", "deg", "mean absolute heading error of best minus that of oracle")
+    yield Definition(
+        "fit.best.bound_ratio", "1", "mean absolute heading error of best over that at the Cramer-Rao bound"
+    )
 
 
 def _stages() -> Iterator[Definition]:
@@ -73,9 +95,22 @@ def _mma() -> Iterator[Definition]:
         prefix = f"mma.{estimate}.{target}.{axis}_abs"
         yield Definition(f"{prefix}_mean_m", "m", f"mean absolute error of the tracked corner, ego {axis} axis")
         yield Definition(f"{prefix}_std_m", "m", f"STD of the absolute error of the tracked corner, ego {axis} axis")
+    for target in TARGETS:
+        meaning = "share by which the mean distance from the true corner is below that of the best single model"
+        yield Definition(f"mma.gain.{target}", "1", meaning)
     yield Definition("mma.mode_accuracy", "1", "share of frames in which the selected model is the true mode")
+    yield Definition("mma.stationary_accuracy", "1", "share of frames in which standing or moving is told right")
+    for mode, model in product(MODELS, MODELS):
+        yield Definition(
+            f"mma.confusion.{mode}.{model}", "1", f"share of true {mode} frames in which {model} is selected"
+        )
     yield Definition("mma.switch_latency_frames", "count", "median frames from a true change of mode to its selection")
     yield Definition("mma.nees_in_band", "1", "share of position NEES inside the two-sided chi-square band, 2 dof")
+    yield Definition("mma.nees_mean", "1", "mean position NEES, 2 for a consistent filter")
+    for model, measure in product(MODELS, ("nees", "nis")):
+        prefix, what = f"mma.{model}.{measure}", f"{measure.upper()} of the model alone, while it is the true mode"
+        yield Definition(f"{prefix}_in_band", "1", f"share of {what}, inside the band")
+        yield Definition(f"{prefix}_mean", "1", f"mean {what}")
 
 
 def _track() -> Iterator[Definition]:
@@ -86,10 +121,14 @@ def _track() -> Iterator[Definition]:
     yield Definition("track.mota", "1", "CLEAR multiple object tracking accuracy")
     yield Definition("track.idf1", "1", "F1 score of identities")
     yield Definition("track.id_switches", "count", "times a vehicle was taken over by another track (CLEAR)")
+    yield Definition(
+        "track.id_switches_in_view", "count", "those of them in which the vehicle was in view all the time"
+    )
     yield Definition("track.fragments", "count", "times a vehicle was taken up again after a break (CLEAR)")
     yield Definition("track.missed", "count", "graded vehicles without a track, summed over frames (CLEAR)")
     yield Definition("track.false", "count", "tracks on no actor or doubled, summed over frames (CLEAR)")
     yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles that their track's id outlived")
+    yield Definition("track.hidden_2s_survival", "1", "the same of occlusions of at most 2 s")
     yield Definition("track.heading_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving vehicles")
     yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
 
@@ -122,7 +161,7 @@ def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
     return registry
 
 
-GRADED = register([*_fit(), *_stages(), *_mma(), *_track()])
+GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *_track()])
 """What `Grader.finish` returns, every name of it in every run."""
 
 CONTROL = register(_control())

@@ -10,19 +10,25 @@ from scenarios.grading.config import GradingConfig
 from scenarios.grading.pairing import NO_TRACK
 from scenarios.grading.sheet import MetricSheet
 
+SHORT_S = 2.0
+"""[s] up to which `track.hidden_2s_survival` counts an occlusion."""
+
 
 def grade(sheet: MetricSheet, truth: pd.DataFrame, config: GradingConfig) -> None:
-    """Enter `track.occlusion_survival`: occlusions after which the same track follows the vehicle, of all."""
-    outcomes = [
-        survived
+    """Enter the survival rates: occlusions after which the same track follows the vehicle, of all."""
+    found = [
+        episode
         for _, vehicle in truth.sort_values("frame", kind="stable").groupby("actor_id")
-        for survived in episodes(vehicle, config)
+        for episode in episodes(vehicle, config)
     ]
-    sheet.mean("track.occlusion_survival", np.array(outcomes), "no followed vehicle was hidden and came back in time")
+    for name, longest_s in (("occlusion_survival", config.memory_s), ("hidden_2s_survival", SHORT_S)):
+        survived = np.array([same_id for gap_s, same_id in found if gap_s <= longest_s], dtype=np.bool_)
+        why = f"no followed vehicle was hidden and came back within {longest_s:g} s"
+        sheet.mean(f"track.{name}", survived, why)
 
 
-def episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[bool]:
-    """Whether the track survived, for each occlusion of one vehicle, its rows in the order of time.
+def episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[tuple[float, bool]]:
+    """Length [s] of each occlusion of one vehicle, its rows in the order of time, and whether its track survived.
 
     An occlusion is a gap in the vehicle's grading of at most `memory_s`, in which it showed no more than
     `hidden_fraction_max` of itself, though alone it would have been seen. The track before it is the last that
@@ -42,4 +48,4 @@ def episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[bool]:
         before, after = followed[followed <= last], followed[followed >= again]
         if len(before) and time[last] - time[before[-1]] <= config.memory_s:
             in_time = len(after) > 0 and time[after[0]] - time[again] <= config.memory_s
-            yield bool(in_time and track[after[0]] == track[before[-1]])
+            yield float(time[again] - time[last]), bool(in_time and track[after[0]] == track[before[-1]])

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.grading.metrics import ESTIMATES, VIEWS
+from scenarios.grading.metrics import CANDIDATES, ESTIMATES, VIEWS
 from scenarios.grading.pairing import Verdict
 from sensor_model.truth import Cause, View
 from sim.world import Kind, WorldFrame
-from tracker.records import METHODS, MODELS, Status
+from tracker.records import MODELS, Status
 
 Schema = Mapping[str, type | tuple[str, ...]]
 """Column name to dtype, or to the names of its categories in the order of their codes."""
@@ -69,10 +69,11 @@ TRACKS: Schema = {
     "judged": np.bool_,
     **{f"{estimate}_{axis}_error_m": np.float64 for estimate in ESTIMATES for axis in "xy"},
     "nees": np.float64,
+    **{f"{model}_{measure}": np.float64 for measure in ("nees", "nis") for model in MODELS},
 }
 """One row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN where
 a track follows nobody. A track is `judged` when it is confirmed and on a graded vehicle; the errors of its corner (ego
-axes) and its NEES are NaN otherwise."""
+axes), its NEES and those and the NIS of its models are NaN otherwise."""
 
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""
@@ -83,8 +84,9 @@ FITS: Schema = {
     "view": VIEW_NAMES,
     "range_m": np.float64,
     "points": np.int64,
-    "method": METHODS,
-    "cost_m2": np.float64,
+    "heading_bound_deg": np.float64,
+    "method": CANDIDATES,
+    "cost": np.float64,
     "best": np.bool_,
     "x_ego_m": np.float64,
     "y_ego_m": np.float64,
@@ -97,8 +99,9 @@ FITS: Schema = {
     "true_length_m": np.float64,
     "true_width_m": np.float64,
 }
-"""One row per fit observation and method, the methods of one observation in a row. The errors are added at the end,
-all at once: `heading_error_deg`, `position_error_m`, `iou`, `oracle`."""
+"""One row per fit observation and candidate, the candidates of one observation in a row. The rectangle is NaN where a
+method fitted none; a baseline then has no row. `heading_bound_deg` is the observation's Cramer-Rao bound, NaN where it
+has none. The errors are added at the end, all at once: `heading_error_deg`, `position_error_m`, `iou`, `oracle`."""
 
 SEGMENTS: Schema = {
     "segment": np.int64,

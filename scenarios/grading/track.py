@@ -8,6 +8,7 @@ import pandas as pd
 from scenarios.grading.config import GradingConfig
 from scenarios.grading.geometry import Floats
 from scenarios.grading.sheet import MetricSheet
+from scenarios.grading.switches import in_view, switches
 from tracker.records import MODELS
 
 NO_TRUTH = "no vehicle was graded"
@@ -16,7 +17,8 @@ NO_TRUTH = "no vehicle was graded"
 def sequence(truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.DataFrame) -> dict[str, Any]:
     """Gather what trackeval's metric classes take: per frame the graded vehicles, the tracks, and their overlaps.
 
-    Only tracks on graded vehicles and false ones are in it. Ids are renumbered from 0, as trackeval expects.
+    Only tracks on graded vehicles and false ones are in it. Ids are renumbered from 0, as trackeval expects; `frames`
+    and `actor_ids`, which it does not read, tell the frame of a time step and the id of a vehicle.
     """
     vehicles = truth.loc[truth["graded"], ["frame", "actor_id"]]
     reported = tracks.loc[tracks["verdict"].isin(["graded", "false"]), ["frame", "track_id"]]
@@ -25,6 +27,8 @@ def sequence(truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.DataFrame) 
     gt = _split(vehicles, "actor_id", actor_ids, frames)
     seen = _split(reported, "track_id", track_ids, frames)
     return {
+        "frames": frames,
+        "actor_ids": actor_ids,
         "num_timesteps": len(frames),
         "num_gt_ids": len(actor_ids),
         "num_tracker_ids": len(track_ids),
@@ -90,10 +94,20 @@ def grade(
     sheet.write("track.mota", float(clear["MOTA"]), vehicles, NO_TRUTH)
     sheet.write("track.idf1", float(identity["IDF1"]), vehicles, NO_TRUTH)
     sheet.write("track.id_switches", float(clear["IDSW"]), vehicles, NO_TRUTH)
+    sheet.write("track.id_switches_in_view", _switches_in_view(data, truth, config), vehicles, NO_TRUTH)
     sheet.write("track.fragments", float(clear["Frag"]), vehicles, NO_TRUTH)
     sheet.write("track.missed", float(clear["CLR_FN"]), vehicles, NO_TRUTH)
     sheet.write("track.false", float(clear["CLR_FP"]), reported, "no track was reported in the graded range")
     _grade_heading(sheet, tracks)
+
+
+def _switches_in_view(data: dict[str, Any], truth: pd.DataFrame, config: GradingConfig) -> int:
+    """Count the switches that no occlusion excuses."""
+    frames, actor_ids = data["frames"], data["actor_ids"]
+    return sum(
+        in_view(switch, truth, actor_ids[switch.vehicle], frames, config.hidden_fraction_max)
+        for switch in switches(data, config.hit_iou_min)
+    )
 
 
 def _grade_heading(sheet: MetricSheet, tracks: pd.DataFrame) -> None:

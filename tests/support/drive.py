@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scenarios.grading.frame import FrameGrade
 from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth
 from sim.world import Actors, Ego, Kind, Mode, Obstacles, WorldFrame
-from tracker.records import Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks
+from tracker.records import METHODS, Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks
 from tracker.scan import Scan
 
 Floats = npt.NDArray[np.float64]
@@ -183,7 +183,7 @@ def _tracks(place_ego: Floats, ego_pose_odom: Floats, hidden: npt.NDArray[np.boo
 
 def _trace(boxes: Boxes, points: int) -> StepTrace:
     count = len(boxes)
-    nothing: Any = np.zeros((count, 4))
+    nothing: Any = np.zeros((count, len(METHODS)))
     return StepTrace(
         segments=Segments(np.full(points, -1), count),
         linkage=Linkage(np.full(points, -1), np.zeros(count)),

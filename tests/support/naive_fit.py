@@ -93,6 +93,29 @@ def side_distances(points, heading):
     return np.abs(place - np.median(place))
 
 
+def kernel_sum(place, reach):
+    """Every point's sum of (1 - (d / reach)^2)^2 over all others."""
+    distance = np.abs(place[:, None] - place)
+    return np.sum(np.maximum(0.0, 1.0 - (distance / reach) ** 2) ** 2, axis=1) - 1.0
+
+
+def company(place, reach, bins):
+    """The same, the kernel taken between bins' nodes: each place is split between the two around it, by nearness."""
+    at = (place - place.min()) * bins / reach
+    node = np.arange(np.ceil(at.max()) + 2)
+    share = np.maximum(0.0, 1.0 - np.abs(at[:, None] - node))
+    kernel = np.maximum(0.0, 1.0 - ((node[:, None] - node) / bins) ** 2) ** 2
+    together = share @ kernel @ share.T
+    return together.sum(axis=1) - np.diag(together)
+
+
+def misalignment(points, heading, reach, bins):
+    """Minus the mean log of one plus the company along the heading or across it, whichever is larger."""
+    along, across = points @ [np.cos(heading), np.sin(heading)], points @ [-np.sin(heading), np.cos(heading)]
+    larger = np.maximum(company(along, reach, bins), company(across, reach, bins))
+    return -np.mean(np.log(1.0 + larger))
+
+
 def chance(count, support, share):
     """Expected lines with `support` of `count` scattered points near them, every pair of points a line."""
     others, hits = count - 2, support - 2

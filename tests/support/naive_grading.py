@@ -1,6 +1,7 @@
 """Slow and obvious twins of what the grader does with arrays."""
 
 import cmath
+import math
 from itertools import permutations
 
 import numpy as np
@@ -59,3 +60,61 @@ def counts(point_actor, label, actor_id, segment_count):
         if segment >= 0:
             table[ids.index(actor) if actor in ids else len(ids), segment] += 1
     return table
+
+
+def ranges(heading, offsets, beams):
+    """Range of each beam (origin, unit vector, normal of its face at heading 0, face) to a vehicle of this heading."""
+    found = []
+    for origin, direction, normal, face in beams:
+        out = normal * cmath.exp(1j * heading)
+        found.append((offsets[face] - dot(out, origin)) / dot(out, direction))
+    return np.array(found)
+
+
+def dot(a, b):
+    return a.real * b.real + a.imag * b.imag
+
+
+def heading_bound(heading, offsets, beams, sigma):
+    """The Cramer-Rao bound from the whole Fisher matrix of heading and offsets, by numerical derivatives."""
+    faces = sorted({face for *_, face in beams})
+    unknown = np.array([heading, *(offsets[face] for face in faces)])
+
+    def predicted(values):
+        return ranges(values[0], dict(zip(faces, values[1:], strict=True)), beams)
+
+    step = 1e-5
+    jacobian = np.column_stack(
+        [(predicted(unknown + step * e) - predicted(unknown - step * e)) / (2 * step) for e in np.eye(len(unknown))]
+    )
+    return math.sqrt(np.linalg.inv(jacobian.T @ jacobian / sigma**2)[0, 0])
+
+
+def most_likely_heading(measured, heading, offsets, beams, rounds=4):
+    """The heading that makes the measured ranges most likely, by Gauss and Newton's method from the truth."""
+    faces = sorted({face for *_, face in beams})
+    unknown, step = np.array([heading, *(offsets[face] for face in faces)]), 1e-5
+
+    def predicted(values):
+        return ranges(values[0], dict(zip(faces, values[1:], strict=True)), beams)
+
+    for _ in range(rounds):
+        jacobian = np.column_stack(
+            [(predicted(unknown + step * e) - predicted(unknown - step * e)) / (2 * step) for e in np.eye(len(unknown))]
+        )
+        unknown += np.linalg.lstsq(jacobian, measured - predicted(unknown), rcond=None)[0]
+    return unknown[0]
+
+
+def resampled(bootstrap, vehicle, values):
+    """Mean and standard deviation of each of a bootstrap's resamples, its observations gathered one by one."""
+    means, stds = [], []
+    for times in bootstrap.times:
+        drawn = [
+            value
+            for known, count in zip(bootstrap.vehicles, times, strict=True)
+            for value in values[vehicle == known].tolist() * int(count)
+        ]
+        means.append(np.mean(drawn))
+        stds.append(np.std(drawn))
+    return means, stds

@@ -7,9 +7,6 @@ from numba import njit
 
 from tracker.records import Floats, Ints
 
-REFINEMENTS = 5
-"""Halvings of the angle step around the best angle of the grid."""
-
 
 @njit(cache=True)
 def edge_distances(points: Floats, a: float, b: float, out: Floats) -> float:
@@ -46,7 +43,7 @@ def criteria(points: Floats, angle: float, floor: float, d1: Floats, d2: Floats)
 
 
 @njit(cache=True)
-def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float) -> Floats:
+def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
     """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it."""
     best = np.empty((len(offset) - 1, 3))
     step = grid[1] - grid[0]
@@ -61,7 +58,7 @@ def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float) -> F
                     score[c], best[s, c] = value[c], angle
         for c in range(3):
             width = step
-            for _ in range(REFINEMENTS):
+            for _ in range(halvings):
                 width /= 2.0
                 middle = best[s, c]
                 for angle in (middle - width, middle + width):

@@ -1,0 +1,37 @@
+"""Writes docs/examples/points.csv: what the LIDARs of docs/examples/points.toml see, and where their vehicle is.
+
+python docs/export_points.py
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.scenario import Scenario
+from sensor_model.lidar import Lidar
+from sensor_model.rig import load_rig
+from sim.scripted.source import ScriptedSource
+
+EXAMPLES = Path(__file__).parent / "examples"
+COLUMNS = ("time_s", "x_m", "y_m", "z_m", "ego_x_m", "ego_y_m", "ego_yaw_rad")
+FORMAT = ("%.2f", "%.2f", "%.2f", "%.2f", "%.3f", "%.3f", "%.4f")
+"""Points to the centimetre, as the units report ranges."""
+
+
+def main() -> None:
+    """Play the scenario to its end and write a row for each point."""
+    scenario = Scenario.load(EXAMPLES / "points.toml")
+    source = ScriptedSource(scenario.traffic, scenario.folder, range_m=100.0)
+    rig = load_rig(str(scenario.rig), scenario.folder)
+    lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, source.reset(scenario.seed))
+    rows = []
+    for _ in range(round(scenario.duration_s / source.dt)):
+        scan, _ = lidar.scan(source.step())
+        known = np.tile([scan.time, *scan.ego_pose_odom], (len(scan), 1))
+        rows.append(np.column_stack([known[:, 0], scan.points_ego, known[:, 1:]]))
+    table = np.concatenate(rows)
+    np.savetxt(EXAMPLES / "points.csv", table, FORMAT, ",", header=",".join(COLUMNS), comments="")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""Intervals of what is averaged over many frames of few vehicles.
+
+One vehicle is much the same from frame to frame, so that observations are far from independent; vehicles are drawn
+instead, with all of their observations (cluster bootstrap: Davison and Hinkley 1997, Bootstrap Methods and their
+Application, section 3.8). The interval is the percentiles', of as many vehicles as there were.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.grading.geometry import Floats, Ints
+
+RESAMPLES = 1000
+SEED = 0
+"""Fixed, so that a run's intervals are the same every time."""
+QUANTILES = (0.025, 0.975)
+
+Interval = tuple[float, float]
+
+
+class Bootstrap:
+    """Draws from a run's vehicles, the same draws for every metric.
+
+    Parameters
+    ----------
+    vehicles
+        Ids of all vehicles with observations, in any order, repeated or not.
+    """
+
+    def __init__(self, vehicles: Ints) -> None:
+        self.vehicles = np.unique(vehicles)
+        count = len(self.vehicles)
+        rng = np.random.default_rng(SEED)
+        drawn = rng.integers(max(count, 1), size=(RESAMPLES, count))
+        cell = drawn + count * np.arange(RESAMPLES)[:, None]
+        self.times = np.bincount(cell.ravel(), minlength=RESAMPLES * count).reshape(RESAMPLES, count).astype(np.float64)
+
+    def of_ratio(self, vehicle: Ints, part: Floats, whole: Floats) -> Interval | None:
+        """Interval of sum `part` (n,) over sum `whole` (n,), observations of vehicles (n,); None if all are of one."""
+        sums = self._sums(vehicle, part, whole)
+        return _interval(sums[:, 0], sums[:, 1]) if sums is not None else None
+
+    def of_std(self, vehicle: Ints, values: Floats) -> Interval | None:
+        """Interval of the standard deviation of `values` (n,), likewise."""
+        sums = self._sums(vehicle, values, values**2, np.ones_like(values))
+        if sums is None:
+            return None
+        total, squares, count = sums[sums[:, 2] > 0.0].T
+        variance = squares / count - (total / count) ** 2
+        return _interval(np.sqrt(np.maximum(variance, 0.0)), np.ones_like(count))
+
+    def _sums(self, vehicle: Ints, *columns: Floats) -> Floats | None:
+        """(RESAMPLES, columns) sums of each resample, by way of each vehicle's own."""
+        if len(np.unique(vehicle)) < 2:
+            return None
+        row = np.searchsorted(self.vehicles, vehicle)
+        own = np.stack([np.bincount(row, column, len(self.vehicles)) for column in columns], axis=1)
+        sums: npt.NDArray[np.float64] = self.times @ own
+        return sums
+
+
+def _interval(part: Floats, whole: Floats) -> Interval:
+    """Percentiles of the ratio, over the resamples in which there was anything."""
+    drawn = whole > 0.0
+    low, high = np.quantile(part[drawn] / whole[drawn], QUANTILES)
+    return float(low), float(high)

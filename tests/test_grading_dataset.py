@@ -1,0 +1,42 @@
+"""The summary of what there was to see, counted by hand."""
+
+import pytest
+from support.frames import Body, Scripted, grade_run
+
+from sensor_model.truth import View
+
+SCENE = [
+    [Body(0, 12.0, 4.0), Body(1, 20.0, -4.0, view=View.REAR), Body(2, 25.0, 9.0, points=9)],
+    [Body(0, 12.0, 4.0, view=View.SIDE), Body(1, 60.0, -4.0)],
+    [],
+    [Body(0, 12.0, 4.0, view=View.NONE)],
+]
+"""Observations: two, one (the other is too far), none, one; an actor of nine points is never one."""
+
+
+@pytest.fixture(scope="module")
+def metrics():
+    return grade_run(SCENE, Scripted([[]] * len(SCENE)))[0]
+
+
+def test_observations_vehicles_and_frames(metrics):
+    """Fails when ungraded vehicles count, or a frame without traffic does not."""
+    names = ("vehicles", "observations", "frames", "observations_per_vehicle", "observations_per_frame")
+    assert [metrics[f"dataset.{name}"].value for name in names] == [2, 4, 4, 2.0, 1.0]
+    assert metrics["dataset.observations"].unit == "count"
+
+
+def test_views_are_counted_and_all_are_shared_out(metrics):
+    found = {
+        view: metrics[f"dataset.{view}.observations"].value for view in ("l_shape", "side", "rear", "front", "none")
+    }
+    assert found == {"l_shape": 1, "side": 1, "rear": 1, "front": 0, "none": 1}
+    assert metrics["dataset.rear.share"].value == 0.25
+    assert metrics["dataset.front.share"].value == 0.0
+
+
+def test_a_run_without_vehicles_has_counts_of_zero_and_no_shares():
+    metrics = grade_run([[]] * 3, Scripted([[]] * 3))[0]
+    assert [metrics[f"dataset.{name}"].value for name in ("vehicles", "observations", "frames")] == [0, 0, 3]
+    assert metrics["dataset.rear.share"].value is metrics["dataset.observations_per_vehicle"].value is None
+    assert metrics["dataset.rear.share"].reason == "no vehicle was graded"

@@ -1,0 +1,92 @@
+"""Switches of ids: the same that CLEAR counts, and which of them happen in plain view."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.frames import Body, Scripted, follow, grade_run
+from trackeval.metrics import CLEAR
+
+from scenarios.grading.switches import switches
+
+VISIBLE = 1.0
+FRAMES = 12
+
+
+def counts(track_ids, visible=(), points=(), absent=()):
+    """Switches, and those in view, of one car by the id of its track in each frame (None for no track)."""
+    scene, script = [], []
+    for i, track in enumerate(track_ids):
+        seen = dict(enumerate(visible)).get(i, VISIBLE)
+        body = Body(0, 12.0, 4.0, visible=seen, points=dict(enumerate(points)).get(i, 20 if seen > 0.1 else 0))
+        scene.append([] if i in absent else [body])
+        script.append([] if track is None or i in absent else [follow(body, track_id=track)])
+    metrics = grade_run(scene, Scripted(script))[0]
+    return metrics["track.id_switches"].value, metrics["track.id_switches_in_view"].value
+
+
+def test_a_switch_in_plain_view_counts_also_after_a_pause():
+    assert counts([4] * 6 + [9] * 6) == (1, 1)
+    assert counts([4] * 4 + [None] * 4 + [9] * 4) == (1, 1)
+    assert counts([4] * 3 + [9] * 3 + [4] * 6) == (2, 2)
+    assert counts([4] * 12) == (0, 0)
+
+
+def test_full_occlusion_before_the_new_track_excuses_it():
+    hidden = [1.0] * 4 + [0.05] * 2 + [1.0] * 6
+    assert counts([4] * 4 + [None] * 2 + [9] * 6, hidden) == (1, 0)
+    assert counts([4] * 4 + [None] * 5 + [9] * 3, hidden) == (1, 0)
+
+
+def test_partial_occlusion_and_an_occlusion_long_ago_do_not():
+    partly = [1.0] * 4 + [0.3] * 2 + [1.0] * 6
+    assert counts([4] * 4 + [None] * 2 + [9] * 6, partly, points=[20] * 4 + [5] * 2 + [20] * 6) == (1, 1)
+    long_ago = [1.0] * 2 + [0.0] * 2 + [1.0] * 8
+    assert counts([4] * 2 + [None] * 2 + [4] * 4 + [9] * 4, long_ago) == (1, 1)
+
+
+def test_who_was_away_was_not_in_view():
+    assert counts([4] * 4 + [None] * 2 + [9] * 6, absent=(4, 5)) == (1, 0)
+
+
+def test_without_vehicles_there_is_a_reason():
+    metric = grade_run([], Scripted([]))[0]["track.id_switches_in_view"]
+    assert (metric.value, metric.reason) == (None, "no vehicle was graded")
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
+@settings(deadline=None, max_examples=60)
+def test_there_are_as_many_switches_as_trackeval_counts(seed, vehicles, tracks):
+    """Random overlaps with vehicles and tracks that come and go."""
+    rng = np.random.default_rng(seed)
+
+    def some(count):
+        return np.flatnonzero(rng.random(count) < 0.7)
+
+    gt, seen = [some(vehicles) for _ in range(FRAMES)], [some(tracks) for _ in range(FRAMES)]
+    overlap = [np.round(rng.random((len(g), len(s))), 1) for g, s in zip(gt, seen, strict=True)]
+    data = {
+        "num_timesteps": FRAMES,
+        "num_gt_ids": vehicles,
+        "num_tracker_ids": tracks,
+        "num_gt_dets": sum(map(len, gt)),
+        "num_tracker_dets": sum(map(len, seen)),
+        "gt_ids": gt,
+        "tracker_ids": seen,
+        "similarity_scores": overlap,
+    }
+    expected = CLEAR({"THRESHOLD": 0.5, "PRINT_CONFIG": False}).eval_sequence(data)["IDSW"]
+    assert len(switches(data, 0.5)) == expected
+
+
+@pytest.mark.parametrize(("overlap", "found"), [(0.5, 1), (0.49, 0)])
+def test_a_hit_is_from_the_limit_on_and_its_frames_are_told(overlap, found):
+    steps = [np.array([[1.0]]), np.empty((1, 0)), np.array([[overlap]])]
+    data = {
+        "num_timesteps": 3,
+        "num_gt_ids": 1,
+        "gt_ids": [np.array([0])] * 3,
+        "tracker_ids": [np.array([0]), np.empty(0, int), np.array([1])],
+        "similarity_scores": steps,
+    }
+    assert switches(data, 0.5) == [(0, 0, 2)] * found

@@ -1,0 +1,90 @@
+"""The fitting half of the tracker: from one scan to the boxes of the vehicles in it."""
+
+import math
+from dataclasses import dataclass, field
+
+from tracker import boxes, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker.background import Background, BackgroundConfig
+from tracker.baselines import columns
+from tracker.baselines.config import BaselineConfig
+from tracker.boxes import BoxConfig
+from tracker.geometry import rotate
+from tracker.preprocess import PreprocessConfig
+from tracker.records import Detection, Floats
+from tracker.rectangles import RectangleConfig
+from tracker.scan import Scan
+from tracker.segmentation import SegmentationConfig
+from tracker.selection import SelectionConfig
+from tracker.shadow import ShadowConfig, in_shadow
+from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
+from tracker.tlinkage import LinkageConfig
+
+CLOCK_DIGITS = 9
+"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorConfig:
+    """One section per stage of the fitting half."""
+
+    preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
+    sweep: SweepConfig = field(default_factory=SweepConfig)
+    segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    linkage: LinkageConfig = field(default_factory=LinkageConfig)
+    rectangles: RectangleConfig = field(default_factory=RectangleConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+    baselines: BaselineConfig = field(default_factory=BaselineConfig)
+    boxes: BoxConfig = field(default_factory=BoxConfig)
+    shadow: ShadowConfig = field(default_factory=ShadowConfig)
+
+
+class Detector:
+    """Finds vehicles in scan after scan; it remembers how the ego moves and where walls are, but no vehicle.
+
+    A tracker of another kind makes one and calls `step`: all that follows its boxes may then be its own.
+    """
+
+    def __init__(self, config: DetectorConfig | None = None) -> None:
+        self.config = config or DetectorConfig()
+        self._ego_motion = EgoMotion(self.config.sweep)
+        self._background = Background(self.config.background)
+        self._time = -math.inf
+
+    def check(self, scan: Scan) -> None:
+        """Raise ValueError for a scan that `step` would not take: malformed, or not later than the one before."""
+        scan.check()
+        if round(scan.time - self._time, CLOCK_DIGITS) <= 0.0:
+            raise ValueError(
+                f"the scan of {scan.time} s is not later than the one before, of {self._time} s; "
+                "leave it out, or use a new tracker for another recording"
+            )
+
+    def step(self, scan: Scan, movers: Movers | None = None) -> Detection:
+        """Fit a box to every vehicle in a scan.
+
+        `movers` are the vehicles known so far, where they should be at the scan's time: points on them are moved by
+        their motion during the sweep. Without them only the ego's own motion is made up for. Odd scans are treated as
+        in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
+        """
+        self.check(scan)
+        self._time = scan.time
+        config = self.config
+        keep = preprocess.keep(scan, config.preprocess)
+        scan = preprocess.masked(scan)
+        scan = self._ego_motion.undo(scan)
+        segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
+        segments = self._background.remove(into_odom(scan), segments)
+        if movers is not None:
+            scan = undo_targets(scan, segments, movers, config.sweep)
+        linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
+        found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
+        candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
+        candidates = columns.append(scan.points_ego, segments, linkage, candidates, config.baselines)
+        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
+        return Detection(segments, linkage, candidates, fitted.subset(~in_shadow(fitted, config.shadow)))
+
+
+def into_odom(scan: Scan) -> Floats:
+    """(N, 2) points of the scan in the odometry frame [m]."""
+    return rotate(scan.points_ego[:, :2], scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]
