@@ -33,13 +33,13 @@ def test_costs_by_hand():
     """Four points at 0.04 m to either side of a line: all absolute residuals are 0.04, so (3) is 0.
 
     Seen face on, sides are hypot(0.08, 0.03) sharp. Each point has one other beside it, which counts 1, and two 0.08 m
-    off, which count (1 - 64 / 73)^2. A quarter turn must change nothing.
+    off, which count (1 - 64 / 73)^2, give or take what the bins smooth. A quarter turn must change nothing.
     """
     points = np.array([[10.04, -1.5], [9.96, -0.5], [10.04, 0.5], [9.96, 1.5]])
     expected = -np.log(1.0 + 0.08 / np.hypot(0.08, 0.03) * (1.0 + 2.0 * (9.0 / 73.0) ** 2))
     for heading in (0.0, np.pi / 2):
         assert choose(points, [0] * 4, [heading] * 4, "paper").cost[0, 0] == pytest.approx(0.0, abs=1e-12)
-        assert choose(points, [0] * 4, [heading] * 4).cost[0, 0] == pytest.approx(expected, rel=0.02)
+        assert choose(points, [0] * 4, [heading] * 4).cost[0, 0] == pytest.approx(expected, rel=0.04)
 
 
 def test_range_noise_does_not_blur_a_side_that_the_beam_grazes():
@@ -199,8 +199,9 @@ def test_best_selection_beats_every_single_method(errors_deg):
     mean = dict(zip(METHODS, every.mean(axis=0), strict=True))
     assert best.mean() < 0.8 * min(mean[method] for method in METHODS if method != "refined")
     assert mean["area"] > 3.0 * max(mean["closeness"], mean["variance"], mean["tlinkage"])
-    assert np.mean(best <= 2.0) > 0.95
-    assert best.max() < 6.0, "the paper: selection removes the errors beyond 6 degrees"
+    assert best.mean() < 0.5 * mean["variance"]
+    assert np.mean(best <= 2.0) > 0.99
+    assert best.max() < 5.0, "the paper: selection removes the errors beyond 6 degrees"
 
 
 def test_the_refined_rectangle_is_measured_along_its_heading():
