@@ -10,7 +10,7 @@ from support.stages import fit_points, off_quarter, one_segment
 
 from tracker import selection
 from tracker.kernels import selection as kernels
-from tracker.records import METHODS, Linkage
+from tracker.records import METHODS, Linkage, Segments
 from tracker.rectangles import Rectangles
 from tracker.selection import SelectionConfig
 
@@ -215,3 +215,14 @@ def test_the_refined_rectangle_is_measured_along_its_heading():
 def test_distances_must_be_positive(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         SelectionConfig(**values)
+
+
+@pytest.mark.parametrize("variant", ["alignment", "paper"])
+def test_no_segment(variant):
+    nothing = Rectangles(np.empty((0, 4)), np.empty((0, 4, 2)), np.empty((0, 4, 2)))
+    linkage = Linkage(np.full(3, -1), np.empty(0))
+    found = selection.select(
+        np.ones((3, 2)), Segments(np.full(3, -1), 0), linkage, nothing, SelectionConfig(variant=variant)
+    )
+    assert found.heading.shape == found.cost.shape == (0, len(METHODS))
+    assert found.size.shape == (0, len(METHODS), 2)
