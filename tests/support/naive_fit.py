@@ -109,11 +109,13 @@ def company(place, reach, bins):
     return together.sum(axis=1) - np.diag(together)
 
 
-def misalignment(points, heading, reach, bins):
-    """Minus the mean log of one plus the company along the heading or across it, whichever is larger."""
-    along, across = points @ [np.cos(heading), np.sin(heading)], points @ [-np.sin(heading), np.cos(heading)]
-    larger = np.maximum(company(along, reach, bins), company(across, reach, bins))
-    return -np.mean(np.log(1.0 + larger))
+def misalignment(points, heading, ray, reach, flatness, bins):
+    """Minus the mean log of one plus the company along the heading or across it, whichever is denser."""
+    density = []
+    for normal in ([np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]):
+        sharpness = np.hypot(reach * np.dot(normal, ray), flatness)
+        density.append(company(points @ normal, sharpness, bins) / sharpness)
+    return -np.mean(np.log(1.0 + reach * np.maximum(*density)))
 
 
 def chance(count, support, share):

@@ -8,7 +8,7 @@ from numba import njit
 from tracker.records import Floats, Ints
 
 BINS_PER_REACH = 4
-"""Places are counted in bins this much narrower than the kernel: at 1 cm, finer than the noise they carry."""
+"""Places are counted in bins this much narrower than the kernel, two thirds of its standard deviation."""
 TURN_MAX = math.radians(2.0)
 """First step of the refinement; all its steps together turn a heading by twice as much."""
 HALVINGS = 7
@@ -49,10 +49,10 @@ def company(place: Floats, reach: float, out: Floats) -> None:
         share = at - int(at)
         count[int(at)] += 1.0 - share
         count[int(at) + 1] += share
-    for bin in range(BINS_PER_REACH, len(count) - BINS_PER_REACH):
-        smooth[bin] = count[bin]
+    for node in range(BINS_PER_REACH, len(count) - BINS_PER_REACH):
+        smooth[node] = count[node]
         for d in range(1, BINS_PER_REACH):
-            smooth[bin] += (1.0 - (d / BINS_PER_REACH) ** 2) ** 2 * (count[bin - d] + count[bin + d])
+            smooth[node] += (1.0 - (d / BINS_PER_REACH) ** 2) ** 2 * (count[node - d] + count[node + d])
     beside = (1.0 - (1.0 / BINS_PER_REACH) ** 2) ** 2
     for i in range(len(place)):
         at = (place[i] - low) / pitch + BINS_PER_REACH
@@ -62,24 +62,37 @@ def company(place: Floats, reach: float, out: Floats) -> None:
 
 
 @njit(cache=True)
-def misalignment(points: Floats, heading: float, reach: float, along: Floats, across: Floats) -> float:
+def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatness: float) -> float:
+    """Reach across a side with that normal, seen along the unit vector `ray`: range noise projected on the normal.
+
+    A side seen at a grazing angle is `flatness` sharp, one seen face on blunter by `reach`.
+    """
+    return math.hypot(reach * (normal_x * ray[0] + normal_y * ray[1]), flatness)
+
+
+@njit(cache=True)
+def misalignment(
+    points: Floats, heading: float, ray: Floats, reach: float, flatness: float, along: Floats, across: Floats
+) -> float:
     """Cost of a heading: minus the mean over the points of log(1 + company), on a line along it or across it.
 
-    A point is level with others where it lies on a side, and the larger company is taken for its own side.
-    `along` and `across` are room for one number per point.
+    A point is level with others where it lies on a side; of its two companies the denser is taken for its own side:
+    they count as a density does, per reach. `along` and `across` are room for one number per point.
     """
     cos, sin = math.cos(heading), math.sin(heading)
-    company(cos * points[:, 0] + sin * points[:, 1], reach, along)
-    company(cos * points[:, 1] - sin * points[:, 0], reach, across)
+    reach_along = sharpness(cos, sin, ray, reach, flatness)
+    reach_across = sharpness(-sin, cos, ray, reach, flatness)
+    company(cos * points[:, 0] + sin * points[:, 1], reach_along, along)
+    company(cos * points[:, 1] - sin * points[:, 0], reach_across, across)
     total = 0.0
     for i in range(len(points)):
-        total += math.log(1.0 + max(along[i], across[i]))
+        total += math.log(1.0 + reach * max(along[i] / reach_along, across[i] / reach_across))
     return -total / len(points)
 
 
 @njit(cache=True)
-def align(points: Floats, offset: Ints, heading: Floats, reach: float) -> tuple[Floats, Floats]:
-    """Turn the cheapest of each segment's headings (S, M) to the cost's least.
+def align(points: Floats, offset: Ints, heading: Floats, reach: float, flatness: float) -> tuple[Floats, Floats]:
+    """Turn the cheapest of each segment's headings (S, M) to the cost's least; the sensor is at the origin.
 
     Returns the headings (S, M + 1), the turned one last, and their costs.
     """
@@ -89,8 +102,10 @@ def align(points: Floats, offset: Ints, heading: Floats, reach: float) -> tuple[
     for s in range(segments):
         segment = points[offset[s] : offset[s + 1]]
         along, across = np.empty(len(segment)), np.empty(len(segment))
+        bearing = math.atan2(segment[:, 1].mean(), segment[:, 0].mean())
+        ray = np.array([math.cos(bearing), math.sin(bearing)])
         for m in range(methods):
-            cost[s, m] = misalignment(segment, heading[s, m], reach, along, across)
+            cost[s, m] = misalignment(segment, heading[s, m], ray, reach, flatness, along, across)
         cheapest = np.argmin(cost[s, :methods])
         turned[s, methods], cost[s, methods] = heading[s, cheapest], cost[s, cheapest]
         step = 2.0 * TURN_MAX
@@ -98,7 +113,7 @@ def align(points: Floats, offset: Ints, heading: Floats, reach: float) -> tuple[
             step /= 2.0
             middle = turned[s, methods]
             for angle in (middle - step, middle + step):
-                value = misalignment(segment, angle, reach, along, across)
+                value = misalignment(segment, angle, ray, reach, flatness, along, across)
                 if value < cost[s, methods]:
                     turned[s, methods], cost[s, methods] = angle, value
     return turned, cost
