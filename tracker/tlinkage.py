@@ -3,20 +3,27 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from tracker.geometry import fold
-from tracker.kernels.linkage import link_segments
+from tracker.kernels.segments import FACES, LINES, PAPER, link_segments
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
+
+VARIANTS = {"faces": FACES, "lines": LINES, "paper": PAPER}
 
 
 @dataclass(frozen=True, slots=True)
 class LinkageConfig:
     """Scales of the linkage and what counts as a line."""
 
+    variant: Literal["faces", "lines", "paper"] = "faces"
+    """What becomes of T-linkage's clusters. `paper`: those before the largest jump in size are lines, all other points
+    outliers. `lines`: those that chance would not make are lines, at any angle. `faces`: they propose the two
+    perpendicular faces of a vehicle; what lies outside of these or well inside is an outlier."""
     tau_m: float = 0.08
     """Inlier threshold of equation (1) [m]. Three standard deviations of the LUX: 2.5 cm of range noise and 1.1 cm
     between its layers make 2.7 cm on a surface met face on."""
@@ -29,13 +36,20 @@ class LinkageConfig:
     length_min_m: float = 0.5
     """A further line is at least this long [m]: a motorcycle is 0.7 wide, a mirror 0.25."""
     turn_min_deg: float = 20.0
-    """A further line is turned at least so much against each larger one [deg]: of two parallel lines on a convex body
-    one lies within the outline, as a rear window behind the boot."""
+    """Of `lines`: a further line is turned at least so much against each larger one [deg]."""
+    range_std_m: float = 0.026
+    """Of `faces`: noise of ranges [m], along the beam: 2.5 cm of the LUX and what is left of its layers' biases."""
+    flatness_m: float = 0.01
+    """How flat a vehicle's side is over its height [m]: it leans by 3 to 5 degrees above and below its widest line."""
+    gate: float = 3.0
+    """Standard deviations from a face within which a point is on it."""
     curve_depth_m: float = 0.2
-    """Points so far behind a line as seen from the ego belong to it, though not to its direction [m]: bumpers, flanks
-    and rounded corners curve that much, while a rear window lies 0.85 and more behind. 0 for none."""
+    """What is no deeper behind a face belongs to it, though not to its direction [m]: bumpers, flanks and rounded corners
+    curve that much, while a rear window lies 0.85 and more behind."""
     curve_beyond_m: float = 0.4
-    """The same past the ends of a line [m]: corners of cars are rounded over 0.2 to 0.4."""
+    """The same past the ends of a face [m]: corners of cars are rounded over 0.2 to 0.4."""
+    pitch_deg: float = 0.25
+    """Between beams [deg]: the end of a face is known no better."""
     seed: int = 0
     """Of the fixed table of random numbers that all segments share."""
 
@@ -44,6 +58,8 @@ class LinkageConfig:
             raise ValueError("tau_m and locality must be positive")
         if self.samples_per_point < 1 or self.points_max < 2:
             raise ValueError("samples_per_point must be at least 1 and points_max at least 2")
+        if self.range_std_m < 0.0 or self.flatness_m <= 0.0 or self.gate <= 0.0:
+            raise ValueError("flatness_m and gate must be positive and range_std_m not negative")
 
 
 @lru_cache(maxsize=8)
@@ -56,27 +72,34 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     """Run algorithm 1 on every segment of points (N, 2 or more columns).
 
     Lines through pairs of near points are the hypotheses; points whose preferences (1) overlap are merged, nearest
-    first by the Tanimoto distance (2), until all clusters are orthogonal. The largest cluster is a line. A further
-    one is, when it is long enough, turned against the larger ones, and holds more of the points not yet explained
+    first by the Tanimoto distance (2), until all clusters are orthogonal.
+
+    `faces` takes every cluster's line for a side of a rectangle, alone or with another side across it, and keeps the
+    rectangle that explains most points: on a side counts for it, outside or well inside against it. Its heading is fitted
+    to both sides at once, with the noise of each point (along its beam). Line 0 is the side that says more about the
+    heading, 1 the other; points along sides that are not seen have higher numbers. `lines` accepts, after the largest
+    cluster, each one that is long enough, turned against the larger ones, and holds more of the points not yet explained
     than chance would give it: fewer than one such line expected among as many scattered points (Desolneux, Moisan
-    and Morel 2000). All others are outliers. Unlike a cut at the largest jump in size (Magri and Fusiello) this also
-    judges one line alone, and a short side of few points. Lines are fitted once more, by total least squares, to the
-    points nearest to them; the line with the most points is dominant, and each segment has one. Last, lines take up
-    what curves away behind them.
+    and Morel 2000). With `lines` and `paper` the line of the most points is the dominant one, fitted by total least
+    squares. Columns of points beyond the third are not used; with a third one, z [m], mirrors are told in full.
     """
     order, offset = by_segment(segments)
     label: Ints
     heading: Floats
     label, heading = link_segments(
-        np.asarray(points_ego[order, :2], dtype=np.float64, order="C"),
+        np.asarray(points_ego[order, :3], dtype=np.float64, order="C"),
         offset,
         uniforms(config.seed, config.points_max, config.samples_per_point),
+        VARIANTS[config.variant],
         config.tau_m,
         config.locality,
         config.length_min_m,
         math.sin(math.radians(config.turn_min_deg)),
+        np.array([config.range_std_m, config.flatness_m]),
+        config.gate,
         config.curve_depth_m,
         config.curve_beyond_m,
+        math.radians(config.pitch_deg),
     )
     line = np.full(len(segments.label), -1, dtype=np.int64)
     line[order] = label
