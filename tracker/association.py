@@ -79,6 +79,8 @@ class Pairing:
     """(T, B, 2, 2) to be added to it where the box says nothing of the motion [m^2]."""
     corner_sign: Ints
     """(T, B, 2) the corner to follow from now on."""
+    exact: Bools
+    """(T, B, 2) whether the face that ends the vehicle along and across is seen."""
 
 
 def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
@@ -100,6 +102,7 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
         covariance=seen.covariance[:, :2, :2] + spread,
         silence=silence,
         corner_sign=follow(tracks, seen, nearest, exact, config),
+        exact=exact,
     )
 
 

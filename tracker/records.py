@@ -137,6 +137,11 @@ class Tracks:
     """(T, 2) which corner of the vehicle is tracked, signs in the vehicle's frame (x forward, y left)."""
     size: Floats
     """(T, 2) length, width [m]."""
+    model_covariance_odom: Floats | None = None
+    """(T, len(MODELS), 2, 2) of `model_position_odom` [m^2]; None from a tracker that does not tell."""
+    model_nis: Floats | None = None
+    """(T, len(MODELS)) normalised innovation squared of each model alone in this frame, 2 degrees of freedom; NaN
+    where the track was not updated."""
 
     def __len__(self) -> int:
         return len(self.id)

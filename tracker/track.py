@@ -4,16 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker import extent, mma, orientation
+from tracker import bank, extent, orientation
 from tracker.extent import ExtentConfig
-from tracker.filters import Bank, FilterConfig, Motion
-from tracker.geometry import QUARTER, rotate, wrap
-from tracker.mma import MmaConfig
+from tracker.filters import FilterConfig, Motion, heading_filter
+from tracker.filters import bank as lone_filters
+from tracker.geometry import QUARTER, mahalanobis, rotate, wrap
+from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Floats, Ints, Status
-
-STATIONARY = MODELS.index("stationary")
-TURNING = MODELS.index("ca")
+from tracker.records import MODELS, Bools, Floats, Ints, Status
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +37,22 @@ class LifeConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class CornerConfig:
+    """How far the tracked corner may be off for as long as it is seen in the same way.
+
+    Such an error is no noise: the filters follow it, and no number of observations averages it away. It is therefore
+    kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
+    """
+
+    seen_std_m: float = 0.04
+    """An end whose face is seen [m]: rounded corners, sides that are no planes, the units' calibration."""
+    known_std_m: float = 0.15
+    """An end that is a known side length away from one that is seen [m]."""
+    unseen_share: float = 0.5
+    """An end that was never seen: this share of what the prior adds to what is seen of the side."""
+
+
+@dataclass(frozen=True, slots=True)
 class TrackConfig:
     """All that one track needs to know."""
 
@@ -46,44 +60,65 @@ class TrackConfig:
     mma: MmaConfig
     extent: ExtentConfig
     orientation: OrientationConfig
+    corner: CornerConfig
     life: LifeConfig
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sighting:
+    """One box, read as one track."""
+
+    misfit: Floats
+    """(M, 2) from where each model predicts the tracked corner to where the box has it [m]."""
+    covariance: Floats
+    """(2, 2) of the latter [m^2], odometry frame."""
+    heading: float
+    """Near the track's own [rad]."""
+    heading_variance: float
+    """[rad^2]."""
+    size: Floats
+    """(2,) seen extent along and across the heading [m]."""
+    exact: Bools
+    """(2,) whether the face that ends the vehicle along and across is seen."""
+    corner_sign: Ints
+    """(2,) the corner to track from now on."""
 
 
 class Track:
     """A vehicle followed by one of its corners, in the odometry frame."""
 
     def __init__(
-        self,
-        track_id: int,
-        position: Floats,
-        heading: float,
-        size: Floats,
-        corner_sign: Ints,
-        covariance: Floats,
-        forward: float,
-        config: TrackConfig,
+        self, track_id: int, position: Floats, corner_sign: Ints, first: Sighting, forward: float, config: TrackConfig
     ) -> None:
         self.id = track_id
         self.status = Status.TENTATIVE
-        self.bank = Bank(position, heading, covariance, config.filters)
-        self.model_probability = mma.initial_probability()
-        self.model = STATIONARY
-        """The selected model: the highest score of (12)."""
+        self.bank = bank.build(position, first.covariance, config.filters, config.mma)
+        self.alone = lone_filters(position, first.covariance, config.filters)
+        """Each model by itself, for comparison: the same observations, and nothing from the others."""
+        self.alone_nis = np.full(len(MODELS), np.nan)
+        """(M,) their squared innovations over their covariances, NaN when not seen."""
         self.corner_sign = corner_sign
         self.hits = 1
         self.unseen_s = 0.0
+        self._heading = heading_filter(first.heading, first.heading_variance, config.filters)
         self._config = config
         self._forward = forward
         self._oriented = False
         self._voted = 0
         self._votes = 0
         self._heading_rejections = 0
-        self._resize(size)
+        self._resize(first.size)
+        self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
 
     @property
     def heading(self) -> float:
         """Heading [rad]."""
-        return float(self.bank.heading.x[0])
+        return float(self._heading.mean[0, 0])
+
+    @property
+    def yaw_state(self) -> tuple[Floats, Floats]:
+        """Heading and yaw rate (2,), and their covariance (2, 2)."""
+        return self._heading.mean[0], self._heading.covariance[0]
 
     @property
     def known_size(self) -> Floats:
@@ -91,9 +126,20 @@ class Track:
         return extent.known(self.seen_size, self.size, self._config.extent)
 
     @property
+    def model(self) -> int:
+        """The selected model: the highest score of (12)."""
+        return int(np.argmax(self.bank.probability))
+
+    @property
+    def offset_covariance(self) -> Floats:
+        """(2, 2) of the error that lasts, odometry frame [m^2]."""
+        axes = rotate(np.eye(2), self.heading)
+        return np.asarray(axes.T @ np.diag(self._offset_variance) @ axes)
+
+    @property
     def covariance(self) -> Floats:
-        """(2, 2) of the tracked corner by the selected model [m^2]."""
-        return np.asarray(self.bank.models[self.model].P[:2, :2])
+        """(2, 2) of the tracked corner [m^2]."""
+        return np.asarray(self.bank.estimate[1][:2, :2] + self.offset_covariance)
 
     @property
     def seen(self) -> bool:
@@ -107,63 +153,46 @@ class Track:
 
     @property
     def position(self) -> Floats:
-        """(2,) tracked corner by the selected model [m]."""
-        return np.asarray(self.bank.models[self.model].x[:2])
+        """(2,) tracked corner [m]."""
+        return self.bank.estimate[0][:2]
 
     @property
     def velocity(self) -> Floats:
-        """(2,) by the selected model [m/s]."""
-        return np.asarray(self.bank.velocity[self.model])
+        """(2,) [m/s], none of a vehicle that stands."""
+        return np.zeros(2) if self.model == STATIONARY else self.bank.estimate[0][2:4]
 
     @property
     def course(self) -> float | None:
-        """Direction of motion by the selected model [rad], None for a vehicle that may be standing."""
-        kf = self.bank.models[self.model]
+        """Direction of motion [rad], None for a vehicle that may be standing."""
         if self.model == STATIONARY:
             return None
-        return orientation.course(kf.x[2:4], kf.P[2:4, 2:4], self._config.orientation)
+        mean, covariance = self.bank.estimate
+        return orientation.course(mean[2:4], covariance[2:4, 2:4], self._config.orientation)
 
     def predict(self, step: Motion) -> None:
         """Move on by one time step; the track counts as unseen until it is updated.
 
         Only the constant acceleration model lets a vehicle turn: the others set its yaw rate to zero.
         """
-        if self.model != TURNING:
-            self.bank.heading.x[1] = 0.0
+        if self.model != CA:
+            self._heading.mean[0, 1] = 0.0
         self.bank.predict(step)
+        self.alone.predict(step.models)
+        self.alone_nis = np.full(len(MODELS), np.nan)
+        self._heading.predict(step.heading)
         self.unseen_s += step.dt
 
-    def update(
-        self,
-        misfit: Floats,
-        heading: float,
-        size: Floats,
-        covariance: Floats,
-        heading_variance: float,
-        corner_sign: Ints,
-    ) -> None:
-        """Take over one observation.
-
-        Parameters
-        ----------
-        misfit, covariance
-            (M, 2) from each model's prediction of the tracked corner to the observed one [m], and (2, 2) [m^2].
-        heading, heading_variance
-            Near the track's own [rad], [rad^2].
-        size
-            (2,) seen extent along and across the heading [m].
-        corner_sign
-            (2,) the corner to track from now on.
-        """
-        evidence = self.bank.log_likelihood(misfit, covariance)
-        self.model_probability = mma.update(self.model_probability, evidence, self._config.mma)
-        self.model = int(np.argmax(self.model_probability))
-        self.bank.update(misfit, covariance)
-        self._update_heading(heading, heading_variance)
+    def update(self, seen: Sighting) -> None:
+        """Take over one observation."""
+        measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
+        self.bank.observe(seen.misfit, seen.covariance)
+        self._update_alone(measured, seen.covariance)
+        self._update_heading(seen.heading, seen.heading_variance)
+        self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
         self.unseen_s = 0.0
-        self._resize(extent.remember(self.seen_size, size, self._config.extent))
-        self._follow(corner_sign)
+        self._resize(extent.remember(self.seen_size, seen.size, self._config.extent))
+        self._follow(seen.corner_sign)
         self._face_forward()
 
     def settle(self) -> None:
@@ -195,25 +224,41 @@ class Track:
         self.size = extent.complete(seen_size, usual, self._config.extent)
         """(2,) length and width [m], unseen sides from priors."""
 
+    @property
+    def _end_variance(self) -> Floats:
+        """(2,) of where the vehicle ends, along and across, when the other end is known [m^2]."""
+        corner, unseen = self._config.corner, self.size - self.known_size
+        return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
+
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
-        side = 0.5 * (corner_sign - self.corner_sign) * self.size
-        if side.any():
-            self.bank.shift(rotate(side, self.heading))
+        changes = corner_sign != self.corner_sign
+        if changes.any():
+            side = rotate(0.5 * (corner_sign - self.corner_sign) * self.size, self.heading)
+            self.bank.shift(side)
+            self.alone.mean[:, :2] += side
+            self._offset_variance = self._offset_variance + np.where(changes, self._end_variance, 0.0)
             self.corner_sign = corner_sign
+
+    def _update_alone(self, measured: Floats, covariance: Floats) -> None:
+        """Correct the lone models by the measured corner (2,) [m] of covariance (2, 2)."""
+        residual = measured - self.alone.mean[:, :2]
+        self.alone_nis, _ = mahalanobis(residual, self.alone.covariance[:, :2, :2] + covariance)
+        self.alone.correct(residual, covariance)
 
     def _update_heading(self, heading: float, variance: float) -> None:
         """Correct the heading unless it is an outlier; one that insists is believed."""
-        life, kf = self._config.life, self.bank.heading
-        innovation_std = np.sqrt(kf.P[0, 0] + variance)
-        if abs(heading - kf.x[0]) > life.heading_gate_sigma * innovation_std:
+        life, off = self._config.life, heading - self.heading
+        innovation_std = np.sqrt(self._heading.covariance[0, 0, 0] + variance)
+        if abs(off) > life.heading_gate_sigma * innovation_std:
             self._heading_rejections += 1
             if self._heading_rejections <= life.heading_rejections_max:
                 return
-            kf.x[:] = heading, 0.0
+            self._heading.mean[0] = heading, 0.0
+            off = 0.0
         self._heading_rejections = 0
-        kf.update(np.array([heading]), R=variance)
-        kf.x[0] = wrap(kf.x[0])
+        self._heading.correct(np.array([[off]]), np.array([[variance]]))
+        self._heading.mean[0, 0] = wrap(self.heading)
 
     def _face_forward(self) -> None:
         """Turn the heading by quarters once motion or size have contradicted it for long enough.
@@ -230,7 +275,8 @@ class Track:
             return
         self._oriented |= course is not None
         if quarters:
-            self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
+            self._heading.mean[0, 0] = wrap(self.heading + quarters * QUARTER)
             self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
+            self._offset_variance = orientation.turn_size(self._offset_variance, quarters)
             self._resize(orientation.turn_size(self.seen_size, quarters))
             self._votes = 0

@@ -15,7 +15,7 @@ from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
 from tracker.preprocess import PreprocessConfig
-from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
+from tracker.records import MODELS, Bools, Floats, Ints, Status, StepTrace, Tracks
 from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
@@ -24,7 +24,7 @@ from tracker.selection import SelectionConfig
 from tracker.shadow import ShadowConfig, in_shadow
 from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
 from tracker.tlinkage import LinkageConfig
-from tracker.track import LifeConfig, Track, TrackConfig
+from tracker.track import CornerConfig, LifeConfig, Sighting, Track, TrackConfig
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
@@ -51,6 +51,7 @@ class TrackerConfig:
     mma: MmaConfig = field(default_factory=MmaConfig)
     extent: ExtentConfig = field(default_factory=ExtentConfig)
     orientation: OrientationConfig = field(default_factory=OrientationConfig)
+    corner: CornerConfig = field(default_factory=CornerConfig)
     life: LifeConfig = field(default_factory=LifeConfig)
 
 
@@ -64,6 +65,7 @@ class Tracker:
             mma=self.config.mma,
             extent=self.config.extent,
             orientation=self.config.orientation,
+            corner=self.config.corner,
             life=self.config.life,
         )
         self._ego_motion = EgoMotion(self.config.sweep)
@@ -116,7 +118,7 @@ class Tracker:
         for turn in ROUNDS:
             free = (status == turn)[:, None] & (track_id < 0)
             for t, b in assign(cost, in_gate & free):
-                update(self._tracks[t], pairing, seen, t, b)
+                self._tracks[t].update(sighting(pairing, seen, t, b))
                 track_id[b] = self._tracks[t].id
         return track_id
 
@@ -135,18 +137,21 @@ class Tracker:
         """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
         taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
         for b in np.flatnonzero((track_id < 0) & ~taken):
-            heading, size = float(seen.heading[b]), seen.size[b]
-            turns = orientation.first_guess(heading, size, forward, self.config.orientation)
-            track = Track(
-                track_id=self._born,
-                position=seen.corner[b],
-                heading=wrap(heading + turns * QUARTER),
-                size=orientation.turn_size(size, turns),
-                corner_sign=orientation.turn_sign(seen.corner_sign[b], turns),
-                covariance=seen.covariance[b],
-                forward=forward,
-                config=self._track_config,
+            turns = orientation.first_guess(
+                float(seen.heading[b]), seen.size[b], forward, self.config.orientation
             )
+            size = orientation.turn_size(seen.size[b], turns)
+            sign = orientation.turn_sign(seen.corner_sign[b], turns)
+            first = Sighting(
+                misfit=np.zeros((len(MODELS), 2)),
+                covariance=seen.covariance[b, :2, :2],
+                heading=wrap(float(seen.heading[b]) + turns * QUARTER),
+                heading_variance=float(seen.covariance[b, 2, 2]),
+                size=size,
+                exact=size[::-1] >= self.config.association.face_min_m,
+                corner_sign=sign,
+            )
+            track = Track(self._born, seen.corner[b], sign, first, forward, self._track_config)
             self._tracks.append(track)
             track_id[b] = self._born
             self._born += 1
@@ -180,11 +185,13 @@ def into_odom(scan: Scan) -> Floats:
 
 def predict(tracks: list[Track]) -> Predictions:
     """What these tracks expect to see."""
+    filters = [track.bank.filters for track in tracks]
+    offset = np.array([track.offset_covariance for track in tracks])
     return Predictions(
-        position=np.array([[kf.x[:2] for kf in track.bank.models] for track in tracks]),
-        velocity=np.array([track.bank.velocity for track in tracks]),
-        covariance=np.array([[kf.P[:2, :2] for kf in track.bank.models] for track in tracks]),
-        probability=np.stack([track.model_probability for track in tracks]),
+        position=np.array([bank.mean[:, :2] for bank in filters]),
+        velocity=np.array([bank.mean[:, 2:4] for bank in filters]),
+        covariance=np.array([bank.covariance[:, :2, :2] for bank in filters]) + offset[:, None],
+        probability=np.stack([track.bank.probability for track in tracks]),
         heading=np.array([track.heading for track in tracks]),
         size=np.stack([track.size for track in tracks]),
         known_size=np.stack([track.known_size for track in tracks]),
@@ -192,13 +199,14 @@ def predict(tracks: list[Track]) -> Predictions:
     )
 
 
-def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -> None:
-    """Hand box `b`, read as an observation of track `t`, to that track."""
-    track.update(
+def sighting(pairing: Pairing, seen: Observations, t: int, b: int) -> Sighting:
+    """Box `b`, read as an observation of track `t`."""
+    return Sighting(
         misfit=pairing.misfit[t, b],
-        heading=float(pairing.heading[t, b]),
-        size=pairing.size[t, b],
         covariance=pairing.covariance[t, b] + pairing.silence[t, b],
+        heading=float(pairing.heading[t, b]),
         heading_variance=float(seen.covariance[b, 2, 2]),
+        size=pairing.size[t, b],
+        exact=pairing.exact[t, b],
         corner_sign=pairing.corner_sign[t, b],
     )
