@@ -25,6 +25,10 @@ class AssociationConfig:
     """Another corner must be nearer to the ego by this much before the track moves over to it [m]."""
     face_min_m: float = 0.6
     """A face seen this wide fixes where the vehicle ends on its side [m]."""
+    end_std_m: float = 0.15
+    """Noise of an end whose face is not seen [m]: the beams' spacing, its rounding, the edge of what hides the rest."""
+    view_std_m: float = 0.2
+    """How far another view may move the end of a vehicle, from its bumper to its hood, say [m]: for the gate only."""
 
     def __post_init__(self) -> None:
         if self.gate_chi2 <= 0 or self.corner_margin_m < 0:
@@ -93,7 +97,7 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # The piece lies anywhere within +- slack; where that contradicts no model, it says nothing of any.
     silent = ~exact & np.all(misfit == 0, axis=2)
-    spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)
+    spread = np.einsum("tki,tbk,tkj->tbij", axes, np.where(exact, 0.0, slack**2 / 3 + config.end_std_m**2), axes)
     silence = np.einsum("tki,tbk,tkj->tbij", axes, np.where(silent, SILENT_VARIANCE_M2, 0.0), axes)
     return Pairing(
         heading=seen.heading + turns * QUARTER,
@@ -152,7 +156,8 @@ def score(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> t
     The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
     a vague track does not win against a sure one, nor an unlikely model against a likely one.
     """
-    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None]  # B = H P H' + R
+    view = config.view_std_m**2 * np.eye(2)
+    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None] + view  # B = H P H' + R
     squared, determinant = mahalanobis(pairing.misfit, spread)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     likely = tracks.probability[:, None] >= config.gate_probability_min

@@ -28,8 +28,11 @@ class Bank(Protocol):
     def predict(self, step: Motion) -> None:
         """Move on by one time step."""
 
-    def observe(self, residual: Floats, noise: Floats) -> None:
-        """Take over a measurement: from each model's prediction to it (M, 2) [m], and its covariance (2, 2) [m^2]."""
+    def observe(self, residual: Floats, noise: Floats) -> Floats:
+        """Take over a measurement: from each model's prediction to it (M, 2) [m], and its covariance (2, 2) [m^2].
+
+        Returns the covariance (2, 2) that it was given in the end.
+        """
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]: another corner of the same vehicle."""
@@ -56,12 +59,13 @@ class SelectedBank:
             self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
         self.filters.predict(step.models)
 
-    def observe(self, residual: Floats, noise: Floats) -> None:
+    def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Score the filters by (12) and correct them."""
-        evidence = mma.log_likelihood(self.filters, residual, noise)
+        evidence, raised = mma.score(self.filters, residual, noise, self._config.tail_dof)
         floor = self._config.probability_floor if self._config.method == "paper" else mma.LEAST_PROBABILITY
         self.probability = mma.update(self.probability, evidence, floor)
-        self.filters.correct(residual, noise)
+        self.filters.correct(residual, raised * noise)
+        return raised * noise
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]."""

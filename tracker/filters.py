@@ -30,15 +30,15 @@ class FilterConfig:
     drift_density_m2ps: float = 4e-4
     """Stationary model: the seen corner of a standing vehicle wanders by some 2 cm in a second, as the view of its
     rounded end changes [m^2/s]."""
-    acceleration_std_mps2: float = 0.25
-    """Constant velocity model: its acceleration lies in a disc of 0.5 m/s^2, the limit of the mode, which is half
-    of that per axis [m/s^2] ..."""
+    acceleration_std_mps2: float = 0.15
+    """Constant velocity model: three standard deviations are the limit of the mode, 0.4 to 0.6 [m/s^2]. What a driver
+    who keeps the speed does without noticing ..."""
     acceleration_time_s: float = 1.0
-    """... and lasts this long [s]: 2 x 0.25^2 x 1 = 0.125 m^2/s^3."""
-    jerk_std_mps3: float = 2.0
-    """Constant acceleration model: the jerk of ordinary driving lies between 1 and 3 [m/s^3] ..."""
+    """... lasts this long [s]: 2 x 0.15^2 x 1 = 0.045 m^2/s^3."""
+    jerk_std_mps3: float = 1.0
+    """Constant acceleration model: ordinary driving stays below 2 to 3, two standard deviations and more [m/s^3] ..."""
     jerk_time_s: float = 0.5
-    """... and lasts as long as a foot moves [s]: 2 x 2^2 x 0.5 = 4 m^2/s^5."""
+    """... and a jerk lasts as long as a foot moves [s]: 2 x 1^2 x 0.5 = 1 m^2/s^5."""
     yaw_acceleration_std_radps2: float = 0.6
     """Heading filter: into a turn of 10 m radius at 6 m/s, that is to 0.6 rad/s, in one second [rad/s^2] ..."""
     yaw_acceleration_time_s: float = 0.1

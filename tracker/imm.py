@@ -49,12 +49,14 @@ class FilterpyImm:
             kf.F, kf.Q = transition, noise
         imm.predict()
 
-    def observe(self, residual: Floats, noise: Floats) -> None:
+    def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Take over what the likeliest model is off by; all models of filterpy's are given the same measurement."""
         best = int(np.argmax(self._imm.mu))
+        _, raised = mma.score(self.filters, residual, noise, self._config.tail_dof)
         for kf in self._imm.filters:
-            kf.R = noise
+            kf.R = raised * noise
         self._imm.update(self._imm.filters[best].x[:2] + residual[best])
+        return raised * noise
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]."""

@@ -35,6 +35,8 @@ class MmaConfig:
     """What is slower stands [m/s]: between the limits at which a vehicle begins and ceases to move ..."""
     stopping_time_s: float = 0.2
     """... and a moving model that is so slow hands over within this time [s]."""
+    tail_dof: float = 4.0
+    """Degrees of freedom of the corner noise's distribution: few mean heavy tails, infinity is the normal one."""
     probability_floor: float = 0.02
     """`paper`: no model's probability falls below this, so that it can come back when the vehicle changes its mind."""
 
@@ -90,13 +92,18 @@ def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, 
     return Filters(mean, np.einsum("ij,ijkl->jkl", share, spread)), prior
 
 
-def log_likelihood(filters: Filters, residual: Floats, noise: Floats) -> Floats:
+def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, float]:
     """(M,) logarithm of (11) for pre-fit residuals (M, 2) [m] of a measurement with covariance (2, 2).
 
-    The paper prints S = H P H' in (10), which leaves out the measurement's own noise; S = H P H' + R here.
+    The paper prints S = H P H' in (10), which leaves out the measurement's own noise; S = H P H' + R here. In place of
+    the normal density (11) it is Student's t of `tail_dof` degrees, of which the normal is the limit: now and then a
+    corner jumps, from a bumper to a hood or where an occluder lets go of it, and one jump must not decide for a model.
+    The second value is by how much the noise of this measurement is to be raised, as the nearest of the models tells:
+    what scales the covariance in the t-distribution's mean of scale (Roth, Ozkan, Gustafsson 2013).
     """
-    distance, determinant = mahalanobis(residual, filters.covariance[:, :2, :2] + noise)
-    return np.asarray(-0.5 * (distance + np.log((2 * np.pi) ** 2 * determinant)))
+    squared, determinant = mahalanobis(residual, filters.covariance[:, :2, :2] + noise)
+    density = -0.5 * (tail_dof + 2) * np.log1p(squared / tail_dof) - 0.5 * np.log((2 * np.pi) ** 2 * determinant)
+    return density, max(1.0, (tail_dof + float(squared.min())) / (tail_dof + 2))
 
 
 def update(probability: Floats, evidence: Floats, floor: float = LEAST_PROBABILITY) -> Floats:

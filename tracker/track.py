@@ -104,8 +104,8 @@ class Track:
         self._config = config
         self._forward = forward
         self._oriented = False
-        self._voted = 0
         self._votes = 0
+        self._turn_from = position
         self._heading_rejections = 0
         self._resize(first.size)
         self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
@@ -185,8 +185,8 @@ class Track:
     def update(self, seen: Sighting) -> None:
         """Take over one observation."""
         measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
-        self.bank.observe(seen.misfit, seen.covariance)
-        self._update_alone(measured, seen.covariance)
+        covariance = self.bank.observe(seen.misfit, seen.covariance)
+        self._update_alone(measured, covariance)
         self._update_heading(seen.heading, seen.heading_variance)
         self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
@@ -237,6 +237,7 @@ class Track:
             side = rotate(0.5 * (corner_sign - self.corner_sign) * self.size, self.heading)
             self.bank.shift(side)
             self.alone.mean[:, :2] += side
+            self._turn_from = self._turn_from + side
             self._offset_variance = self._offset_variance + np.where(changes, self._end_variance, 0.0)
             self.corner_sign = corner_sign
 
@@ -261,22 +262,32 @@ class Track:
         self._heading.mean[0, 0] = wrap(self.heading)
 
     def _face_forward(self) -> None:
-        """Turn the heading by quarters once motion or size have contradicted it for long enough.
+        """Turn the heading by quarters once motion, or else the size, has contradicted it for long enough.
 
-        Once motion has told where the vehicle faces, its size has no more say while it stands.
+        Once motion has told where the vehicle faces, its size has no more say, unless it is wider than vehicles are.
         """
         config, course = self._config.orientation, self.course
-        if course is None and self._oriented:
+        if course is None:
+            too_wide = self.seen_size[1] > config.width_max_m
+            quarters = 0
+            if too_wide or not self._oriented:
+                quarters = orientation.by_size(self.heading, self.seen_size, self._forward, config)
+            self._votes = self._votes + 1 if quarters else 0
+            self._turn_from = self.position
+            if self._votes >= config.votes:
+                self._turn(quarters)
             return
-        quarters = orientation.contradiction(self.heading, course, self.seen_size, self._forward, config)
-        self._votes = self._votes + 1 if quarters == self._voted else 1
-        self._voted = quarters
-        if self._votes < (config.votes if self._oriented else config.first_votes):
-            return
-        self._oriented |= course is not None
-        if quarters:
-            self._heading.mean[0, 0] = wrap(self.heading + quarters * QUARTER)
-            self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
-            self._offset_variance = orientation.turn_size(self._offset_variance, quarters)
-            self._resize(orientation.turn_size(self.seen_size, quarters))
-            self._votes = 0
+        quarters = orientation.by_course(self.heading, course)
+        if quarters == 0:
+            self._turn_from, self._oriented = self.position, True
+        elif np.hypot(*(self.position - self._turn_from)) > orientation.way_needed(quarters, self.seen_size, config):
+            self._turn(quarters)
+            self._oriented = True
+
+    def _turn(self, quarters: int) -> None:
+        """Name the same box by a heading turned by `quarters`."""
+        self._heading.mean[0, 0] = wrap(self.heading + quarters * QUARTER)
+        self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
+        self._offset_variance = orientation.turn_size(self._offset_variance, quarters)
+        self._resize(orientation.turn_size(self.seen_size, quarters))
+        self._votes, self._turn_from = 0, self.position
