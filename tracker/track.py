@@ -14,6 +14,8 @@ from tracker.records import MODELS, Floats, Ints, Status
 
 STATIONARY = MODELS.index("stationary")
 TURNING = MODELS.index("ca")
+LEFT_MARGIN_M = 0.5
+"""Error of a middle: a vehicle that moved is clear of its old place by more [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +24,8 @@ class LifeConfig:
 
     confirm_hits: int = 4
     """Observations before a track is confirmed."""
-    face_depth_m: float = 0.6
-    """A long face without a second side at least this deep is believed to be a vehicle's only once it moves [m]."""
+    truck_width_m: tuple[float, float] = (2.2, 2.7)
+    """What is longer than a car and not seen to be as wide as a truck or bus is believed only once it moves [m]."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -47,6 +49,30 @@ class TrackConfig:
     extent: ExtentConfig
     orientation: OrientationConfig
     life: LifeConfig
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """Where a track was first seen."""
+
+    center: Floats
+    """(2,) middle of what was seen [m]."""
+    heading: float
+    """[rad]."""
+    size: Floats
+    """(2,) extent of what was seen along and across the heading [m]."""
+
+    def left_by(self, other: "Footprint") -> bool:
+        """Whether what is seen now has nothing in common with this place.
+
+        The speed of a filter does not tell: of a wall more and more comes into view, and its middle moves as a
+        vehicle's would, but it never leaves the place where it was first seen.
+        """
+        away = np.abs(rotate(other.center - self.center, -self.heading))
+        turn = abs(other.heading - self.heading)
+        cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
+        reach = np.array([[cos, sin], [sin, cos]]) @ other.size
+        return bool(np.any(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M))
 
 
 class Track:
@@ -79,6 +105,8 @@ class Track:
         self._votes = 0
         self._heading_rejections = 0
         self._resize(size)
+        self._birthplace = self._footprint
+        self._left = False
 
     @property
     def heading(self) -> float:
@@ -164,14 +192,16 @@ class Track:
         self.unseen_s = 0.0
         self._resize(extent.remember(self.seen_size, size, self._config.extent))
         self._follow(corner_sign)
+        self._left |= self._birthplace.left_by(self._footprint)
         self._face_forward()
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            believed = self.hits >= life.confirm_hits and not self._like_a_wall
-            if self.status is not Status.TENTATIVE or believed:
+            if self._like_a_wall:
+                self.status = Status.TENTATIVE
+            elif self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
                 self.status = Status.CONFIRMED
         elif self.status is Status.TENTATIVE:
             if self.unseen_s > life.tentative_coast_s:
@@ -183,10 +213,19 @@ class Track:
 
     @property
     def _like_a_wall(self) -> bool:
-        """Whether nothing but one long face was seen, and it never moved: no sign yet of a vehicle."""
-        length, depth = self.seen_size
-        long = length > self._config.extent.large_length_min_m
-        return bool(long and depth < self._config.life.face_depth_m and not self._oriented)
+        """Whether it is longer than a car, has not the width of a truck, and never left its place.
+
+        So look walls that come into view little by little: a bare face at first, then a corner that grows.
+        """
+        depth, length = np.sort(self.seen_size)
+        low, high = self._config.life.truck_width_m
+        return bool(length > self._config.extent.large_length_min_m and not low < depth < high and not self._left)
+
+    @property
+    def _footprint(self) -> Footprint:
+        """Where it is, as far as it has been seen, from the tracked corner on."""
+        middle = self.position - rotate(0.5 * self.corner_sign * self.seen_size, self.heading)
+        return Footprint(middle, self.heading, self.seen_size)
 
     def _resize(self, seen_size: Floats) -> None:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
