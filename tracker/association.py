@@ -71,6 +71,8 @@ class Pairing:
     """(T, B) the box's heading, turned by quarters towards the track's."""
     size: Floats
     """(T, B, 2) seen extent along and across that heading [m]."""
+    whole: Bools
+    """(T, B, 2) whether the box is cut off at neither end along and across that heading."""
     misfit: Floats
     """(T, B, M, 2) from where a model predicts the tracked corner to where the box has it [m]."""
     covariance: Floats
@@ -84,7 +86,8 @@ class Pairing:
 def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
     """Read each of B boxes as each of T tracks: the track's heading tells length from width, and front from rear."""
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
-    size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
+    swap = (turns % 2 == 1)[..., None]
+    size = np.where(swap, seen.size[:, ::-1], seen.size)
     nearest = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     exact = size[..., ::-1] >= config.face_min_m
     misfit, slack = fit_in(tracks, seen, size, nearest, exact)
@@ -96,6 +99,7 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     return Pairing(
         heading=seen.heading + turns * QUARTER,
         size=size,
+        whole=np.where(swap, seen.whole[:, ::-1], seen.whole),
         misfit=rotate(misfit, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + spread,
         silence=silence,

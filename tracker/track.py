@@ -10,7 +10,7 @@ from tracker.filters import Bank, FilterConfig, Motion
 from tracker.geometry import QUARTER, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Floats, Ints, Status
+from tracker.records import MODELS, Bools, Floats, Ints, Status
 
 STATIONARY = MODELS.index("stationary")
 TURNING = MODELS.index("ca")
@@ -166,6 +166,7 @@ class Track:
         misfit: Floats,
         heading: float,
         size: Floats,
+        whole: Bools,
         covariance: Floats,
         heading_variance: float,
         corner_sign: Ints,
@@ -180,6 +181,8 @@ class Track:
             Near the track's own [rad], [rad^2].
         size
             (2,) seen extent along and across the heading [m].
+        whole
+            (2,) whether that is cut off at neither end.
         corner_sign
             (2,) the corner to track from now on.
         """
@@ -190,7 +193,7 @@ class Track:
         self._update_heading(heading, heading_variance)
         self.hits += 1
         self.unseen_s = 0.0
-        self._resize(extent.remember(self.seen_size, size, self._config.extent))
+        self._resize(extent.remember(self.seen_size, size, whole, self._config.extent))
         self._follow(corner_sign)
         self._left |= self._birthplace.left_by(self._footprint)
         self._face_forward()

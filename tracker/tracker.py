@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import boxes, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker import boxes, ends, orientation, preprocess, rectangles, segmentation, selection, tlinkage
 from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
+from tracker.ends import EndConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
 from tracker.geometry import QUARTER, inside, rotate, wrap
@@ -41,6 +42,7 @@ class TrackerConfig:
     sweep: SweepConfig = field(default_factory=SweepConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    ends: EndConfig = field(default_factory=EndConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
@@ -76,15 +78,18 @@ class Tracker:
         """Take in one scan; return the living tracks (and those that just died) and all that was between."""
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
-        scan = self._ego_motion.undo(scan)
+        swept, scan = scan, self._ego_motion.undo(scan)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         segments = self._background.remove(into_odom(scan), segments)
         self._predict(scan.time)
         scan = undo_targets(scan, segments, movers(self._tracks), config.sweep)
+        cut_off = ends.cut_off(swept, keep, segments, config.ends)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
+        fitted = boxes.build(
+            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes
+        )
         fitted = fitted.subset(~in_shadow(fitted, config.shadow))
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
@@ -198,6 +203,7 @@ def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -
         misfit=pairing.misfit[t, b],
         heading=float(pairing.heading[t, b]),
         size=pairing.size[t, b],
+        whole=pairing.whole[t, b],
         covariance=pairing.covariance[t, b] + pairing.silence[t, b],
         heading_variance=float(seen.covariance[b, 2, 2]),
         corner_sign=pairing.corner_sign[t, b],
