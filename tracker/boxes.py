@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker.geometry import QUARTER, rotate
-from tracker.records import Boxes, Candidates, Floats, Ints, Linkage, Segments
+from tracker.records import Bools, Boxes, Candidates, Floats, Ints, Linkage, Segments
 
 CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
 """Signs of a rectangle's corners in its own frame."""
@@ -29,6 +29,8 @@ class BoxConfig:
     """Spread of points about a side [m]: range noise and the layers' different biases."""
     end_std_m: float = 0.3
     """Where a side ends, when no points lie on the side next to it [m]: its rounded corner, the beams' spacing."""
+    cut_margin_m: float = 0.3
+    """A box is cut off at an end when it is at a point this near to it [m]: corners are rounded by 0.25 to 0.4."""
 
     def __post_init__(self) -> None:
         if min(self.noise_std_m, self.end_std_m) <= 0.0:
@@ -41,6 +43,7 @@ def build(
     segments: Segments,
     linkage: Linkage,
     candidates: Candidates,
+    cut_off: Bools,
     config: BoxConfig,
 ) -> Boxes:
     """Boxes of the segments of points (N, 2 or more columns), seen at (N,), whose best rectangle is a vehicle's.
@@ -62,7 +65,8 @@ def build(
     used = used[np.argsort(segments.label[used], kind="stable")]
     box = np.searchsorted(kept, segments.label[used])
     support = np.bincount(box, minlength=len(kept))
-    from_corner = np.asarray(points_ego[used, :2], dtype=np.float64) - corner[box]
+    points = np.asarray(points_ego[used, :2], dtype=np.float64)
+    from_center = rotate(points - center[box], -heading[box])
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -70,10 +74,20 @@ def build(
         size=size,
         corner_ego=corner,
         corner_sign=sign,
-        covariance=covariance(from_corner, box, heading, config),
+        covariance=covariance(points - corner[box], box, heading, config),
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
+        cut=cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config),
     )
+
+
+def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
+    """(B, 2, 2) whether any of the points (P, 2) in their box's frame, where it was cut off, is at its low, high end."""
+    cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
+    for end, sign in enumerate((-1, 1)):
+        point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
+        cut[box[point], axis, end] = True
+    return cut
 
 
 def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker.records import Floats
+from tracker.records import Bools, Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,21 +43,23 @@ class ExtentConfig:
     """A side seen at this share of the usual length is taken for the whole length."""
     growth: float = 0.5
     """Share of the difference taken over when a side is seen longer than remembered."""
-    decay: float = 0.01
-    """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
-    nearly: float = 0.88
-    """A sight of this share of the remembered extent counts as nearly as long."""
+    shrink: float = 0.05
+    """The same when it is seen shorter and was not cut off. Ends of few points fade, which makes it look shorter more
+    often than longer: ten times less than `growth`, the memory settles at the long tenth of what is seen."""
+    face_min_m: float = 0.6
+    """A side of which less is seen may be one that is turned away [m]; corners are rounded by 0.25 to 0.4."""
     known_share: float = 0.8
     """A side of which this share was seen is known to be there as a whole."""
 
 
-def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
+def remember(seen: Floats, observed: Floats, whole: Bools, config: ExtentConfig) -> Floats:
     """(2,) remembered extents along and across the heading after one more observation (2,) [m].
 
-    A vehicle is never smaller than what is seen of it, while a short sight may be an occlusion:
-    long sights pull fast, nearly full ones slowly, short ones not at all.
+    A vehicle is never smaller than what is seen of it, while it may be larger if it is not seen as a `whole` (2,):
+    then a short sight says nothing. Longer sights pull fast, shorter ones of a whole side slowly.
     """
-    pull = np.where(observed > seen, config.growth, np.where(observed > config.nearly * seen, config.decay, 0.0))
+    shorter = whole & (observed > config.face_min_m)
+    pull = np.where(observed > seen, config.growth, np.where(shorter, config.shrink, 0.0))
     return np.asarray(seen + pull * (observed - seen))
 
 

@@ -93,6 +93,8 @@ class Boxes:
     """(B,) points on the fitted lines."""
     time_offset: Floats
     """(B,) when it was where it is, after the scan's time [s]: mean over these points."""
+    cut: Bools
+    """(B, 2, 2) whether it may go on, unseen, beyond its low and its high end along and across heading."""
 
     def __len__(self) -> int:
         return len(self.segment)
@@ -109,6 +111,7 @@ class Boxes:
             self.covariance[index],
             self.support[index],
             self.time_offset[index],
+            self.cut[index],
         )
 
 

@@ -13,6 +13,9 @@ from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
 from tracker.records import MODELS, Bools, Floats, Ints, Status
 
+LEFT_MARGIN_M = 0.5
+"""Error of a middle: a vehicle that moved is clear of its old place by more [m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class LifeConfig:
@@ -20,8 +23,8 @@ class LifeConfig:
 
     confirm_hits: int = 4
     """Observations before a track is confirmed."""
-    face_depth_m: float = 0.6
-    """A long face without a second side at least this deep is believed to be a vehicle's only once it moves [m]."""
+    truck_width_m: tuple[float, float] = (2.2, 2.7)
+    """What is longer than a car and not seen to be as wide as a truck or bus is believed only once it moves [m]."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -80,16 +83,40 @@ class Sighting:
     """(2,) seen extent along and across the heading [m]."""
     exact: Bools
     """(2,) whether the face that ends the vehicle along and across is seen."""
+    whole: Bools
+    """(2,) whether what is seen along and across is cut off at neither end."""
     corner_sign: Ints
     """(2,) the corner to track from now on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """Where a track was first seen."""
+
+    center: Floats
+    """(2,) middle of what was seen [m]."""
+    heading: float
+    """[rad]."""
+    size: Floats
+    """(2,) extent of what was seen along and across the heading [m]."""
+
+    def left_by(self, other: "Footprint") -> bool:
+        """Whether what is seen now has nothing in common with this place.
+
+        The speed of a filter does not tell: of a wall more and more comes into view, and its middle moves as a
+        vehicle's would, but it never leaves the place where it was first seen.
+        """
+        away = np.abs(rotate(other.center - self.center, -self.heading))
+        turn = abs(other.heading - self.heading)
+        cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
+        reach = np.array([[cos, sin], [sin, cos]]) @ other.size
+        return bool(np.any(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M))
 
 
 class Track:
     """A vehicle followed by one of its corners, in the odometry frame."""
 
-    def __init__(
-        self, track_id: int, position: Floats, corner_sign: Ints, first: Sighting, forward: float, config: TrackConfig
-    ) -> None:
+    def __init__(self, track_id: int, position: Floats, first: Sighting, forward: float, config: TrackConfig) -> None:
         self.id = track_id
         self.status = Status.TENTATIVE
         self.bank = bank.build(position, first.covariance, config.filters, config.mma)
@@ -97,7 +124,7 @@ class Track:
         """Each model by itself, for comparison: the same observations, and nothing from the others."""
         self.alone_nis = np.full(len(MODELS), np.nan)
         """(M,) their squared innovations over their covariances, NaN when not seen."""
-        self.corner_sign = corner_sign
+        self.corner_sign = first.corner_sign
         self.hits = 1
         self.unseen_s = 0.0
         self._heading = heading_filter(first.heading, first.heading_variance, config.filters)
@@ -109,6 +136,8 @@ class Track:
         self._heading_rejections = 0
         self._resize(first.size)
         self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
+        self._birthplace = self._footprint
+        self._left = False
 
     @property
     def heading(self) -> float:
@@ -154,7 +183,7 @@ class Track:
     @property
     def position(self) -> Floats:
         """(2,) tracked corner [m]."""
-        return self.bank.estimate[0][:2]
+        return self.bank.estimate[0][:2].copy()
 
     @property
     def velocity(self) -> Floats:
@@ -191,16 +220,18 @@ class Track:
         self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
         self.unseen_s = 0.0
-        self._resize(extent.remember(self.seen_size, seen.size, self._config.extent))
+        self._resize(extent.remember(self.seen_size, seen.size, seen.whole, self._config.extent))
         self._follow(seen.corner_sign)
+        self._left |= self._birthplace.left_by(self._footprint)
         self._face_forward()
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            believed = self.hits >= life.confirm_hits and not self._like_a_wall
-            if self.status is not Status.TENTATIVE or believed:
+            if self._like_a_wall:
+                self.status = Status.TENTATIVE
+            elif self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
                 self.status = Status.CONFIRMED
         elif self.status is Status.TENTATIVE:
             if self.unseen_s > life.tentative_coast_s:
@@ -212,10 +243,19 @@ class Track:
 
     @property
     def _like_a_wall(self) -> bool:
-        """Whether nothing but one long face was seen, and it never moved: no sign yet of a vehicle."""
-        length, depth = self.seen_size
-        long = length > self._config.extent.large_length_min_m
-        return bool(long and depth < self._config.life.face_depth_m and not self._oriented)
+        """Whether it is longer than a car, has not the width of a truck, and never left its place.
+
+        So look walls that come into view little by little: a bare face at first, then a corner that grows.
+        """
+        depth, length = np.sort(self.seen_size)
+        low, high = self._config.life.truck_width_m
+        return bool(length > self._config.extent.large_length_min_m and not low < depth < high and not self._left)
+
+    @property
+    def _footprint(self) -> Footprint:
+        """Where it is, as far as it has been seen, from the tracked corner on."""
+        middle = self.position - rotate(0.5 * self.corner_sign * self.seen_size, self.heading)
+        return Footprint(middle, self.heading, self.seen_size)
 
     def _resize(self, seen_size: Floats) -> None:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""

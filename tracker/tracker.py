@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import boxes, orientation, preprocess, rectangles, segmentation, selection, tlinkage
-from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
+from tracker import boxes, ends, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker.association import AssociationConfig, Pairing, Predictions, assign, measured_end, named_after, pair, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
+from tracker.ends import EndConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
 from tracker.geometry import QUARTER, inside, rotate, wrap
@@ -41,6 +42,7 @@ class TrackerConfig:
     sweep: SweepConfig = field(default_factory=SweepConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    ends: EndConfig = field(default_factory=EndConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
@@ -78,15 +80,18 @@ class Tracker:
         """Take in one scan; return the living tracks (and those that just died) and all that was between."""
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
-        scan = self._ego_motion.undo(scan)
+        swept, scan = scan, self._ego_motion.undo(scan)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         segments = self._background.remove(into_odom(scan), segments)
         self._predict(scan.time)
         scan = undo_targets(scan, segments, movers(self._tracks), config.sweep)
+        cut_off = ends.cut_off(swept, keep, segments, config.ends)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
+        fitted = boxes.build(
+            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes
+        )
         fitted = fitted.subset(~in_shadow(fitted, config.shadow))
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
@@ -137,21 +142,8 @@ class Tracker:
         """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
         taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
         for b in np.flatnonzero((track_id < 0) & ~taken):
-            turns = orientation.first_guess(
-                float(seen.heading[b]), seen.size[b], forward, self.config.orientation
-            )
-            size = orientation.turn_size(seen.size[b], turns)
-            sign = orientation.turn_sign(seen.corner_sign[b], turns)
-            first = Sighting(
-                misfit=np.zeros((len(MODELS), 2)),
-                covariance=seen.covariance[b, :2, :2],
-                heading=wrap(float(seen.heading[b]) + turns * QUARTER),
-                heading_variance=float(seen.covariance[b, 2, 2]),
-                size=size,
-                exact=size[::-1] >= self.config.association.face_min_m,
-                corner_sign=sign,
-            )
-            track = Track(self._born, seen.corner[b], sign, first, forward, self._track_config)
+            first, position = first_sighting(seen, b, forward, self.config)
+            track = Track(self._born, position, first, forward, self._track_config)
             self._tracks.append(track)
             track_id[b] = self._born
             self._born += 1
@@ -208,5 +200,27 @@ def sighting(pairing: Pairing, seen: Observations, t: int, b: int) -> Sighting:
         heading_variance=float(seen.covariance[b, 2, 2]),
         size=pairing.size[t, b],
         exact=pairing.exact[t, b],
+        whole=pairing.whole[t, b],
         corner_sign=pairing.corner_sign[t, b],
     )
+
+
+def first_sighting(seen: Observations, b: int, forward: float, config: TrackerConfig) -> tuple[Sighting, Floats]:
+    """Box `b` as the first sighting of a new track, and the corner (2,) to follow [m]."""
+    turns = orientation.first_guess(float(seen.heading[b]), seen.size[b], forward, config.orientation)
+    heading = wrap(float(seen.heading[b]) + turns * QUARTER)
+    size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
+    cut = seen.cut[b][named_after(np.asarray(turns))]
+    end = measured_end(size, near, rotate(seen.center[b] - seen.sensor, -heading), cut, config.association)
+    corner_sign = np.where(end != 0, end, near).astype(np.int64)
+    first = Sighting(
+        misfit=np.zeros((len(MODELS), 2)),
+        covariance=seen.covariance[b, :2, :2],
+        heading=heading,
+        heading_variance=float(seen.covariance[b, 2, 2]),
+        size=size,
+        whole=~(cut[:2] | cut[2:]),
+        exact=end != 0,
+        corner_sign=corner_sign,
+    )
+    return first, seen.center[b] + rotate(0.5 * corner_sign * size, heading)
