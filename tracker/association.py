@@ -25,8 +25,6 @@ class AssociationConfig:
     """Another corner must be nearer to the ego by this much before the track moves over to it [m]."""
     face_min_m: float = 0.6
     """A face seen this wide fixes where the vehicle ends on its side [m]."""
-    oblique_cos: float = 0.5
-    """The far end of a side fades when it is seen at more than 60 degrees from its normal."""
     end_std_m: float = 0.15
     """Noise of an end whose face is not seen [m]: the beams' spacing, its rounding, the edge of what hides the rest."""
     view_std_m: float = 0.2
@@ -96,15 +94,13 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
-    view = rotate(seen.center - seen.sensor, -(seen.heading + turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), named_after(turns), axis=2)
-    end = measured_end(size, near, view, cut, config)
-    misfit, slack = fit_in(tracks, seen, size, end, cut)
-    axes, exact = rotate(np.eye(2), tracks.heading[:, None]), end != 0
+    exact = size[..., ::-1] >= config.face_min_m
+    misfit, slack = fit_in(tracks, seen, size, near, exact)
+    axes = rotate(np.eye(2), tracks.heading[:, None])
     # The piece lies anywhere within +- slack; where that contradicts no model, it says nothing of any.
     silent = ~exact & np.all(misfit == 0, axis=2)
-    faceless = size[..., ::-1] < config.face_min_m
-    end_variance = slack**2 / 3 + np.where(faceless, config.end_std_m**2, 0.0)
+    end_variance = np.where(exact, 0.0, slack**2 / 3 + config.end_std_m**2)
     return Pairing(
         heading=seen.heading + turns * QUARTER,
         size=size,
@@ -112,7 +108,7 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
         misfit=rotate(misfit, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + np.einsum("tki,tbk,tkj->tbij", axes, end_variance, axes),
         silence=np.einsum("tki,tbk,tkj->tbij", axes, np.where(silent, SILENT_VARIANCE_M2, 0.0), axes),
-        corner_sign=follow(tracks, seen, near, end, config),
+        corner_sign=follow(tracks, seen, near, exact, config),
         exact=exact,
     )
 
@@ -122,52 +118,32 @@ def named_after(turns: Floats) -> Ints:
     return np.asarray((np.arange(4) + turns[..., None].astype(np.int64)) % 4)
 
 
-def at_end(flags: Bools, sign: Floats) -> Bools:
-    """(..., 2) of flags (..., 4) of front, left, rear and right those on the sides of a sign (..., 2)."""
-    return np.where(sign > 0, flags[..., :2], flags[..., 2:])
-
-
-def measured_end(size: Floats, near: Floats, view: Floats, cut: Bools, config: AssociationConfig) -> Floats:
-    """(..., 2) which end of the vehicle a box shows along and across the heading: 1, -1, or 0 for neither.
-
-    The near one if the face there is seen or if nothing cuts the box off; else the far one if nothing does there, and
-    the side is not seen so obliquely that it fades. The box is looked at along `view` (..., 2), in its own frame.
-    """
-    shows_near = (size[..., ::-1] >= config.face_min_m) | ~at_end(cut, near)
-    frontal = np.abs(view[..., ::-1]) >= config.oblique_cos * np.linalg.norm(view, axis=-1, keepdims=True)
-    shows_far = frontal & ~at_end(cut, -near)
-    return np.where(shows_near, near, np.where(shows_far, -near, 0.0))
-
-
 def fit_in(
-    tracks: Predictions, seen: Observations, size: Floats, end: Floats, cut: Bools
+    tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools
 ) -> tuple[Floats, Floats]:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
-    Where an end of the vehicle is seen, the models must meet it. Where none is, what is seen is a piece of the side: a
-    model moves only as far as the piece sticks out of what is known to be there, and not where it is `cut` (T, B, 4)
-    off, for there more and more of a standing vehicle may come into view. The second value, (T, B, 2), is how much the
-    piece could slide [m].
+    Where the face at the near end of an axis is seen, that end is `exact` (T, B, 2). Where it is not, what is
+    seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
+    piece sticks out of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
     A box is held against where a model has the vehicle when the box was seen.
     """
     center = tracks.position - tracks.to_corner[:, None]
     moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
     offset = rotate(seen.center[:, None] - center[:, None] - moved, -tracks.heading[:, None, None])
-    to_end = offset + 0.5 * (end * (size - tracks.size[:, None]))[:, :, None]
+    near_end = offset + 0.5 * (near * (size - tracks.size[:, None]))[:, :, None]
     known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
     shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]
-    ahead = np.where(cut[:, :, None, :2], 0.0, np.maximum(shift + excess, 0))
-    behind = np.where(cut[:, :, None, 2:], 0.0, np.minimum(shift - excess, 0))
-    slack = np.where(end != 0, 0.0, np.maximum(-excess[:, :, 0], 0))
-    return np.where((end != 0)[:, :, None], to_end, ahead + behind), slack
+    sticks_out = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
+    slack = np.where(exact, 0.0, np.maximum(-excess[:, :, 0], 0))
+    return np.where(exact[:, :, None], near_end, sticks_out), slack
 
 
-def follow(tracks: Predictions, seen: Observations, near: Floats, end: Floats, config: AssociationConfig) -> Ints:
+def follow(tracks: Predictions, seen: Observations, near: Floats, exact: Bools, config: AssociationConfig) -> Ints:
     """(T, B, 2) the corner to follow: the nearest, but the tracked one until another is nearer by a margin.
 
     In between both are seen equally well, and a change would only cost accuracy. Nor does the track go to the
-    other end of a side that is neither seen now nor has been: nobody knows where that end is. If only the far end is
-    seen of a side of unknown length, it is followed.
+    other end of a side that is neither seen now nor has been: nobody knows where that end is.
     """
     tracked = np.broadcast_to(tracks.corner_sign[:, None], near.shape)
     center = tracks.selected - tracks.to_corner
@@ -177,9 +153,9 @@ def follow(tracks: Predictions, seen: Observations, near: Floats, end: Floats, c
         return np.asarray(np.linalg.norm(corner - seen.sensor, axis=-1))
 
     keeps = range_m(tracked) <= range_m(near) + config.corner_margin_m
-    known = (tracks.known_size >= tracks.size - config.corner_margin_m)[:, None]
-    moves = ~keeps[..., None] & ((end == near) | known)
-    return np.where((end == -near) & ~known, end, np.where(moves, near, tracked)).astype(np.int64)
+    known = tracks.known_size >= tracks.size - config.corner_margin_m
+    moves = ~keeps[..., None] & (exact | known[:, None])
+    return np.where(moves, near, tracked).astype(np.int64)
 
 
 def score(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> tuple[Floats, Bools]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tracker import boxes, ends, orientation, preprocess, rectangles, segmentation, selection, tlinkage
-from tracker.association import AssociationConfig, Pairing, Predictions, assign, measured_end, named_after, pair, score
+from tracker.association import AssociationConfig, Pairing, Predictions, assign, named_after, pair, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.ends import EndConfig
@@ -211,8 +211,6 @@ def first_sighting(seen: Observations, b: int, forward: float, config: TrackerCo
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
     cut = seen.cut[b][named_after(np.asarray(turns))]
-    end = measured_end(size, near, rotate(seen.center[b] - seen.sensor, -heading), cut, config.association)
-    corner_sign = np.where(end != 0, end, near).astype(np.int64)
     first = Sighting(
         misfit=np.zeros((len(MODELS), 2)),
         covariance=seen.covariance[b, :2, :2],
@@ -220,7 +218,7 @@ def first_sighting(seen: Observations, b: int, forward: float, config: TrackerCo
         heading_variance=float(seen.covariance[b, 2, 2]),
         size=size,
         whole=~(cut[:2] | cut[2:]),
-        exact=end != 0,
-        corner_sign=corner_sign,
+        exact=size[::-1] >= config.association.face_min_m,
+        corner_sign=near,
     )
-    return first, seen.center[b] + rotate(0.5 * corner_sign * size, heading)
+    return first, seen.corner[b]
