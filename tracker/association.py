@@ -25,6 +25,8 @@ class AssociationConfig:
     """Another corner must be nearer to the ego by this much before the track moves over to it [m]."""
     face_min_m: float = 0.6
     """A face seen this wide fixes where the vehicle ends on its side [m]."""
+    whole_share: float = 0.85
+    """A side of which this share is seen is seen as a whole; rounded corners hide the rest."""
     end_std_m: float = 0.15
     """Noise of an end whose face is not seen [m]: the beams' spacing, its rounding, the edge of what hides the rest."""
     view_std_m: float = 0.2
@@ -86,7 +88,7 @@ class Pairing:
     corner_sign: Ints
     """(T, B, 2) the corner to follow from now on."""
     exact: Bools
-    """(T, B, 2) whether the face that ends the vehicle along and across is seen."""
+    """(T, B, 2) whether the near end along and across that heading is where the vehicle ends."""
 
 
 def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
@@ -95,12 +97,13 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), named_after(turns), axis=2)
-    exact = size[..., ::-1] >= config.face_min_m
+    exact = shows_end(size, near, cut, tracks.size[:, None], config)
     misfit, slack = fit_in(tracks, seen, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # The piece lies anywhere within +- slack; where that contradicts no model, it says nothing of any.
     silent = ~exact & np.all(misfit == 0, axis=2)
-    end_variance = np.where(exact, 0.0, slack**2 / 3 + config.end_std_m**2)
+    faceless = size[..., ::-1] < config.face_min_m
+    end_variance = slack**2 / 3 + np.where(faceless, config.end_std_m**2, 0.0)
     return Pairing(
         heading=seen.heading + turns * QUARTER,
         size=size,
@@ -118,13 +121,27 @@ def named_after(turns: Floats) -> Ints:
     return np.asarray((np.arange(4) + turns[..., None].astype(np.int64)) % 4)
 
 
+def at_end(flags: Bools, sign: Floats) -> Bools:
+    """(..., 2) of flags (..., 4) of front, left, rear and right those on the sides of a sign (..., 2)."""
+    return np.where(sign > 0, flags[..., :2], flags[..., 2:])
+
+
+def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: AssociationConfig) -> Bools:
+    """(..., 2) whether the near end of a box along and across the heading is where the vehicle ends.
+
+    So it is if the face there is seen. Without it, if nothing cuts the box off there, and the side is seen about as
+    long as a `whole` (..., 2) one, or is cut off at its other end, which explains that it is not.
+    """
+    long = size >= config.whole_share * whole
+    return (size[..., ::-1] >= config.face_min_m) | (~at_end(cut, near) & (long | at_end(cut, -near)))
+
+
 def fit_in(
     tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools
 ) -> tuple[Floats, Floats]:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
-    Where the face at the near end of an axis is seen, that end is `exact` (T, B, 2). Where it is not, what is
-    seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
+    Where the near end of an axis is the vehicle's, it is `exact` (T, B, 2). Where it is not, what is seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
     piece sticks out of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
     A box is held against where a model has the vehicle when the box was seen.
     """

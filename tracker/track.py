@@ -82,7 +82,7 @@ class Sighting:
     size: Floats
     """(2,) seen extent along and across the heading [m]."""
     exact: Bools
-    """(2,) whether the face that ends the vehicle along and across is seen."""
+    """(2,) whether the near end along and across is where the vehicle ends."""
     whole: Bools
     """(2,) whether what is seen along and across is cut off at neither end."""
     corner_sign: Ints

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import boxes, ends, orientation, preprocess, rectangles, segmentation, selection, tlinkage
-from tracker.association import AssociationConfig, Pairing, Predictions, assign, named_after, pair, score
+from tracker import boxes, ends, extent, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker.association import AssociationConfig, Pairing, Predictions, assign, named_after, pair, score, shows_end
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.ends import EndConfig
@@ -218,7 +218,7 @@ def first_sighting(seen: Observations, b: int, forward: float, config: TrackerCo
         heading_variance=float(seen.covariance[b, 2, 2]),
         size=size,
         whole=~(cut[:2] | cut[2:]),
-        exact=size[::-1] >= config.association.face_min_m,
+        exact=shows_end(size, near, cut, extent.complete(size, config.extent.car, config.extent), config.association),
         corner_sign=near,
     )
     return first, seen.corner[b]
