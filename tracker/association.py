@@ -1,6 +1,7 @@
 """Which box is which track: Hungarian assignment (4) inside the gate (5)."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -17,6 +18,8 @@ SILENT_VARIANCE_M2 = 100.0
 class AssociationConfig:
     """Data association."""
 
+    method: Literal["hungarian", "greedy"] = "hungarian"
+    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of what is left."""
     gate_chi2: float = 13.8
     """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees."""
     gate_probability_min: float = 0.1
@@ -31,6 +34,13 @@ class AssociationConfig:
     """Noise of an end whose face is not seen [m]: the beams' spacing, its rounding, the edge of what hides the rest."""
     view_std_m: float = 0.2
     """How far another view may move the end of a vehicle, from its bumper to its hood, say [m]: for the gate only."""
+
+    heading_std_rad: float = 0.1
+    """How far a fit's heading may be off beside its covariance, by taking a rounded corner for a side [rad]."""
+    growth_std_m: float = 1.0
+    """How much longer than thought a vehicle may turn out [m]."""
+    oddity_max: float = 9.0
+    """Heading and size cost no more than this each, as three standard deviations: a bad fit is still where it is."""
 
     def __post_init__(self) -> None:
         if self.gate_chi2 <= 0 or self.corner_margin_m < 0:
@@ -51,6 +61,8 @@ class Predictions:
     """(T, M) of each model."""
     heading: Floats
     """(T,)."""
+    heading_variance: Floats
+    """(T,) [rad^2]."""
     size: Floats
     """(T, 2) length, width, unseen sides from priors [m]."""
     known_size: Floats
@@ -89,6 +101,8 @@ class Pairing:
     """(T, B, 2) the corner to follow from now on."""
     exact: Bools
     """(T, B, 2) whether the near end along and across that heading is where the vehicle ends."""
+    oddity: Floats
+    """(T, B) what speaks against the pair beside the place, as a squared distance."""
 
 
 def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
@@ -113,7 +127,20 @@ def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> 
         silence=np.einsum("tki,tbk,tkj->tbij", axes, np.where(silent, SILENT_VARIANCE_M2, 0.0), axes),
         corner_sign=follow(tracks, seen, near, exact, config),
         exact=exact,
+        oddity=oddity(tracks, seen, size, turns, config),
     )
+
+
+def oddity(tracks: Predictions, seen: Observations, size: Floats, turns: Floats, config: AssociationConfig) -> Floats:
+    """(T, B) squared distances of heading, and of what is seen beyond the vehicle's size, each up to a limit.
+
+    That less is seen than there is says nothing.
+    """
+    turn = seen.heading + turns * QUARTER - tracks.heading[:, None]
+    variance = tracks.heading_variance[:, None] + seen.covariance[:, 2, 2] + config.heading_std_rad**2
+    excess = np.maximum(size - tracks.size[:, None], 0.0) / config.growth_std_m
+    limit = config.oddity_max
+    return np.minimum(turn**2 / variance, limit) + np.minimum(np.sum(excess**2, axis=2), limit)
 
 
 def named_after(turns: Floats) -> Ints:
@@ -141,8 +168,9 @@ def fit_in(
 ) -> tuple[Floats, Floats]:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
-    Where the near end of an axis is the vehicle's, it is `exact` (T, B, 2). Where it is not, what is seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
-    piece sticks out of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
+    Where the near end of an axis is the vehicle's, it is `exact` (T, B, 2). Where it is not, what is seen may be a
+    piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the piece sticks out
+    of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
     A box is held against where a model has the vehicle when the box was seen.
     """
     center = tracks.position - tracks.to_corner[:, None]
@@ -179,7 +207,8 @@ def score(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> t
     """(T, B) cost of each pair, and (T, B) whether the box is inside the gate of any model that may be true.
 
     The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
-    a vague track does not win against a sure one, nor an unlikely model against a likely one.
+    a vague track does not win against a sure one, nor an unlikely model against a likely one. A box that is turned, or
+    longer than the vehicle, costs more, so that of two boxes at one place the right one is taken; the gate is (5).
     """
     view = config.view_std_m**2 * np.eye(2)
     spread = tracks.covariance[:, None] + pairing.covariance[:, :, None] + view  # B = H P H' + R
@@ -187,15 +216,28 @@ def score(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> t
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     likely = tracks.probability[:, None] >= config.gate_probability_min
     inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
-    return -2 * np.logaddexp.reduce(log_likelihood, axis=2), inside
+    return pairing.oddity - 2 * np.logaddexp.reduce(log_likelihood, axis=2), inside
 
 
-def assign(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
-    """Pairs (track, box) of least total cost among the admissible ones, as many as possible, equation (4)."""
+def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[tuple[int, int]]:
+    """Pairs (track, box) among the admissible ones: as many as possible of least total cost (4), or greedily."""
     if not admissible.any():
         return []
+    if method == "greedy":
+        return assign_greedily(cost, admissible)
     low = cost[admissible].min()
     # A forbidden pair costs more than all admissible ones together: the optimum never trades one away for it.
     forbidden = (cost[admissible] - low).sum() + 1.0
     rows, columns = linear_sum_assignment(np.where(admissible, cost - low, forbidden))
     return [(int(t), int(b)) for t, b in zip(rows, columns, strict=True) if admissible[t, b]]
+
+
+def assign_greedily(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
+    """Nearest neighbours: the cheapest pair, then the cheapest of what is left."""
+    tracks, boxes = np.nonzero(admissible)
+    order = np.argsort(cost[tracks, boxes], kind="stable")
+    pairs: dict[int, int] = {}
+    for t, b in zip(tracks[order].tolist(), boxes[order].tolist(), strict=True):
+        if t not in pairs and b not in pairs.values():
+            pairs[t] = b
+    return sorted(pairs.items())

@@ -30,11 +30,11 @@ class FilterConfig:
     drift_density_m2ps: float = 4e-4
     """Stationary model: the seen corner of a standing vehicle wanders by some 2 cm in a second, as the view of its
     rounded end changes [m^2/s]."""
-    acceleration_std_mps2: float = 0.15
-    """Constant velocity model: three standard deviations are the limit of the mode, 0.4 to 0.6 [m/s^2]. What a driver
-    who keeps the speed does without noticing ..."""
+    acceleration_std_mps2: float = 0.1
+    """Constant velocity model: what a driver who keeps the speed does without noticing, a fifth of the mode's limit of
+    0.4 to 0.6 [m/s^2] ..."""
     acceleration_time_s: float = 1.0
-    """... lasts this long [s]: 2 x 0.15^2 x 1 = 0.045 m^2/s^3."""
+    """... which lasts this long [s]: 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
     jerk_std_mps3: float = 1.0
     """Constant acceleration model: ordinary driving stays below 2 to 3, two standard deviations and more [m/s^3] ..."""
     jerk_time_s: float = 0.5

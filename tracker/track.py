@@ -127,8 +127,8 @@ class Track:
         self.corner_sign = first.corner_sign
         self.hits = 1
         self.unseen_s = 0.0
-        self._heading = heading_filter(first.heading, first.heading_variance, config.filters)
         self._config = config
+        self._heading = heading_filter(first.heading, first.heading_variance, config.filters)
         self._forward = forward
         self._oriented = False
         self._votes = 0

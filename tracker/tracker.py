@@ -122,7 +122,7 @@ class Tracker:
         status = np.array([track.status for track in self._tracks])
         for turn in ROUNDS:
             free = (status == turn)[:, None] & (track_id < 0)
-            for t, b in assign(cost, in_gate & free):
+            for t, b in assign(cost, in_gate & free, self.config.association.method):
                 self._tracks[t].update(sighting(pairing, seen, t, b))
                 track_id[b] = self._tracks[t].id
         return track_id
@@ -185,6 +185,7 @@ def predict(tracks: list[Track]) -> Predictions:
         covariance=np.array([bank.covariance[:, :2, :2] for bank in filters]) + offset[:, None],
         probability=np.stack([track.bank.probability for track in tracks]),
         heading=np.array([track.heading for track in tracks]),
+        heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
         size=np.stack([track.size for track in tracks]),
         known_size=np.stack([track.known_size for track in tracks]),
         corner_sign=np.stack([track.corner_sign for track in tracks]),
