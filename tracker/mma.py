@@ -62,7 +62,8 @@ def transitions(filters: Filters, dt: float, config: MmaConfig) -> Floats:
     leaves = 0.5 * -np.expm1(-dt / config.mode_time_s)
     stops = -np.expm1(-dt / config.stopping_time_s)
     chain = np.full((len(MODELS), len(MODELS)), leaves)
-    chain[(CV, CA), STATIONARY] = stops * slow(filters, config.standing_mps)[[CV, CA]]
+    stopping = stops * slow(filters, config.standing_mps)[[CV, CA]]
+    chain[(CV, CA), STATIONARY] = np.maximum(stopping, LEAST_PROBABILITY)
     np.fill_diagonal(chain, 0.0)
     np.fill_diagonal(chain, 1.0 - chain.sum(axis=1))
     return chain

@@ -162,8 +162,9 @@ class Track:
     @property
     def offset_covariance(self) -> Floats:
         """(2, 2) of the error that lasts, odometry frame [m^2]."""
-        axes = rotate(np.eye(2), self.heading)
-        return np.asarray(axes.T @ np.diag(self._offset_variance) @ axes)
+        (along, across), cos, sin = self._offset_variance, np.cos(self.heading), np.sin(self.heading)
+        mixed = cos * sin * (along - across)
+        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
 
     @property
     def covariance(self) -> Floats:
