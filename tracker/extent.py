@@ -48,6 +48,12 @@ class ExtentConfig:
     often than longer: ten times less than `growth`, the memory settles at the long tenth of what is seen."""
     face_min_m: float = 0.6
     """A side of which less is seen may be one that is turned away [m]; corners are rounded by 0.25 to 0.4."""
+    width_min_m: float = 1.4
+    """Least width of a car, without its rounded corners [m]; motorcycles are known by their motion."""
+    width_max_m: float = 2.8
+    """No vehicle is wider [m]: a truck measures 2.55."""
+    length_min_m: float = 3.0
+    """Least length of a car, without its rounded corners [m]."""
     known_share: float = 0.8
     """A side of which this share was seen is known to be there as a whole."""
 
@@ -61,6 +67,24 @@ def remember(seen: Floats, observed: Floats, whole: Bools, config: ExtentConfig)
     shorter = whole & (observed > config.face_min_m)
     pull = np.where(observed > seen, config.growth, np.where(shorter, config.shrink, 0.0))
     return np.asarray(seen + pull * (observed - seen))
+
+
+def too_large(seen: Floats, config: ExtentConfig) -> bool:
+    """Whether more was seen of it, (2,) [m], than there is of any vehicle."""
+    return bool(seen.min() > config.width_max_m)
+
+
+def is_vehicle(observed: Floats, whole: Bools, config: ExtentConfig) -> bool:
+    """Whether sides (2,) [m], of which those that are `whole` (2,) end where they seem to, are those of a vehicle.
+
+    Pieces of walls between things that hide the rest have any length. A whole side has to be as wide or as long as a
+    car; together with more than a car's length, only a truck's width tells a truck from the corner of a house.
+    """
+    if observed.max() > config.large_length_min_m:
+        wide = (observed > config.large_width_min_m) & (observed < config.width_max_m)
+    else:
+        wide = (observed > config.width_min_m) & (observed < config.width_max_m) | (observed > config.length_min_m)
+    return bool(np.any(wide & whole))
 
 
 def classify(seen: Floats, hits: int, config: ExtentConfig) -> Usual:

@@ -14,8 +14,8 @@ from tracker.records import MODELS, Bools, Floats, Ints, Status
 
 STATIONARY = MODELS.index("stationary")
 TURNING = MODELS.index("ca")
-LEFT_MARGIN_M = 0.5
-"""Error of a middle: a vehicle that moved is clear of its old place by more [m]."""
+LEFT_MARGIN_M = 1.5
+"""Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,6 @@ class LifeConfig:
 
     confirm_hits: int = 4
     """Observations before a track is confirmed."""
-    truck_width_m: tuple[float, float] = (2.2, 2.7)
-    """What is longer than a car and not seen to be as wide as a truck or bus is believed only once it moves [m]."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -107,6 +105,7 @@ class Track:
         self._resize(size)
         self._birthplace = self._footprint
         self._left = False
+        self._sights = 0
 
     @property
     def heading(self) -> float:
@@ -195,6 +194,7 @@ class Track:
         self.unseen_s = 0.0
         self._resize(extent.remember(self.seen_size, size, whole, self._config.extent))
         self._follow(corner_sign)
+        self._sights += extent.is_vehicle(size, whole, self._config.extent)
         self._left |= self._birthplace.left_by(self._footprint)
         self._face_forward()
 
@@ -202,10 +202,10 @@ class Track:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            if self._like_a_wall:
-                self.status = Status.TENTATIVE
-            elif self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
+            if self.status is not Status.TENTATIVE or self._believed:
                 self.status = Status.CONFIRMED
+            if extent.too_large(self.seen_size, self._config.extent):
+                self.status = Status.DEAD
         elif self.status is Status.TENTATIVE:
             if self.unseen_s > life.tentative_coast_s:
                 self.status = Status.DEAD
@@ -215,14 +215,10 @@ class Track:
                 self.status = Status.DEAD if lost else Status.COASTING
 
     @property
-    def _like_a_wall(self) -> bool:
-        """Whether it is longer than a car, has not the width of a truck, and never left its place.
-
-        So look walls that come into view little by little: a bare face at first, then a corner that grows.
-        """
-        depth, length = np.sort(self.seen_size)
-        low, high = self._config.life.truck_width_m
-        return bool(length > self._config.extent.large_length_min_m and not low < depth < high and not self._left)
+    def _believed(self) -> bool:
+        """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
+        life = self._config.life
+        return self.hits >= life.confirm_hits and (self._left or self._sights >= life.confirm_hits)
 
     @property
     def _footprint(self) -> Footprint:
