@@ -105,7 +105,8 @@ class Track:
         self._resize(size)
         self._birthplace = self._footprint
         self._left = False
-        self._sights = 0
+        self._sights = [0, 0]
+        """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
 
     @property
     def heading(self) -> float:
@@ -194,7 +195,7 @@ class Track:
         self.unseen_s = 0.0
         self._resize(extent.remember(self.seen_size, size, whole, self._config.extent))
         self._follow(corner_sign)
-        self._sights += extent.is_vehicle(size, whole, self._config.extent)
+        self._sights[self._long] += extent.is_vehicle(size, whole, self._config.extent)
         self._left |= self._birthplace.left_by(self._footprint)
         self._face_forward()
 
@@ -202,8 +203,7 @@ class Track:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            if self.status is not Status.TENTATIVE or self._believed:
-                self.status = Status.CONFIRMED
+            self.status = Status.CONFIRMED if self._believed else Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
         elif self.status is Status.TENTATIVE:
@@ -217,8 +217,13 @@ class Track:
     @property
     def _believed(self) -> bool:
         """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
-        life = self._config.life
-        return self.hits >= life.confirm_hits and (self._left or self._sights >= life.confirm_hits)
+        least = self._config.life.confirm_hits
+        return self.hits >= least and (self._left or self._sights[self._long] >= least)
+
+    @property
+    def _long(self) -> int:
+        """Whether it is longer than a car."""
+        return int(self.seen_size.max() > self._config.extent.large_length_min_m)
 
     @property
     def _footprint(self) -> Footprint:
