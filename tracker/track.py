@@ -102,6 +102,8 @@ class Track:
         self._voted = 0
         self._votes = 0
         self._heading_rejections = 0
+        self._whole_sights = np.zeros(2, dtype=np.int64)
+        """(2,) how often length and width were seen from end to end."""
         self._resize(size)
         self._birthplace = self._footprint
         self._left = False
@@ -193,7 +195,9 @@ class Track:
         self._update_heading(heading, heading_variance)
         self.hits += 1
         self.unseen_s = 0.0
-        self._resize(extent.remember(self.seen_size, size, whole, self._config.extent))
+        longer = extent.remember(self.seen_size, size, whole, self._whole_sights, self._config.extent)
+        self._whole_sights += extent.seen_whole(size, whole, self._config.extent)
+        self._resize(longer)
         self._follow(corner_sign)
         self._sights[self._long] += extent.is_vehicle(size, whole, self._config.extent)
         self._left |= self._birthplace.left_by(self._footprint)
@@ -235,7 +239,7 @@ class Track:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
         self.seen_size = seen_size
         usual = extent.classify(seen_size, self.hits, self._config.extent)
-        self.size = extent.complete(seen_size, usual, self._config.extent)
+        self.size = extent.complete(seen_size, self._whole_sights, usual, self._config.extent)
         """(2,) length and width [m], unseen sides from priors."""
 
     def _follow(self, corner_sign: Ints) -> None:
@@ -275,5 +279,6 @@ class Track:
         if quarters:
             self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
             self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
+            self._whole_sights = self._whole_sights[:: -1 if quarters % 2 else 1].copy()
             self._resize(orientation.turn_size(self.seen_size, quarters))
             self._votes = 0
