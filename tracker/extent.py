@@ -81,14 +81,14 @@ def too_large(seen: Floats, config: ExtentConfig) -> bool:
     return bool(seen.min() > config.width_max_m)
 
 
-def is_vehicle(observed: Floats, whole: Bools, config: ExtentConfig) -> bool:
+def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> bool:
     """Whether sides (2,) [m], of which those that are `whole` (2,) end where they seem to, are those of a vehicle.
 
     Pieces of walls between things that hide the rest have any length. A whole side has to be as wide or as long as a
-    car, or two sides have to meet that are no longer than a car's. Together with more than a car's length, only a
-    truck's width tells a truck from the corner of a house.
+    car, or two sides have to meet that are no longer than a car's. Where more than a car's length was ever seen,
+    `largest` (2,), only a truck's width tells a truck from the corner of a house.
     """
-    if observed.max() > config.large_length_min_m:
+    if largest.max() > config.large_length_min_m:
         return bool(np.any(whole & (observed > config.large_width_min_m) & (observed < config.width_max_m)))
     if observed.min() > config.face_min_m:
         return bool(observed.min() < config.width_max_m)

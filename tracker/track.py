@@ -169,6 +169,7 @@ class Track:
         heading: float,
         size: Floats,
         whole: Bools,
+        flat: bool,
         covariance: Floats,
         heading_variance: float,
         corner_sign: Ints,
@@ -185,6 +186,8 @@ class Track:
             (2,) seen extent along and across the heading [m].
         whole
             (2,) whether that is cut off at neither end.
+        flat
+            Whether it misses a side that a vehicle would show.
         corner_sign
             (2,) the corner to track from now on.
         """
@@ -199,8 +202,9 @@ class Track:
         self._whole_sights += extent.seen_whole(size, whole, self._config.extent)
         self._resize(longer)
         self._follow(corner_sign)
-        self._sights[self._long] += extent.is_vehicle(size, whole, self._config.extent)
-        self._left |= self._birthplace.left_by(self._footprint)
+        largest = np.maximum(self.seen_size, size)
+        self._sights[self._long] += extent.is_vehicle(size, whole, largest, self._config.extent) - flat
+        self._left |= bool(whole.any()) and self._birthplace.left_by(self._footprint)
         self._face_forward()
 
     def settle(self) -> None:

@@ -204,6 +204,7 @@ def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -
         heading=float(pairing.heading[t, b]),
         size=pairing.size[t, b],
         whole=pairing.whole[t, b],
+        flat=bool(seen.flat[b]),
         covariance=pairing.covariance[t, b] + pairing.silence[t, b],
         heading_variance=float(seen.covariance[b, 2, 2]),
         corner_sign=pairing.corner_sign[t, b],
