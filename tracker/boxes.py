@@ -29,6 +29,10 @@ class BoxConfig:
     """Spread of points about a side [m]: range noise and the layers' different biases."""
     end_std_m: float = 0.3
     """Where a side ends, when no points lie on the side next to it [m]: its rounded corner, the beams' spacing."""
+    depth_min_m: float = 0.6
+    """A side of which less is seen is not seen [m]: rounded corners take 0.25 to 0.4."""
+    end_view_min_rad: float = math.radians(20.0)
+    """An end is in plain view from this far beyond the line along it: a car's front then spans 0.6 m or more."""
     cut_margin_m: float = 0.3
     """A box is cut off at an end when it is at a point this near to it [m]: corners are rounded by 0.25 to 0.4."""
 
@@ -60,13 +64,14 @@ def build(
     center, heading, size = center[kept], heading[kept], size[kept]
     corner, sign = nearest_corner(center, heading, size)
 
-    used = np.flatnonzero(linkage.line >= 0)
+    used = np.flatnonzero(linkage.line >= 0)  # of the segments that are kept
     used = used[fits[segments.label[used]]]
     used = used[np.argsort(segments.label[used], kind="stable")]
     box = np.searchsorted(kept, segments.label[used])
     support = np.bincount(box, minlength=len(kept))
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
     from_center = rotate(points - center[box], -heading[box])
+    cut = cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -77,7 +82,8 @@ def build(
         covariance=covariance(points - corner[box], box, heading, config),
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
-        cut=cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config),
+        cut=cut,
+        flat=flat(corner, sign, heading, size, cut, config),
     )
 
 
@@ -88,6 +94,16 @@ def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) ->
         point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
         cut[box[point], axis, end] = True
     return cut
+
+
+def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
+    """(B,) whether there is but one side, where it ends in plain view, and the ego looks at that end from beyond it."""
+    to_ego = rotate(-corner, -heading)
+    faces_ego = sign * to_ego > np.hypot(*corner.T)[:, None] * math.sin(config.end_view_min_rad)
+    each = np.arange(len(size))[:, None]
+    open_end = ~cut[each, np.arange(2), (sign > 0).astype(np.int64)]
+    beside = size[:, ::-1] < config.depth_min_m
+    return np.asarray(np.any(faces_ego & open_end & beside & (size > config.depth_min_m), axis=1))
 
 
 def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:

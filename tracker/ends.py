@@ -17,9 +17,9 @@ from tracker.scan import Scan
 class EndConfig:
     """What counts as next to each other, and as nearer."""
 
-    neighbour_s: float = 0.0005
-    """Beams of one unit and layer no farther apart than this are neighbours [s]: 2.25 degrees of a sweep at 12.5 Hz,
-    four beams, of which some are lost."""
+    neighbour_s: float = 0.00025
+    """Beams of one unit and layer no farther apart than this are neighbours [s]: 1.1 degrees of a sweep at 12.5 Hz,
+    two beams, of which one may be lost."""
     nearer_m: float = 0.5
     """What hides a thing is nearer by at least this much [m]; parts of one body differ by less at its ends."""
 

@@ -13,8 +13,8 @@ from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
 from tracker.records import MODELS, Bools, Floats, Ints, Status
 
-LEFT_MARGIN_M = 0.5
-"""Error of a middle: a vehicle that moved is clear of its old place by more [m]."""
+LEFT_MARGIN_M = 1.5
+"""Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +23,6 @@ class LifeConfig:
 
     confirm_hits: int = 4
     """Observations before a track is confirmed."""
-    truck_width_m: tuple[float, float] = (2.2, 2.7)
-    """What is longer than a car and not seen to be as wide as a truck or bus is believed only once it moves [m]."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -85,6 +83,8 @@ class Sighting:
     """(2,) whether the near end along and across is where the vehicle ends."""
     whole: Bools
     """(2,) whether what is seen along and across is cut off at neither end."""
+    flat: bool
+    """Whether it misses a side that a vehicle would show."""
     corner_sign: Ints
     """(2,) the corner to track from now on."""
 
@@ -134,10 +134,14 @@ class Track:
         self._votes = 0
         self._turn_from = position
         self._heading_rejections = 0
+        self._whole_sights = np.zeros(2, dtype=np.int64)
+        """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
         self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
         self._birthplace = self._footprint
         self._left = False
+        self._sights = [0, 0]
+        """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
 
     @property
     def heading(self) -> float:
@@ -221,19 +225,22 @@ class Track:
         self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
         self.unseen_s = 0.0
-        self._resize(extent.remember(self.seen_size, seen.size, seen.whole, self._config.extent))
+        longer = extent.remember(self.seen_size, seen.size, seen.whole, self._whole_sights, self._config.extent)
+        self._whole_sights += extent.seen_whole(seen.size, seen.whole, self._config.extent)
+        self._resize(longer)
         self._follow(seen.corner_sign)
-        self._left |= self._birthplace.left_by(self._footprint)
+        largest = np.maximum(self.seen_size, seen.size)
+        self._sights[self._long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
+        self._left |= bool(seen.whole.any()) and self._birthplace.left_by(self._footprint)
         self._face_forward()
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            if self._like_a_wall:
-                self.status = Status.TENTATIVE
-            elif self.status is not Status.TENTATIVE or self.hits >= life.confirm_hits:
-                self.status = Status.CONFIRMED
+            self.status = Status.CONFIRMED if self._believed else Status.TENTATIVE
+            if extent.too_large(self.seen_size, self._config.extent):
+                self.status = Status.DEAD
         elif self.status is Status.TENTATIVE:
             if self.unseen_s > life.tentative_coast_s:
                 self.status = Status.DEAD
@@ -243,14 +250,15 @@ class Track:
                 self.status = Status.DEAD if lost else Status.COASTING
 
     @property
-    def _like_a_wall(self) -> bool:
-        """Whether it is longer than a car, has not the width of a truck, and never left its place.
+    def _believed(self) -> bool:
+        """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
+        least = self._config.life.confirm_hits
+        return self.hits >= least and (self._left or self._sights[self._long] >= least)
 
-        So look walls that come into view little by little: a bare face at first, then a corner that grows.
-        """
-        depth, length = np.sort(self.seen_size)
-        low, high = self._config.life.truck_width_m
-        return bool(length > self._config.extent.large_length_min_m and not low < depth < high and not self._left)
+    @property
+    def _long(self) -> int:
+        """Whether it is longer than a car."""
+        return int(self.seen_size.max() > self._config.extent.large_length_min_m)
 
     @property
     def _footprint(self) -> Footprint:
@@ -262,7 +270,7 @@ class Track:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
         self.seen_size = seen_size
         usual = extent.classify(seen_size, self.hits, self._config.extent)
-        self.size = extent.complete(seen_size, usual, self._config.extent)
+        self.size = extent.complete(seen_size, self._whole_sights, usual, self._config.extent)
         """(2,) length and width [m], unseen sides from priors."""
 
     @property
@@ -330,5 +338,6 @@ class Track:
         self._heading.mean[0, 0] = wrap(self.heading + quarters * QUARTER)
         self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
         self._offset_variance = orientation.turn_size(self._offset_variance, quarters)
+        self._whole_sights = self._whole_sights[:: -1 if quarters % 2 else 1].copy()
         self._resize(orientation.turn_size(self.seen_size, quarters))
         self._votes, self._turn_from = 0, self.position

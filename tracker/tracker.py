@@ -202,6 +202,7 @@ def sighting(pairing: Pairing, seen: Observations, t: int, b: int) -> Sighting:
         size=pairing.size[t, b],
         exact=pairing.exact[t, b],
         whole=pairing.whole[t, b],
+        flat=bool(seen.flat[b]),
         corner_sign=pairing.corner_sign[t, b],
     )
 
@@ -212,6 +213,7 @@ def first_sighting(seen: Observations, b: int, forward: float, config: TrackerCo
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
     cut = seen.cut[b][named_after(np.asarray(turns))]
+    usual = extent.complete(size, np.zeros(2, dtype=np.int64), config.extent.car, config.extent)
     first = Sighting(
         misfit=np.zeros((len(MODELS), 2)),
         covariance=seen.covariance[b, :2, :2],
@@ -219,7 +221,8 @@ def first_sighting(seen: Observations, b: int, forward: float, config: TrackerCo
         heading_variance=float(seen.covariance[b, 2, 2]),
         size=size,
         whole=~(cut[:2] | cut[2:]),
-        exact=shows_end(size, near, cut, extent.complete(size, config.extent.car, config.extent), config.association),
+        flat=bool(seen.flat[b]),
+        exact=shows_end(size, near, cut, usual, config.association),
         corner_sign=near,
     )
     return first, seen.corner[b]

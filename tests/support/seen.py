@@ -30,6 +30,7 @@ def observe_boxes(poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05,
         corner_sign=np.array(nearest, dtype=np.int64),
         covariance=np.tile(variance, (len(poses), 1, 1)),
         time_offset=np.full(len(poses), time_offset),
+        flat=np.zeros(len(poses), dtype=bool),
         cut=np.zeros((len(poses), 4), dtype=bool),
         sensor=np.asarray(ego, dtype=float),
     )
