@@ -163,9 +163,7 @@ def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: Ass
     return (size[..., ::-1] >= config.face_min_m) | (~at_end(cut, near) & (long | at_end(cut, -near)))
 
 
-def fit_in(
-    tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools
-) -> tuple[Floats, Floats]:
+def fit_in(tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools) -> tuple[Floats, Floats]:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
     Where the near end of an axis is the vehicle's, it is `exact` (T, B, 2). Where it is not, what is seen may be a

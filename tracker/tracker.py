@@ -89,9 +89,7 @@ class Tracker:
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(
-            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes
-        )
+        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes)
         fitted = fitted.subset(~in_shadow(fitted, config.shadow))
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
