@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from support.seen import corners, observe_boxes
 
-from tracker.association import AssociationConfig, Predictions, assign, pair, score, shows_end
+from tracker.association import AssociationConfig, assign, score
+from tracker.reading import Predictions, ReadingConfig, pair, shows_end
 
-CONFIG = AssociationConfig()
+CONFIG, READING = AssociationConfig(), ReadingConfig()
 CAR = (4.6, 1.8)
 CORNERS = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
 
@@ -32,7 +33,7 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
 
 def associate(tracks, seen):
     """Pairs (track, box) of one round."""
-    return assign(*score(tracks, pair(tracks, seen, CONFIG), CONFIG))
+    return assign(*score(tracks, pair(tracks, seen, READING), seen, CONFIG))
 
 
 def best_by_brute_force(cost, admissible):
@@ -73,7 +74,7 @@ def test_nothing_outside_the_gate_is_paired():
 def test_a_box_means_the_same_however_its_sides_are_named(quarters):
     pose = (10.0, 4.0, 0.3)
     tracks = expecting(pose, (-1, -1))
-    reading = pair(tracks, observe_boxes(pose, CAR, quarters=quarters), CONFIG)
+    reading = pair(tracks, observe_boxes(pose, CAR, quarters=quarters), READING)
     assert reading.heading[0, 0] == pytest.approx(0.3)
     assert reading.size[0, 0] == pytest.approx(CAR)
     assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
@@ -84,7 +85,7 @@ def test_another_nearest_corner_is_followed_and_measures_the_tracked_one_a_known
     """The car has passed: its front left is tracked, its rear left is now far nearer."""
     pose = (6.0, -3.0, 0.0)
     tracks = expecting(pose, (1, 1))
-    reading = pair(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), CONFIG)
+    reading = pair(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), READING)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
     assert reading.misfit[0, 0, 0] == pytest.approx([0.2, -0.1])
 
@@ -104,10 +105,10 @@ def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, m
     depth = 0.1
     seen = observe_boxes((piece[0], piece[1] + 0.9 - depth / 2, 0.0), (2.0, depth))
     seen = dataclasses.replace(seen, corner_sign=np.array([(-1, 1)]))
-    reading = pair(tracks, seen, CONFIG)
+    reading = pair(tracks, seen, READING)
     assert reading.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
     along, across = np.diag(reading.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
-    assert along == pytest.approx(1.3**2 / 3 + CONFIG.end_std_m**2)  # even over +- 1.3 m
+    assert along == pytest.approx(1.3**2 / 3 + READING.end_std_m**2)  # even over +- 1.3 m
     assert across == pytest.approx(0.0)
 
 
@@ -125,7 +126,7 @@ def test_an_end_is_the_vehicle_s_if_its_face_is_seen_or_the_rest_is_explained(si
     """Seen from behind, on its right: the near corner is the rear right one."""
     flags = np.array([side in cut for side in ("front", "left", "rear", "right")])
     near = np.array([-1.0, -1.0])
-    assert tuple(shows_end(np.array(size), near, flags, np.array(CAR), CONFIG)) == shown
+    assert tuple(shows_end(np.array(size), near, flags, np.array(CAR), READING)) == shown
 
 
 def test_cut_ends_are_named_with_the_heading():
@@ -135,7 +136,7 @@ def test_cut_ends_are_named_with_the_heading():
     for quarters in range(4):
         seen = observe_boxes(pose, CAR, quarters=quarters)
         cut = np.roll([False, True, False, False], -quarters)[None]
-        reading = pair(tracks, dataclasses.replace(seen, cut=cut), CONFIG)
+        reading = pair(tracks, dataclasses.replace(seen, cut=cut), READING)
         assert reading.whole[0, 0].tolist() == [True, False]
 
 
@@ -159,7 +160,7 @@ def test_the_tracked_corner_is_kept_while_another_is_hardly_nearer():
     """Straight ahead both rear corners are equally near: the track must not hop between them."""
     pose = (12.0, 0.05, 0.0)
     tracks = expecting(pose, (-1, 1))
-    reading = pair(tracks, observe_boxes(pose, CAR), CONFIG)
+    reading = pair(tracks, observe_boxes(pose, CAR), READING)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
 
 
@@ -197,4 +198,4 @@ def test_the_leading_end_of_a_car_that_comes_out_from_behind_something_tells_its
     front = 5.0 + CAR[0] / 2
     seen = observe_boxes((front - 1.2 + 0.9, -2.15, 0.0), (1.8, 0.1))
     seen = dataclasses.replace(seen, corner_sign=np.array([(1, 1)]))
-    assert pair(tracks, seen, CONFIG).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)
+    assert pair(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)

@@ -93,7 +93,10 @@ def test_mix_keeps_mean_and_spread_of_the_whole():
 
 
 def drive(acceleration, method="mma", seed=1, noise_m=0.02):
-    """Follow a car that drives 10 m/s and has accelerations (K,) along x; errors (K,) of what is believed and of CV, models (K,)."""
+    """Follow a car that drives at 10 m/s and has accelerations (K,) along x.
+
+    Returns the errors (K,) of what is believed, those of the filter of constant velocity, and the models (K,).
+    """
     rng, config = np.random.default_rng(seed), MmaConfig(method=method)
     bank = build(np.zeros(2), R, FilterConfig(), config)
     x, speed, errors, cv_errors, models = 0.0, 10.0, [], [], []

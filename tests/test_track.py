@@ -4,15 +4,17 @@ import numpy as np
 import pytest
 from support.seen import observe_boxes
 
-from tracker.association import AssociationConfig, pair
+from tracker import orientation
 from tracker.extent import ExtentConfig, Usual
 from tracker.filters import FilterConfig, Filters, motion
 from tracker.mma import MmaConfig
 from tracker.orientation import OrientationConfig
+from tracker.reading import ReadingConfig, pair
 from tracker.records import MODELS, Status
 from tracker.report import report
+from tracker.sighting import first_sighting, sighting
 from tracker.track import CornerConfig, LifeConfig, Track, TrackConfig
-from tracker.tracker import TrackerConfig, first_sighting, predict, sighting
+from tracker.tracker import predict
 
 DT = 0.08
 CAR = np.array([4.7, 1.8])
@@ -31,7 +33,9 @@ CONFIG = TrackConfig(
 def start(pose, forward=None, size=CAR, config=CONFIG):
     """A track of a vehicle that is taken to face as the ego does, `forward`."""
     forward = pose[2] if forward is None else forward
-    first, corner = first_sighting(observe_boxes(pose, size), 0, forward, TrackerConfig())
+    seen = observe_boxes(pose, size)
+    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], forward, config.orientation)
+    first, corner = first_sighting(seen, 0, turns, CAR, ReadingConfig())
     return Track(0, corner, first, forward, config)
 
 
@@ -42,7 +46,7 @@ def follow(track, poses, rng=None, size=CAR):
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
         seen = observe_boxes(np.asarray(pose) + noise, size)
         track.predict(STEP)
-        track.update(sighting(pair(predict([track]), seen, AssociationConfig()), seen, 0, 0))
+        track.update(sighting(pair(predict([track]), seen, ReadingConfig()), seen, 0, 0))
         track.settle()
         centers.append(report([track]).center_odom[0])
     return np.array(centers)

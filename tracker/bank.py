@@ -14,8 +14,9 @@ from tracker.records import Floats
 class Bank(Protocol):
     """M filters of one vehicle that are told apart by how well they predict."""
 
-    probability: Floats
-    """(M,) equation (12)."""
+    @property
+    def probability(self) -> Floats:
+        """(M,) equation (12)."""
 
     @property
     def filters(self) -> Filters:

@@ -126,7 +126,7 @@ def motion(dt: float, config: FilterConfig) -> Motion:
     turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
     return Motion(
         dt=dt,
-        models=Step(np.kron(transition, axes), np.kron(noise, axes)),
+        models=Step(np.asarray(np.kron(transition, axes)), np.asarray(np.kron(noise, axes))),
         heading=Step(integrator(2, dt)[None], process_noise(2, dt, turning)[None]),
     )
 

@@ -11,7 +11,8 @@ from tracker.filters import bank as lone_filters
 from tracker.geometry import QUARTER, mahalanobis, rotate, wrap
 from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Bools, Floats, Ints, Status
+from tracker.records import MODELS, Floats, Ints, Status
+from tracker.sighting import Sighting
 
 LEFT_MARGIN_M = 1.5
 """Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""
@@ -63,30 +64,6 @@ class TrackConfig:
     orientation: OrientationConfig
     corner: CornerConfig
     life: LifeConfig
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Sighting:
-    """One box, read as one track."""
-
-    misfit: Floats
-    """(M, 2) from where each model predicts the tracked corner to where the box has it [m]."""
-    covariance: Floats
-    """(2, 2) of the latter [m^2], odometry frame."""
-    heading: float
-    """Near the track's own [rad]."""
-    heading_variance: float
-    """[rad^2]."""
-    size: Floats
-    """(2,) seen extent along and across the heading [m]."""
-    exact: Bools
-    """(2,) whether the near end along and across is where the vehicle ends."""
-    whole: Bools
-    """(2,) whether what is seen along and across is cut off at neither end."""
-    flat: bool
-    """Whether it misses a side that a vehicle would show."""
-    corner_sign: Ints
-    """(2,) the corner to track from now on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,27 +5,29 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tracker import boxes, ends, extent, orientation, preprocess, rectangles, segmentation, selection, tlinkage
-from tracker.association import AssociationConfig, Pairing, Predictions, assign, named_after, pair, score, shows_end
+from tracker.association import AssociationConfig, assign, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
 from tracker.ends import EndConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
-from tracker.geometry import QUARTER, inside, rotate, wrap
+from tracker.geometry import inside, rotate
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
 from tracker.preprocess import PreprocessConfig
-from tracker.records import MODELS, Bools, Floats, Ints, Status, StepTrace, Tracks
+from tracker.reading import Predictions, ReadingConfig, pair
+from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
 from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
 from tracker.segmentation import SegmentationConfig
 from tracker.selection import SelectionConfig
 from tracker.shadow import ShadowConfig, in_shadow
+from tracker.sighting import first_sighting, sighting
 from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
 from tracker.tlinkage import LinkageConfig
-from tracker.track import CornerConfig, LifeConfig, Sighting, Track, TrackConfig
+from tracker.track import CornerConfig, LifeConfig, Track, TrackConfig
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
@@ -48,6 +50,7 @@ class TrackerConfig:
     selection: SelectionConfig = field(default_factory=SelectionConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
     shadow: ShadowConfig = field(default_factory=ShadowConfig)
+    reading: ReadingConfig = field(default_factory=ReadingConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
@@ -115,8 +118,8 @@ class Tracker:
         if not self._tracks or not len(seen):
             return track_id
         predictions = predict(self._tracks)
-        pairing = pair(predictions, seen, self.config.association)
-        cost, in_gate = score(predictions, pairing, self.config.association)
+        pairing = pair(predictions, seen, self.config.reading)
+        cost, in_gate = score(predictions, pairing, seen, self.config.association)
         status = np.array([track.status for track in self._tracks])
         for turn in ROUNDS:
             free = (status == turn)[:, None] & (track_id < 0)
@@ -139,8 +142,12 @@ class Tracker:
     def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
         """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
         taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
-        for b in np.flatnonzero((track_id < 0) & ~taken):
-            first, position = first_sighting(seen, b, forward, self.config)
+        config = self.config
+        for b in np.flatnonzero((track_id < 0) & ~taken).tolist():
+            turns = orientation.first_guess(float(seen.heading[b]), seen.size[b], forward, config.orientation)
+            seen_size = orientation.turn_size(seen.size[b], turns)
+            usual = extent.complete(seen_size, np.zeros(2, dtype=np.int64), config.extent.car, config.extent)
+            first, position = first_sighting(seen, b, turns, usual, config.reading)
             track = Track(self._born, position, first, forward, self._track_config)
             self._tracks.append(track)
             track_id[b] = self._born
@@ -188,39 +195,3 @@ def predict(tracks: list[Track]) -> Predictions:
         known_size=np.stack([track.known_size for track in tracks]),
         corner_sign=np.stack([track.corner_sign for track in tracks]),
     )
-
-
-def sighting(pairing: Pairing, seen: Observations, t: int, b: int) -> Sighting:
-    """Box `b`, read as an observation of track `t`."""
-    return Sighting(
-        misfit=pairing.misfit[t, b],
-        covariance=pairing.covariance[t, b] + pairing.silence[t, b],
-        heading=float(pairing.heading[t, b]),
-        heading_variance=float(seen.covariance[b, 2, 2]),
-        size=pairing.size[t, b],
-        exact=pairing.exact[t, b],
-        whole=pairing.whole[t, b],
-        flat=bool(seen.flat[b]),
-        corner_sign=pairing.corner_sign[t, b],
-    )
-
-
-def first_sighting(seen: Observations, b: int, forward: float, config: TrackerConfig) -> tuple[Sighting, Floats]:
-    """Box `b` as the first sighting of a new track, and the corner (2,) to follow [m]."""
-    turns = orientation.first_guess(float(seen.heading[b]), seen.size[b], forward, config.orientation)
-    heading = wrap(float(seen.heading[b]) + turns * QUARTER)
-    size, near = orientation.turn_size(seen.size[b], turns), orientation.turn_sign(seen.corner_sign[b], turns)
-    cut = seen.cut[b][named_after(np.asarray(turns))]
-    usual = extent.complete(size, np.zeros(2, dtype=np.int64), config.extent.car, config.extent)
-    first = Sighting(
-        misfit=np.zeros((len(MODELS), 2)),
-        covariance=seen.covariance[b, :2, :2],
-        heading=heading,
-        heading_variance=float(seen.covariance[b, 2, 2]),
-        size=size,
-        whole=~(cut[:2] | cut[2:]),
-        flat=bool(seen.flat[b]),
-        exact=shows_end(size, near, cut, usual, config.association),
-        corner_sign=near,
-    )
-    return first, seen.corner[b]
