@@ -33,6 +33,8 @@ class BoxConfig:
     """A side of which less is seen is not seen [m]: rounded corners take 0.25 to 0.4."""
     end_view_min_rad: float = math.radians(20.0)
     """An end is in plain view from this far beyond the line along it: a car's front then spans 0.6 m or more."""
+    unit_offset_m: float = 2.5
+    """No unit is farther from the ego's centre [m]: what this centre sees from farther beyond, all units do."""
     cut_margin_m: float = 0.3
     """A box is cut off at an end when it is at a point this near to it [m]: corners are rounded by 0.25 to 0.4."""
 
@@ -99,7 +101,8 @@ def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) ->
 def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
     """(B,) whether there is but one side, where it ends in plain view, and the ego looks at that end from beyond it."""
     to_ego = rotate(-corner, -heading)
-    faces_ego = sign * to_ego > np.hypot(*corner.T)[:, None] * math.sin(config.end_view_min_rad)
+    beyond = np.hypot(*corner.T)[:, None] * math.sin(config.end_view_min_rad)
+    faces_ego = sign * to_ego > np.maximum(beyond, config.unit_offset_m)
     each = np.arange(len(size))[:, None]
     open_end = ~cut[each, np.arange(2), (sign > 0).astype(np.int64)]
     beside = size[:, ::-1] < config.depth_min_m

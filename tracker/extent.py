@@ -50,6 +50,8 @@ class ExtentConfig:
     no harm then. Ends of few points fade: a whole side that looks shorter counts half as much."""
     face_min_m: float = 0.6
     """A side of which less is seen may be one that is turned away [m]; corners are rounded by 0.25 to 0.4."""
+    rounding_min_m: float = 0.25
+    """A face this deep turns a corner [m]: those of cars are rounded by 0.25 to 0.4."""
     width_min_m: float = 1.4
     """Least width of a car, without its rounded corners [m]; motorcycles are known by their motion."""
     width_max_m: float = 2.8
@@ -85,12 +87,12 @@ def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentCo
     """Whether sides (2,) [m], of which those that are `whole` (2,) end where they seem to, are those of a vehicle.
 
     Pieces of walls between things that hide the rest have any length. A whole side has to be as wide or as long as a
-    car, or two sides have to meet that are no longer than a car's. Where more than a car's length was ever seen,
+    car, or a side has to turn a corner and be no longer than a car's; a wall is flat within 0.15. Where more than a car's length was ever seen,
     `largest` (2,), only a truck's width tells a truck from the corner of a house.
     """
     if largest.max() > config.large_length_min_m:
         return bool(np.any(whole & (observed > config.large_width_min_m) & (observed < config.width_max_m)))
-    if observed.min() > config.face_min_m:
+    if observed.min() > config.rounding_min_m and observed.max() > config.width_min_m:
         return bool(observed.min() < config.width_max_m)
     wide = (observed > config.width_min_m) & (observed < config.width_max_m)
     return bool(np.any(whole & (wide | (observed > config.length_min_m))))

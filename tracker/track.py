@@ -208,14 +208,19 @@ class Track:
         self._follow(seen.corner_sign)
         largest = np.maximum(self.seen_size, seen.size)
         self._sights[self._long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
-        self._left |= bool(seen.whole.any()) and self._birthplace.left_by(self._footprint)
+        # A bare face that is cut off slides along itself as what hides it moves.
+        fixed = seen.whole.any() or self.seen_size.min() > self._config.extent.face_min_m
+        self._left |= bool(fixed) and self._birthplace.left_by(self._footprint)
         self._face_forward()
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
         life = self._config.life
         if self.seen:
-            self.status = Status.CONFIRMED if self._believed else Status.TENTATIVE
+            if self._believed:
+                self.status = Status.CONFIRMED
+            elif self._long:
+                self.status = Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
         elif self.status is Status.TENTATIVE:
