@@ -108,7 +108,7 @@ def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, m
     reading = pair(tracks, seen, READING)
     assert reading.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
     along, across = np.diag(reading.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
-    assert along == pytest.approx(1.3**2 / 3 + READING.end_std_m**2)  # even over +- 1.3 m
+    assert along == pytest.approx(READING.end_std_m**2)
     assert across == pytest.approx(0.0)
 
 

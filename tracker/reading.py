@@ -93,12 +93,12 @@ def pair(tracks: Predictions, seen: Observations, config: ReadingConfig) -> Pair
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), named_after(turns), axis=2)
     exact = shows_end(size, near, cut, tracks.size[:, None], config)
-    misfit, slack = fit_in(tracks, seen, size, near, exact)
+    misfit = fit_in(tracks, seen, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
-    # The piece lies anywhere within +- slack; where that contradicts no model, it says nothing of any.
+    # A piece may lie anywhere on its side: where that contradicts no model, it says nothing of any.
     silent = ~exact & np.all(misfit == 0, axis=2)
     faceless = size[..., ::-1] < config.face_min_m
-    end_variance = slack**2 / 3 + np.where(faceless, config.end_std_m**2, 0.0)
+    end_variance = np.where(faceless, config.end_std_m**2, 0.0)
     return Pairing(
         heading=seen.heading + turns * QUARTER,
         size=size,
@@ -131,12 +131,12 @@ def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: Rea
     return (size[..., ::-1] >= config.face_min_m) | (~at_end(cut, near) & (long | at_end(cut, -near)))
 
 
-def fit_in(tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools) -> tuple[Floats, Floats]:
+def fit_in(tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools) -> Floats:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
     Where the near end of an axis is the vehicle's, it is `exact` (T, B, 2). Where it is not, what is seen may be a
     piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the piece sticks out
-    of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
+    of what is known to be there.
     A box is held against where a model has the vehicle when the box was seen.
     """
     center = tracks.position - tracks.to_corner[:, None]
@@ -146,8 +146,7 @@ def fit_in(tracks: Predictions, seen: Observations, size: Floats, near: Floats, 
     known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
     shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]
     sticks_out = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
-    slack = np.where(exact, 0.0, np.maximum(-excess[:, :, 0], 0))
-    return np.where(exact[:, :, None], near_end, sticks_out), slack
+    return np.where(exact[:, :, None], near_end, sticks_out)
 
 
 def follow(tracks: Predictions, seen: Observations, near: Floats, exact: Bools, config: ReadingConfig) -> Ints:

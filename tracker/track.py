@@ -46,7 +46,7 @@ class CornerConfig:
     kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
     """
 
-    seen_std_m: float = 0.04
+    seen_std_m: float = 0.05
     """An end whose face is seen [m]: rounded corners, sides that are no planes, the units' calibration."""
     known_std_m: float = 0.15
     """An end that is a known side length away from one that is seen [m]."""
@@ -119,6 +119,7 @@ class Track:
         self._left = False
         self._sights = [0, 0]
         """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
+        self._believe(first)
 
     @property
     def heading(self) -> float:
@@ -206,8 +207,7 @@ class Track:
         self._whole_sights += extent.seen_whole(seen.size, seen.whole, self._config.extent)
         self._resize(longer)
         self._follow(seen.corner_sign)
-        largest = np.maximum(self.seen_size, seen.size)
-        self._sights[self._long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
+        self._believe(seen)
         # A bare face that is cut off slides along itself as what hides it moves.
         fixed = seen.whole.any() or self.seen_size.min() > self._config.extent.face_min_m
         self._left |= bool(fixed) and self._birthplace.left_by(self._footprint)
@@ -236,6 +236,11 @@ class Track:
         """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
         least = self._config.life.confirm_hits
         return self.hits >= least and (self._left or self._sights[self._long] >= least)
+
+    def _believe(self, seen: Sighting) -> None:
+        """Count an observation for or against a vehicle."""
+        largest = np.maximum(self.seen_size, seen.size)
+        self._sights[self._long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
 
     @property
     def _long(self) -> int:
