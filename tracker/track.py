@@ -60,17 +60,17 @@ class Footprint:
     size: Floats
     """(2,) extent of what was seen along and across the heading [m]."""
 
-    def left_by(self, other: "Footprint") -> bool:
-        """Whether what is seen now has nothing in common with this place.
+    def clear_of(self, other: "Footprint") -> Bools:
+        """(2,) whether the two have nothing in common along and across this one's heading.
 
-        The speed of a filter does not tell: of a wall more and more comes into view, and its middle moves as a
-        vehicle's would, but it never leaves the place where it was first seen.
+        The speed of a filter does not tell whether a thing moved: of a wall more and more comes into view, and its
+        middle moves as a vehicle's would, but it never leaves the place where it was first seen.
         """
-        away = np.abs(rotate(other.center - self.center, -self.heading))
-        turn = abs(other.heading - self.heading)
+        away = np.abs(rotate(self.center - other.center, -self.heading))
+        turn = other.heading - self.heading
         cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
         reach = np.array([[cos, sin], [sin, cos]]) @ other.size
-        return bool(np.any(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M))
+        return np.asarray(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M)
 
 
 class Track:
@@ -204,9 +204,9 @@ class Track:
         self._follow(corner_sign)
         largest = np.maximum(self.seen_size, size)
         self._sights[self._long] += extent.is_vehicle(size, whole, largest, self._config.extent) - flat
-        # A bare face that is cut off slides along itself as what hides it moves.
-        fixed = whole.any() or self.seen_size.min() > self._config.extent.face_min_m
-        self._left |= bool(fixed) and self._birthplace.left_by(self._footprint)
+        # A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.
+        fixed = whole | (size[::-1] > self._config.extent.face_min_m)
+        self._left |= bool(np.any(fixed & self._footprint.clear_of(self._birthplace)))
         self._face_forward()
 
     def settle(self) -> None:
