@@ -84,9 +84,11 @@ class Track:
         size: Floats,
         corner_sign: Ints,
         covariance: Floats,
+        sight: bool,
         forward: float,
         config: TrackConfig,
     ) -> None:
+        """Start on one observation; `sight` tells whether it showed sides of a vehicle."""
         self.id = track_id
         self.status = Status.TENTATIVE
         self.bank = Bank(position, heading, covariance, config.filters)
@@ -107,7 +109,7 @@ class Track:
         self._resize(size)
         self._birthplace = self._footprint
         self._left = False
-        self._sights = [0, 0]
+        self._sights = [int(sight), 0]
         """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
 
     @property

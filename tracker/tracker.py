@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import boxes, ends, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker import boxes, ends, extent, orientation, preprocess, rectangles, segmentation, selection, tlinkage
 from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
@@ -87,9 +87,7 @@ class Tracker:
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        fitted = boxes.build(
-            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes
-        )
+        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes)
         fitted = fitted.subset(~in_shadow(fitted, config.shadow))
 
         seen = observe(fitted, scan.ego_pose_odom, config.filters)
@@ -149,6 +147,7 @@ class Tracker:
                 size=orientation.turn_size(size, turns),
                 corner_sign=orientation.turn_sign(seen.corner_sign[b], turns),
                 covariance=seen.covariance[b],
+                sight=extent.is_vehicle(size, seen.whole[b], size, self.config.extent),
                 forward=forward,
                 config=self._track_config,
             )
