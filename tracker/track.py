@@ -107,7 +107,7 @@ class Track:
         self._whole_sights = np.zeros(2, dtype=np.int64)
         """(2,) how often length and width were seen from end to end."""
         self._resize(size)
-        self._birthplace = self._footprint
+        self._birthplace = self.footprint
         self._left = False
         self._sights = [int(sight), 0]
         """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
@@ -205,11 +205,20 @@ class Track:
         self._resize(longer)
         self._follow(corner_sign)
         largest = np.maximum(self.seen_size, size)
-        self._sights[self._long] += extent.is_vehicle(size, whole, largest, self._config.extent) - flat
+        self._sights[self.long] += extent.is_vehicle(size, whole, largest, self._config.extent) - flat
         # A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.
         fixed = whole | (size[::-1] > self._config.extent.face_min_m)
-        self._left |= bool(np.any(fixed & self._footprint.clear_of(self._birthplace)))
+        self._left |= bool(np.any(fixed & self.footprint.clear_of(self._birthplace)))
         self._face_forward()
+
+    def absorb(self, low: Floats, high: Floats) -> None:
+        """Take over all within a box that holds this one: its low and high corner (2,) from the middle of what was
+        seen of this track, along and across the heading [m].
+        """
+        corner = np.where(self.corner_sign > 0, high, low)
+        own = 0.5 * self.corner_sign * self.seen_size
+        self.bank.shift(rotate(corner - own, self.heading))
+        self._resize(high - low)
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
@@ -217,7 +226,7 @@ class Track:
         if self.seen:
             if self._believed:
                 self.status = Status.CONFIRMED
-            elif self._long:
+            elif self.long:
                 self.status = Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
@@ -233,15 +242,15 @@ class Track:
     def _believed(self) -> bool:
         """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
         least = self._config.life.confirm_hits
-        return self.hits >= least and (self._left or self._sights[self._long] >= least)
+        return self.hits >= least and (self._left or self._sights[self.long] >= least)
 
     @property
-    def _long(self) -> int:
+    def long(self) -> int:
         """Whether it is longer than a car."""
         return int(self.seen_size.max() > self._config.extent.large_length_min_m)
 
     @property
-    def _footprint(self) -> Footprint:
+    def footprint(self) -> Footprint:
         """Where it is, as far as it has been seen, from the tracked corner on."""
         middle = self.position - rotate(0.5 * self.corner_sign * self.seen_size, self.heading)
         return Footprint(middle, self.heading, self.seen_size)
