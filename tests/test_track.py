@@ -113,14 +113,15 @@ def test_life_from_tentative_to_dead():
     ("size", "speed", "status"),
     [
         ((12.0, 0.2), 0.0, Status.TENTATIVE),  # may be a wall
-        ((12.0, 0.2), 8.0, Status.CONFIRMED),  # walls do not drive
+        ((12.0, 0.2), 8.0, Status.CONFIRMED),  # it left its place, which walls do not
+        ((12.0, 0.2), 3.0, Status.TENTATIVE),  # it did not: more of a wall may have come into view
         ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls have no ends of a bus
         ((4.5, 0.2), 0.0, Status.CONFIRMED),
     ],
 )
 def test_a_long_face_alone_is_believed_once_it_moves(size, speed, status):
     track = start((20.0, 6.0, 0.0), size=np.array(size))
-    follow(track, straight((20.0, 6.0, 0.0), speed, 15), size=np.array(size))
+    follow(track, straight((20.0, 6.0, 0.0), speed, 25), size=np.array(size))
     assert track.status is status
 
 

@@ -115,6 +115,19 @@ def test_a_wall_and_what_is_left_of_it_behind_traffic_are_no_vehicles():
     assert len(followed) <= 2
 
 
+def test_the_corner_of_a_house_that_comes_into_view_is_no_vehicle():
+    """The ego drives along a street of houses; at each gap more and more of the next one's corner is seen."""
+    houses = [
+        ScriptedObstacle(corners_m=[(x, 9.0), (x + 14.0, 9.0), (x + 14.0, 30.0), (x, 30.0)], height_m=8.0)
+        for x in (-20.0, 2.0, 24.0, 46.0)
+    ]
+    tracker, frames_with_any = Tracker(), 0
+    for _, scan in drive(60, ego_mps=8.0, obstacles=houses):
+        tracks, _ = tracker.step(scan)
+        frames_with_any += len(confirmed(tracks)) > 0
+    assert frames_with_any <= 6
+
+
 def test_same_scans_same_tracks():
     scans = [scan for _, scan in drive(15, ego_mps=10.0, actors=[car(15.0, 0.0, 12.0), car(20.0, 3.5, 9.0)])]
     runs = []
@@ -146,7 +159,7 @@ def test_odd_scans_end_in_finite_tracks(points):
 
 
 def test_a_gap_in_time_ends_tracks_and_the_next_scan_starts_anew():
-    side = np.stack([np.linspace(5, 9, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)
+    side = np.stack([np.linspace(-2, 2, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)
     tracker = Tracker()
     for k in range(6):
         before, _ = tracker.step(scan_of(side, time=0.08 * k))

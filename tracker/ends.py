@@ -34,7 +34,10 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, config: EndConfig) -> B
     That is the first and the last return of a layer, too: there its field of view may end. `scan` is as it came:
     points that were moved have lost their times, and points without times have no neighbours.
     """
+    cut = np.zeros(len(scan), dtype=np.bool_)
     first = np.flatnonzero(keep & (scan.echo == 0))
+    if not scan.time_offset[first].any():
+        return cut
     order = first[np.lexsort((scan.time_offset[first], scan.layer[first], scan.unit[first]))]
     one, other = order[:-1], order[1:]
     wait = scan.time_offset[other] - scan.time_offset[one]
@@ -42,8 +45,7 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, config: EndConfig) -> B
     beside = same_layer & (wait > 0.0) & (wait <= config.neighbour_s) & (segments.label[one] != segments.label[other])
     range_m = np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
     farther = range_m[one] - range_m[other]
-    cut = np.zeros(len(scan), dtype=np.bool_)
-    cut[order[:1]] = cut[order[-1:]] = True
+    cut[order[[0, -1]]] = True
     cut[one[~same_layer]] = cut[other[~same_layer]] = True
     cut[one[beside & (farther > config.nearer_m)]] = True
     cut[other[beside & (-farther > config.nearer_m)]] = True

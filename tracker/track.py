@@ -11,7 +11,7 @@ from tracker.filters import bank as lone_filters
 from tracker.geometry import QUARTER, mahalanobis, rotate, wrap
 from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Floats, Ints, Status
+from tracker.records import MODELS, Bools, Floats, Ints, Status
 from tracker.sighting import Sighting
 
 LEFT_MARGIN_M = 1.5
@@ -77,17 +77,17 @@ class Footprint:
     size: Floats
     """(2,) extent of what was seen along and across the heading [m]."""
 
-    def left_by(self, other: "Footprint") -> bool:
-        """Whether what is seen now has nothing in common with this place.
+    def clear_of(self, other: "Footprint") -> Bools:
+        """(2,) whether the two have nothing in common along and across this one's heading.
 
-        The speed of a filter does not tell: of a wall more and more comes into view, and its middle moves as a
-        vehicle's would, but it never leaves the place where it was first seen.
+        The speed of a filter does not tell whether a thing moved: of a wall more and more comes into view, and its
+        middle moves as a vehicle's would, but it never leaves the place where it was first seen.
         """
-        away = np.abs(rotate(other.center - self.center, -self.heading))
-        turn = abs(other.heading - self.heading)
+        away = np.abs(rotate(self.center - other.center, -self.heading))
+        turn = other.heading - self.heading
         cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
         reach = np.array([[cos, sin], [sin, cos]]) @ other.size
-        return bool(np.any(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M))
+        return np.asarray(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M)
 
 
 class Track:
@@ -115,7 +115,7 @@ class Track:
         """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
         self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
-        self._birthplace = self._footprint
+        self._birthplace = self.footprint
         self._left = False
         self._sights = [0, 0]
         """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
@@ -208,10 +208,20 @@ class Track:
         self._resize(longer)
         self._follow(seen.corner_sign)
         self._believe(seen)
-        # A bare face that is cut off slides along itself as what hides it moves.
-        fixed = seen.whole.any() or self.seen_size.min() > self._config.extent.face_min_m
-        self._left |= bool(fixed) and self._birthplace.left_by(self._footprint)
+        # A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.
+        fixed = seen.whole | (seen.size[::-1] > self._config.extent.face_min_m)
+        self._left |= bool(np.any(fixed & self.footprint.clear_of(self._birthplace)))
         self._face_forward()
+
+    def absorb(self, low: Floats, high: Floats) -> None:
+        """Take over all within a box that holds this one.
+
+        Its low and high corner (2,) are given from the middle of what was seen of this track, along and across [m].
+        """
+        corner = np.where(self.corner_sign > 0, high, low)
+        own = 0.5 * self.corner_sign * self.seen_size
+        self._shift(rotate(corner - own, self.heading))
+        self._resize(high - low)
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
@@ -219,7 +229,7 @@ class Track:
         if self.seen:
             if self._believed:
                 self.status = Status.CONFIRMED
-            elif self._long:
+            elif self.long:
                 self.status = Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
@@ -235,20 +245,20 @@ class Track:
     def _believed(self) -> bool:
         """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
         least = self._config.life.confirm_hits
-        return self.hits >= least and (self._left or self._sights[self._long] >= least)
+        return self.hits >= least and (self._left or self._sights[self.long] >= least)
 
     def _believe(self, seen: Sighting) -> None:
         """Count an observation for or against a vehicle."""
         largest = np.maximum(self.seen_size, seen.size)
-        self._sights[self._long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
+        self._sights[self.long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
 
     @property
-    def _long(self) -> int:
+    def long(self) -> int:
         """Whether it is longer than a car."""
         return int(self.seen_size.max() > self._config.extent.large_length_min_m)
 
     @property
-    def _footprint(self) -> Footprint:
+    def footprint(self) -> Footprint:
         """Where it is, as far as it has been seen, from the tracked corner on."""
         middle = self.position - rotate(0.5 * self.corner_sign * self.seen_size, self.heading)
         return Footprint(middle, self.heading, self.seen_size)
@@ -270,12 +280,15 @@ class Track:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
         changes = corner_sign != self.corner_sign
         if changes.any():
-            side = rotate(0.5 * (corner_sign - self.corner_sign) * self.size, self.heading)
-            self.bank.shift(side)
-            self.alone.mean[:, :2] += side
-            self._turn_from = self._turn_from + side
+            self._shift(rotate(0.5 * (corner_sign - self.corner_sign) * self.size, self.heading))
             self._offset_variance = self._offset_variance + np.where(changes, self._end_variance, 0.0)
             self.corner_sign = corner_sign
+
+    def _shift(self, offset: Floats) -> None:
+        """Follow another point, (2,) [m] away from the tracked one."""
+        self.bank.shift(offset)
+        self.alone.mean[:, :2] += offset
+        self._turn_from = self._turn_from + offset
 
     def _update_alone(self, measured: Floats, covariance: Floats) -> None:
         """Correct the lone models by the measured corner (2,) [m] of covariance (2, 2)."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import boxes, ends, extent, orientation, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker import boxes, ends, extent, orientation, preprocess, rectangles, segmentation, selection, tlinkage, union
 from tracker.association import AssociationConfig, assign, score
 from tracker.background import Background, BackgroundConfig
 from tracker.boxes import BoxConfig
@@ -17,7 +17,7 @@ from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
 from tracker.preprocess import PreprocessConfig
 from tracker.reading import Predictions, ReadingConfig, pair
-from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
+from tracker.records import Bools, Floats, Ints, Segments, Status, StepTrace, Tracks
 from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
@@ -28,6 +28,7 @@ from tracker.sighting import first_sighting, sighting
 from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
 from tracker.tlinkage import LinkageConfig
 from tracker.track import CornerConfig, LifeConfig, Track, TrackConfig
+from tracker.union import Pieces, UnionConfig, hull, one_vehicle
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
@@ -44,6 +45,7 @@ class TrackerConfig:
     sweep: SweepConfig = field(default_factory=SweepConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    union: UnionConfig = field(default_factory=UnionConfig)
     ends: EndConfig = field(default_factory=EndConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
@@ -87,6 +89,7 @@ class Tracker:
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         segments = self._background.remove(into_odom(scan), segments)
         self._predict(scan.time)
+        segments = self._claim(scan, segments)
         scan = undo_targets(scan, segments, movers(self._tracks), config.sweep)
         cut_off = ends.cut_off(swept, keep, segments, config.ends)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
@@ -99,6 +102,7 @@ class Tracker:
         track_id = self._associate(seen)
         for track in self._tracks:
             track.settle()
+        self._unite()
         self._exclude()
         self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
         return report(self._tracks), StepTrace(segments, linkage, candidates, fitted, track_id)
@@ -127,6 +131,21 @@ class Tracker:
                 self._tracks[t].update(sighting(pairing, seen, t, b))
                 track_id[b] = self._tracks[t].id
         return track_id
+
+    def _claim(self, scan: Scan, segments: Segments) -> Segments:
+        """Put the pieces of each vehicle that is longer than a car together; cars are seen in one."""
+        long = [t for t in self._tracks if t.status is not Status.TENTATIVE and t.long]
+        return union.claim(into_odom(scan), segments, pieces(long), self.config.union) if long else segments
+
+    def _unite(self) -> None:
+        """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
+        sure = sorted((track for track in self._tracks if track.sure), key=lambda track: -track.hits)
+        for kept, a in enumerate(sure):
+            for b in sure[kept + 1 :]:
+                both = pieces([a, b])
+                if Status.DEAD not in (a.status, b.status) and one_vehicle(both, 0, 1, self.config.union):
+                    a.absorb(*hull(both, 0, 1))
+                    b.status = Status.DEAD
 
     def _exclude(self) -> None:
         """End every track whose place is taken: there is room for one vehicle, the surer, or else the older."""
@@ -166,6 +185,18 @@ def movers(tracks: list[Track]) -> Movers:
     size = np.reshape([track.size for track in tracks], (-1, 2))
     velocity = np.reshape([track.velocity for track in tracks], (-1, 2))
     return Movers(corner - rotate(0.5 * sign * size, heading), heading, size, velocity)
+
+
+def pieces(tracks: list[Track]) -> Pieces:
+    """As far as these tracks were seen."""
+    seen = [track.footprint for track in tracks]
+    return Pieces(
+        center=np.reshape([place.center for place in seen], (-1, 2)),
+        heading=np.array([place.heading for place in seen]),
+        size=np.reshape([place.size for place in seen], (-1, 2)),
+        velocity=np.reshape([track.velocity for track in tracks], (-1, 2)),
+        hits=np.array([track.hits for track in tracks]),
+    )
 
 
 def placed(tracks: list[Track]) -> tuple[Floats, Floats, Ints]:
