@@ -42,6 +42,8 @@ class Purpose(IntEnum):
     SYNC = 16
     PITCH = 17
     ROLL = 18
+    ODOMETRY = 19
+    YAW_WALK = 20
 
 
 class Draws:

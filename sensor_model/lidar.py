@@ -69,7 +69,7 @@ class Lidar:
         self._vicinity = Vicinity(walls_of(obstacles))
         self._caster = Caster(self.beams, sensor)
         self._clutter = Clutterer(noise, self.beams, self._caster, self._draws)
-        self._odometry = Odometry()
+        self._odometry = Odometry(noise.odometry, self._draws)
 
     def scan(self, frame: WorldFrame) -> tuple[Scan, ScanTruth]:
         """Sweep all units once over a frame of the world."""
@@ -115,7 +115,7 @@ class Lidar:
         quantum = beams.units.pulse_quantum.take(unit)
         return Scan(
             time=frame.time,
-            ego_pose_odom=self._odometry.pose(frame.ego.pose_world),
+            ego_pose_odom=self._odometry.pose(frame.ego.pose_world, frame.time, frame.index),
             points_ego=points.astype(np.float32),
             time_offset=self._time_offset.take(beam).astype(np.float32),
             unit=unit,

@@ -6,19 +6,53 @@ import numpy as np
 import numpy.typing as npt
 
 from sensor_model.bodies import relative_pose
+from sensor_model.draws import Draws, Purpose
+from sensor_model.noise.odometry import OdometryNoise
 
 Floats = npt.NDArray[np.float64]
 
+_RUN = 0  # in place of a frame: one draw for the run
+
 
 class Odometry:
-    """Ego pose relative to the first one seen. Exact for now: dead reckoning does not drift."""
+    """Ego pose relative to the first one seen, summed up from motions that are measured with the noise given.
 
-    def __init__(self) -> None:
+    Poses are asked for in the order of time: the error of each depends on all before.
+    """
+
+    def __init__(self, noise: OdometryNoise, draws: Draws) -> None:
+        self._noise = noise
+        self._draws = draws
+        on = float(noise.enabled)
+        scale, offset = (float(draws.normal_of(_RUN, k, 0, Purpose.ODOMETRY)[0]) for k in (0, 1))
+        self._scale = 1.0 + on * noise.speed_scale_sigma * scale
+        self._yaw_rate = on * math.radians(noise.yaw_rate_sigma_dps) * offset
         self._start_world: Floats | None = None
+        self._last: tuple[float, Floats] | None = None
+        self._pose = np.zeros(3)
 
-    def pose(self, ego_pose_world: Floats) -> Floats:
-        """Return (3,) x, y [m] and yaw in [-pi, pi] [rad] in the odometry frame."""
-        if self._start_world is None:
-            self._start_world = ego_pose_world.copy()
-        x, y, yaw = relative_pose(ego_pose_world, self._start_world)
-        return np.array([x, y, math.remainder(yaw, 2.0 * math.pi)])
+    def pose(self, ego_pose_world: Floats, time: float, frame: int) -> Floats:
+        """Return (3,) x, y [m] and yaw in [-pi, pi] [rad] in the odometry frame; `time` [s]."""
+        if not self._noise.enabled:
+            if self._start_world is None:
+                self._start_world = ego_pose_world.copy()
+            return _wrapped(relative_pose(ego_pose_world, self._start_world))
+        if self._last is not None:
+            before, then = self._last
+            self._add(relative_pose(ego_pose_world, then), time - before, frame)
+        self._last = time, ego_pose_world.copy()
+        return self._pose.copy()
+
+    def _add(self, motion: Floats, dt: float, frame: int) -> None:
+        """Add a motion (3,) in the ego's frame of before, over `dt` [s], as it is measured."""
+        walk = math.radians(self._noise.yaw_walk_sigma_deg) * math.sqrt(dt)
+        turn = motion[2] + self._yaw_rate * dt + walk * float(self._draws.normal_of(frame, 0, 0, Purpose.YAW_WALK)[0])
+        x, y, yaw = self._pose
+        dx, dy = self._scale * motion[:2]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        self._pose = _wrapped(np.array([x + cos * dx - sin * dy, y + sin * dx + cos * dy, yaw + turn]))
+
+
+def _wrapped(pose: Floats) -> Floats:
+    x, y, yaw = pose
+    return np.array([x, y, math.remainder(yaw, 2.0 * math.pi)])

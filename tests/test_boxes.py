@@ -57,6 +57,32 @@ def test_corner_of_a_car_ahead_on_the_left():
     assert built.support[0] == len(block(4.7, 1.8))
 
 
+def test_a_cut_is_at_the_end_where_the_points_are_cut_off():
+    """A side of 4 m along x from (10, 5); low and high end, axis along and across must not be mixed up."""
+    points = np.stack([np.linspace(10.0, 14.0, 41), np.full(41, 5.0)], axis=1)
+    for cut_at, ends in ((40, [False, True]), (0, [True, False]), (20, [False, False])):
+        built = fit_points(points, segments=one_segment(41), cut_off=np.arange(41) == cut_at).boxes
+        axis = int(np.argmax(built.size[0]))
+        cut = built.cut[0, axis].tolist()
+        along = np.array([np.cos(built.heading[0] + axis * np.pi / 2), np.sin(built.heading[0] + axis * np.pi / 2)])
+        assert (cut if along[0] > 0 else cut[::-1]) == ends
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "cut_at", "flat"),
+    [
+        ((10.0, 8.0), (14.0, 8.0), None, True),  # the ego is far beyond its near end, and sees no second side
+        ((10.0, 8.0), (14.0, 8.0), 0, False),  # the second side may be hidden, too
+        ((-2.0, 8.0), (2.0, 8.0), None, False),  # seen square on there is none to see
+    ],
+)
+def test_a_side_without_the_one_next_to_it_is_flat(start, end, cut_at, flat):
+    points = np.linspace(start, end, 41)
+    built = fit_points(points, segments=one_segment(41), cut_off=np.arange(41) == cut_at).boxes
+    assert built.flat.tolist() == [flat]
+    assert not fit_block(4.7, 1.8).flat.any()
+
+
 def covariance(points, corner, heading, **config):
     index = np.zeros(len(points), dtype=np.int64)
     return boxes.covariance(points - corner, index, np.array([heading]), BoxConfig(**config))[0]
@@ -155,9 +181,11 @@ def test_empty_candidates():
         Segments(np.empty(0, np.int64), 0),
         Linkage(np.empty(0, np.int64), np.empty(0)),
         nothing,
+        np.empty(0, dtype=bool),
         BoxConfig(),
     )
     assert built.covariance.shape == (0, 3, 3)
+    assert built.cut.shape == (0, 2, 2)
     assert built.corner_sign.shape == (0, 2)
 
 

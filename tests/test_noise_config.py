@@ -15,7 +15,7 @@ def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
     on = {field.name for field in fields(config) if getattr(config, field.name).enabled}
     assert on == {"range", "dropout", "mirror", "ghost", "layer_overlap", "false_alarms"}
     assert {field.name for field in fields(config)} - on == {
-        "outage", "dirt", "sun", "calibration", "attitude", "outliers", "rain", "spray",
+        "outage", "dirt", "sun", "calibration", "attitude", "odometry", "outliers", "rain", "spray",
     }  # fmt: skip
 
 
@@ -61,6 +61,8 @@ def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
         ),
         (noise.AttitudeNoise, {"roll_sigma_deg": 3.5}, r"roll_sigma_deg = 3.5: \|roll_deg\| \+ 3 sigma must be"),
         (noise.AttitudeNoise, {"fastest_hz": 0.5}, "fastest_hz = 0.5: must be above slowest_hz"),
+        (noise.OdometryNoise, {"speed_scale_sigma": 0.2}, "speed_scale_sigma = 0.2: must be from 0 to 0.1"),
+        (noise.OdometryNoise, {"yaw_walk_sigma_deg": -1.0}, "yaw_walk_sigma_deg = -1.0: must be from 0 to 2"),
         (noise.Outliers, {"rate": -0.1}, "rate = -0.1: must be from 0 to 1"),
         (noise.Outliers, {"scale_m": 0.0}, "scale_m = 0.0: must be above 0 and at most 50; use rate = 0"),
         (noise.Outliers, {"scale_m": 1e6}, "scale_m = 1000000.0: must be above 0 and at most 50"),

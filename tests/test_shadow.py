@@ -24,6 +24,8 @@ def boxes(*rectangles):
         covariance=np.tile(np.eye(3), (count, 1, 1)),
         support=np.full(count, 20),
         time_offset=np.zeros(count),
+        cut=np.zeros((count, 2, 2), dtype=np.bool_),
+        flat=np.zeros(count, dtype=np.bool_),
     )
 
 

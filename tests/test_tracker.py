@@ -97,6 +97,19 @@ def test_a_wall_and_what_is_left_of_it_behind_traffic_are_no_vehicles():
     assert len(followed) <= 2
 
 
+def test_the_corner_of_a_house_that_comes_into_view_is_no_vehicle():
+    """The ego drives along a street of houses; at each gap more and more of the next one's corner is seen."""
+    houses = [
+        ScriptedObstacle(corners_m=[(x, 9.0), (x + 14.0, 9.0), (x + 14.0, 30.0), (x, 30.0)], height_m=8.0)
+        for x in (-20.0, 2.0, 24.0, 46.0)
+    ]
+    tracker, frames_with_any = Tracker(), 0
+    for _, scan in drive(60, ego_mps=8.0, obstacles=houses):
+        tracks, _ = tracker.step(scan)
+        frames_with_any += len(confirmed(tracks)) > 0
+    assert frames_with_any <= 6
+
+
 def test_same_scans_same_tracks():
     scans = [scan for _, scan in drive(15, ego_mps=10.0, actors=[car(15.0, 0.0, 12.0), car(20.0, 3.5, 9.0)])]
     runs = []

@@ -1,168 +1,90 @@
 """Which box is which track: Hungarian assignment (4) inside the gate (5)."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from tracker.geometry import QUARTER, mahalanobis, rotate
+from tracker.geometry import mahalanobis
 from tracker.observations import Observations
-from tracker.records import Bools, Floats, Ints
-
-SILENT_VARIANCE_M2 = 100.0
-"""Of a measurement that neither corrects a filter nor tells one model from another."""
+from tracker.reading import Pairing, Predictions
+from tracker.records import Bools, Floats
 
 
 @dataclass(frozen=True, slots=True)
 class AssociationConfig:
     """Data association."""
 
+    method: Literal["hungarian", "greedy"] = "hungarian"
+    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of what is left."""
     gate_chi2: float = 13.8
     """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees."""
     gate_probability_min: float = 0.1
     """A model less likely than this opens no gate: the widest of the bank would take in everything."""
-    corner_margin_m: float = 0.5
-    """Another corner must be nearer to the ego by this much before the track moves over to it [m]."""
-    face_min_m: float = 0.6
-    """A face seen this wide fixes where the vehicle ends on its side [m]."""
+    view_std_m: float = 0.2
+    """How far another view may move the end of a vehicle, from its bumper to its hood, say [m]: for the gate only."""
+
+    heading_std_rad: float = 0.1
+    """How far a fit's heading may be off beside its covariance, by taking a rounded corner for a side [rad]."""
+    growth_std_m: float = 1.0
+    """How much longer than thought a vehicle may turn out [m]."""
+    oddity_max: float = 9.0
+    """Heading and size cost no more than this each, as three standard deviations: a bad fit is still where it is."""
 
     def __post_init__(self) -> None:
-        if self.gate_chi2 <= 0 or self.corner_margin_m < 0:
-            raise ValueError("gate_chi2 must be above 0 and corner_margin_m must not be negative")
+        if min(self.gate_chi2, self.heading_std_rad, self.growth_std_m) <= 0:
+            raise ValueError("gate_chi2, heading_std_rad and growth_std_m must be above 0")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Predictions:
-    """What T tracks expect to see by each of M models, in the odometry frame."""
-
-    position: Floats
-    """(T, M, 2) tracked corner at the scan's time [m]."""
-    velocity: Floats
-    """(T, M, 2) [m/s]."""
-    covariance: Floats
-    """(T, M, 2, 2) of the tracked corner."""
-    probability: Floats
-    """(T, M) of each model."""
-    heading: Floats
-    """(T,)."""
-    size: Floats
-    """(T, 2) length, width, unseen sides from priors [m]."""
-    known_size: Floats
-    """(T, 2) how much of both is known to be there, from the tracked corner on [m]."""
-    corner_sign: Ints
-    """(T, 2) which corner is tracked."""
-
-    @property
-    def to_corner(self) -> Floats:
-        """(T, 2) from the box centre to the tracked corner [m]."""
-        return rotate(0.5 * self.corner_sign * self.size, self.heading)
-
-    @property
-    def selected(self) -> Floats:
-        """(T, 2) tracked corner by the likeliest model [m]."""
-        return np.asarray(self.position[np.arange(len(self.heading)), self.probability.argmax(axis=1)])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Pairing:
-    """Every box read as an observation of every track, (T, B) pairs, in the odometry frame."""
-
-    heading: Floats
-    """(T, B) the box's heading, turned by quarters towards the track's."""
-    size: Floats
-    """(T, B, 2) seen extent along and across that heading [m]."""
-    misfit: Floats
-    """(T, B, M, 2) from where a model predicts the tracked corner to where the box has it [m]."""
-    covariance: Floats
-    """(T, B, 2, 2) of the box's corner [m^2]."""
-    silence: Floats
-    """(T, B, 2, 2) to be added to it where the box says nothing of the motion [m^2]."""
-    corner_sign: Ints
-    """(T, B, 2) the corner to follow from now on."""
-
-
-def pair(tracks: Predictions, seen: Observations, config: AssociationConfig) -> Pairing:
-    """Read each of B boxes as each of T tracks: the track's heading tells length from width, and front from rear."""
-    turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
-    size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
-    nearest = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
-    exact = size[..., ::-1] >= config.face_min_m
-    misfit, slack = fit_in(tracks, seen, size, nearest, exact)
-    axes = rotate(np.eye(2), tracks.heading[:, None])
-    # The piece lies anywhere within +- slack; where that contradicts no model, it says nothing of any.
-    silent = ~exact & np.all(misfit == 0, axis=2)
-    spread = np.einsum("tki,tbk,tkj->tbij", axes, slack**2 / 3, axes)
-    silence = np.einsum("tki,tbk,tkj->tbij", axes, np.where(silent, SILENT_VARIANCE_M2, 0.0), axes)
-    return Pairing(
-        heading=seen.heading + turns * QUARTER,
-        size=size,
-        misfit=rotate(misfit, tracks.heading[:, None, None]),
-        covariance=seen.covariance[:, :2, :2] + spread,
-        silence=silence,
-        corner_sign=follow(tracks, seen, nearest, exact, config),
-    )
-
-
-def fit_in(
-    tracks: Predictions, seen: Observations, size: Floats, nearest: Floats, exact: Bools
-) -> tuple[Floats, Floats]:
-    """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
-
-    Where the face at the near end of an axis is seen, that end is `exact` (T, B, 2). Where it is not, what is
-    seen may be a piece of the side, cut off by an occluder or a gap between units: a model moves only as far as the
-    piece sticks out of what is known to be there. The second value, (T, B, 2), is how much the piece could slide [m].
-    A box is held against where a model has the vehicle when the box was seen.
-    """
-    center = tracks.position - tracks.to_corner[:, None]
-    moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
-    offset = rotate(seen.center[:, None] - center[:, None] - moved, -tracks.heading[:, None, None])
-    near_end = offset + 0.5 * (nearest * (size - tracks.size[:, None]))[:, :, None]
-    known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
-    shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]
-    sticks_out = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
-    slack = np.where(exact, 0.0, np.maximum(-excess[:, :, 0], 0))
-    return np.where(exact[:, :, None], near_end, sticks_out), slack
-
-
-def follow(tracks: Predictions, seen: Observations, nearest: Floats, exact: Bools, config: AssociationConfig) -> Ints:
-    """(T, B, 2) the corner to follow: the nearest, but the tracked one until another is nearer by a margin.
-
-    In between both are seen equally well, and a change would only cost accuracy. Nor does the track go to the
-    other end of a side that is neither seen now nor has been: nobody knows where that end is.
-    """
-    tracked = np.broadcast_to(tracks.corner_sign[:, None], nearest.shape)
-    center = tracks.selected - tracks.to_corner
-
-    def range_m(sign: Floats | Ints) -> Floats:
-        corner = center[:, None] + rotate(0.5 * sign * tracks.size[:, None], tracks.heading[:, None])
-        return np.asarray(np.linalg.norm(corner - seen.sensor, axis=-1))
-
-    keeps = range_m(tracked) <= range_m(nearest) + config.corner_margin_m
-    known = tracks.known_size >= tracks.size - config.corner_margin_m
-    moves = ~keeps[..., None] & (exact | known[:, None])
-    return np.where(moves, nearest, tracked).astype(np.int64)
-
-
-def score(tracks: Predictions, pairing: Pairing, config: AssociationConfig) -> tuple[Floats, Bools]:
+def score(tracks: Predictions, pairing: Pairing, seen: Observations, config: AssociationConfig) -> tuple[Floats, Bools]:
     """(T, B) cost of each pair, and (T, B) whether the box is inside the gate of any model that may be true.
 
     The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
-    a vague track does not win against a sure one, nor an unlikely model against a likely one.
+    a vague track does not win against a sure one, nor an unlikely model against a likely one. A box that is turned, or
+    longer than the vehicle, costs more, so that of two boxes at one place the right one is taken; the gate is (5).
     """
-    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None]  # B = H P H' + R
+    view = config.view_std_m**2 * np.eye(2)
+    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None] + view  # B = H P H' + R
     squared, determinant = mahalanobis(pairing.misfit, spread)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     likely = tracks.probability[:, None] >= config.gate_probability_min
     inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
-    return -2 * np.logaddexp.reduce(log_likelihood, axis=2), inside
+    odd = oddity(tracks, pairing, seen.covariance[:, 2, 2], config)
+    return np.asarray(odd - 2 * np.logaddexp.reduce(log_likelihood, axis=2)), inside
 
 
-def assign(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
-    """Pairs (track, box) of least total cost among the admissible ones, as many as possible, equation (4)."""
+def oddity(tracks: Predictions, pairing: Pairing, heading_variance: Floats, config: AssociationConfig) -> Floats:
+    """(T, B) squared distances of heading, and of what is seen beyond the vehicle's size, each up to a limit.
+
+    The boxes' headings have variances (B,). That less is seen than there is says nothing.
+    """
+    turn = pairing.heading - tracks.heading[:, None]
+    variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
+    excess = np.maximum(pairing.size - tracks.size[:, None], 0.0) / config.growth_std_m
+    limit = config.oddity_max
+    return np.asarray(np.minimum(turn**2 / variance, limit) + np.minimum(np.sum(excess**2, axis=2), limit))
+
+
+def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[tuple[int, int]]:
+    """Pairs (track, box) among the admissible ones: as many as possible of least total cost (4), or greedily."""
     if not admissible.any():
         return []
+    if method == "greedy":
+        return assign_greedily(cost, admissible)
     low = cost[admissible].min()
     # A forbidden pair costs more than all admissible ones together: the optimum never trades one away for it.
     forbidden = (cost[admissible] - low).sum() + 1.0
     rows, columns = linear_sum_assignment(np.where(admissible, cost - low, forbidden))
     return [(int(t), int(b)) for t, b in zip(rows, columns, strict=True) if admissible[t, b]]
+
+
+def assign_greedily(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
+    """Nearest neighbours: the cheapest pair, then the cheapest of what is left."""
+    tracks, boxes = np.nonzero(admissible)
+    order = np.argsort(cost[tracks, boxes], kind="stable")
+    pairs: dict[int, int] = {}
+    for t, b in zip(tracks[order].tolist(), boxes[order].tolist(), strict=True):
+        if t not in pairs and b not in pairs.values():
+            pairs[t] = b
+    return sorted(pairs.items())

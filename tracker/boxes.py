@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker.geometry import QUARTER, rotate
-from tracker.records import Boxes, Candidates, Floats, Ints, Linkage, Segments
+from tracker.records import Bools, Boxes, Candidates, Floats, Ints, Linkage, Segments
 
 CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
 """Signs of a rectangle's corners in its own frame."""
@@ -29,6 +29,14 @@ class BoxConfig:
     """Spread of points about a side [m]: range noise and the layers' different biases."""
     end_std_m: float = 0.3
     """Where a side ends, when no points lie on the side next to it [m]: its rounded corner, the beams' spacing."""
+    depth_min_m: float = 0.6
+    """A side of which less is seen is not seen [m]: rounded corners take 0.25 to 0.4."""
+    end_view_min_rad: float = math.radians(20.0)
+    """An end is in plain view from this far beyond the line along it: a car's front then spans 0.6 m or more."""
+    unit_offset_m: float = 2.5
+    """No unit is farther from the ego's centre [m]: what this centre sees from farther beyond, all units do."""
+    cut_margin_m: float = 0.3
+    """A box is cut off at an end when it is at a point this near to it [m]: corners are rounded by 0.25 to 0.4."""
 
     def __post_init__(self) -> None:
         if min(self.noise_std_m, self.end_std_m) <= 0.0:
@@ -41,6 +49,7 @@ def build(
     segments: Segments,
     linkage: Linkage,
     candidates: Candidates,
+    cut_off: Bools,
     config: BoxConfig,
 ) -> Boxes:
     """Boxes of the segments of points (N, 2 or more columns), seen at (N,), whose best rectangle is a vehicle's.
@@ -57,12 +66,14 @@ def build(
     center, heading, size = center[kept], heading[kept], size[kept]
     corner, sign = nearest_corner(center, heading, size)
 
-    used = np.flatnonzero(linkage.line >= 0)
+    used = np.flatnonzero(linkage.line >= 0)  # of the segments that are kept
     used = used[fits[segments.label[used]]]
     used = used[np.argsort(segments.label[used], kind="stable")]
     box = np.searchsorted(kept, segments.label[used])
     support = np.bincount(box, minlength=len(kept))
-    from_corner = np.asarray(points_ego[used, :2], dtype=np.float64) - corner[box]
+    points = np.asarray(points_ego[used, :2], dtype=np.float64)
+    from_center = rotate(points - center[box], -heading[box])
+    cut = cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -70,10 +81,32 @@ def build(
         size=size,
         corner_ego=corner,
         corner_sign=sign,
-        covariance=covariance(from_corner, box, heading, config),
+        covariance=covariance(points - corner[box], box, heading, config),
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
+        cut=cut,
+        flat=flat(corner, sign, heading, size, cut, config),
     )
+
+
+def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
+    """(B, 2, 2) whether any of the points (P, 2) in their box's frame, where it was cut off, is at its low, high end."""
+    cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
+    for end, sign in enumerate((-1, 1)):
+        point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
+        cut[box[point], axis, end] = True
+    return cut
+
+
+def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
+    """(B,) whether there is but one side, where it ends in plain view, and the ego looks at that end from beyond it."""
+    to_ego = rotate(-corner, -heading)
+    beyond = np.hypot(*corner.T)[:, None] * math.sin(config.end_view_min_rad)
+    faces_ego = sign * to_ego > np.maximum(beyond, config.unit_offset_m)
+    each = np.arange(len(size))[:, None]
+    open_end = ~cut[each, np.arange(2), (sign > 0).astype(np.int64)]
+    beside = size[:, ::-1] < config.depth_min_m
+    return np.asarray(np.any(faces_ego & open_end & beside & (size > config.depth_min_m), axis=1))
 
 
 def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:

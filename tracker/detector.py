@@ -3,11 +3,12 @@
 import math
 from dataclasses import dataclass, field
 
-from tracker import boxes, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker import boxes, ends, preprocess, rectangles, segmentation, selection, tlinkage, union
 from tracker.background import Background, BackgroundConfig
 from tracker.baselines import columns
 from tracker.baselines.config import BaselineConfig
 from tracker.boxes import BoxConfig
+from tracker.ends import EndConfig
 from tracker.geometry import rotate
 from tracker.preprocess import PreprocessConfig
 from tracker.records import Detection, Floats
@@ -18,6 +19,7 @@ from tracker.selection import SelectionConfig
 from tracker.shadow import ShadowConfig, in_shadow
 from tracker.sweep import EgoMotion, Movers, SweepConfig, undo_targets
 from tracker.tlinkage import LinkageConfig
+from tracker.union import Pieces, UnionConfig
 
 CLOCK_DIGITS = 9
 """Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
@@ -31,6 +33,8 @@ class DetectorConfig:
     sweep: SweepConfig = field(default_factory=SweepConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    union: UnionConfig = field(default_factory=UnionConfig)
+    ends: EndConfig = field(default_factory=EndConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
@@ -60,11 +64,12 @@ class Detector:
                 "leave it out, or use a new tracker for another recording"
             )
 
-    def step(self, scan: Scan, movers: Movers | None = None) -> Detection:
+    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
         """Fit a box to every vehicle in a scan.
 
         `movers` are the vehicles known so far, where they should be at the scan's time: points on them are moved by
-        their motion during the sweep. Without them only the ego's own motion is made up for. Odd scans are treated as
+        their motion during the sweep. Without them only the ego's own motion is made up for. `long` are those that are
+        longer than a car, in the odometry frame: all that is seen in the box of one is one segment. Odd scans are treated as
         in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
         """
         self.check(scan)
@@ -72,16 +77,19 @@ class Detector:
         config = self.config
         keep = preprocess.keep(scan, config.preprocess)
         scan = preprocess.masked(scan)
-        scan = self._ego_motion.undo(scan)
+        swept, scan = scan, self._ego_motion.undo(scan)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
         segments = self._background.remove(into_odom(scan), segments)
+        if long is not None:
+            segments = union.claim(into_odom(scan), segments, long, config.union)
         if movers is not None:
             scan = undo_targets(scan, segments, movers, config.sweep)
+        cut_off = ends.cut_off(swept, keep, segments, config.ends)
         linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
         found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
         candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
         candidates = columns.append(scan.points_ego, segments, linkage, candidates, config.baselines)
-        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, config.boxes)
+        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes)
         return Detection(segments, linkage, candidates, fitted.subset(~in_shadow(fitted, config.shadow)))
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker.records import Floats
+from tracker.records import Bools, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,24 +41,61 @@ class ExtentConfig:
     """Wider is no car [m]."""
     length_seen_share: float = 0.75
     """A side seen at this share of the usual length is taken for the whole length."""
+    sights_min: int = 4
+    """A length seen as a whole this often is the length."""
     growth: float = 0.5
-    """Share of the difference taken over when a side is seen longer than remembered."""
-    decay: float = 0.01
-    """The same when it is seen nearly as long; keeps single long outliers from staying for good."""
-    nearly: float = 0.88
-    """A sight of this share of the remembered extent counts as nearly as long."""
+    """Share of the difference taken over when a side is seen longer than remembered, at first ..."""
+    settled: float = 0.05
+    """... and after many sights of the whole side, each of which counts the less: one merged with its neighbour does
+    no harm then. Ends of few points fade: a whole side that looks shorter counts half as much."""
+    face_min_m: float = 0.6
+    """A side of which less is seen may be one that is turned away [m]; corners are rounded by 0.25 to 0.4."""
+    rounding_min_m: float = 0.25
+    """A face this deep turns a corner [m]: those of cars are rounded by 0.25 to 0.4."""
+    width_min_m: float = 1.4
+    """Least width of a car, without its rounded corners [m]; motorcycles are known by their motion."""
+    width_max_m: float = 2.8
+    """No vehicle is wider [m]: a truck measures 2.55."""
+    length_min_m: float = 3.0
+    """Least length of a car, without its rounded corners [m]."""
     known_share: float = 0.8
     """A side of which this share was seen is known to be there as a whole."""
 
 
-def remember(seen: Floats, observed: Floats, config: ExtentConfig) -> Floats:
+def remember(seen: Floats, observed: Floats, whole: Bools, sights: Ints, config: ExtentConfig) -> Floats:
     """(2,) remembered extents along and across the heading after one more observation (2,) [m].
 
-    A vehicle is never smaller than what is seen of it, while a short sight may be an occlusion:
-    long sights pull fast, nearly full ones slowly, short ones not at all.
+    A vehicle is never smaller than what is seen of it, while it may be larger if it is not seen as a `whole` (2,):
+    then a short sight says nothing. `sights` (2,) is how often either side was seen as a whole before.
     """
-    pull = np.where(observed > seen, config.growth, np.where(observed > config.nearly * seen, config.decay, 0.0))
-    return np.asarray(seen + pull * (observed - seen))
+    gain = np.maximum(config.growth / (1 + sights), config.settled)
+    gain = np.where(observed > seen, gain, np.where(seen_whole(observed, whole, config), 0.5 * gain, 0.0))
+    return np.asarray(seen + gain * (observed - seen))
+
+
+def seen_whole(observed: Floats, whole: Bools, config: ExtentConfig) -> Bools:
+    """(2,) whether sides seen over (2,) [m] were seen as a whole: not turned away, and cut off at neither end."""
+    return np.asarray(whole & (observed > config.face_min_m))
+
+
+def too_large(seen: Floats, config: ExtentConfig) -> bool:
+    """Whether more was seen of it, (2,) [m], than there is of any vehicle."""
+    return bool(seen.min() > config.width_max_m)
+
+
+def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> bool:
+    """Whether sides (2,) [m], of which those that are `whole` (2,) end where they seem to, are those of a vehicle.
+
+    Pieces of walls between things that hide the rest have any length. A whole side has to be as wide or as long as a
+    car, or a side has to turn a corner and be no longer than a car's; a wall is flat within 0.15. Where more than a car's length was ever seen,
+    `largest` (2,), only a truck's width tells a truck from the corner of a house.
+    """
+    if largest.max() > config.large_length_min_m:
+        return bool(np.any(whole & (observed > config.large_width_min_m) & (observed < config.width_max_m)))
+    if observed.min() > config.rounding_min_m and observed.max() > config.width_min_m:
+        return bool(observed.min() < config.width_max_m)
+    wide = (observed > config.width_min_m) & (observed < config.width_max_m)
+    return bool(np.any(whole & (wide | (observed > config.length_min_m))))
 
 
 def classify(seen: Floats, hits: int, config: ExtentConfig) -> Usual:
@@ -70,9 +107,13 @@ def classify(seen: Floats, hits: int, config: ExtentConfig) -> Usual:
     return config.small if narrow and hits >= config.small_from_hits else config.car
 
 
-def complete(seen: Floats, usual: Usual, config: ExtentConfig) -> Floats:
-    """(2,) length and width [m]: what was seen, and the usual where too little was seen to tell."""
+def complete(seen: Floats, sights: Ints, usual: Usual, config: ExtentConfig) -> Floats:
+    """(2,) length and width [m]: what was seen, and the usual where too little was seen to tell.
+
+    `sights` (2,) is how often either side was seen as a whole.
+    """
     enough = seen[0] >= config.length_seen_share * usual.length_m
+    enough |= seen[0] > config.length_min_m and sights[0] >= config.sights_min
     length = seen[0] + usual.rounding_m if enough else usual.length_m
     return np.array([length, max(seen[1], usual.width_m)])
 

@@ -1,44 +1,64 @@
-"""The Kalman filters of the bank, equations (6) to (9), on filterpy.
+"""The filter bank, equations (6) to (9): Kalman filters in batches of plain arrays.
 
-All three models are one chain of integrators per axis, cut at position, velocity or acceleration, so that one
-builder serves them. Heading and yaw rate are uncoupled from position in (9): they are filtered once per track.
+All three models are one chain of integrators per axis, cut at position, velocity or acceleration. Each holds all six
+numbers x, y, vx, vy, ax, ay all the same: those that its model leaves out are nobody's estimate but a spread, which
+another model starts from when the vehicle changes its mind. So the models can pass their states on, and one pass of
+numpy serves any number of filters; filterpy is the oracle of the tests, and runs `tracker.imm`.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
-from filterpy.kalman import KalmanFilter
+from filterpy.common import Q_continuous_white_noise
 
-from tracker.geometry import mahalanobis
 from tracker.records import MODELS, Floats
+
+STATE_DIM = 6
+"""x, y, vx, vy, ax, ay [m, s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class FilterConfig:
-    """Noise of the filter bank; process noise is what each model does not know of a car's motion."""
+    """Noise of the filter bank; process noise is what each model does not know of a car's motion.
 
-    drift_std_mps: float = 0.1
-    """Stationary model: how fast the seen corner of a standing vehicle may wander [m/s]."""
-    acceleration_std_mps2: float = 1.5
-    """Constant velocity model: acceleration it does not know [m/s^2]."""
-    jerk_std_mps3: float = 6.0
-    """Constant acceleration model: jerk it does not know [m/s^3]."""
+    What a model leaves out is no white noise but lasts: an acceleration of standard deviation s that is forgotten over
+    T acts on the velocity as white noise of spectral density 2 s^2 T once it is looked at for longer than T (Singer
+    1970; Bar-Shalom, Li, Kirubarajan 2001, section 8.2). Densities do not depend on how often the vehicle is seen.
+    """
+
+    drift_density_m2ps: float = 4e-4
+    """Stationary model: the seen corner of a standing vehicle wanders by some 2 cm in a second, as the view of its
+    rounded end changes [m^2/s]."""
+    acceleration_std_mps2: float = 0.1
+    """Constant velocity model: what a driver who keeps the speed does without noticing, a fifth of the mode's limit of
+    0.4 to 0.6 [m/s^2] ..."""
+    acceleration_time_s: float = 1.0
+    """... which lasts this long [s]: 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
+    jerk_std_mps3: float = 1.0
+    """Constant acceleration model: ordinary driving stays below 2 to 3, two standard deviations and more [m/s^3] ..."""
+    jerk_time_s: float = 0.5
+    """... and a jerk lasts as long as a foot moves [s]: 2 x 1^2 x 0.5 = 1 m^2/s^5."""
     yaw_acceleration_std_radps2: float = 0.6
-    """Heading filter [rad/s^2]."""
-    position_std_floor_m: float = 0.1
-    """Corner noise that the fit cannot know: rounded corners, points between beams [m]."""
-    heading_std_floor_rad: float = 0.02
-    """Heading noise that the fit cannot know [rad]."""
+    """Heading filter: into a turn of 10 m radius at 6 m/s, that is to 0.6 rad/s, in one second [rad/s^2] ..."""
+    yaw_acceleration_time_s: float = 0.1
+    """... by a wheel whose motion is new at each scan [s]."""
+    starting_speed_std_mps: float = 0.5
+    """Speed of a vehicle that begins to move when it is first seen to do so, the limit of the mode [m/s]."""
+    manoeuvre_std_mps2: float = 1.5
+    """Acceleration of one that begins to accelerate: comfortable driving stays below 2 to 3 [m/s^2]."""
     initial_speed_std_mps: float = 8.0
-    """Speed of a vehicle before it was seen twice [m/s]."""
-    initial_acceleration_std_mps2: float = 1.5
-    """Its acceleration [m/s^2]."""
+    """Speed of a vehicle before it was seen twice: urban traffic up to 60 km/h, two standard deviations [m/s]."""
     initial_yaw_rate_std_radps: float = 0.2
     """Its yaw rate [rad/s]."""
+    position_std_floor_m: float = 0.015
+    """Corner noise from scan to scan that the fit cannot know: where the beams happen to meet the outline [m]."""
+    heading_std_floor_rad: float = 0.02
+    """Heading noise that the fit cannot know [rad]."""
 
     def __post_init__(self) -> None:
+        if min(self.drift_density_m2ps, self.acceleration_std_mps2, self.jerk_std_mps3) <= 0:
+            raise ValueError("drift_density_m2ps, acceleration_std_mps2 and jerk_std_mps3 must be above 0")
         if min(self.position_std_floor_m, self.heading_std_floor_rad) <= 0:
             raise ValueError("position_std_floor_m and heading_std_floor_rad must be above 0")
 
@@ -53,111 +73,102 @@ def integrator(order: int, dt: float) -> Floats:
     return chain
 
 
-def process_noise(order: int, dt: float, config: FilterConfig) -> Floats:
-    """(order, order) one-axis noise: the first derivative the model leaves out is white from step to step.
+def density(order: int, config: FilterConfig) -> float:
+    """Spectral density of the derivative of position that a model of this order takes for white."""
+    return (
+        config.drift_density_m2ps,
+        2 * config.acceleration_std_mps2**2 * config.acceleration_time_s,
+        2 * config.jerk_std_mps3**2 * config.jerk_time_s,
+    )[order - 1]
 
-    Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.3.
+
+def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
+    """(order, order) one-axis noise of a chain of integrators that is driven by white noise from above.
+
+    Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
     """
     if order == 1:
-        return np.array([[(config.drift_std_mps * dt) ** 2]])
-    std = config.acceleration_std_mps2 if order == 2 else config.jerk_std_mps3 * dt
-    return np.asarray(Q_discrete_white_noise(dim=order, dt=dt, var=std**2))
+        return np.array([[spectral_density * dt]])
+    return np.asarray(Q_continuous_white_noise(dim=order, dt=dt, spectral_density=spectral_density))
 
 
-def position_filter(order: int, position: Floats, covariance: Floats, config: FilterConfig) -> KalmanFilter:
-    """Build one model of the bank: state (x, y), (x, y, vx, vy) or (x, y, vx, vy, ax, ay), measured in (x, y).
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """Transition and noise of K filters of n states for one time step."""
 
-    Parameters
-    ----------
-    order
-        1 stationary (7), 2 constant velocity (8), 3 constant acceleration (9).
-    position, covariance
-        (2,) [m] and (2, 2) [m^2] of the first observation.
-    """
-    kf = KalmanFilter(dim_x=2 * order, dim_z=2)
-    kf.x = np.zeros(2 * order)
-    kf.x[:2] = position
-    kf.H = np.eye(2, 2 * order)
-    spread = (0.0, config.initial_speed_std_mps, config.initial_acceleration_std_mps2)[:order]
-    kf.P = np.kron(np.diag(np.square(spread)), np.eye(2))
-    kf.P[:2, :2] = covariance
-    return kf
-
-
-def heading_filter(heading: float, variance: float, config: FilterConfig) -> KalmanFilter:
-    """Build the heading block of (9), state (heading, yaw rate); here yaw rate does turn the heading."""
-    kf = KalmanFilter(dim_x=2, dim_z=1)
-    kf.x = np.array([heading, 0.0])
-    kf.H = np.array([[1.0, 0.0]])
-    kf.P = np.diag([variance, config.initial_yaw_rate_std_radps**2])
-    return kf
+    transition: Floats
+    """(K, n, n)."""
+    noise: Floats
+    """(K, n, n)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """Transition and process noise of every filter for one time step; the same for all tracks."""
+    """What all tracks have in common over one time step."""
 
     dt: float
     """[s]."""
-    models: list[tuple[Floats, Floats]]
-    """Transition F and noise Q of each model of the bank."""
-    heading: tuple[Floats, Floats]
-    """F and Q of the heading filter."""
+    models: Step
+    """One filter per model, 6 states."""
+    heading: Step
+    """One filter, heading and yaw rate."""
 
 
 @lru_cache(maxsize=8)
 def motion(dt: float, config: FilterConfig) -> Motion:
     """Equations (7), (8) and (9) for a time step `dt` [s]; remembered, since scans come at a steady rate."""
-    axes = np.eye(2)
+    axes, spread = np.eye(2), spreads(config)
+    transition, noise = np.zeros((2, len(MODELS), 3, 3))
+    for m, order in enumerate(range(1, len(MODELS) + 1)):
+        transition[m, :order, :order] = integrator(order, dt)
+        noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, spread))
+        noise[m, :order, :order] = process_noise(order, dt, density(order, config))
+    turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
     return Motion(
         dt=dt,
-        models=[
-            (
-                np.asarray(np.kron(integrator(order, dt), axes)),
-                np.asarray(np.kron(process_noise(order, dt, config), axes)),
-            )
-            for order in range(1, len(MODELS) + 1)
-        ],
-        heading=(integrator(2, dt), Q_discrete_white_noise(2, dt, config.yaw_acceleration_std_radps2**2)),
+        models=Step(np.asarray(np.kron(transition, axes)), np.asarray(np.kron(noise, axes))),
+        heading=Step(integrator(2, dt)[None], process_noise(2, dt, turning)[None]),
     )
 
 
-class Bank:
-    """Every filter of one track: three of position, one of heading."""
+def spreads(config: FilterConfig) -> Floats:
+    """(3,) variance of position, velocity and acceleration where a model leaves them out."""
+    return np.square([0.0, config.starting_speed_std_mps, config.manoeuvre_std_mps2])
 
-    def __init__(self, position: Floats, heading: float, covariance: Floats, config: FilterConfig) -> None:
-        self.models = [
-            position_filter(order, position, covariance[:2, :2], config) for order in range(1, len(MODELS) + 1)
-        ]
-        self.heading = heading_filter(heading, covariance[2, 2], config)
 
-    @property
-    def velocity(self) -> Floats:
-        """(M, 2) by each model [m/s]; the stationary one has none."""
-        return np.array([kf.x[2:4] if kf.dim_x > 2 else (0.0, 0.0) for kf in self.models])
+@dataclass(slots=True, eq=False)
+class Filters:
+    """K Kalman filters of n states each, of which the first ones are measured."""
 
-    def predict(self, step: Motion) -> None:
-        """Move all filters on by one time step."""
-        for kf, (transition, noise) in zip(self.models, step.models, strict=True):
-            kf.predict(F=transition, Q=noise)
-        transition, noise = step.heading
-        self.heading.predict(F=transition, Q=noise)
+    mean: Floats
+    """(K, n)."""
+    covariance: Floats
+    """(K, n, n)."""
 
-    def log_likelihood(self, residual: Floats, covariance: Floats) -> Floats:
-        """(M,) logarithm of (11) for pre-fit residuals (M, 2) [m] of a measurement with covariance (2, 2).
+    def predict(self, step: Step) -> None:
+        """Move on by one time step."""
+        self.mean = (step.transition @ self.mean[..., None])[..., 0]
+        self.covariance = step.transition @ self.covariance @ step.transition.swapaxes(-1, -2) + step.noise
 
-        The paper prints S = H P H' in (10), which leaves out the measurement's own noise; S = H P H' + R here.
-        """
-        spread = np.stack([kf.P[:2, :2] for kf in self.models]) + covariance
-        distance, determinant = mahalanobis(residual, spread)
-        return np.asarray(-0.5 * (distance + np.log((2 * np.pi) ** 2 * determinant)))
+    def correct(self, residual: Floats, noise: Floats) -> None:
+        """Correct by pre-fit residuals (K, m) of the first m states, of covariance (m, m)."""
+        measured = residual.shape[-1]
+        spread = self.covariance[:, :measured, :measured] + noise
+        gain = np.linalg.solve(spread, self.covariance[:, :measured]).swapaxes(-1, -2)
+        self.mean = self.mean + (gain @ residual[..., None])[..., 0]
+        self.covariance = self.covariance - gain @ self.covariance[:, :measured]
+        self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
 
-    def update(self, residual: Floats, covariance: Floats) -> None:
-        """Correct every position filter by its pre-fit residual (M, 2) [m] of a measurement of covariance (2, 2)."""
-        for kf, off in zip(self.models, residual, strict=True):
-            kf.update(kf.x[:2] + off, R=covariance)
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by `offset` (2,) [m]: another corner of the same vehicle."""
-        for kf in self.models:
-            kf.x[:2] += offset
+def bank(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
+    """One filter per model, from a first observation (2,) [m] of covariance (2, 2) [m^2]."""
+    count = len(MODELS)
+    spread = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
+    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(spread), np.eye(2)), (count, 1, 1))
+    mean[:, :2], variance[:, :2, :2] = position, covariance
+    return Filters(mean, variance)
+
+
+def heading_filter(heading: float, variance: float, config: FilterConfig) -> Filters:
+    """Build the heading block of (9), state (heading, yaw rate); here yaw rate does turn the heading."""
+    return Filters(np.array([[heading, 0.0]]), np.diag([variance, config.initial_yaw_rate_std_radps**2])[None])

@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker.filters import FilterConfig
 from tracker.geometry import rotate
-from tracker.records import Boxes, Floats, Ints
+from tracker.records import Bools, Boxes, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,6 +23,10 @@ class Observations:
     """(B, 2) the nearest corner, signs in the box's frame."""
     covariance: Floats
     """(B, 3, 3) of corner x, corner y, heading."""
+    cut: Bools
+    """(B, 4) whether it may go on beyond its front, left, rear and right end, as its heading names them."""
+    flat: Bools
+    """(B,) whether it misses a side that a vehicle would show."""
     time_offset: Floats
     """(B,) when the box was there, after the scan's time [s]."""
     sensor: Floats
@@ -49,6 +53,8 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
         size=boxes.size,
         corner_sign=boxes.corner_sign,
         covariance=turn @ boxes.covariance @ turn.T + floor,
+        cut=np.concatenate([boxes.cut[:, :, 1], boxes.cut[:, :, 0]], axis=1),
+        flat=boxes.flat,
         time_offset=boxes.time_offset,
         sensor=ego_pose_odom[:2],
     )

@@ -20,10 +20,13 @@ class OrientationConfig:
     """A vehicle faces where it goes when it goes faster than this [m/s] ..."""
     course_sigma: float = 4.0
     """... and its speed is this many standard deviations from standing."""
-    votes: int = 8
-    """Successive frames of contradiction before the heading turns ..."""
-    first_votes: int = 5
-    """... and before it turns for the first time, from the guess it started with."""
+    reversal_m: float = 0.5
+    """Way that a vehicle goes backwards before its heading is reversed [m]."""
+    sideways_m: float = 2.6
+    """Way that it goes sideways before its heading is turned [m]: the edge of a standing vehicle that comes into view
+    behind another seems to move, but no farther than the vehicle is wide."""
+    votes: int = 5
+    """Successive frames in which the size contradicts the heading of a vehicle without motion before it turns."""
 
 
 def turn_sign(sign: Ints, quarters: int) -> Ints:
@@ -58,15 +61,19 @@ def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> f
     return float(np.arctan2(velocity[1], velocity[0]))
 
 
-def contradiction(heading: float, course: float | None, size: Floats, forward: float, config: OrientationConfig) -> int:
-    """Quarter turns by which the motion or the seen size contradict the heading, 0 when nothing does.
+def by_course(heading: float, course: float) -> int:
+    """Quarter turns by which the motion contradicts the heading: a vehicle faces its course."""
+    return int(np.round(wrap(course - heading) / QUARTER)) % 4
 
-    A vehicle faces its course, and never moves sideways. If it is too slow to have one, its size still tells
-    length from width.
-    """
-    if course is None:
-        quarters = first_guess(heading, size, forward, config)
-        return quarters if quarters % 2 else 0
-    quarters = int(np.round(wrap(course - heading) / QUARTER)) % 4
-    known_length = size[0] > config.width_max_m
-    return 0 if quarters % 2 and known_length else quarters
+
+def by_size(heading: float, size: Floats, forward: float, config: OrientationConfig) -> int:
+    """Quarter turns by which the seen size contradicts the heading: it tells length from width, not front from rear."""
+    quarters = first_guess(heading, size, forward, config)
+    return quarters if quarters % 2 else 0
+
+
+def way_needed(quarters: int, size: Floats, config: OrientationConfig) -> float:
+    """Way [m] that a vehicle of seen size (2,) must go in contradiction to its heading before the heading gives in."""
+    if quarters % 2 == 0:
+        return config.reversal_m
+    return np.inf if size[0] > config.width_max_m else config.sideways_m

@@ -96,6 +96,10 @@ class Boxes:
     """(B,) points on the fitted lines."""
     time_offset: Floats
     """(B,) when it was where it is, after the scan's time [s]: mean over these points."""
+    cut: Bools
+    """(B, 2, 2) whether it may go on, unseen, beyond its low and its high end along and across heading."""
+    flat: Bools
+    """(B,) whether it has one side only, where a second one would be in plain view were it a vehicle."""
 
     def __len__(self) -> int:
         return len(self.segment)
@@ -112,6 +116,8 @@ class Boxes:
             self.covariance[index],
             self.support[index],
             self.time_offset[index],
+            self.cut[index],
+            self.flat[index],
         )
 
 

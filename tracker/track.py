@@ -4,16 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker import extent, mma, orientation
+from tracker import bank, extent, orientation
 from tracker.extent import ExtentConfig
-from tracker.filters import Bank, FilterConfig, Motion
-from tracker.geometry import QUARTER, rotate, wrap
-from tracker.mma import MmaConfig
+from tracker.filters import FilterConfig, Motion, heading_filter
+from tracker.filters import bank as lone_filters
+from tracker.geometry import QUARTER, mahalanobis, rotate, wrap
+from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Floats, Ints, Status
+from tracker.records import MODELS, Bools, Floats, Ints, Status
+from tracker.sighting import Sighting
 
-STATIONARY = MODELS.index("stationary")
-TURNING = MODELS.index("ca")
+LEFT_MARGIN_M = 1.5
+"""Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +24,6 @@ class LifeConfig:
 
     confirm_hits: int = 4
     """Observations before a track is confirmed."""
-    face_depth_m: float = 0.6
-    """A long face without a second side at least this deep is believed to be a vehicle's only once it moves [m]."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -39,6 +39,22 @@ class LifeConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class CornerConfig:
+    """How far the tracked corner may be off for as long as it is seen in the same way.
+
+    Such an error is no noise: the filters follow it, and no number of observations averages it away. It is therefore
+    kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
+    """
+
+    seen_std_m: float = 0.05
+    """An end whose face is seen [m]: rounded corners, sides that are no planes, the units' calibration."""
+    known_std_m: float = 0.15
+    """An end that is a known side length away from one that is seen [m]."""
+    unseen_share: float = 0.5
+    """An end that was never seen: this share of what the prior adds to what is seen of the side."""
+
+
+@dataclass(frozen=True, slots=True)
 class TrackConfig:
     """All that one track needs to know."""
 
@@ -46,44 +62,74 @@ class TrackConfig:
     mma: MmaConfig
     extent: ExtentConfig
     orientation: OrientationConfig
+    corner: CornerConfig
     life: LifeConfig
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Footprint:
+    """Where a track was first seen."""
+
+    center: Floats
+    """(2,) middle of what was seen [m]."""
+    heading: float
+    """[rad]."""
+    size: Floats
+    """(2,) extent of what was seen along and across the heading [m]."""
+
+    def clear_of(self, other: "Footprint") -> Bools:
+        """(2,) whether the two have nothing in common along and across this one's heading.
+
+        The speed of a filter does not tell whether a thing moved: of a wall more and more comes into view, and its
+        middle moves as a vehicle's would, but it never leaves the place where it was first seen.
+        """
+        away = np.abs(rotate(self.center - other.center, -self.heading))
+        turn = other.heading - self.heading
+        cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
+        reach = np.array([[cos, sin], [sin, cos]]) @ other.size
+        return np.asarray(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M)
 
 
 class Track:
     """A vehicle followed by one of its corners, in the odometry frame."""
 
-    def __init__(
-        self,
-        track_id: int,
-        position: Floats,
-        heading: float,
-        size: Floats,
-        corner_sign: Ints,
-        covariance: Floats,
-        forward: float,
-        config: TrackConfig,
-    ) -> None:
+    def __init__(self, track_id: int, position: Floats, first: Sighting, forward: float, config: TrackConfig) -> None:
         self.id = track_id
         self.status = Status.TENTATIVE
-        self.bank = Bank(position, heading, covariance, config.filters)
-        self.model_probability = mma.initial_probability()
-        self.model = STATIONARY
-        """The selected model: the highest score of (12)."""
-        self.corner_sign = corner_sign
+        self.bank = bank.build(position, first.covariance, config.filters, config.mma)
+        self.alone = lone_filters(position, first.covariance, config.filters)
+        """Each model by itself, for comparison: the same observations, and nothing from the others."""
+        self.alone_nis = np.full(len(MODELS), np.nan)
+        """(M,) their squared innovations over their covariances, NaN when not seen."""
+        self.corner_sign = first.corner_sign
         self.hits = 1
         self.unseen_s = 0.0
         self._config = config
+        self._heading = heading_filter(first.heading, first.heading_variance, config.filters)
         self._forward = forward
         self._oriented = False
-        self._voted = 0
         self._votes = 0
+        self._turn_from = position
         self._heading_rejections = 0
-        self._resize(size)
+        self._whole_sights = np.zeros(2, dtype=np.int64)
+        """(2,) how often length and width were seen from end to end."""
+        self._resize(first.size)
+        self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
+        self._birthplace = self.footprint
+        self._left = False
+        self._sights = [0, 0]
+        """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
+        self._believe(first)
 
     @property
     def heading(self) -> float:
         """Heading [rad]."""
-        return float(self.bank.heading.x[0])
+        return float(self._heading.mean[0, 0])
+
+    @property
+    def yaw_state(self) -> tuple[Floats, Floats]:
+        """Heading and yaw rate (2,), and their covariance (2, 2)."""
+        return self._heading.mean[0], self._heading.covariance[0]
 
     @property
     def known_size(self) -> Floats:
@@ -91,9 +137,21 @@ class Track:
         return extent.known(self.seen_size, self.size, self._config.extent)
 
     @property
+    def model(self) -> int:
+        """The selected model: the highest score of (12)."""
+        return int(np.argmax(self.bank.probability))
+
+    @property
+    def offset_covariance(self) -> Floats:
+        """(2, 2) of the error that lasts, odometry frame [m^2]."""
+        (along, across), cos, sin = self._offset_variance, np.cos(self.heading), np.sin(self.heading)
+        mixed = cos * sin * (along - across)
+        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
+
+    @property
     def covariance(self) -> Floats:
-        """(2, 2) of the tracked corner by the selected model [m^2]."""
-        return np.asarray(self.bank.models[self.model].P[:2, :2])
+        """(2, 2) of the tracked corner [m^2]."""
+        return np.asarray(self.bank.estimate[1][:2, :2] + self.offset_covariance)
 
     @property
     def seen(self) -> bool:
@@ -107,67 +165,66 @@ class Track:
 
     @property
     def position(self) -> Floats:
-        """(2,) tracked corner by the selected model [m]."""
-        return np.asarray(self.bank.models[self.model].x[:2])
+        """(2,) tracked corner [m]."""
+        return self.bank.estimate[0][:2].copy()
 
     @property
     def velocity(self) -> Floats:
-        """(2,) by the selected model [m/s]."""
-        return np.asarray(self.bank.velocity[self.model])
+        """(2,) [m/s], none of a vehicle that stands."""
+        return np.zeros(2) if self.model == STATIONARY else self.bank.estimate[0][2:4]
 
     @property
     def course(self) -> float | None:
-        """Direction of motion by the selected model [rad], None for a vehicle that may be standing."""
-        kf = self.bank.models[self.model]
+        """Direction of motion [rad], None for a vehicle that may be standing."""
         if self.model == STATIONARY:
             return None
-        return orientation.course(kf.x[2:4], kf.P[2:4, 2:4], self._config.orientation)
+        mean, covariance = self.bank.estimate
+        return orientation.course(mean[2:4], covariance[2:4, 2:4], self._config.orientation)
 
     def predict(self, step: Motion) -> None:
         """Move on by one time step; the track counts as unseen until it is updated, and dies of waiting too long.
 
         Only the constant acceleration model lets a vehicle turn: the others set its yaw rate to zero.
         """
-        if self.model != TURNING:
-            self.bank.heading.x[1] = 0.0
+        if self.model != CA:
+            self._heading.mean[0, 1] = 0.0
         self.bank.predict(step)
+        self.alone.predict(step.models)
+        self.alone_nis = np.full(len(MODELS), np.nan)
+        self._heading.predict(step.heading)
         self.unseen_s += step.dt
         life = self._config.life
         if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
             self.status = Status.DEAD
 
-    def update(
-        self,
-        misfit: Floats,
-        heading: float,
-        size: Floats,
-        covariance: Floats,
-        heading_variance: float,
-        corner_sign: Ints,
-    ) -> None:
-        """Take over one observation.
-
-        Parameters
-        ----------
-        misfit, covariance
-            (M, 2) from each model's prediction of the tracked corner to the observed one [m], and (2, 2) [m^2].
-        heading, heading_variance
-            Near the track's own [rad], [rad^2].
-        size
-            (2,) seen extent along and across the heading [m].
-        corner_sign
-            (2,) the corner to track from now on.
-        """
-        evidence = self.bank.log_likelihood(misfit, covariance)
-        self.model_probability = mma.update(self.model_probability, evidence, self._config.mma)
-        self.model = int(np.argmax(self.model_probability))
-        self.bank.update(misfit, covariance)
-        self._update_heading(heading, heading_variance)
+    def update(self, seen: Sighting) -> None:
+        """Take over one observation."""
+        measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
+        covariance = self.bank.observe(seen.misfit, seen.covariance)
+        self._update_alone(measured, covariance)
+        self._update_heading(seen.heading, seen.heading_variance)
+        self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
         self.unseen_s = 0.0
-        self._resize(extent.remember(self.seen_size, size, self._config.extent))
-        self._follow(corner_sign)
+        longer = extent.remember(self.seen_size, seen.size, seen.whole, self._whole_sights, self._config.extent)
+        self._whole_sights += extent.seen_whole(seen.size, seen.whole, self._config.extent)
+        self._resize(longer)
+        self._follow(seen.corner_sign)
+        self._believe(seen)
+        # A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.
+        fixed = seen.whole | (seen.size[::-1] > self._config.extent.face_min_m)
+        self._left |= bool(np.any(fixed & self.footprint.clear_of(self._birthplace)))
         self._face_forward()
+
+    def absorb(self, low: Floats, high: Floats) -> None:
+        """Take over all within a box that holds this one.
+
+        Its low and high corner (2,) are given from the middle of what was seen of this track, along and across [m].
+        """
+        corner = np.where(self.corner_sign > 0, high, low)
+        own = 0.5 * self.corner_sign * self.seen_size
+        self._shift(rotate(corner - own, self.heading))
+        self._resize(high - low)
 
     def settle(self) -> None:
         """Decide the status after a frame's updates."""
@@ -175,64 +232,114 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            believed = self.hits >= life.confirm_hits and not self._like_a_wall
-            if self.status is not Status.TENTATIVE or believed:
+            if self._believed:
                 self.status = Status.CONFIRMED
+            elif self.long:
+                self.status = Status.TENTATIVE
+            if extent.too_large(self.seen_size, self._config.extent):
+                self.status = Status.DEAD
         elif self.status is not Status.TENTATIVE:
             lost = np.trace(self.covariance) > 2 * life.coast_std_max_m**2
             if lost or self.unseen_s > life.gap_s:
                 self.status = Status.DEAD if lost else Status.COASTING
 
     @property
-    def _like_a_wall(self) -> bool:
-        """Whether nothing but one long face was seen, and it never moved: no sign yet of a vehicle."""
-        length, depth = self.seen_size
-        long = length > self._config.extent.large_length_min_m
-        return bool(long and depth < self._config.life.face_depth_m and not self._oriented)
+    def _believed(self) -> bool:
+        """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
+        least = self._config.life.confirm_hits
+        return self.hits >= least and (self._left or self._sights[self.long] >= least)
+
+    def _believe(self, seen: Sighting) -> None:
+        """Count an observation for or against a vehicle."""
+        largest = np.maximum(self.seen_size, seen.size)
+        self._sights[self.long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
+
+    @property
+    def long(self) -> int:
+        """Whether it is longer than a car."""
+        return int(self.seen_size.max() > self._config.extent.large_length_min_m)
+
+    @property
+    def footprint(self) -> Footprint:
+        """Where it is, as far as it has been seen, from the tracked corner on."""
+        middle = self.position - rotate(0.5 * self.corner_sign * self.seen_size, self.heading)
+        return Footprint(middle, self.heading, self.seen_size)
 
     def _resize(self, seen_size: Floats) -> None:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
         self.seen_size = seen_size
         usual = extent.classify(seen_size, self.hits, self._config.extent)
-        self.size = extent.complete(seen_size, usual, self._config.extent)
+        self.size = extent.complete(seen_size, self._whole_sights, usual, self._config.extent)
         """(2,) length and width [m], unseen sides from priors."""
+
+    @property
+    def _end_variance(self) -> Floats:
+        """(2,) of where the vehicle ends, along and across, when the other end is known [m^2]."""
+        corner, unseen = self._config.corner, self.size - self.known_size
+        return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
 
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
-        side = 0.5 * (corner_sign - self.corner_sign) * self.size
-        if side.any():
-            self.bank.shift(rotate(side, self.heading))
+        changes = corner_sign != self.corner_sign
+        if changes.any():
+            self._shift(rotate(0.5 * (corner_sign - self.corner_sign) * self.size, self.heading))
+            self._offset_variance = self._offset_variance + np.where(changes, self._end_variance, 0.0)
             self.corner_sign = corner_sign
+
+    def _shift(self, offset: Floats) -> None:
+        """Follow another point, (2,) [m] away from the tracked one."""
+        self.bank.shift(offset)
+        self.alone.mean[:, :2] += offset
+        self._turn_from = self._turn_from + offset
+
+    def _update_alone(self, measured: Floats, covariance: Floats) -> None:
+        """Correct the lone models by the measured corner (2,) [m] of covariance (2, 2)."""
+        residual = measured - self.alone.mean[:, :2]
+        self.alone_nis, _ = mahalanobis(residual, self.alone.covariance[:, :2, :2] + covariance)
+        self.alone.correct(residual, covariance)
 
     def _update_heading(self, heading: float, variance: float) -> None:
         """Correct the heading unless it is an outlier; one that insists is believed."""
-        life, kf = self._config.life, self.bank.heading
-        innovation_std = np.sqrt(kf.P[0, 0] + variance)
-        if abs(heading - kf.x[0]) > life.heading_gate_sigma * innovation_std:
+        life, off = self._config.life, heading - self.heading
+        innovation_std = np.sqrt(self._heading.covariance[0, 0, 0] + variance)
+        if abs(off) > life.heading_gate_sigma * innovation_std:
             self._heading_rejections += 1
             if self._heading_rejections <= life.heading_rejections_max:
                 return
-            kf.x[:] = heading, 0.0
+            self._heading.mean[0] = heading, 0.0
+            off = 0.0
         self._heading_rejections = 0
-        kf.update(np.array([heading]), R=variance)
-        kf.x[0] = wrap(kf.x[0])
+        self._heading.correct(np.array([[off]]), np.array([[variance]]))
+        self._heading.mean[0, 0] = wrap(self.heading)
 
     def _face_forward(self) -> None:
-        """Turn the heading by quarters once motion or size have contradicted it for long enough.
+        """Turn the heading by quarters once motion, or else the size, has contradicted it for long enough.
 
-        Once motion has told where the vehicle faces, its size has no more say while it stands.
+        Once motion has told where the vehicle faces, its size has no more say, unless it is wider than vehicles are.
         """
         config, course = self._config.orientation, self.course
-        if course is None and self._oriented:
+        if course is None:
+            too_wide = self.seen_size[1] > config.width_max_m
+            quarters = 0
+            if too_wide or not self._oriented:
+                quarters = orientation.by_size(self.heading, self.seen_size, self._forward, config)
+            self._votes = self._votes + 1 if quarters else 0
+            self._turn_from = self.position
+            if self._votes >= config.votes:
+                self._turn(quarters)
             return
-        quarters = orientation.contradiction(self.heading, course, self.seen_size, self._forward, config)
-        self._votes = self._votes + 1 if quarters == self._voted else 1
-        self._voted = quarters
-        if self._votes < (config.votes if self._oriented else config.first_votes):
-            return
-        self._oriented |= course is not None
-        if quarters:
-            self.bank.heading.x[0] = wrap(self.heading + quarters * QUARTER)
-            self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
-            self._resize(orientation.turn_size(self.seen_size, quarters))
-            self._votes = 0
+        quarters = orientation.by_course(self.heading, course)
+        if quarters == 0:
+            self._turn_from, self._oriented = self.position, True
+        elif np.hypot(*(self.position - self._turn_from)) > orientation.way_needed(quarters, self.seen_size, config):
+            self._turn(quarters)
+            self._oriented = True
+
+    def _turn(self, quarters: int) -> None:
+        """Name the same box by a heading turned by `quarters`."""
+        self._heading.mean[0, 0] = wrap(self.heading + quarters * QUARTER)
+        self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
+        self._offset_variance = orientation.turn_size(self._offset_variance, quarters)
+        self._whole_sights = self._whole_sights[:: -1 if quarters % 2 else 1].copy()
+        self._resize(orientation.turn_size(self.seen_size, quarters))
+        self._votes, self._turn_from = 0, self.position

@@ -4,20 +4,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker import orientation
-from tracker.association import AssociationConfig, Pairing, Predictions, assign, pair, score
+from tracker import extent, orientation
+from tracker.association import AssociationConfig, assign, score
 from tracker.detector import CLOCK_DIGITS, Detector, DetectorConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
-from tracker.geometry import QUARTER, inside, rotate, wrap
+from tracker.geometry import inside, rotate
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
+from tracker.reading import Predictions, ReadingConfig, pair
 from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
 from tracker.report import report
 from tracker.scan import Scan
+from tracker.sighting import first_sighting, sighting
 from tracker.sweep import Movers
-from tracker.track import LifeConfig, Track, TrackConfig
+from tracker.track import CornerConfig, LifeConfig, Track, TrackConfig
+from tracker.union import Pieces, hull, one_vehicle
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""
@@ -27,11 +30,13 @@ ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 class TrackerConfig(DetectorConfig):
     """One section per stage: those of the fitting half, then those of the tracking half."""
 
+    reading: ReadingConfig = field(default_factory=ReadingConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
     extent: ExtentConfig = field(default_factory=ExtentConfig)
     orientation: OrientationConfig = field(default_factory=OrientationConfig)
+    corner: CornerConfig = field(default_factory=CornerConfig)
     life: LifeConfig = field(default_factory=LifeConfig)
 
 
@@ -45,6 +50,7 @@ class Tracker:
             mma=self.config.mma,
             extent=self.config.extent,
             orientation=self.config.orientation,
+            corner=self.config.corner,
             life=self.config.life,
         )
         self._detector = Detector(self.config)
@@ -69,11 +75,13 @@ class Tracker:
         """
         self._detector.check(scan)
         self._predict(scan.time)
-        found = self._detector.step(scan, movers(self._living))
+        long = [track for track in self._living if track.status is not Status.TENTATIVE and track.long]
+        found = self._detector.step(scan, movers(self._living), pieces(long))
         seen = observe(found.boxes, scan.ego_pose_odom, self.config.filters)
         track_id = self._associate(seen)
         for track in self._tracks:
             track.settle()
+        self._unite()
         self._exclude()
         self._start(seen, track_id, forward=float(scan.ego_pose_odom[2]))
         return report(self._tracks), StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
@@ -97,15 +105,25 @@ class Tracker:
         if not self._tracks or not len(seen):
             return track_id
         predictions = predict(self._tracks)
-        pairing = pair(predictions, seen, self.config.association)
-        cost, in_gate = score(predictions, pairing, self.config.association)
+        pairing = pair(predictions, seen, self.config.reading)
+        cost, in_gate = score(predictions, pairing, seen, self.config.association)
         status = np.array([track.status for track in self._tracks])
         for turn in ROUNDS:
             free = (status == turn)[:, None] & (track_id < 0)
-            for t, b in assign(cost, in_gate & free):
-                update(self._tracks[t], pairing, seen, t, b)
+            for t, b in assign(cost, in_gate & free, self.config.association.method):
+                self._tracks[t].update(sighting(pairing, seen, t, b))
                 track_id[b] = self._tracks[t].id
         return track_id
+
+    def _unite(self) -> None:
+        """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
+        sure = sorted((track for track in self._tracks if track.sure), key=lambda track: -track.hits)
+        for kept, a in enumerate(sure):
+            for b in sure[kept + 1 :]:
+                both = pieces([a, b])
+                if Status.DEAD not in (a.status, b.status) and one_vehicle(both, 0, 1, self.config.union):
+                    a.absorb(*hull(both, 0, 1))
+                    b.status = Status.DEAD
 
     def _exclude(self) -> None:
         """End every track whose place is taken: there is room for one vehicle, the surer, or else the older."""
@@ -121,19 +139,13 @@ class Tracker:
     def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
         """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
         taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
-        for b in np.flatnonzero((track_id < 0) & ~taken):
-            heading, size = float(seen.heading[b]), seen.size[b]
-            turns = orientation.first_guess(heading, size, forward, self.config.orientation)
-            track = Track(
-                track_id=self._born,
-                position=seen.corner[b],
-                heading=wrap(heading + turns * QUARTER),
-                size=orientation.turn_size(size, turns),
-                corner_sign=orientation.turn_sign(seen.corner_sign[b], turns),
-                covariance=seen.covariance[b],
-                forward=forward,
-                config=self._track_config,
-            )
+        config = self.config
+        for b in np.flatnonzero((track_id < 0) & ~taken).tolist():
+            turns = orientation.first_guess(float(seen.heading[b]), seen.size[b], forward, config.orientation)
+            seen_size = orientation.turn_size(seen.size[b], turns)
+            usual = extent.complete(seen_size, np.zeros(2, dtype=np.int64), config.extent.car, config.extent)
+            first, position = first_sighting(seen, b, turns, usual, config.reading)
+            track = Track(self._born, position, first, forward, self._track_config)
             self._tracks.append(track)
             track_id[b] = self._born
             self._born += 1
@@ -153,6 +165,18 @@ def movers(tracks: list[Track]) -> Movers:
     return Movers(corner - rotate(0.5 * sign * size, heading), heading, size, velocity)
 
 
+def pieces(tracks: list[Track]) -> Pieces:
+    """As far as these tracks were seen."""
+    seen = [track.footprint for track in tracks]
+    return Pieces(
+        center=np.reshape([place.center for place in seen], (-1, 2)),
+        heading=np.array([place.heading for place in seen]),
+        size=np.reshape([place.size for place in seen], (-1, 2)),
+        velocity=np.reshape([track.velocity for track in tracks], (-1, 2)),
+        hits=np.array([track.hits for track in tracks]),
+    )
+
+
 def placed(tracks: list[Track]) -> tuple[Floats, Floats, Ints]:
     """Tracked corners (T, 2) [m], headings (T,), and which corners (T, 2) those are."""
     corner = np.reshape([track.position for track in tracks], (-1, 2))
@@ -162,25 +186,16 @@ def placed(tracks: list[Track]) -> tuple[Floats, Floats, Ints]:
 
 def predict(tracks: list[Track]) -> Predictions:
     """What these tracks expect to see."""
+    filters = [track.bank.filters for track in tracks]
+    offset = np.array([track.offset_covariance for track in tracks])
     return Predictions(
-        position=np.array([[kf.x[:2] for kf in track.bank.models] for track in tracks]),
-        velocity=np.array([track.bank.velocity for track in tracks]),
-        covariance=np.array([[kf.P[:2, :2] for kf in track.bank.models] for track in tracks]),
-        probability=np.stack([track.model_probability for track in tracks]),
+        position=np.array([bank.mean[:, :2] for bank in filters]),
+        velocity=np.array([bank.mean[:, 2:4] for bank in filters]),
+        covariance=np.array([bank.covariance[:, :2, :2] for bank in filters]) + offset[:, None],
+        probability=np.stack([track.bank.probability for track in tracks]),
         heading=np.array([track.heading for track in tracks]),
+        heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
         size=np.stack([track.size for track in tracks]),
         known_size=np.stack([track.known_size for track in tracks]),
         corner_sign=np.stack([track.corner_sign for track in tracks]),
-    )
-
-
-def update(track: Track, pairing: Pairing, seen: Observations, t: int, b: int) -> None:
-    """Hand box `b`, read as an observation of track `t`, to that track."""
-    track.update(
-        misfit=pairing.misfit[t, b],
-        heading=float(pairing.heading[t, b]),
-        size=pairing.size[t, b],
-        covariance=pairing.covariance[t, b] + pairing.silence[t, b],
-        heading_variance=float(seen.covariance[b, 2, 2]),
-        corner_sign=pairing.corner_sign[t, b],
     )

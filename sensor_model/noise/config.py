@@ -8,6 +8,7 @@ from sensor_model.noise.dirt import Dirt, DirtSector
 from sensor_model.noise.dropout import Dropout
 from sensor_model.noise.false_alarms import FalseAlarms
 from sensor_model.noise.ghosts import Ghost
+from sensor_model.noise.odometry import OdometryNoise
 from sensor_model.noise.outage import FixedOutage, Outage
 from sensor_model.noise.outliers import Outliers
 from sensor_model.noise.rain import Rain
@@ -27,6 +28,7 @@ __all__ = [
     "LayerOverlap",
     "MirrorNoise",
     "NoiseConfig",
+    "OdometryNoise",
     "Outage",
     "Outliers",
     "Rain",
@@ -67,6 +69,7 @@ class NoiseConfig:
     layer_overlap: LayerOverlap = field(default_factory=LayerOverlap)
     calibration: CalibrationError = field(default_factory=CalibrationError)
     attitude: AttitudeNoise = field(default_factory=AttitudeNoise)
+    odometry: OdometryNoise = field(default_factory=OdometryNoise)
     outliers: Outliers = field(default_factory=Outliers)
     false_alarms: FalseAlarms = field(default_factory=FalseAlarms)
     rain: Rain = field(default_factory=Rain)

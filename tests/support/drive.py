@@ -157,6 +157,8 @@ def _fits(place_ego: Floats, size: Floats) -> Boxes:
         covariance=np.zeros((count, 3, 3)),
         support=np.full(count, 10),
         time_offset=np.zeros(count),
+        cut=np.zeros((count, 2, 2), dtype=np.bool_),
+        flat=np.zeros(count, dtype=np.bool_),
     )
 
 

@@ -29,6 +29,8 @@ def observe_boxes(poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05,
         size=size.copy(),
         corner_sign=np.array(nearest, dtype=np.int64),
         covariance=np.tile(variance, (len(poses), 1, 1)),
+        flat=np.zeros(len(poses), dtype=np.bool_),
         time_offset=np.full(len(poses), time_offset),
+        cut=np.zeros((len(poses), 4), dtype=bool),
         sensor=np.asarray(ego, dtype=float),
     )

@@ -7,8 +7,8 @@ from numba import njit
 
 from tracker.kernels.corners import best_corner
 from tracker.kernels.faces import fit_corner
-from tracker.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.kernels.lines import find_lines, fit_line, largest_clusters, settle
+from tracker.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.kernels.outline import judge
 from tracker.records import Floats, Ints
 
