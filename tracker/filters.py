@@ -41,8 +41,8 @@ class FilterConfig:
     """... and a jerk lasts as long as a foot moves [s]: 2 x 1^2 x 0.5 = 1 m^2/s^5."""
     yaw_acceleration_std_radps2: float = 0.6
     """Heading filter: into a turn of 10 m radius at 6 m/s, that is to 0.6 rad/s, in one second [rad/s^2] ..."""
-    yaw_acceleration_time_s: float = 0.1
-    """... by a wheel whose motion is new at each scan [s]."""
+    yaw_acceleration_time_s: float = 0.04
+    """... by a wheel whose motion is new at each scan: half of one [s]; 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
     starting_speed_std_mps: float = 0.5
     """Speed of a vehicle that begins to move when it is first seen to do so, the limit of the mode [m/s]."""
     manoeuvre_std_mps2: float = 1.5
