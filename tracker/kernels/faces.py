@@ -38,7 +38,7 @@ def inward(points: Floats, line: Floats, tau: float) -> Floats:
 @njit(cache=True)
 def exists(face: Floats) -> bool:
     """Whether this is a face, or zeros for none."""
-    return face[0] != 0.0 or face[1] != 0.0
+    return bool(face[0] != 0.0 or face[1] != 0.0)
 
 
 @njit(cache=True)

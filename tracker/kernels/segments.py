@@ -7,8 +7,8 @@ from numba import njit
 
 from tracker.kernels.corners import best_corner
 from tracker.kernels.faces import fit_corner
-from tracker.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.kernels.lines import find_lines, fit_line, largest_clusters, settle
+from tracker.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.kernels.outline import judge
 from tracker.records import Floats, Ints
 
@@ -18,7 +18,7 @@ FACES, LINES, PAPER = 0, 1, 2
 
 @njit(cache=True)
 def even_subset(points: Floats, count: int) -> Floats:
-    """(count or N, 2) every so-manieth point."""
+    """(min(count, N), 2) points, evenly spaced in their order."""
     kept = min(len(points), count)
     sample = np.empty((kept, 2))
     for i in range(kept):
