@@ -145,6 +145,10 @@ def judge(points, corner, surety, noise, gate, depth_max, beyond_max, pitch):
 def drop_mirrors(height, label, depth, place, std):
     """Take feet of mirrors away."""
     sure = (label < 0) & (depth > -0.35) & (depth < -4.0 * std) & (height > 0.75)
+    done = np.zeros(len(label), bool)
     for i in np.flatnonzero(sure):
-        middle = place[sure & (np.abs(place - place[i]) < 0.2)].mean()
-        label[(np.abs(place - middle) < 0.08) & (np.abs(height - height[i]) < 0.12) & (depth < 0.06)] = -1
+        if not done[i]:
+            middle = place[sure & (np.abs(place - place[i]) < 0.2)].mean()
+            here = (np.abs(place - middle) < 0.08) & (np.abs(height - height[i]) < 0.12)
+            done |= here
+            label[here & (depth < 0.06)] = -1

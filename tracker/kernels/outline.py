@@ -126,15 +126,13 @@ def drop_mirrors(height: Floats, label: Ints, depth: Floats, place: Floats, std:
     A third of a mirror's points do, on its foot. They are known by a point of it that is surely outside.
     """
     sure = (label < 0) & (depth > -MIRROR_OUT) & (depth < -MIRROR_GATE * std) & (height > MIRROR_Z_MIN)
+    todo = sure.copy()
     for i in np.flatnonzero(sure):
-        middle = np.mean(place[sure & (np.abs(place - place[i]) < MIRROR_APART)])
-        for j in range(len(label)):
-            if (
-                abs(place[j] - middle) < MIRROR_HALF
-                and abs(height[j] - height[i]) < MIRROR_HEIGHT
-                and depth[j] < MIRROR_FOOT
-            ):
-                label[j] = -1
+        if todo[i]:
+            middle = np.mean(place[sure & (np.abs(place - place[i]) < MIRROR_APART)])
+            here = (np.abs(place - middle) < MIRROR_HALF) & (np.abs(height - height[i]) < MIRROR_HEIGHT)
+            todo[here] = False
+            label[here & (depth < MIRROR_FOOT)] = -1
 
 
 @njit(cache=True)
