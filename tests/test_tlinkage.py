@@ -145,6 +145,9 @@ def test_faces_equal_their_slow_twin(seed):
     np.testing.assert_allclose(found, twin, atol=1e-6)
     np.testing.assert_allclose(surety[found.any(axis=1)], twin_surety[found.any(axis=1)], rtol=1e-5, atol=1e-6)
 
+    wide = faces.excess(points, found, noise, config.tau_m)
+    assert wide == pytest.approx(naive_faces.excess(points, found, noise, config.tau_m))
+
     height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
     for cloud in (points, np.hstack([points, height])):
         label = outline.judge(cloud, found, surety, *limits, np.deg2rad(config.pitch_deg))
@@ -260,6 +263,13 @@ def test_the_foot_of_a_mirror_goes_with_it():
     points = np.concatenate([flank, high, mirror])
     assert np.flatnonzero(link(points).line < 0).tolist() == [43, 44, 45]
     assert np.flatnonzero(link(points[:, :2]).line < 0).tolist() == [43, 44]
+
+
+def test_bulging_sides_are_body():
+    """A side that is not as flat as configured widens the gate; a fixed one would take its ends or middle away."""
+    place = np.linspace(0, 4, 60)
+    flank = np.stack([10.0 + place, 4.0 + 0.08 * np.sin(np.pi * place / 4)], axis=1)
+    assert np.all(link(flank).line == 0)
 
 
 def test_two_points_across_are_a_second_face():

@@ -39,8 +39,9 @@ class LinkageConfig:
     """Of `lines`: a further line is turned at least so much against each larger one [deg]."""
     range_std_m: float = 0.026
     """Of `faces`: noise of ranges [m], along the beam: 2.5 cm of the LUX and what is left of its layers' biases."""
-    flatness_m: float = 0.015
-    """How flat a vehicle's side is [m]: it leans by 3 to 5 degrees above and below its widest line, and bulges."""
+    flatness_m: float = 0.01
+    """How flat a vehicle's side is [m]: it leans by 3 to 5 degrees above and below its widest line.
+    What lies farther off by more than chance widens the gate: real sides bulge."""
     gate: float = 3.0
     """Standard deviations from a face within which a point is on it."""
     curve_depth_m: float = 0.2

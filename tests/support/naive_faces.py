@@ -152,3 +152,11 @@ def drop_mirrors(height, label, depth, place, std):
             here = (np.abs(place - middle) < 0.08) & (np.abs(height - height[i]) < 0.12)
             done |= here
             label[here & (depth < 0.06)] = -1
+
+
+def excess(points, corner, noise, tau):
+    """Median distance from the nearer face over what normal noise gives, at least 1."""
+    real = [depths(points, face, noise) for face in corner if face.any()]
+    ratios = [np.where(np.abs(depth) < tau, np.abs(depth) / std, np.inf) for depth, _, std in real]
+    on = np.min(ratios, axis=0)
+    return max(1.0, np.median(on[np.isfinite(on)]) / 0.6745) if np.isfinite(on).any() else 1.0

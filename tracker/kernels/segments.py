@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from tracker.kernels.corners import best_corner
-from tracker.kernels.faces import fit_corner
+from tracker.kernels.faces import excess, fit_corner
 from tracker.kernels.lines import find_lines, fit_line, largest_clusters, settle
 from tracker.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.kernels.outline import judge
@@ -50,8 +50,9 @@ def link_segments(
         cluster = agglomerate(preferences(sample, hypotheses(sample, uniforms, locality), tau))
         if variant == FACES:
             corner = best_corner(segment, sample, cluster, tau, noise, gate, depth_max, beyond_max, length_min)
-            corner, surety = fit_corner(segment, corner, noise, gate)
-            member = judge(segment, corner, surety, noise, gate, depth_max, beyond_max, pitch)
+            wide = gate * excess(segment, fit_corner(segment, corner, noise, gate)[0], noise, tau)
+            corner, surety = fit_corner(segment, corner, noise, wide)
+            member = judge(segment, corner, surety, noise, wide, depth_max, beyond_max, pitch)
             dominant = corner[0]
         else:
             lines = (
