@@ -53,7 +53,8 @@ class Linkage:
     """T-linkage's verdict on the points, algorithm 1."""
 
     line: Ints
-    """(N,) which line of its segment a point belongs to, 0 the dominant one; -1 for outliers and unused points."""
+    """(N,) which line of its segment a point belongs to, 0 the dominant one; -1 for outliers and unused points. Numbers
+    may be missing: of a vehicle's faces 1 is the other seen one, from 2 on are points along unseen ones."""
     heading: Floats
     """(S,) direction of the dominant line, in [0, pi/2)."""
 

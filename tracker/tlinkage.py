@@ -40,12 +40,13 @@ class LinkageConfig:
     range_std_m: float = 0.026
     """Of `faces`: noise of ranges [m], along the beam: 2.5 cm of the LUX and what is left of its layers' biases."""
     flatness_m: float = 0.01
-    """How flat a vehicle's side is over its height [m]: it leans by 3 to 5 degrees above and below its widest line."""
+    """How flat a vehicle's side is [m]: it leans by 3 to 5 degrees above and below its widest line.
+    What lies farther off by more than chance widens the gate: real sides bulge."""
     gate: float = 3.0
     """Standard deviations from a face within which a point is on it."""
     curve_depth_m: float = 0.2
-    """What is no deeper behind a face belongs to it, though not to its direction [m]: bumpers, flanks and rounded corners
-    curve that much, while a rear window lies 0.85 and more behind."""
+    """What is no deeper behind a face belongs to it, though not to its direction [m]: bumpers, flanks and rounded
+    corners curve that much, while a rear window lies 0.85 and more behind."""
     curve_beyond_m: float = 0.4
     """The same past the ends of a face [m]: corners of cars are rounded over 0.2 to 0.4."""
     pitch_deg: float = 0.25
@@ -75,13 +76,13 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     first by the Tanimoto distance (2), until all clusters are orthogonal.
 
     `faces` takes every cluster's line for a side of a rectangle, alone or with another side across it, and keeps the
-    rectangle that explains most points: on a side counts for it, outside or well inside against it. Its heading is fitted
-    to both sides at once, with the noise of each point (along its beam). Line 0 is the side that says more about the
-    heading, 1 the other; points along sides that are not seen have higher numbers. `lines` accepts, after the largest
-    cluster, each one that is long enough, turned against the larger ones, and holds more of the points not yet explained
-    than chance would give it: fewer than one such line expected among as many scattered points (Desolneux, Moisan
-    and Morel 2000). With `lines` and `paper` the line of the most points is the dominant one, fitted by total least
-    squares. Columns of points beyond the third are not used; with a third one, z [m], mirrors are told in full.
+    rectangle that explains most points: on a side counts for it, outside or well inside against it. Its heading is
+    fitted to both sides at once, with the noise of each point, which is along its beam. Line 0 is the side that says
+    more about the heading, 1 the other; points along unseen sides have higher numbers. `lines` accepts, after the
+    largest cluster, each one that is long enough, turned against the larger ones, and holds more of the points not yet
+    explained than chance would give it: fewer than one such line expected among as many scattered points (Desolneux,
+    Moisan and Morel 2000). With `lines` and `paper` the line of the most points is the dominant one, fitted by total
+    least squares. A third column of points is z [m]: with it, points of mirrors in the plane of a side are told, too.
     """
     order, offset = by_segment(segments)
     label: Ints

@@ -158,18 +158,3 @@ def settle(points, lines, tau):
     ordered = sorted(range(len(lines)), key=lambda k: (-size[k], k))
     place = {k: rank if rank == 0 or size[k] > 2 else -1 for rank, k in enumerate(ordered)}
     return np.array([place.get(k, -1) for k in label])
-
-
-def add_curves(points, label, tau, depth_max, beyond_max):
-    """Points a little behind a line and not far beyond its ends, as seen from the origin."""
-    label = label.copy()
-    for k in range(label.max() + 1):
-        on_line = points[label == k]
-        mean = on_line.mean(axis=0)
-        normal = fit_line(on_line)[:2]
-        normal = normal * np.sign(normal @ mean)
-        along = np.array([normal[1], -normal[0]])
-        depth, place, ends = (points - mean) @ normal, points @ along, on_line @ along
-        near = (place > ends.min() - beyond_max) & (place < ends.max() + beyond_max)
-        label[(label < 0) & (depth > -tau) & (depth < depth_max) & near] = k
-    return label

@@ -4,7 +4,8 @@ import numpy as np
 from numba import njit
 
 from tracker.kernels.faces import depths, inward
-from tracker.kernels.lines import MINIMAL_SAMPLE, extent, fit_line, near
+from tracker.kernels.lines import extent, fit_line, near
+from tracker.kernels.linkage import MINIMAL_SAMPLE
 from tracker.records import Floats, Ints
 
 

@@ -11,6 +11,8 @@ from tracker.records import Floats, Ints
 WIDTH_MAX = 2.8
 """[m] Of vehicles; a longer face is a flank. Mirrors stick out of flanks only: out of a front or rear just stray ranges
 do, and those are given twice the gate."""
+WHOLE_MIN = 1.0
+"""[m] What is seen of a face, from which its ends may be taken for the vehicle's."""
 MIRROR_OUT = 0.35
 """[m] How far a mirror sticks out at most, trucks' included."""
 MIRROR_HALF = 0.08
@@ -81,7 +83,15 @@ def on_faces(
 
 @njit(cache=True)
 def unseen_sides(
-    points: Floats, corner: Floats, depth: Floats, place: Floats, label: Ints, outside: Ints, slack: float, pitch: float, depth_max: float
+    points: Floats,
+    corner: Floats,
+    depth: Floats,
+    place: Floats,
+    label: Ints,
+    outside: Ints,
+    slack: float,
+    pitch: float,
+    depth_max: float,
 ) -> None:
     """Judge what lies behind a face by the end of it where no other face is: there is an unseen side of the body.
 
@@ -93,10 +103,12 @@ def unseen_sides(
             turn = corner[1 - k, 0] * corner[k, 1] - corner[1 - k, 1] * corner[k, 0]
             if exists(corner[1]) and sign * turn < 0.0:
                 continue
-            edge = -np.inf
+            edge, start = -np.inf, np.inf
             for i in range(len(points)):
                 if label[i] == k and outside[i] == 0:
-                    edge = max(edge, sign * place[k, i])
+                    edge, start = max(edge, sign * place[k, i]), min(start, sign * place[k, i])
+            if edge - start < WHOLE_MIN:
+                continue
             for i in range(len(points)):
                 beyond = sign * place[k, i] - edge
                 if depth[k, i] < depth_max or outside[i] == 1 or (label[i] >= 0 and label[i] != k):
@@ -114,15 +126,13 @@ def drop_mirrors(height: Floats, label: Ints, depth: Floats, place: Floats, std:
     A third of a mirror's points do, on its foot. They are known by a point of it that is surely outside.
     """
     sure = (label < 0) & (depth > -MIRROR_OUT) & (depth < -MIRROR_GATE * std) & (height > MIRROR_Z_MIN)
+    todo = sure.copy()
     for i in np.flatnonzero(sure):
-        middle = np.mean(place[sure & (np.abs(place - place[i]) < MIRROR_APART)])
-        for j in range(len(label)):
-            if (
-                abs(place[j] - middle) < MIRROR_HALF
-                and abs(height[j] - height[i]) < MIRROR_HEIGHT
-                and depth[j] < MIRROR_FOOT
-            ):
-                label[j] = -1
+        if todo[i]:
+            middle = np.mean(place[sure & (np.abs(place - place[i]) < MIRROR_APART)])
+            here = (np.abs(place - middle) < MIRROR_HALF) & (np.abs(height - height[i]) < MIRROR_HEIGHT)
+            todo[here] = False
+            label[here & (depth < MIRROR_FOOT)] = -1
 
 
 @njit(cache=True)

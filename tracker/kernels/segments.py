@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from tracker.kernels.corners import best_corner
-from tracker.kernels.faces import fit_corner
+from tracker.kernels.faces import excess, fit_corner
 from tracker.kernels.lines import find_lines, fit_line, largest_clusters, settle
 from tracker.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.kernels.outline import judge
@@ -18,7 +18,7 @@ FACES, LINES, PAPER = 0, 1, 2
 
 @njit(cache=True)
 def even_subset(points: Floats, count: int) -> Floats:
-    """(count or N, 2) every so-manieth point."""
+    """(min(count, N), 2) points, evenly spaced in their order."""
     kept = min(len(points), count)
     sample = np.empty((kept, 2))
     for i in range(kept):
@@ -50,8 +50,9 @@ def link_segments(
         cluster = agglomerate(preferences(sample, hypotheses(sample, uniforms, locality), tau))
         if variant == FACES:
             corner = best_corner(segment, sample, cluster, tau, noise, gate, depth_max, beyond_max, length_min)
-            corner, surety = fit_corner(segment, corner, noise, gate)
-            member = judge(segment, corner, surety, noise, gate, depth_max, beyond_max, pitch)
+            wide = gate * excess(segment, fit_corner(segment, corner, noise, gate)[0], noise, tau)
+            corner, surety = fit_corner(segment, corner, noise, wide)
+            member = judge(segment, corner, surety, noise, wide, depth_max, beyond_max, pitch)
             dominant = corner[0]
         else:
             lines = (
