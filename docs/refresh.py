@@ -3,8 +3,11 @@
     python docs/refresh.py                             # tables of keys, and the output of the library's example
     luxloop run sumo-crossing
     python docs/refresh.py runs/sumo-crossing-seed1    # also the report in README.md
+    luxloop run paper-campus
+    python docs/refresh.py runs/paper-campus-seed1     # also the paper's tables in docs/paper.md
 
-What it writes stands between `<!-- keys of NAME -->`, `<!-- output -->` or `<!-- report -->` and `<!-- end -->`.
+What it writes stands between `<!-- keys of NAME -->`, `<!-- output -->`, `<!-- report -->` or `<!-- paper report -->`, and
+`<!-- end -->`.
 """
 
 import json
@@ -12,7 +15,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from scenarios import run_folder
 from scenarios.scenario import Scenario
@@ -24,8 +27,27 @@ LIBRARY = DOCS / "library.md"
 EXAMPLE = (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv")
 """What `LIBRARY` shows the output of."""
 
-SHOWN = ("Heading error by method", "Tracking", "Time per frame", "PASSED", "FAILED")
-"""Beginnings of the sections of a report that the README shows after the first, which tells what was run."""
+
+class Quote(NamedTuple):
+    """Where a report is shown, and how much of it."""
+
+    page: Path
+    block: str
+    sections: tuple[str, ...]
+    """Beginnings of the sections that are shown after the first, which tells what was run."""
+
+
+QUOTES = {
+    "sumo-crossing": Quote(
+        README, "report", ("Heading error by method", "Tracking", "Time per frame", "PASSED", "FAILED")
+    ),
+    "paper-campus": Quote(
+        DOCS / "paper.md",
+        "paper report",
+        ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error of the tracked"),
+    ),
+}
+"""By the scenario that was run."""
 
 TYPES = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false", "array": "list"}
 """TOML's words for JSON's."""
@@ -34,15 +56,23 @@ Json = dict[str, Any]
 
 
 def main() -> None:
-    """Refresh the tables of keys and the example's output, and with a run folder the report."""
+    """Refresh the tables of keys and the example's output, and with run folders the reports of these."""
     text = SCENARIO_FILES.read_text(encoding="utf-8")
     SCENARIO_FILES.write_text(with_keys(text, Scenario.model_json_schema()), encoding="utf-8")
     output = subprocess.run([sys.executable, *EXAMPLE], capture_output=True, text=True, check=True).stdout
     LIBRARY.write_text(with_text(LIBRARY.read_text(encoding="utf-8"), "output", output.strip()), encoding="utf-8")
-    if len(sys.argv) > 1:
-        report = (Path(sys.argv[1]) / run_folder.REPORT).read_text(encoding="utf-8")
-        shown = with_text(README.read_text(encoding="utf-8"), "report", excerpt(report))
-        README.write_text(shown, encoding="utf-8")
+    for run in sys.argv[1:]:
+        quote(Path(run))
+
+
+def quote(run: Path) -> None:
+    """Write the report of a run into the page that shows its scenario."""
+    scenario = json.loads((run / run_folder.RESULT).read_text(encoding="utf-8"))["scenario"]
+    if scenario not in QUOTES:
+        sys.exit(f"{run}: no page shows a report of {scenario}; give a run of {' or '.join(QUOTES)}")
+    page, block, sections = QUOTES[scenario]
+    report = (run / run_folder.REPORT).read_text(encoding="utf-8")
+    page.write_text(with_text(page.read_text(encoding="utf-8"), block, excerpt(report, sections)), encoding="utf-8")
 
 
 def with_keys(text: str, schema: Json) -> str:
@@ -63,13 +93,13 @@ def with_text(page: str, name: str, text: str) -> str:
     return f"{start}<!-- {name} -->\n```text\n{text}\n```\n<!-- end -->{after}"
 
 
-def excerpt(report: str) -> str:
-    """Return the sections of a report that the README shows, `[...]` where others are left out."""
+def excerpt(report: str, beginnings: tuple[str, ...]) -> str:
+    """Return the sections of a report that begin so, after the first; `[...]` stands where others are left out."""
     lines = "\n".join(line.rstrip() for line in report.splitlines())
     header, *sections = re.split(r"\n\n+(?!whole loop)", lines.strip())
     shown = [header]
     for section in sections:
-        if section.startswith(SHOWN):
+        if section.startswith(beginnings):
             shown.append(section)
         elif shown[-1] != "[...]":
             shown.append("[...]")

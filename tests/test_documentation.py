@@ -24,9 +24,10 @@ from tracker.records import MODELS
 
 ROOT = Path(__file__).parents[1]
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
-LIBRARY = ROOT / "docs" / "library.md"
+LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 EXAMPLE = ROOT / "docs" / "examples" / "my-first.toml"
+VARIANT = ROOT / "docs" / "examples" / "paper-variant.toml"
 SHORT_S = "1"
 """Simulated time of shipped scenarios here [s]."""
 ABSENT = (
@@ -68,7 +69,8 @@ def follow(command: list[str]) -> int:
     _, verb, *rest = command
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
-    shortened = ["--duration", SHORT_S] if verb == "run" and rest[0] in listing.paths() else []
+    long = verb == "run" and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name))
+    shortened = ["--duration", SHORT_S] if long else []
     code = main([verb, *rest, *shortened])
     return 0 if shortened and code == 1 else code  # in so short a time an expectation may fail
 
@@ -110,12 +112,55 @@ def test_the_readme_quotes_the_example_scenario():
     assert blocks(README, "toml") == [EXAMPLE.read_text(encoding="utf-8")]
 
 
-def test_the_readme_shows_the_report_as_it_is_printed():
+@pytest.mark.parametrize("scenario", refresh.QUOTES)
+def test_pages_show_reports_as_they_are_printed(scenario):
     """Figures may differ, from run to run and from machine to machine; sections and rows may not."""
-    (shown,) = blocks(README, "text")
+    page, block, sections = refresh.QUOTES[scenario]
+    (shown,) = blocks(page, "text")
+    assert f"<!-- {block} -->\n```text\n{scenario}: " in page.read_text(encoding="utf-8")
     result = short_run.result()
-    printed = refresh.excerpt(report.as_text(report.report(result, check(result.metrics, {}))))
-    assert rows(shown) == rows(printed), "run: luxloop run sumo-crossing; python docs/refresh.py <its folder>"
+    printed = refresh.excerpt(report.as_text(report.report(result, check(result.metrics, {}))), sections)
+    assert rows(shown) == rows(printed), f"run: luxloop run {scenario}; python docs/refresh.py <its folder>"
+
+
+def test_the_page_of_the_paper_shows_its_four_tables():
+    (shown,) = blocks(PAPER, "text")
+    for published in ("vehicles", "paper: tlinkage", "paper: best", "paper: MMA"):
+        assert re.search(rf"^{published} ", shown, re.MULTILINE), published
+
+
+def test_reports_of_other_scenarios_are_in_no_page(tmp_path):
+    (tmp_path / run_folder.RESULT).write_text('{"scenario": "ring"}')
+    with pytest.raises(SystemExit, match="no page shows a report of ring; give a run of sumo-crossing or paper-campus"):
+        refresh.quote(tmp_path)
+
+
+def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    alone, *others = commands(PAPER)  # the first is the last without its option
+    assert others[-1][: len(alone)] == alone
+    assert [follow(words) for words in others] == [0, 0]
+    assert {path.name for path in (tmp_path / others[-1][-1]).iterdir()} == set(
+        names_in_files(section(RESULTS, "The data set"))
+    )
+
+
+def names_in_files(text: str) -> list[str]:
+    """Files in the first column of a table."""
+    return re.findall(r"^\| `([\w.]+)` \|", text, re.MULTILINE)
+
+
+def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
+    text = VARIANT.read_text(encoding="utf-8")
+    assert blocks(HOW, "toml") == [text[text.index("[tracker") :]]
+    shipped, own = listing.paths()["paper-campus"].read_text(encoding="utf-8"), tomllib.loads(text)
+    moved = tomllib.loads(shipped.replace('"paper-campus/', '"../../scenarios/catalog/urban/paper-campus/'))
+    for document in (moved, own):
+        for key in ("description", "expect", "tracker"):
+            document.pop(key, None)
+    assert own == moved
+    assert Scenario.load(VARIANT).tracker.mma.method == "paper"
 
 
 def rows(text: str) -> list[str]:
