@@ -138,17 +138,9 @@ def test_reports_of_other_scenarios_are_in_no_page(tmp_path):
 def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "docs").symlink_to(ROOT / "docs")
-    alone, *others = commands(PAPER)  # the first is the last without its option
-    assert others[-1][: len(alone)] == alone
-    assert [follow(words) for words in others] == [0, 0]
-    assert {path.name for path in (tmp_path / others[-1][-1]).iterdir()} == set(
-        names_in_files(section(RESULTS, "The data set"))
-    )
-
-
-def names_in_files(text: str) -> list[str]:
-    """Files in the first column of a table."""
-    return re.findall(r"^\| `([\w.]+)` \|", text, re.MULTILINE)
+    assert [follow(words) for words in commands(PAPER)] == [0, 0, 0]
+    described = re.findall(r"^\| `([\w.]+)` \|", section(RESULTS, "The data set"), re.MULTILINE)
+    assert {path.name for path in (tmp_path / "campus").iterdir()} == set(described)
 
 
 def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
