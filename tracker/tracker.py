@@ -134,9 +134,9 @@ class Tracker:
 
     def _unite(self) -> None:
         """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
-        sure = sorted((track for track in self._tracks if track.sure), key=lambda track: -track.hits)
-        for kept, a in enumerate(sure):
-            for b in sure[kept + 1 :]:
+        ranked = sorted((t for t in self._tracks if t.seen), key=lambda t: (not t.sure, -t.hits))
+        for rank, a in enumerate(ranked):
+            for b in ranked[rank + 1 :] if a.sure else ():
                 both = pieces([a, b])
                 if Status.DEAD not in (a.status, b.status) and one_vehicle(both, 0, 1, self.config.union):
                     a.absorb(*hull(both, 0, 1))
