@@ -98,10 +98,14 @@ def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentCo
     return bool(np.any(whole & (wide | (observed > config.length_min_m))))
 
 
-def classify(seen: Floats, hits: int, config: ExtentConfig) -> Usual:
-    """Class of a vehicle of which (2,) was seen along and across the heading [m] in `hits` observations."""
+def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usual:
+    """Class of a vehicle of which (2,) was seen along and across the heading [m].
+
+    `sights` (2,) is how often either side was seen as a whole, `hits` how often the vehicle was seen since its course
+    told its front from its side: the rear of a car is as broad as a motorcycle is long.
+    """
     length, width = seen
-    if length > config.large_length_min_m or width > config.large_width_min_m:
+    if length > config.large_length_min_m or (width > config.large_width_min_m and sights[1] > 0):
         return config.large
     narrow = length < config.small_length_max_m and width < config.small_width_max_m
     return config.small if narrow and hits >= config.small_from_hits else config.car

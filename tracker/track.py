@@ -101,6 +101,7 @@ class Track:
         self._config = config
         self._forward = forward
         self._oriented = False
+        self._oriented_hits = 0
         self._voted = 0
         self._votes = 0
         self._heading_rejections = 0
@@ -199,6 +200,7 @@ class Track:
         self.bank.update(misfit, covariance)
         self._update_heading(heading, heading_variance)
         self.hits += 1
+        self._oriented_hits += self._oriented
         self.unseen_s = 0.0
         longer = extent.remember(self.seen_size, size, whole, self._whole_sights, self._config.extent)
         self._whole_sights += extent.seen_whole(size, whole, self._config.extent)
@@ -258,7 +260,7 @@ class Track:
     def _resize(self, seen_size: Floats) -> None:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
         self.seen_size = seen_size
-        usual = extent.classify(seen_size, self.hits, self._config.extent)
+        usual = extent.classify(seen_size, self._whole_sights, self._oriented_hits, self._config.extent)
         self.size = extent.complete(seen_size, self._whole_sights, usual, self._config.extent)
         """(2,) length and width [m], unseen sides from priors."""
 
@@ -290,7 +292,8 @@ class Track:
         config, course = self._config.orientation, self.course
         if course is None and self._oriented:
             return
-        quarters = orientation.contradiction(self.heading, course, self.seen_size, self._forward, config)
+        whole = self._whole_sights > 0
+        quarters = orientation.contradiction(self.heading, course, self.seen_size, whole, self._forward, config)
         self._votes = self._votes + 1 if quarters == self._voted else 1
         self._voted = quarters
         if self._votes < (config.votes if self._oriented else config.first_votes):

@@ -158,7 +158,7 @@ class Tracker:
         taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
         for b in np.flatnonzero((track_id < 0) & ~taken):
             heading, size = float(seen.heading[b]), seen.size[b]
-            turns = orientation.first_guess(heading, size, forward, self.config.orientation)
+            turns = orientation.first_guess(heading, size, seen.whole[b], forward, self.config.orientation)
             track = Track(
                 track_id=self._born,
                 position=seen.corner[b],
