@@ -5,6 +5,7 @@ from tracker.geometry import rotate, wrap
 from tracker.orientation import OrientationConfig, contradiction, course, first_guess, turn_sign, turn_size
 
 CONFIG = OrientationConfig()
+WHOLE = np.ones(2, dtype=bool)
 
 
 @pytest.mark.parametrize("quarters", range(-3, 8))
@@ -28,10 +29,17 @@ def test_turned_names_mean_the_same_corner(quarters):
     ],
 )
 def test_first_guess(size, forward, expected):
-    quarters = first_guess(0.0, np.array(size), np.radians(forward), CONFIG)
+    quarters = first_guess(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG)
     assert np.cos(quarters * np.pi / 2 - np.radians(expected)) ** 2 == pytest.approx(1.0)
     if expected in (0.0, 180.0):
         assert wrap(quarters * np.pi / 2 - np.radians(expected)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_cut_face_broader_than_a_car_is_a_side():
+    """2.4 m from end to end is the rear of a truck; 2.4 m between two things that hide the rest is a car's side."""
+    face = np.array([0.1, 2.4])
+    assert first_guess(0.0, face, WHOLE, 0.0, CONFIG) % 2 == 0
+    assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
 
 
 @pytest.mark.parametrize(
@@ -39,12 +47,12 @@ def test_first_guess(size, forward, expected):
 )
 def test_motion_contradicts_the_heading(velocity, quarters):
     direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG)
-    assert contradiction(0.0, direction, np.array([1.7, 0.2]), 0.0, CONFIG) == quarters
+    assert contradiction(0.0, direction, np.array([1.7, 0.2]), WHOLE, 0.0, CONFIG) == quarters
 
 
 def test_a_vehicle_whose_length_is_known_does_not_move_sideways():
-    assert contradiction(0.0, np.pi / 2, np.array([4.6, 0.2]), 0.0, CONFIG) == 0
-    assert contradiction(0.0, np.pi, np.array([4.6, 0.2]), 0.0, CONFIG) == 2
+    assert contradiction(0.0, np.pi / 2, np.array([4.6, 0.2]), WHOLE, 0.0, CONFIG) == 0
+    assert contradiction(0.0, np.pi, np.array([4.6, 0.2]), WHOLE, 0.0, CONFIG) == 2
 
 
 def test_a_vague_velocity_has_no_course():
@@ -63,4 +71,4 @@ def test_a_vague_velocity_has_no_course():
     ],
 )
 def test_size_tells_length_from_width_while_a_vehicle_is_slow(size, forward, quarters):
-    assert contradiction(0.0, None, np.array(size), np.radians(forward), CONFIG) == quarters
+    assert contradiction(0.0, None, np.array(size), WHOLE, np.radians(forward), CONFIG) == quarters

@@ -87,8 +87,8 @@ def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentCo
     """Whether sides (2,) [m], of which those that are `whole` (2,) end where they seem to, are those of a vehicle.
 
     Pieces of walls between things that hide the rest have any length. A whole side has to be as wide or as long as a
-    car, or a side has to turn a corner and be no longer than a car's; a wall is flat within 0.15. Where more than a car's length was ever seen,
-    `largest` (2,), only a truck's width tells a truck from the corner of a house.
+    car, or a side has to turn a corner and be no longer than a car's; a wall is flat within 0.15. Where more than a
+    car's length was ever seen, `largest` (2,), only a truck's width tells a truck from the corner of a house.
     """
     if largest.max() > config.large_length_min_m:
         return bool(np.any(whole & (observed > config.large_width_min_m) & (observed < config.width_max_m)))

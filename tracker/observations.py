@@ -53,7 +53,7 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
         size=boxes.size,
         corner_sign=boxes.corner_sign,
         covariance=turn @ boxes.covariance @ turn.T + floor,
-        whole=~boxes.cut.any(axis=2),
+        whole=np.asarray(~boxes.cut.any(axis=2)),
         flat=boxes.flat,
         time_offset=boxes.time_offset,
         sensor=ego_pose_odom[:2],

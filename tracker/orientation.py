@@ -46,7 +46,10 @@ def first_guess(heading: float, size: Floats, whole: Bools, forward: float, conf
     two directions left, the one nearer to the ego's own, `forward`, is taken until the vehicle moves.
     """
     longer = int(np.argmax(size))
-    only_width = size.max() < (config.width_max_m if whole[longer] else config.car_width_max_m) and size.min() < config.depth_min_m
+    only_width = (
+        size.max() < (config.width_max_m if whole[longer] else config.car_width_max_m)
+        and size.min() < config.depth_min_m
+    )
     axis = heading + QUARTER * (longer != only_width)
     against = np.cos(axis - forward) < 0
     return int(longer != only_width) + 2 * int(against)

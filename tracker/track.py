@@ -7,6 +7,7 @@ import numpy as np
 from tracker import extent, mma, orientation
 from tracker.extent import ExtentConfig
 from tracker.filters import Bank, FilterConfig, Motion
+from tracker.footprint import Footprint
 from tracker.geometry import QUARTER, rotate, wrap
 from tracker.mma import MmaConfig
 from tracker.orientation import OrientationConfig
@@ -14,8 +15,6 @@ from tracker.records import MODELS, Bools, Floats, Ints, Status
 
 STATIONARY = MODELS.index("stationary")
 TURNING = MODELS.index("ca")
-LEFT_MARGIN_M = 1.5
-"""Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,30 +46,6 @@ class TrackConfig:
     extent: ExtentConfig
     orientation: OrientationConfig
     life: LifeConfig
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Footprint:
-    """Where a track was first seen."""
-
-    center: Floats
-    """(2,) middle of what was seen [m]."""
-    heading: float
-    """[rad]."""
-    size: Floats
-    """(2,) extent of what was seen along and across the heading [m]."""
-
-    def clear_of(self, other: "Footprint") -> Bools:
-        """(2,) whether the two have nothing in common along and across this one's heading.
-
-        The speed of a filter does not tell whether a thing moved: of a wall more and more comes into view, and its
-        middle moves as a vehicle's would, but it never leaves the place where it was first seen.
-        """
-        away = np.abs(rotate(self.center - other.center, -self.heading))
-        turn = other.heading - self.heading
-        cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
-        reach = np.array([[cos, sin], [sin, cos]]) @ other.size
-        return np.asarray(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M)
 
 
 class Track:
@@ -214,8 +189,9 @@ class Track:
         self._face_forward()
 
     def absorb(self, low: Floats, high: Floats) -> None:
-        """Take over all within a box that holds this one: its low and high corner (2,) from the middle of what was
-        seen of this track, along and across the heading [m].
+        """Grow to a box that holds what was seen of this track.
+
+        Its low and high corner (2,) are given from the middle of that, along and across the heading [m].
         """
         corner = np.where(self.corner_sign > 0, high, low)
         own = 0.5 * self.corner_sign * self.seen_size

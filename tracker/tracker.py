@@ -16,7 +16,7 @@ from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
 from tracker.preprocess import PreprocessConfig
-from tracker.records import Bools, Floats, Ints, Status, Segments, StepTrace, Tracks
+from tracker.records import Bools, Floats, Ints, Segments, Status, StepTrace, Tracks
 from tracker.rectangles import RectangleConfig
 from tracker.report import report
 from tracker.scan import Scan
