@@ -83,9 +83,9 @@ def test_a_side_without_the_one_next_to_it_is_flat(start, end, cut_at, flat):
     assert not fit_block(4.7, 1.8).flat.any()
 
 
-def covariance(points, corner, heading, **config):
+def covariance(points, corner, heading, side_std_m=0.0, **config):
     index = np.zeros(len(points), dtype=np.int64)
-    return boxes.covariance(points - corner, index, np.array([heading]), BoxConfig(**config))[0]
+    return boxes.covariance(points - corner, index, np.array([heading]), BoxConfig(side_std_m=side_std_m, **config))[0]
 
 
 def test_heading_variance_of_one_side_by_hand():
@@ -94,6 +94,12 @@ def test_heading_variance_of_one_side_by_hand():
     result = covariance(points, points[0], 0.0, noise_std_m=SIGMA)
     assert result[2, 2] == pytest.approx(SIGMA**2 / 30.8, rel=1e-2)
     assert result[0, 0] == pytest.approx(0.3**2, rel=1e-6), "along the side, its end is all that is known"
+
+
+def test_more_points_do_not_place_a_curved_side_any_better():
+    points = np.stack([np.linspace(10.0, 14.0, 10_000), np.full(10_000, 5.0)], axis=1)
+    result = covariance(points, points[0], 0.0, side_std_m=0.04)
+    assert np.sqrt(result[1, 1]) == pytest.approx(0.04, rel=1e-2)
 
 
 def test_covariance_turns_with_the_box():

@@ -29,6 +29,9 @@ class BoxConfig:
     """Spread of points about a side [m]: range noise and the layers' different biases."""
     end_std_m: float = 0.3
     """Where a side ends, when no points lie on the side next to it [m]: its rounded corner, the beams' spacing."""
+    side_std_m: float = 0.04
+    """Of a side's place, however many points lie on it [m]: bodies are curved, and a tight rectangle runs through the
+    outermost of its points, one to two of their deviations outside."""
     depth_min_m: float = 0.6
     """A side of which less is seen is not seen [m]: rounded corners take 0.25 to 0.4."""
     end_view_min_rad: float = math.radians(20.0)
@@ -41,6 +44,8 @@ class BoxConfig:
     def __post_init__(self) -> None:
         if min(self.noise_std_m, self.end_std_m) <= 0.0:
             raise ValueError("noise_std_m and end_std_m must be above 0")
+        if self.side_std_m < 0.0:
+            raise ValueError("side_std_m must not be negative")
 
 
 def build(
@@ -121,7 +126,8 @@ def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfi
 
     In the box's frame, from its corner, a point at (u, 0) on one side moves off it by dy + u * dheading when the box
     moves by (dx, dy) and turns about the corner, a point at (0, v) on the other by dx - v * dheading. These
-    rows, over the noise, sum up to the information matrix, on top of what is known without points.
+    rows, over the noise, sum up to the information matrix, on top of what is known without points. What a body's curves
+    and the outermost of noisy points do to a side comes on top, however many points there are.
     """
     u, v = rotate(from_corner, -heading[box]).T
     lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)
@@ -132,4 +138,5 @@ def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfi
     turn = np.zeros_like(information)
     turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
     turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
-    return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))
+    systematic = np.diag([config.side_std_m**2, config.side_std_m**2, 0.0])
+    return np.asarray(turn @ (np.linalg.inv(information) + systematic) @ turn.transpose(0, 2, 1))
