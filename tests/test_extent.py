@@ -78,7 +78,13 @@ def test_nothing_on_the_road_is_four_metres_wide():
 )
 def test_unseen_sides_come_from_the_class(extent, hits, size):
     seen_extent = np.array(extent)
-    assert complete(seen_extent, NEVER, classify(seen_extent, hits, CONFIG), CONFIG) == pytest.approx(size)
+    assert complete(
+        seen_extent, NEVER, classify(seen_extent, np.ones(2, dtype=np.int64), hits, CONFIG), CONFIG
+    ) == pytest.approx(size)
+
+
+def test_a_piece_of_a_side_is_no_width_of_a_truck():
+    assert classify(np.array([0.1, 2.5]), NEVER, 50, CONFIG) is CONFIG.car
 
 
 def test_a_short_length_seen_as_a_whole_is_the_length():

@@ -14,6 +14,7 @@ from tracker.orientation import (
 )
 
 CONFIG = OrientationConfig()
+WHOLE = np.ones(2, dtype=bool)
 
 
 @pytest.mark.parametrize("quarters", range(-3, 8))
@@ -37,7 +38,7 @@ def test_turned_names_mean_the_same_corner(quarters):
     ],
 )
 def test_first_guess(size, forward, expected):
-    quarters = first_guess(0.0, np.array(size), np.radians(forward), CONFIG)
+    quarters = first_guess(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG)
     assert np.cos(quarters * np.pi / 2 - np.radians(expected)) ** 2 == pytest.approx(1.0)
     if expected in (0.0, 180.0):
         assert wrap(quarters * np.pi / 2 - np.radians(expected)) == pytest.approx(0.0, abs=1e-9)
@@ -56,6 +57,13 @@ def test_going_sideways_takes_a_longer_way_and_a_known_length_never_does():
     assert way_needed(3, long, CONFIG) == np.inf
 
 
+def test_a_cut_face_broader_than_a_car_is_a_side():
+    """2.4 m from end to end is the rear of a truck; 2.4 m between two things that hide the rest is a car's side."""
+    face = np.array([0.1, 2.4])
+    assert first_guess(0.0, face, WHOLE, 0.0, CONFIG) % 2 == 0
+    assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
+
+
 def test_a_vague_velocity_has_no_course():
     fast = np.array([5.0, 0.0])
     assert course(fast, np.eye(2) * 1.0**2, CONFIG) == 0.0
@@ -72,4 +80,4 @@ def test_a_vague_velocity_has_no_course():
     ],
 )
 def test_size_tells_length_from_width_while_a_vehicle_is_slow(size, forward, quarters):
-    assert by_size(0.0, np.array(size), np.radians(forward), CONFIG) == quarters
+    assert by_size(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG) == quarters

@@ -34,7 +34,7 @@ def start(pose, forward=None, size=CAR, config=CONFIG):
     """A track of a vehicle that is taken to face as the ego does, `forward`."""
     forward = pose[2] if forward is None else forward
     seen = observe_boxes(pose, size)
-    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], forward, config.orientation)
+    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, config.orientation)
     first, corner = first_sighting(seen, 0, turns, CAR, ReadingConfig())
     return Track(0, corner, first, forward, config)
 

@@ -90,7 +90,7 @@ def build(
 
 
 def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
-    """(B, 2, 2) whether any of the points (P, 2) in their box's frame, where it was cut off, is at its low, high end."""
+    """(B, 2, 2) whether a point (P, 2) where the box was cut off, in the box's frame, is at its low or high end."""
     cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
     for end, sign in enumerate((-1, 1)):
         point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)

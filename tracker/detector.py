@@ -69,8 +69,8 @@ class Detector:
 
         `movers` are the vehicles known so far, where they should be at the scan's time: points on them are moved by
         their motion during the sweep. Without them only the ego's own motion is made up for. `long` are those that are
-        longer than a car, in the odometry frame: all that is seen in the box of one is one segment. Odd scans are treated as
-        in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
+        longer than a car, in the odometry frame: all that is seen in the box of one is one segment. Odd scans are
+        treated as in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
         """
         self.check(scan)
         self._time = scan.time

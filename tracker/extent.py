@@ -87,8 +87,8 @@ def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentCo
     """Whether sides (2,) [m], of which those that are `whole` (2,) end where they seem to, are those of a vehicle.
 
     Pieces of walls between things that hide the rest have any length. A whole side has to be as wide or as long as a
-    car, or a side has to turn a corner and be no longer than a car's; a wall is flat within 0.15. Where more than a car's length was ever seen,
-    `largest` (2,), only a truck's width tells a truck from the corner of a house.
+    car, or a side has to turn a corner and be no longer than a car's; a wall is flat within 0.15. Where more than a
+    car's length was ever seen, `largest` (2,), only a truck's width tells a truck from the corner of a house.
     """
     if largest.max() > config.large_length_min_m:
         return bool(np.any(whole & (observed > config.large_width_min_m) & (observed < config.width_max_m)))
@@ -98,10 +98,14 @@ def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentCo
     return bool(np.any(whole & (wide | (observed > config.length_min_m))))
 
 
-def classify(seen: Floats, hits: int, config: ExtentConfig) -> Usual:
-    """Class of a vehicle of which (2,) was seen along and across the heading [m] in `hits` observations."""
+def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usual:
+    """Class of a vehicle of which (2,) was seen along and across the heading [m].
+
+    `sights` (2,) is how often either side was seen as a whole, `hits` how often the vehicle was seen since its course
+    told its front from its side: the rear of a car is as broad as a motorcycle is long.
+    """
     length, width = seen
-    if length > config.large_length_min_m or width > config.large_width_min_m:
+    if length > config.large_length_min_m or (width > config.large_width_min_m and sights[1] > 0):
         return config.large
     narrow = length < config.small_length_max_m and width < config.small_width_max_m
     return config.small if narrow and hits >= config.small_from_hits else config.car

@@ -36,6 +36,11 @@ class Observations:
         return len(self.heading)
 
     @property
+    def whole(self) -> Bools:
+        """(B, 2) whether what is seen along and across the heading is cut off at neither end."""
+        return np.asarray(~(self.cut[:, :2] | self.cut[:, 2:]))
+
+    @property
     def corner(self) -> Floats:
         """(B, 2) the nearest corner [m]."""
         return self.center + rotate(0.5 * self.corner_sign * self.size, self.heading)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.geometry import QUARTER, wrap
-from tracker.records import Floats, Ints
+from tracker.records import Bools, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +14,8 @@ class OrientationConfig:
 
     width_max_m: float = 2.6
     """A longer side is a vehicle's length [m]."""
+    car_width_max_m: float = 2.1
+    """A longer side is so, too, when more of it may be hidden [m]: it is more than a car's width."""
     depth_min_m: float = 1.5
     """With a shorter side at least as wide as a car, the longer one is the length [m]."""
     course_speed_min_mps: float = 1.0
@@ -40,14 +42,15 @@ def turn_size(size: Floats, quarters: int) -> Floats:
     return size[::-1].copy() if quarters % 2 else size
 
 
-def first_guess(heading: float, size: Floats, forward: float, config: OrientationConfig) -> int:
-    """Quarter turns from a new box's heading to the vehicle's.
+def first_guess(heading: float, size: Floats, whole: Bools, forward: float, config: OrientationConfig) -> int:
+    """Quarter turns from a new box's heading to the vehicle's, whose sides (2,) [m] are seen as a `whole` (2,) or cut.
 
     The length lies along the longer side, unless only one short side is seen, which is then the width. Of the
     two directions left, the one nearer to the ego's own, `forward`, is taken until the vehicle moves.
     """
     longer = int(np.argmax(size))
-    only_width = size.max() < config.width_max_m and size.min() < config.depth_min_m
+    width_max = config.width_max_m if whole[longer] else config.car_width_max_m
+    only_width = size.max() < width_max and size.min() < config.depth_min_m
     axis = heading + QUARTER * (longer != only_width)
     against = np.cos(axis - forward) < 0
     return int(longer != only_width) + 2 * int(against)
@@ -66,9 +69,9 @@ def by_course(heading: float, course: float) -> int:
     return int(np.round(wrap(course - heading) / QUARTER)) % 4
 
 
-def by_size(heading: float, size: Floats, forward: float, config: OrientationConfig) -> int:
+def by_size(heading: float, size: Floats, whole: Bools, forward: float, config: OrientationConfig) -> int:
     """Quarter turns by which the seen size contradicts the heading: it tells length from width, not front from rear."""
-    quarters = first_guess(heading, size, forward, config)
+    quarters = first_guess(heading, size, whole, forward, config)
     return quarters if quarters % 2 else 0
 
 

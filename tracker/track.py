@@ -8,14 +8,12 @@ from tracker import bank, extent, orientation
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, Motion, heading_filter
 from tracker.filters import bank as lone_filters
+from tracker.footprint import Footprint
 from tracker.geometry import QUARTER, mahalanobis, rotate, wrap
 from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Bools, Floats, Ints, Status
+from tracker.records import MODELS, Floats, Ints, Status
 from tracker.sighting import Sighting
-
-LEFT_MARGIN_M = 1.5
-"""Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,30 +64,6 @@ class TrackConfig:
     life: LifeConfig
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Footprint:
-    """Where a track was first seen."""
-
-    center: Floats
-    """(2,) middle of what was seen [m]."""
-    heading: float
-    """[rad]."""
-    size: Floats
-    """(2,) extent of what was seen along and across the heading [m]."""
-
-    def clear_of(self, other: "Footprint") -> Bools:
-        """(2,) whether the two have nothing in common along and across this one's heading.
-
-        The speed of a filter does not tell whether a thing moved: of a wall more and more comes into view, and its
-        middle moves as a vehicle's would, but it never leaves the place where it was first seen.
-        """
-        away = np.abs(rotate(self.center - other.center, -self.heading))
-        turn = other.heading - self.heading
-        cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
-        reach = np.array([[cos, sin], [sin, cos]]) @ other.size
-        return np.asarray(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M)
-
-
 class Track:
     """A vehicle followed by one of its corners, in the odometry frame."""
 
@@ -108,6 +82,7 @@ class Track:
         self._heading = heading_filter(first.heading, first.heading_variance, config.filters)
         self._forward = forward
         self._oriented = False
+        self._oriented_hits = 0
         self._votes = 0
         self._turn_from = position
         self._heading_rejections = 0
@@ -205,6 +180,7 @@ class Track:
         self._update_heading(seen.heading, seen.heading_variance)
         self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
+        self._oriented_hits += self._oriented
         self.unseen_s = 0.0
         longer = extent.remember(self.seen_size, seen.size, seen.whole, self._whole_sights, self._config.extent)
         self._whole_sights += extent.seen_whole(seen.size, seen.whole, self._config.extent)
@@ -268,7 +244,7 @@ class Track:
     def _resize(self, seen_size: Floats) -> None:
         """Take (2,) for what has been seen of length and width [m], and complete it to the vehicle's size."""
         self.seen_size = seen_size
-        usual = extent.classify(seen_size, self.hits, self._config.extent)
+        usual = extent.classify(seen_size, self._whole_sights, self._oriented_hits, self._config.extent)
         self.size = extent.complete(seen_size, self._whole_sights, usual, self._config.extent)
         """(2,) length and width [m], unseen sides from priors."""
 
@@ -322,7 +298,9 @@ class Track:
             too_wide = self.seen_size[1] > config.width_max_m
             quarters = 0
             if too_wide or not self._oriented:
-                quarters = orientation.by_size(self.heading, self.seen_size, self._forward, config)
+                quarters = orientation.by_size(
+                    self.heading, self.seen_size, self._whole_sights > 0, self._forward, config
+                )
             self._votes = self._votes + 1 if quarters else 0
             self._turn_from = self.position
             if self._votes >= config.votes:

@@ -117,9 +117,9 @@ class Tracker:
 
     def _unite(self) -> None:
         """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
-        sure = sorted((track for track in self._tracks if track.sure), key=lambda track: -track.hits)
-        for kept, a in enumerate(sure):
-            for b in sure[kept + 1 :]:
+        ranked = sorted((t for t in self._tracks if t.seen), key=lambda t: (not t.sure, -t.hits))
+        for rank, a in enumerate(ranked):
+            for b in ranked[rank + 1 :] if a.sure else ():
                 both = pieces([a, b])
                 if Status.DEAD not in (a.status, b.status) and one_vehicle(both, 0, 1, self.config.union):
                     a.absorb(*hull(both, 0, 1))
@@ -141,8 +141,9 @@ class Tracker:
         taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
         config = self.config
         for b in np.flatnonzero((track_id < 0) & ~taken).tolist():
-            turns = orientation.first_guess(float(seen.heading[b]), seen.size[b], forward, config.orientation)
-            seen_size = orientation.turn_size(seen.size[b], turns)
+            heading, size = float(seen.heading[b]), seen.size[b]
+            turns = orientation.first_guess(heading, size, seen.whole[b], forward, config.orientation)
+            seen_size = orientation.turn_size(size, turns)
             usual = extent.complete(seen_size, np.zeros(2, dtype=np.int64), config.extent.car, config.extent)
             first, position = first_sighting(seen, b, turns, usual, config.reading)
             track = Track(self._born, position, first, forward, self._track_config)

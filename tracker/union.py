@@ -86,7 +86,7 @@ def claim(points_odom: Floats, segments: Segments, pieces: Pieces, config: Union
     held = _held(points_odom, segments, pieces, config)
     for vehicle in range(held.shape[1]):
         own = np.unique(label[np.isin(segments.label, np.flatnonzero(held[:, vehicle]))])
-        label[np.isin(label, own)] = own[:1].sum()
+        label[np.isin(label, own)] = own.min(initial=segments.count)
     used = label >= 0
     names, label[used] = np.unique(label[used], return_inverse=True)
     return Segments(label=label, count=len(names))
