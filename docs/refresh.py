@@ -6,8 +6,8 @@
     luxloop run paper-campus
     python docs/refresh.py runs/paper-campus-seed1     # also the paper's tables in docs/paper.md
 
-What it writes stands between `<!-- keys of NAME -->`, `<!-- output -->`, `<!-- report -->` or `<!-- paper report -->`, and
-`<!-- end -->`.
+What it writes stands between `<!-- keys of NAME -->`, `<!-- output -->`, `<!-- report -->` or `<!-- paper report -->`
+and `<!-- end -->`.
 """
 
 import json
@@ -44,7 +44,7 @@ QUOTES = {
     "paper-campus": Quote(
         DOCS / "paper.md",
         "paper report",
-        ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error of the tracked"),
+        ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error"),
     ),
 }
 """By the scenario that was run."""
