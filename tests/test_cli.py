@@ -227,8 +227,7 @@ def test_a_run_that_breaks_off_keeps_what_it_has_and_has_not_passed(error, code,
 
 def assert_kept(folder, document, frames):
     """An incomplete run of so many frames: result, report, tables and recording say the same."""
-    assert document["verdict"] == "incomplete"
-    assert document["failed"] == []
+    assert document["verdict"] == "incomplete"  # whatever its expectations say of the part that was run
     assert document["complete"] is False
     assert document["ended_early"]
     assert document["frames"] == frames > 0

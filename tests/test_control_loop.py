@@ -57,14 +57,14 @@ def test_an_ego_whose_tracker_is_blind_runs_into_the_car_that_brakes_and_the_tru
     assert speeds(result, "truth")[-1] < 5.0
 
 
-def test_by_the_tracks_the_ego_brakes_as_by_the_truth_a_little_later():
+def test_by_the_tracks_the_ego_brakes_as_by_the_truth_and_no_earlier():
     result = drive(10.0)
     by_tracks, by_truth = speeds(result, "tracks"), speeds(result, "truth")
     assert len(by_tracks) == len(by_truth) == result.frames == 125
     assert by_tracks[-1] < 7.5
     np.testing.assert_allclose(by_tracks, by_truth, atol=1.5)
-    # the leader brakes: the filters need time to believe it
-    assert np.argmax(by_tracks < 13.5) > np.argmax(by_truth < 13.5) > 80
+    # the leader brakes: the filters see it in the same frame at best
+    assert np.argmax(by_tracks < 13.5) >= np.argmax(by_truth < 13.5) > 80
 
 
 def test_a_simulator_that_fails_by_the_truth_leaves_the_drive_by_the_tracks_and_an_incomplete_run(monkeypatch):

@@ -22,7 +22,9 @@ def frame(template: Step, time: float, tracks: dict[int, tuple[Status, int]]) ->
     """Arguments of `EventFinder.update`: by track id its status and the actor that it follows."""
     rows = np.arange(len(tracks))
     records = {
-        name: getattr(template.tracks, name)[rows] for name in template.tracks.__slots__ if name not in ("id", "status")
+        name: values[rows]
+        for name in template.tracks.__slots__
+        if name not in ("id", "status") and (values := getattr(template.tracks, name)) is not None
     }
     return (
         replace(template.frame, time=time),

@@ -15,7 +15,9 @@ from tracker.scan import Scan
 from tracker.tracker import Tracker, TrackerConfig
 
 DT = 0.08
-SIDE = np.stack([np.linspace(5.0, 9.0, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)
+SIDE = np.stack([np.linspace(5.0, 9.4, 40), np.full(40, 3.0), np.full(40, 0.6)], axis=1)
+CAR = np.vstack([SIDE, np.stack([np.full(20, 5.0), np.linspace(3.0, 4.8, 20), np.full(20, 0.6)], axis=1)])
+"""Its side and its rear: of a side alone that stands it is not believed that it is a car's."""
 NOTHING = np.empty((0, 3))
 GARBAGE = np.array([[np.nan, 1.0, 1.0], [np.inf, -np.inf, 1.0], [6.0, 3.0, np.nan], [np.inf, np.nan, -np.inf]])
 
@@ -37,7 +39,7 @@ def same(one, other):
     return all(np.array_equal(getattr(one, field), getattr(other, field)) for field in fields)
 
 
-def followed(points=SIDE, frames=6):
+def followed(points=CAR, frames=6):
     """A tracker that follows what stands there, and what it last reported."""
     tracker = tracker_of()
     for k in range(frames):
@@ -117,8 +119,8 @@ def test_a_clock_that_jumps_back_or_stands_is_refused_and_the_tracker_goes_on(at
     tracker, before = followed()
     message = rf"scan of {at} s is not later than the one before, of 0\.4 s; leave it out, or use a new tracker"
     with pytest.raises(ValueError, match=message):
-        tracker.step(Scan.from_points(at, SIDE + 1.0))
-    after, _ = tracker.step(Scan.from_points(6 * DT, SIDE))
+        tracker.step(Scan.from_points(at, CAR + 1.0))
+    after, _ = tracker.step(Scan.from_points(6 * DT, CAR))
     assert same(after, followed(frames=7)[1])
     assert living(after) == living(before)
 
@@ -128,18 +130,18 @@ def test_a_clock_may_start_anywhere(first):
     """Seconds since 1970 too, of which a float keeps 2e-7."""
     tracker = tracker_of()
     for k in range(6):
-        tracks, _ = tracker.step(Scan.from_points(first + DT * k, SIDE))
+        tracks, _ = tracker.step(Scan.from_points(first + DT * k, CAR))
     assert tracks.status.tolist() == [Status.CONFIRMED]
 
 
-@pytest.mark.parametrize("then", [SIDE, NOTHING], ids=["at once", "a scan later"])
+@pytest.mark.parametrize("then", [CAR, NOTHING], ids=["at once", "a scan later"])
 def test_a_gap_of_ten_seconds_ends_all_tracks(then):
     """A vehicle that stands in the same place after it is another, for all that is known."""
     tracker, before = followed()
     tracks, _ = tracker.step(Scan.from_points(10.4, then))
     assert tracks.status[np.isin(tracks.id, before.id)].tolist() == [Status.DEAD]
     for k in range(1, 6):
-        after, _ = tracker.step(Scan.from_points(10.4 + DT * k, SIDE))
+        after, _ = tracker.step(Scan.from_points(10.4 + DT * k, CAR))
     assert len(after) == 1
     assert not living(after) & living(before)
 
@@ -148,7 +150,7 @@ def test_a_gap_shorter_than_tracks_wait_ends_only_those_not_yet_believed():
     """Seen six times it is taken up again after 1.5 s; seen twice it is nobody yet."""
     for frames, taken_up in ((6, True), (2, False)):
         tracker, before = followed(frames=frames)
-        after, _ = tracker.step(Scan.from_points(DT * (frames - 1) + 1.5, SIDE))
+        after, _ = tracker.step(Scan.from_points(DT * (frames - 1) + 1.5, CAR))
         assert bool(living(after) & living(before)) == taken_up
         assert len(living(after)) == 1
 
@@ -161,15 +163,15 @@ def test_a_pose_that_is_not_finite_is_refused_and_the_tracker_goes_on(pose):
     """One NaN would enter every filter and the memory of walls, and never leave."""
     tracker, _ = followed()
     with pytest.raises(ValueError, match=r"ego_pose_odom at 0\.48 s is \[.*carried on"):
-        tracker.step(replace(Scan.from_points(0.48, SIDE), ego_pose_odom=np.array(pose)))
-    after, _ = tracker.step(Scan.from_points(0.48, SIDE))
+        tracker.step(replace(Scan.from_points(0.48, CAR), ego_pose_odom=np.array(pose)))
+    after, _ = tracker.step(Scan.from_points(0.48, CAR))
     assert same(after, followed(frames=7)[1])
 
 
 @pytest.mark.parametrize("at", [math.nan, math.inf])
 def test_a_time_that_is_not_finite_is_refused(at):
     with pytest.raises(ValueError, match=r"time is (nan|inf); give"):
-        tracker_of().step(replace(Scan.from_points(0.0, SIDE), time=at))
+        tracker_of().step(replace(Scan.from_points(0.0, CAR), time=at))
 
 
 @pytest.mark.parametrize(

@@ -228,9 +228,18 @@ FACADE = walls(((-40, 9), (40, 9)), ((40, 40), (40, -40)), height=6.0, reflectiv
 
 OTHERS = ("range", "dropout", "mirror", "layer_overlap", "false_alarms")
 GEOMETRY = {"calibration", "attitude"}
+POSE = {"odometry"}
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in GEOMETRY])
+def test_odometry_that_errs_moves_no_point():
+    before, after = (
+        by_surface_point(*scan(*BUSY, noise=noise_with(*kinds), obstacles=FACADE, ego=MOVING))
+        for kinds in (OTHERS, {*OTHERS, *POSE})
+    )
+    assert before == after
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in GEOMETRY | POSE])
 def test_a_kind_of_noise_leaves_the_draws_of_the_others(kind):
     """What one kind takes away, moves or adds is its own: the others' points stay where they are, to the bit."""
     before, after = (

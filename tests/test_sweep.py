@@ -149,7 +149,7 @@ def test_a_box_was_seen_when_the_points_on_its_lines_were():
     one = np.zeros((1, 4))
     candidates = Candidates(one, np.full((1, 4, 2), 10.5), np.ones((1, 4, 2)), one, np.zeros(1, np.int64))
     tau = np.array([0.001, 0.003, 0.005, 0.5])
-    built = build(points, tau, segments, Linkage(line, np.zeros(1)), candidates, BoxConfig())
+    built = build(points, tau, segments, Linkage(line, np.zeros(1)), candidates, np.zeros(4, dtype=bool), BoxConfig())
     assert built.time_offset == pytest.approx([0.003])
 
 
