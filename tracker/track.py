@@ -46,8 +46,15 @@ class CornerConfig:
     kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
     """
 
-    seen_std_m: float = 0.05
-    """An end whose face is seen [m]: rounded corners, sides that are no planes, the units' calibration."""
+    face_std_m: float = 0.015
+    """An end whose face is seen [m]: a LUX's layers differ by 1.2 cm in range, which stays while the same layers meet
+    the face, and faces are flat within 1."""
+    heading_std_rad: float = 0.007
+    """A face is seen in its middle, its corner is half its width away: so far the heading of a fit is off for long
+    [rad], 0.4 degrees, by a side that is bowed or ends in a bumper."""
+    edge_std_m: float = 0.1
+    """An end whose face is not seen, where the side seems to end [m]: somewhere on a rounded corner of 0.3, or between
+    two beams, a quarter degree apart and 0.17 at 40 m: evenly spread, 0.3 / sqrt(12) and 0.17 / sqrt(12)."""
     known_std_m: float = 0.15
     """An end that is a known side length away from one that is seen [m]."""
     unseen_share: float = 0.5
@@ -114,7 +121,7 @@ class Track:
         self._whole_sights = np.zeros(2, dtype=np.int64)
         """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
-        self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
+        self._offset_variance = np.where(first.exact, self._lasting(first), self._end_variance)
         self._birthplace = self.footprint
         self._left = False
         self._sights = [0, 0]
@@ -144,9 +151,7 @@ class Track:
     @property
     def offset_covariance(self) -> Floats:
         """(2, 2) of the error that lasts, odometry frame [m^2]."""
-        (along, across), cos, sin = self._offset_variance, np.cos(self.heading), np.sin(self.heading)
-        mixed = cos * sin * (along - across)
-        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
+        return self._turned(self._offset_variance)
 
     @property
     def covariance(self) -> Floats:
@@ -200,10 +205,10 @@ class Track:
     def update(self, seen: Sighting) -> None:
         """Take over one observation."""
         measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
+        self._know(seen)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
         self._update_alone(measured, covariance)
         self._update_heading(seen.heading, seen.heading_variance)
-        self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
         self.unseen_s = 0.0
         longer = extent.remember(self.seen_size, seen.size, seen.whole, self._whole_sights, self._config.extent)
@@ -277,6 +282,30 @@ class Track:
         """(2,) of where the vehicle ends, along and across, when the other end is known [m^2]."""
         corner, unseen = self._config.corner, self.size - self.known_size
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
+
+    def _lasting(self, seen: Sighting) -> Floats:
+        """(2,) of an end that is where the box ends, along and across [m^2]."""
+        corner, face = self._config.corner, seen.size[::-1]
+        on_face = corner.face_std_m**2 + (0.5 * corner.heading_std_rad * face) ** 2
+        return np.where(face >= self._config.extent.face_min_m, on_face, corner.edge_std_m**2)
+
+    def _know(self, seen: Sighting) -> None:
+        """Take note of how well this sight tells the ends.
+
+        What an end was off by before, and is no more, the filters may now learn: it is no motion.
+        """
+        corner, before = self._config.corner, self._offset_variance
+        guessed = np.maximum(before, corner.known_std_m**2)
+        self._offset_variance = np.where(seen.exact, self._lasting(seen), guessed)
+        learnt = self._turned(np.maximum(before - self._offset_variance, 0.0))
+        self.bank.loosen(learnt)
+        self.alone.covariance[:, :2, :2] += learnt
+
+    def _turned(self, variance: Floats) -> Floats:
+        """(2, 2) covariance, odometry frame, of variances (2,) along and across [m^2]."""
+        (along, across), cos, sin = variance, np.cos(self.heading), np.sin(self.heading)
+        mixed = cos * sin * (along - across)
+        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
 
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
