@@ -46,15 +46,9 @@ class CornerConfig:
     kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
     """
 
-    face_std_m: float = 0.015
-    """An end whose face is seen [m]: a LUX's layers differ by 1.2 cm in range, which stays while the same layers meet
-    the face, and faces are flat within 1."""
-    heading_std_rad: float = 0.007
-    """A face is seen in its middle, its corner is half its width away: so far the heading of a fit is off for long
-    [rad], 0.4 degrees, by a side that is bowed or ends in a bumper."""
-    edge_std_m: float = 0.1
-    """An end whose face is not seen, where the side seems to end [m]: somewhere on a rounded corner of 0.3, or between
-    two beams, a quarter degree apart and 0.17 at 40 m: evenly spread, 0.3 / sqrt(12) and 0.17 / sqrt(12)."""
+    heading_std_rad: float = 0.005
+    """So far the heading of a fit is off for long [rad], 0.3 degrees, by a side that is bowed or ends in a bumper. A
+    face is seen in its middle, and its corner is half its width away."""
     known_std_m: float = 0.15
     """An end that is a known side length away from one that is seen [m]."""
     unseen_share: float = 0.5
@@ -284,10 +278,14 @@ class Track:
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
 
     def _lasting(self, seen: Sighting) -> Floats:
-        """(2,) of an end that is where the box ends, along and across [m^2]."""
-        corner, face = self._config.corner, seen.size[::-1]
-        on_face = corner.face_std_m**2 + (0.5 * corner.heading_std_rad * face) ** 2
-        return np.where(face >= self._config.extent.face_min_m, on_face, corner.edge_std_m**2)
+        """(2,) of an end that is where the box ends, along and across [m^2].
+
+        All that one scan is off by, since the beams meet the same places again in the next, and the turn of the face.
+        """
+        cos, sin = np.cos(self.heading), np.sin(self.heading)
+        axes = np.array([[cos, sin], [-sin, cos]])
+        lever = 0.5 * self._config.corner.heading_std_rad * seen.size[::-1]
+        return np.asarray(np.einsum("ki,ij,kj->k", axes, seen.covariance, axes) + lever**2)
 
     def _know(self, seen: Sighting) -> None:
         """Take note of how well this sight tells the ends.
