@@ -115,7 +115,7 @@ class Track:
         self._whole_sights = np.zeros(2, dtype=np.int64)
         """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
-        self._offset_variance = np.where(first.exact, self._lasting(first), self._end_variance)
+        self._offset_variance = np.where(first.exact, self._lasting(first, first.covariance), self._end_variance)
         self._birthplace = self.footprint
         self._left = False
         self._sights = [0, 0]
@@ -199,8 +199,10 @@ class Track:
     def update(self, seen: Sighting) -> None:
         """Take over one observation."""
         measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
-        self._know(seen)
+        self._loosen(seen)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
+        guessed = np.maximum(self._offset_variance, self._config.corner.known_std_m**2)
+        self._offset_variance = np.where(seen.exact, self._lasting(seen, covariance), guessed)
         self._update_alone(measured, covariance)
         self._update_heading(seen.heading, seen.heading_variance)
         self.hits += 1
@@ -277,25 +279,21 @@ class Track:
         corner, unseen = self._config.corner, self.size - self.known_size
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
 
-    def _lasting(self, seen: Sighting) -> Floats:
+    def _lasting(self, seen: Sighting, covariance: Floats) -> Floats:
         """(2,) of an end that is where the box ends, along and across [m^2].
 
-        All that one scan is off by, since the beams meet the same places again in the next, and the turn of the face.
+        All that one scan is off by, of `covariance` (2, 2): the beams meet the same places again in the next. On top
+        of it the turn of the face.
         """
         cos, sin = np.cos(self.heading), np.sin(self.heading)
         axes = np.array([[cos, sin], [-sin, cos]])
         lever = 0.5 * self._config.corner.heading_std_rad * seen.size[::-1]
-        return np.asarray(np.einsum("ki,ij,kj->k", axes, seen.covariance, axes) + lever**2)
+        return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes) + lever**2)
 
-    def _know(self, seen: Sighting) -> None:
-        """Take note of how well this sight tells the ends.
-
-        What an end was off by before, and is no more, the filters may now learn: it is no motion.
-        """
-        corner, before = self._config.corner, self._offset_variance
-        guessed = np.maximum(before, corner.known_std_m**2)
-        self._offset_variance = np.where(seen.exact, self._lasting(seen), guessed)
-        learnt = self._turned(np.maximum(before - self._offset_variance, 0.0))
+    def _loosen(self, seen: Sighting) -> None:
+        """What an end was off by, and is no more, the filters may now learn at once: it is no motion."""
+        past = self._offset_variance - self._lasting(seen, seen.covariance)
+        learnt = self._turned(np.where(seen.exact, np.maximum(past, 0.0), 0.0))
         self.bank.loosen(learnt)
         self.alone.covariance[:, :2, :2] += learnt
 
