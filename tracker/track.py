@@ -43,12 +43,10 @@ class CornerConfig:
     """How far the tracked corner may be off for as long as it is seen in the same way.
 
     Such an error is no noise: the filters follow it, and no number of observations averages it away. It is therefore
-    kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
+    kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error). An
+    end that is seen is off by what its scan is off by, for the beams meet the same places again in the next one.
     """
 
-    heading_std_rad: float = 0.005
-    """So far the heading of a fit is off for long [rad], 0.3 degrees, by a side that is bowed or ends in a bumper. A
-    face is seen in its middle, and its corner is half its width away."""
     known_std_m: float = 0.15
     """An end that is a known side length away from one that is seen [m]."""
     unseen_share: float = 0.5
@@ -115,7 +113,7 @@ class Track:
         self._whole_sights = np.zeros(2, dtype=np.int64)
         """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
-        self._offset_variance = np.where(first.exact, self._lasting(first, first.covariance), self._end_variance)
+        self._offset_variance = np.where(first.exact, self._along_and_across(first.covariance), self._end_variance)
         self._birthplace = self.footprint
         self._left = False
         self._sights = [0, 0]
@@ -202,7 +200,7 @@ class Track:
         self._loosen(seen)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
         guessed = np.maximum(self._offset_variance, self._config.corner.known_std_m**2)
-        self._offset_variance = np.where(seen.exact, self._lasting(seen, covariance), guessed)
+        self._offset_variance = np.where(seen.exact, self._along_and_across(covariance), guessed)
         self._update_alone(measured, covariance)
         self._update_heading(seen.heading, seen.heading_variance)
         self.hits += 1
@@ -279,20 +277,15 @@ class Track:
         corner, unseen = self._config.corner, self.size - self.known_size
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
 
-    def _lasting(self, seen: Sighting, covariance: Floats) -> Floats:
-        """(2,) of an end that is where the box ends, along and across [m^2].
-
-        All that one scan is off by, of `covariance` (2, 2): the beams meet the same places again in the next. On top
-        of it the turn of the face.
-        """
+    def _along_and_across(self, covariance: Floats) -> Floats:
+        """(2,) variances along and across the heading of a covariance (2, 2), odometry frame [m^2]."""
         cos, sin = np.cos(self.heading), np.sin(self.heading)
         axes = np.array([[cos, sin], [-sin, cos]])
-        lever = 0.5 * self._config.corner.heading_std_rad * seen.size[::-1]
-        return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes) + lever**2)
+        return np.einsum("ki,ij,kj->k", axes, covariance, axes)
 
     def _loosen(self, seen: Sighting) -> None:
         """What an end was off by, and is no more, the filters may now learn at once: it is no motion."""
-        past = self._offset_variance - self._lasting(seen, seen.covariance)
+        past = self._offset_variance - self._along_and_across(seen.covariance)
         learnt = self._turned(np.where(seen.exact, np.maximum(past, 0.0), 0.0))
         self.bank.loosen(learnt)
         self.alone.covariance[:, :2, :2] += learnt
