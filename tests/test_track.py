@@ -211,7 +211,7 @@ def test_the_lone_models_owe_nothing_to_the_bank():
 
 
 def test_nees_is_chi_square_for_an_error_that_lasts():
-    """Tracks whose corner is off by a constant draw of the covariance that the boxes tell, plus new noise of the same."""
+    """Tracks whose corner is off by a constant draw of the noise that the boxes tell, plus as much new noise."""
     rng, nees = np.random.default_rng(5), []
     for _ in range(60):
         lasting = rng.normal(0, SEEN_STD_M, 2)

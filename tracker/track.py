@@ -281,7 +281,7 @@ class Track:
         """(2,) variances along and across the heading of a covariance (2, 2), odometry frame [m^2]."""
         cos, sin = np.cos(self.heading), np.sin(self.heading)
         axes = np.array([[cos, sin], [-sin, cos]])
-        return np.einsum("ki,ij,kj->k", axes, covariance, axes)
+        return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes))
 
     def _loosen(self, seen: Sighting) -> None:
         """What an end was off by, and is no more, the filters may now learn at once: it is no motion."""

@@ -1,6 +1,7 @@
 """The tracker of the paper: scan in, tracks out. `Tracker.step` reads as its block diagram."""
 
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -118,12 +119,13 @@ class Tracker:
     def _unite(self) -> None:
         """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
         sure = sorted((track for track in self._tracks if track.sure), key=lambda track: -track.hits)
-        for kept, a in enumerate(sure):
-            for b in sure[kept + 1 :]:
-                both = pieces([a, b])
-                if Status.DEAD not in (a.status, b.status) and one_vehicle(both, 0, 1, self.config.union):
-                    a.absorb(*hull(both, 0, 1))
-                    b.status = Status.DEAD
+        seen = pieces(sure)
+        for a, b in combinations(range(len(sure)), 2):
+            alive = Status.DEAD not in (sure[a].status, sure[b].status)
+            if alive and one_vehicle(seen, a, b, self.config.union):
+                sure[a].absorb(*hull(seen, a, b))
+                sure[b].status = Status.DEAD
+                seen = pieces(sure)
 
     def _exclude(self) -> None:
         """End every track whose place is taken: there is room for one vehicle, the surer, or else the older."""
