@@ -147,3 +147,21 @@ def test_bad_settings_are_refused():
         MmaConfig(probability_floor=0.4)
     with pytest.raises(ValueError, match="stopping_time_s"):
         MmaConfig(stopping_time_s=5.0)
+
+
+@pytest.mark.parametrize("method", ["mma", "imm"])
+def test_a_point_known_worse_is_corrected_and_its_speed_is_not(method):
+    """Half a metre of error that was no motion: without `loosen` the filters would take it for a speed of metres."""
+    config = MmaConfig(method=method, tail_dof=1e9)
+    followed = build(np.zeros(2), R, FilterConfig(), config)
+    step = motion(DT, FilterConfig())
+    for k in range(20):
+        followed.predict(step)
+        followed.observe(np.array([8.0 * DT * (k + 1), 0.0]) - followed.filters.mean[:, :2], R)
+    followed.predict(step)
+    followed.loosen(np.eye(2) * 0.5**2)
+    before = followed.filters.mean.copy()
+    followed.observe(np.array([0.5, 0.0]) + before[CV, :2] - before[:, :2], R)
+    change = (followed.filters.mean - before)[CV]
+    assert change[0] == pytest.approx(0.5, abs=0.01)
+    assert abs(change[2]) < 0.1

@@ -19,6 +19,8 @@ from tracker.tracker import predict
 DT = 0.08
 CAR = np.array([4.7, 1.8])
 LIFE = LifeConfig()
+SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
+"""Of the corner of every box, along x as along y."""
 STEP = motion(DT, FilterConfig())
 CONFIG = TrackConfig(
     FilterConfig(),
@@ -186,7 +188,7 @@ def test_every_method_reports_a_consistent_record(method):
     assert record.mean[0, 2] == pytest.approx(8.0, abs=0.5)
     assert record.model[0] == np.argmax(record.model_probability[0]) == MODELS.index("cv")
     assert np.linalg.eigvalsh(record.covariance[0]).min() > 0
-    assert np.linalg.eigvalsh(record.model_covariance_odom[0]).min() > CornerConfig().seen_std_m ** 2 * 0.99
+    assert np.linalg.eigvalsh(record.model_covariance_odom[0] - track.offset_covariance).min() > 0
     assert (record.model_nis[0] > 0).all()
     track.predict(STEP)
     assert np.isnan(report([track]).model_nis).all()
@@ -209,13 +211,13 @@ def test_the_lone_models_owe_nothing_to_the_bank():
 
 
 def test_nees_is_chi_square_for_an_error_that_lasts():
-    """Tracks whose corner is off by a constant draw of the standard deviation that the filter is told, plus noise."""
+    """Tracks whose corner is off by a constant draw of the noise that the boxes tell, plus as much new noise."""
     rng, nees = np.random.default_rng(5), []
     for _ in range(60):
-        lasting = rng.normal(0, CornerConfig().seen_std_m, 2)
+        lasting = rng.normal(0, SEEN_STD_M, 2)
         track = start((20.0 + lasting[0], 3.5 + lasting[1], 0.0))
         for pose in straight((20.0, 3.5, 0.0), 6.0, 25):
-            noise = np.append(lasting + rng.normal(0, 0.05, 2), 0.0)
+            noise = np.append(lasting + rng.normal(0, SEEN_STD_M, 2), 0.0)
             follow(track, [pose + noise])
         corner = pose[:2] + 0.5 * track.corner_sign * CAR
         off = track.position - corner

@@ -38,6 +38,9 @@ class Bank(Protocol):
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]: another corner of the same vehicle."""
 
+    def loosen(self, covariance: Floats) -> None:
+        """Know the tracked point worse by (2, 2) [m^2]."""
+
 
 class SelectedBank:
     """The paper's: the filter of the highest score is believed; see `tracker.mma` for whether the filters talk."""
@@ -71,6 +74,10 @@ class SelectedBank:
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]."""
         self.filters.mean[:, :2] += offset
+
+    def loosen(self, covariance: Floats) -> None:
+        """Know the tracked point worse by (2, 2) [m^2]."""
+        self.filters.covariance[:, :2, :2] += covariance
 
 
 def build(position: Floats, covariance: Floats, filters: FilterConfig, config: MmaConfig) -> Bank:

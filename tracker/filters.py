@@ -51,7 +51,7 @@ class FilterConfig:
     """Speed of a vehicle before it was seen twice: urban traffic up to 60 km/h, two standard deviations [m/s]."""
     initial_yaw_rate_std_radps: float = 0.2
     """Its yaw rate [rad/s]."""
-    position_std_floor_m: float = 0.015
+    position_std_floor_m: float = 0.007
     """Corner noise from scan to scan that the fit cannot know: where the beams happen to meet the outline [m]."""
     heading_std_floor_rad: float = 0.02
     """Heading noise that the fit cannot know [rad]."""

@@ -63,6 +63,11 @@ class FilterpyImm:
         for kf in (*self._imm.filters, self._imm):
             kf.x[:2] += offset
 
+    def loosen(self, covariance: Floats) -> None:
+        """Know the tracked point worse by (2, 2) [m^2]."""
+        for kf in (*self._imm.filters, self._imm):
+            kf.P[:2, :2] += covariance
+
 
 def _kalman(mean: Floats, covariance: Floats) -> KalmanFilter:
     """One of the models, measured in x and y."""

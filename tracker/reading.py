@@ -93,7 +93,7 @@ def pair(tracks: Predictions, seen: Observations, config: ReadingConfig) -> Pair
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), named_after(turns), axis=2)
     exact = shows_end(size, near, cut, tracks.size[:, None], config)
-    misfit = fit_in(tracks, seen, size, near, exact)
+    misfit = fit_in(tracks, seen, seen.heading + turns * QUARTER, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # A piece may lie anywhere on its side: where that contradicts no model, it says nothing of any.
     silent = ~exact & np.all(misfit == 0, axis=2)
@@ -131,7 +131,9 @@ def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: Rea
     return (size[..., ::-1] >= config.face_min_m) | (~at_end(cut, near) & (long | at_end(cut, -near)))
 
 
-def fit_in(tracks: Predictions, seen: Observations, size: Floats, near: Floats, exact: Bools) -> Floats:
+def fit_in(
+    tracks: Predictions, seen: Observations, heading: Floats, size: Floats, near: Floats, exact: Bools
+) -> Floats:
     """How far each model must move to agree with each box, (T, B, M, 2) along and across the heading [m].
 
     Where the near end of an axis is the vehicle's, it is `exact` (T, B, 2). Where it is not, what is seen may be a
@@ -142,7 +144,8 @@ def fit_in(tracks: Predictions, seen: Observations, size: Floats, near: Floats, 
     center = tracks.position - tracks.to_corner[:, None]
     moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
     offset = rotate(seen.center[:, None] - center[:, None] - moved, -tracks.heading[:, None, None])
-    near_end = offset + 0.5 * (near * (size - tracks.size[:, None]))[:, :, None]
+    turn = heading - tracks.heading[:, None]
+    near_end = offset + 0.5 * (rotate(near * size, turn) - near * tracks.size[:, None])[:, :, None]
     known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
     shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]
     sticks_out = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)

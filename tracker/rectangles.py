@@ -11,8 +11,12 @@ from tracker.kernels.criteria import best_headings
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
-SIDE_DEPTH = 0.06
-"""[m] Range noise of 2.5 cm puts the last of 20 to 100 points 5 to 6 cm outside of a side, and as many inside."""
+RANGE_STD = 0.025
+"""[m] Of a LUX's range, along the beam."""
+FLATNESS_STD = 0.01
+"""[m] Of a side's points across it for all other reasons, see `SelectionConfig.flatness_m`."""
+SIDE_SIGMA = 2.4
+"""Of 20 to 100 points the outermost is 2 to 2.6 standard deviations off the side, and another as far inside."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,20 +75,30 @@ def measure(
 ) -> tuple[Floats, Floats]:
     """Centre and size (S, M, 2) of the rectangles at headings (S, M) around the points on lines, one at least.
 
-    A side is where the outermost points are on average, those at most `SIDE_DEPTH` behind the very last one: noise
-    puts that one some 5 cm outside of the body.
+    A side is where the outermost points are on average: noise puts the very last one outside of the body. Range noise
+    lies along the beam, so that it is spread across a side that is met at an angle by the cosine of this angle only.
     """
     points, offset = _by_segment(points_ego, segments, linkage.line >= 0)
     local = rotate(points[:, None], -np.repeat(heading, np.diff(offset), axis=0))
-    low, high = (sign * _outermost(sign * local, offset) for sign in (-1.0, 1.0))
+    cosine = np.abs(local) / np.maximum(np.hypot(points[:, 0], points[:, 1]), FLATNESS_STD)[:, None, None]
+    reach = SIDE_SIGMA * np.hypot(RANGE_STD * cosine, FLATNESS_STD)
+    low, high = (sign * _outermost(sign * local, reach, offset) for sign in (-1.0, 1.0))
     return rotate(0.5 * (low + high), heading), high - low
 
 
-def _outermost(local: Floats, offset: Ints) -> Floats:
-    """Mean (S, M, 2) of the coordinates (N, M, 2) near the largest of their segment."""
-    largest = np.maximum.reduceat(local, offset[:-1])
-    near = local >= np.repeat(largest - SIDE_DEPTH, np.diff(offset), axis=0)
-    return np.asarray(np.add.reduceat(np.where(near, local, 0.0), offset[:-1]) / np.add.reduceat(near, offset[:-1]))
+def _outermost(local: Floats, reach: Floats, offset: Ints) -> Floats:
+    """Mean (S, M, 2) of the coordinates (N, M, 2) of the outermost side of each segment.
+
+    Those of the side are not farther from its mean than they `reach` (N, M, 2). The outermost one is twice as far from
+    the innermost one; those within half of this are the outer half of the side, from which its mean is then found.
+    """
+    count = np.diff(offset)
+    side = np.maximum.reduceat(local, offset[:-1])
+    for depth in (reach, reach):
+        near = local >= np.repeat(side, count, axis=0) - depth
+        total = np.add.reduceat(np.where(near, local, 0.0), offset[:-1])
+        side = total / np.add.reduceat(near, offset[:-1])
+    return np.asarray(side)
 
 
 def _by_segment(

@@ -41,11 +41,10 @@ class CornerConfig:
     """How far the tracked corner may be off for as long as it is seen in the same way.
 
     Such an error is no noise: the filters follow it, and no number of observations averages it away. It is therefore
-    kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error).
+    kept out of their gains and added to what they report (the "consider" part of Schmidt 1966, for a slow error). An
+    end that is seen is off by what its scan is off by, for the beams meet the same places again in the next one.
     """
 
-    seen_std_m: float = 0.05
-    """An end whose face is seen [m]: rounded corners, sides that are no planes, the units' calibration."""
     known_std_m: float = 0.15
     """An end that is a known side length away from one that is seen [m]."""
     unseen_share: float = 0.5
@@ -89,7 +88,7 @@ class Track:
         self._whole_sights = np.zeros(2, dtype=np.int64)
         """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
-        self._offset_variance = np.where(first.exact, config.corner.seen_std_m**2, self._end_variance)
+        self._offset_variance = np.where(first.exact, self._along_and_across(first.covariance), self._end_variance)
         self._birthplace = self.footprint
         self._left = False
         self._sights = [0, 0]
@@ -119,9 +118,7 @@ class Track:
     @property
     def offset_covariance(self) -> Floats:
         """(2, 2) of the error that lasts, odometry frame [m^2]."""
-        (along, across), cos, sin = self._offset_variance, np.cos(self.heading), np.sin(self.heading)
-        mixed = cos * sin * (along - across)
-        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
+        return self._turned(self._offset_variance)
 
     @property
     def covariance(self) -> Floats:
@@ -175,10 +172,12 @@ class Track:
     def update(self, seen: Sighting) -> None:
         """Take over one observation."""
         measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
+        self._loosen(seen)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
+        guessed = np.maximum(self._offset_variance, self._config.corner.known_std_m**2)
+        self._offset_variance = np.where(seen.exact, self._along_and_across(covariance), guessed)
         self._update_alone(measured, covariance)
         self._update_heading(seen.heading, seen.heading_variance)
-        self._offset_variance = np.where(seen.exact, self._config.corner.seen_std_m**2, self._offset_variance)
         self.hits += 1
         self._oriented_hits += self._oriented
         self.unseen_s = 0.0
@@ -253,6 +252,25 @@ class Track:
         """(2,) of where the vehicle ends, along and across, when the other end is known [m^2]."""
         corner, unseen = self._config.corner, self.size - self.known_size
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
+
+    def _along_and_across(self, covariance: Floats) -> Floats:
+        """(2,) variances along and across the heading of a covariance (2, 2), odometry frame [m^2]."""
+        cos, sin = np.cos(self.heading), np.sin(self.heading)
+        axes = np.array([[cos, sin], [-sin, cos]])
+        return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes))
+
+    def _loosen(self, seen: Sighting) -> None:
+        """What an end was off by, and is no more, the filters may now learn at once: it is no motion."""
+        past = self._offset_variance - self._along_and_across(seen.covariance)
+        learnt = self._turned(np.where(seen.exact, np.maximum(past, 0.0), 0.0))
+        self.bank.loosen(learnt)
+        self.alone.covariance[:, :2, :2] += learnt
+
+    def _turned(self, variance: Floats) -> Floats:
+        """(2, 2) covariance, odometry frame, of variances (2,) along and across [m^2]."""
+        (along, across), cos, sin = variance, np.cos(self.heading), np.sin(self.heading)
+        mixed = cos * sin * (along - across)
+        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
 
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""

@@ -1,6 +1,7 @@
 """The tracker of the paper: scan in, tracks out. `Tracker.step` reads as its block diagram."""
 
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -117,13 +118,16 @@ class Tracker:
 
     def _unite(self) -> None:
         """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
-        ranked = sorted((t for t in self._tracks if t.seen), key=lambda t: (not t.sure, -t.hits))
-        for rank, a in enumerate(ranked):
-            for b in ranked[rank + 1 :] if a.sure else ():
-                both = pieces([a, b])
-                if Status.DEAD not in (a.status, b.status) and one_vehicle(both, 0, 1, self.config.union):
-                    a.absorb(*hull(both, 0, 1))
-                    b.status = Status.DEAD
+        ranked = sorted(
+            (track for track in self._tracks if track.seen), key=lambda track: (not track.sure, -track.hits)
+        )
+        seen = pieces(ranked)
+        for a, b in combinations(range(len(ranked)), 2):
+            alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
+            if alive and ranked[a].sure and one_vehicle(seen, a, b, self.config.union):
+                ranked[a].absorb(*hull(seen, a, b))
+                ranked[b].status = Status.DEAD
+                seen = pieces(ranked)
 
     def _exclude(self) -> None:
         """End every track whose place is taken: there is room for one vehicle, the surer, or else the older."""
