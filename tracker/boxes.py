@@ -35,6 +35,8 @@ class BoxConfig:
     """An end is in plain view from this far beyond the line along it: a car's front then spans 0.6 m or more."""
     unit_offset_m: float = 2.5
     """No unit is farther from the ego's centre [m]: what this centre sees from farther beyond, all units do."""
+    stray_m: float = 0.5
+    """Points beyond a side by more are no mirrors: those stick out by 0.2 m, at either end [m]."""
     cut_margin_m: float = 0.3
     """A box is cut off at an end when it is at a point this near to it [m]: corners are rounded by 0.25 to 0.4."""
 
@@ -74,6 +76,11 @@ def build(
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
     from_center = rotate(points - center[box], -heading[box])
     cut = cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config)
+    inside = np.flatnonzero(segments.label >= 0)
+    whole = inside[fits[segments.label[inside]]]
+    owner = np.searchsorted(kept, segments.label[whole])
+    xy = np.asarray(points_ego[whole, :2], dtype=np.float64)
+    beside = strays(rotate(xy - center[owner], -heading[owner]), owner, size, config)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -85,7 +92,7 @@ def build(
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
         cut=cut,
-        flat=flat(corner, sign, heading, size, cut, config),
+        flat=flat(corner, sign, heading, size, cut, config) | beside,
     )
 
 
@@ -96,6 +103,18 @@ def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) ->
         point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
         cut[box[point], axis, end] = True
     return cut
+
+
+def strays(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
+    """(B,) whether points (P, 2) of a segment, in its box's frame, lie farther about than those of its vehicle do.
+
+    Windows are seen behind a side as deep as the vehicle is wide, and mirrors stick out; the wall beside the corner of a
+    house goes on for metres.
+    """
+    low, high = np.full_like(size, np.inf), np.full_like(size, -np.inf)
+    np.minimum.at(low, box, from_center)
+    np.maximum.at(high, box, from_center)
+    return np.asarray(np.any(high - low > np.maximum(size + config.stray_m, config.shorter_max_m), axis=1))
 
 
 def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:

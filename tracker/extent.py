@@ -58,6 +58,10 @@ class ExtentConfig:
     """No vehicle is wider [m]: a truck measures 2.55."""
     length_min_m: float = 3.0
     """Least length of a car, without its rounded corners [m]."""
+    full_min_m: float = 1.2
+    """Two sides both seen this far are a full view [m]: no niche, no kerb and no rounded corner is as deep."""
+    grown_min_m: float = 0.5
+    """A side that gets longer than it was by more was not seen as a whole before [m]: two beams at either end."""
     known_share: float = 0.8
     """A side of which this share was seen is known to be there as a whole."""
 
@@ -96,6 +100,23 @@ def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentCo
         return bool(observed.min() < config.width_max_m)
     wide = (observed > config.width_min_m) & (observed < config.width_max_m)
     return bool(np.any(whole & (wide | (observed > config.length_min_m))))
+
+
+def is_piece(observed: Floats, whole: Bools, config: ExtentConfig) -> bool:
+    """Whether what is seen, (2,) [m], might be a piece of a wall: one side alone, or no side from end to end."""
+    return bool(observed.min() <= config.rounding_min_m or not whole.any())
+
+
+def evidence(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> int:
+    """How much a sight of sides (2,) [m] says for a vehicle: twice as much if it turns a corner, and twice again in full.
+
+    In full are both sides seen for good, and one of them from end to end.
+    """
+    if not is_vehicle(observed, whole, largest, config):
+        return 0
+    if largest.max() > config.large_length_min_m or observed.min() <= config.rounding_min_m:
+        return 2 if largest.max() > config.large_length_min_m else 1
+    return 4 if whole.any() and observed.min() > config.full_min_m else 2
 
 
 def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usual:

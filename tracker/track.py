@@ -21,7 +21,12 @@ class LifeConfig:
     """When a track is believed and when it is given up."""
 
     confirm_hits: int = 4
-    """Observations before a track is confirmed."""
+    """Observations before a track that left its place is confirmed."""
+    evidence_min: int = 8
+    """Evidence of a vehicle's sides (`extent.evidence`) that does without motion: two full views, or more lesser ones,
+    but ..."""
+    sure_hits: int = 2
+    """... never fewer observations than this."""
     tentative_coast_s: float = 0.2
     """A tentative track dies when not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -91,8 +96,10 @@ class Track:
         self._offset_variance = np.where(first.exact, self._along_and_across(first.covariance), self._end_variance)
         self._birthplace = self.footprint
         self._left = False
-        self._sights = [0, 0]
-        """How often sides of a vehicle were seen, before and after more than a car's length was seen."""
+        self._evidence = [0, 0]
+        """For a vehicle, before and after more than a car's length was seen."""
+        self._piece_evidence, self._piece_length = 0, 0.0
+        """The same of sights that might be pieces of a wall, and how long the longest of them is [m]."""
         self._believe(first)
 
     @property
@@ -207,10 +214,7 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            if self._believed:
-                self.status = Status.CONFIRMED
-            elif self.long:
-                self.status = Status.TENTATIVE
+            self.status = Status.CONFIRMED if self._believed else Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
         elif self.status is not Status.TENTATIVE:
@@ -221,13 +225,26 @@ class Track:
     @property
     def _believed(self) -> bool:
         """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
-        least = self._config.life.confirm_hits
-        return self.hits >= least and (self._left or self._sights[self.long] >= least)
+        life = self._config.life
+        pieces = 0 if self.long else self._piece_evidence
+        if self._evidence[self.long] + pieces >= life.evidence_min:
+            return self.hits >= life.sure_hits
+        return self._left and self.hits >= life.confirm_hits
 
     def _believe(self, seen: Sighting) -> None:
-        """Count an observation for or against a vehicle."""
+        """Count an observation for or against a vehicle: as a piece of a wall, its evidence is lost once it grows."""
+        config, length = self._config.extent, float(seen.size.max())
         largest = np.maximum(self.seen_size, seen.size)
-        self._sights[self.long] += extent.is_vehicle(seen.size, seen.whole, largest, self._config.extent) - seen.flat
+        vote = extent.evidence(seen.size, seen.whole, largest, config) - seen.flat
+        if extent.is_piece(seen.size, seen.whole, config) and not self.long:
+            if vote == 1 and self._piece_length:
+                if length > self._piece_length + config.grown_min_m:
+                    self._piece_evidence = 0
+            if vote == 1:
+                self._piece_length = max(length, self._piece_length)
+            self._piece_evidence += vote
+        else:
+            self._evidence[self.long] += vote
 
     @property
     def long(self) -> int:
