@@ -108,8 +108,8 @@ def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) ->
 def strays(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
     """(B,) whether points (P, 2) of a segment, in its box's frame, lie farther about than those of its vehicle do.
 
-    Windows are seen behind a side as deep as the vehicle is wide, and mirrors stick out; the wall beside the corner of a
-    house goes on for metres.
+    Windows are seen behind a side as deep as the vehicle is wide, and mirrors stick out; the wall beside the corner
+    of a house goes on for metres.
     """
     low, high = np.full_like(size, np.inf), np.full_like(size, -np.inf)
     np.minimum.at(low, box, from_center)

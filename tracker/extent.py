@@ -108,7 +108,7 @@ def is_piece(observed: Floats, whole: Bools, config: ExtentConfig) -> bool:
 
 
 def evidence(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> int:
-    """How much a sight of sides (2,) [m] says for a vehicle: twice as much if it turns a corner, and twice again in full.
+    """How much a sight of sides (2,) [m] says for a vehicle: twice as much if it turns a corner, twice again in full.
 
     In full are both sides seen for good, and one of them from end to end.
     """

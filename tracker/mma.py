@@ -36,7 +36,7 @@ class MmaConfig:
     stopping_time_s: float = 0.2
     """... and a moving model that is so slow hands over within this time [s]."""
     tail_dof: float = 4.0
-    """Degrees of freedom of the corner noise's distribution: few mean heavy tails, infinity is the normal one."""
+    """Degrees of freedom of the corner noise's distribution: few mean heavy tails, 1e6 is as good as normal."""
     probability_floor: float = 0.02
     """`paper`: no model's probability falls below this, so that it can come back when the vehicle changes its mind."""
 
