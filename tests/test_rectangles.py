@@ -10,6 +10,7 @@ from support.stages import fit_points, off_quarter, one_segment
 
 from tracker import rectangles, tlinkage
 from tracker.kernels import criteria as kernels
+from tracker.kernels.sides import extents
 from tracker.records import METHODS, Linkage, Segments
 from tracker.rectangles import RectangleConfig
 from tracker.tlinkage import LinkageConfig
@@ -187,3 +188,16 @@ def test_no_segment():
 def test_config_says_what_is_wrong(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         RectangleConfig(**values)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40))
+@settings(deadline=None, max_examples=30)
+def test_extents_equal_their_naive_twin(seed, count, more):
+    rng = np.random.default_rng(seed)
+    parts = [rng.normal([8.0, 3.0], [1.5, 0.6], (n, 2)) for n in (count, more)]
+    heading = rng.uniform(0.0, np.pi / 2, (2, 3))
+    scales = (0.025, 0.01, 2.4)
+    ours = extents(np.concatenate(parts), np.array([0, count, count + more]), heading, *scales)
+    for s, part in enumerate(parts):
+        for mine, twin in zip(ours, naive_fit.extents(part, heading[s], *scales), strict=True):
+            np.testing.assert_allclose(mine[s], twin, atol=1e-9)

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from tracker.geometry import fold, rotate
 from tracker.kernels.criteria import best_headings
+from tracker.kernels.sides import extents
 from tracker.records import Floats, Ints, Linkage, Segments
 from tracker.segmentation import by_segment
 
@@ -79,26 +80,8 @@ def measure(
     lies along the beam, so that it is spread across a side that is met at an angle by the cosine of this angle only.
     """
     points, offset = _by_segment(points_ego, segments, linkage.line >= 0)
-    local = rotate(points[:, None], -np.repeat(heading, np.diff(offset), axis=0))
-    cosine = np.abs(local) / np.maximum(np.hypot(points[:, 0], points[:, 1]), FLATNESS_STD)[:, None, None]
-    reach = SIDE_SIGMA * np.hypot(RANGE_STD * cosine, FLATNESS_STD)
-    low, high = (sign * _outermost(sign * local, reach, offset) for sign in (-1.0, 1.0))
+    low, high = extents(points, offset, heading, RANGE_STD, FLATNESS_STD, SIDE_SIGMA)
     return rotate(0.5 * (low + high), heading), high - low
-
-
-def _outermost(local: Floats, reach: Floats, offset: Ints) -> Floats:
-    """Mean (S, M, 2) of the coordinates (N, M, 2) of the outermost side of each segment.
-
-    Those of the side are not farther from its mean than they `reach` (N, M, 2). The outermost one is twice as far from
-    the innermost one; those within half of this are the outer half of the side, from which its mean is then found.
-    """
-    count = np.diff(offset)
-    side = np.maximum.reduceat(local, offset[:-1])
-    for depth in (reach, reach):
-        near = local >= np.repeat(side, count, axis=0) - depth
-        total = np.add.reduceat(np.where(near, local, 0.0), offset[:-1])
-        side = total / np.add.reduceat(near, offset[:-1])
-    return np.asarray(side)
 
 
 def _by_segment(

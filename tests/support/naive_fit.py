@@ -158,3 +158,19 @@ def settle(points, lines, tau):
     ordered = sorted(range(len(lines)), key=lambda k: (-size[k], k))
     place = {k: rank if rank == 0 or size[k] > 2 else -1 for rank, k in enumerate(ordered)}
     return np.array([place.get(k, -1) for k in label])
+
+
+def extents(points, heading, range_std, flatness, sigma):
+    """Lowest and highest place (M, 2) of one segment's sides along and across headings (M,)."""
+    low, high = np.empty((len(heading), 2)), np.empty((len(heading), 2))
+    for m, angle in enumerate(heading):
+        for axis in range(2):
+            place = points @ [math.cos(angle + axis * math.pi / 2), math.sin(angle + axis * math.pi / 2)]
+            cosine = np.abs(place) / np.maximum(np.linalg.norm(points, axis=1), flatness)
+            reach = sigma * np.hypot(range_std * cosine, flatness)
+            for sign, ends in ((-1.0, low), (1.0, high)):
+                side = np.max(sign * place)
+                for _ in range(2):
+                    side = np.mean(sign * place[sign * place >= side - reach])
+                ends[m, axis] = sign * side
+    return low, high

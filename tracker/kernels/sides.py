@@ -1,0 +1,48 @@
+"""Hot loops of measuring rectangles."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tracker.records import Floats, Ints
+
+
+@njit(cache=True)
+def outermost(place: Floats, reach: Floats, sign: float) -> float:
+    """Mean of the places (N,) on the outermost side in the direction of `sign`.
+
+    Those of the side are not farther from its mean than they `reach` (N,). The outermost one is twice as far from the
+    innermost one; those within half of this are the outer half of the side, from which its mean is then found.
+    """
+    side = -np.inf
+    for i in range(len(place)):
+        side = max(side, sign * place[i])
+    for _ in range(2):
+        total, count = 0.0, 0
+        for i in range(len(place)):
+            if sign * place[i] >= side - reach[i]:
+                total, count = total + sign * place[i], count + 1
+        side = total / count
+    return sign * side
+
+
+@njit(cache=True)
+def extents(
+    points: Floats, offset: Ints, heading: Floats, range_std: float, flatness: float, sigma: float
+) -> tuple[Floats, Floats]:
+    """Lowest and highest places (S, M, 2) of segments' sides along and across headings (S, M)."""
+    low, high = np.empty((*heading.shape, 2)), np.empty((*heading.shape, 2))
+    for s in range(len(heading)):
+        x, y = points[offset[s] : offset[s + 1], 0], points[offset[s] : offset[s + 1], 1]
+        place, reach = np.empty(len(x)), np.empty(len(x))
+        for m in range(heading.shape[1]):
+            for axis in range(2):
+                cos, sin = math.cos(heading[s, m] + axis * math.pi / 2), math.sin(heading[s, m] + axis * math.pi / 2)
+                for i in range(len(x)):
+                    place[i] = cos * x[i] + sin * y[i]
+                    cosine = abs(place[i]) / max(math.hypot(x[i], y[i]), flatness)
+                    reach[i] = sigma * math.hypot(range_std * cosine, flatness)
+                low[s, m, axis] = outermost(place, reach, -1.0)
+                high[s, m, axis] = outermost(place, reach, 1.0)
+    return low, high
