@@ -114,9 +114,16 @@ def evidence(observed: Floats, whole: Bools, largest: Floats, config: ExtentConf
     """
     if not is_vehicle(observed, whole, largest, config):
         return 0
-    if largest.max() > config.large_length_min_m or observed.min() <= config.rounding_min_m:
-        return 2 if largest.max() > config.large_length_min_m else 1
+    if largest.max() > config.large_length_min_m:
+        return 2
+    if observed.min() <= config.rounding_min_m:
+        return 1
     return 4 if whole.any() and observed.min() > config.full_min_m else 2
+
+
+def car_sized(seen: Floats, config: ExtentConfig) -> bool:
+    """Whether no more was seen, (2,) [m], than there is of a car."""
+    return bool(seen.max() <= config.large_length_min_m and seen.min() <= config.large_width_min_m)
 
 
 def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usual:

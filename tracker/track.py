@@ -227,7 +227,7 @@ class Track:
     def _believed(self) -> bool:
         """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
         life = self._config.life
-        pieces = 0 if self.long else self._piece_evidence
+        pieces = self._piece_evidence if extent.car_sized(self.seen_size, self._config.extent) else 0
         if self._evidence[self.long] + pieces >= life.evidence_min:
             return self.hits >= life.sure_hits
         return self._left and self.hits >= life.confirm_hits
@@ -238,10 +238,9 @@ class Track:
         largest = np.maximum(self.seen_size, seen.size)
         vote = extent.evidence(seen.size, seen.whole, largest, config) - seen.flat
         if extent.is_piece(seen.size, seen.whole, config) and not self.long:
-            if vote == 1 and self._piece_length:
+            if vote == 1:
                 if length > self._piece_length + config.grown_min_m:
                     self._piece_evidence = 0
-            if vote == 1:
                 self._piece_length = max(length, self._piece_length)
             self._piece_evidence += vote
         else:
