@@ -8,7 +8,7 @@ from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
 from tracker import boxes
-from tracker.boxes import BoxConfig
+from tracker.boxes import BoxConfig, strays
 from tracker.records import Candidates, Linkage, Segments
 
 SIGMA = 0.02
@@ -81,6 +81,15 @@ def test_a_side_without_the_one_next_to_it_is_flat(start, end, cut_at, flat):
     built = fit_points(points, segments=one_segment(41), cut_off=np.arange(41) == cut_at).boxes
     assert built.flat.tolist() == [flat]
     assert not fit_block(4.7, 1.8).flat.any()
+
+
+@pytest.mark.parametrize(("depth_m", "stray"), [(1.5, False), (4.0, True)])
+def test_the_wall_beside_a_corner_is_no_window(depth_m, stray):
+    """Points in the vehicle behind its side are its windows; those farther back than it is wide belong to a house."""
+    behind = np.array([[0.0, 8.0 + depth_m]])
+    from_center = np.concatenate([np.linspace((-2.0, 8.0), (2.0, 8.0), 41), behind]) - [0.0, 8.0]
+    size = np.array([[4.0, 0.05]])
+    assert strays(from_center, np.zeros(42, dtype=np.int64), size, BoxConfig()).tolist() == [stray]
 
 
 def covariance(points, corner, heading, **config):

@@ -1,7 +1,19 @@
 import numpy as np
 import pytest
 
-from tracker.extent import ExtentConfig, classify, complete, is_vehicle, known, remember, seen_whole, too_large
+from tracker.extent import (
+    ExtentConfig,
+    car_sized,
+    classify,
+    complete,
+    evidence,
+    is_piece,
+    is_vehicle,
+    known,
+    remember,
+    seen_whole,
+    too_large,
+)
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)
@@ -57,6 +69,28 @@ def test_a_single_outlier_does_not_matter_after_many_whole_sights():
 def test_sides_of_vehicles(side, whole, largest, vehicle):
     largest = np.array(side if largest is None else largest)
     assert is_vehicle(np.array(side), np.array(whole), largest, CONFIG) is vehicle
+
+
+@pytest.mark.parametrize(
+    ("side", "whole", "weight", "piece"),
+    [
+        ((4.4, 1.5), WHOLE, 4, False),  # two sides in full view
+        ((4.4, 1.5), CUT, 2, True),  # they may be two walls
+        ((4.4, 0.4), WHOLE, 2, False),  # a rounded corner
+        ((4.4, 0.1), WHOLE, 1, True),  # one side alone
+        ((0.7, 0.1), WHOLE, 0, True),  # a pole
+        ((12.0, 2.5), WHOLE, 2, False),  # a bus
+    ],
+)
+def test_a_full_view_says_more_than_one_side(side, whole, weight, piece):
+    side, whole = np.array(side), np.array(whole)
+    assert evidence(side, whole, side, CONFIG) == weight
+    assert is_piece(side, whole, CONFIG) is piece
+
+
+def test_what_is_larger_than_a_car():
+    sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1)]
+    assert [car_sized(np.array(size), CONFIG) for size in sizes] == [True, True, False, False]
 
 
 def test_nothing_on_the_road_is_four_metres_wide():

@@ -94,13 +94,13 @@ def test_a_vehicle_that_has_driven_keeps_its_direction_while_it_stands():
 
 
 def test_life_from_tentative_to_dead():
+    """A car whose two sides are in full view is believed at its second sight, not at its first."""
     first = (15.0, 2.0, 0.0)
     track = start(first)
-    seen_states = []
-    for _ in range(LIFE.confirm_hits):
-        follow(track, [first])
-        seen_states.append(track.status)
-    assert seen_states == [Status.TENTATIVE] * (LIFE.confirm_hits - 2) + [Status.CONFIRMED] * 2
+    track.settle()
+    assert track.status is Status.TENTATIVE
+    follow(track, [first])
+    assert track.status is Status.CONFIRMED
     waited = 0
     while track.status is not Status.DEAD:
         track.predict(STEP)

@@ -76,11 +76,10 @@ def build(
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
     from_center = rotate(points - center[box], -heading[box])
     cut = cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config)
-    inside = np.flatnonzero(segments.label >= 0)
-    whole = inside[fits[segments.label[inside]]]
-    owner = np.searchsorted(kept, segments.label[whole])
-    xy = np.asarray(points_ego[whole, :2], dtype=np.float64)
-    beside = strays(rotate(xy - center[owner], -heading[owner]), owner, size, config)
+    held = np.flatnonzero(np.append(fits, False)[segments.label])  # outliers, too; the label of unused points is -1
+    owner = np.searchsorted(kept, segments.label[held])
+    away = np.asarray(points_ego[held, :2], dtype=np.float64) - center[owner]
+    larger = strays(rotate(away, -heading[owner]), owner, size, config)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -92,7 +91,7 @@ def build(
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
         cut=cut,
-        flat=flat(corner, sign, heading, size, cut, config) | beside,
+        flat=flat(corner, sign, heading, size, cut, config) | larger,
     )
 
 

@@ -6,6 +6,9 @@ import numpy as np
 
 from tracker.records import Bools, Floats, Ints
 
+ONE_SIDE, CORNER, FULL_VIEW = 1, 2, 4
+"""What a sight weighs as evidence for a vehicle: walls are bare sides, some turn a corner, few measure as a car's."""
+
 
 @dataclass(frozen=True, slots=True)
 class Usual:
@@ -108,15 +111,22 @@ def is_piece(observed: Floats, whole: Bools, config: ExtentConfig) -> bool:
 
 
 def evidence(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> int:
-    """How much a sight of sides (2,) [m] says for a vehicle: twice as much if it turns a corner, twice again in full.
+    """How much a sight of sides (2,) [m] says for a vehicle.
 
-    In full are both sides seen for good, and one of them from end to end.
+    In full view are two sides seen for good, one of them from end to end. `largest` (2,) is as in `is_vehicle`.
     """
     if not is_vehicle(observed, whole, largest, config):
         return 0
-    if largest.max() > config.large_length_min_m or observed.min() <= config.rounding_min_m:
-        return 2 if largest.max() > config.large_length_min_m else 1
-    return 4 if whole.any() and observed.min() > config.full_min_m else 2
+    if largest.max() > config.large_length_min_m:
+        return CORNER
+    if observed.min() <= config.rounding_min_m:
+        return ONE_SIDE
+    return FULL_VIEW if whole.any() and observed.min() > config.full_min_m else CORNER
+
+
+def car_sized(seen: Floats, config: ExtentConfig) -> bool:
+    """Whether no more was seen, (2,) [m], than there is of a car."""
+    return bool(seen.max() <= config.large_length_min_m and seen.min() <= config.large_width_min_m)
 
 
 def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usual:

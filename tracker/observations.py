@@ -26,7 +26,7 @@ class Observations:
     cut: Bools
     """(B, 4) whether it may go on beyond its front, left, rear and right end, as its heading names them."""
     flat: Bools
-    """(B,) whether it misses a side that a vehicle would show."""
+    """(B,) whether it misses a side that a vehicle would show, or is but a part of something larger."""
     time_offset: Floats
     """(B,) when the box was there, after the scan's time [s]."""
     sensor: Floats

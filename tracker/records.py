@@ -100,7 +100,8 @@ class Boxes:
     cut: Bools
     """(B, 2, 2) whether it may go on, unseen, beyond its low and its high end along and across heading."""
     flat: Bools
-    """(B,) whether it has one side only, where a second one would be in plain view were it a vehicle."""
+    """(B,) whether it has one side only, where a second one would be in plain view were it a vehicle, or is but a part
+    of something larger."""
 
     def __len__(self) -> int:
         return len(self.segment)

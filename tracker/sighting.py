@@ -30,7 +30,7 @@ class Sighting:
     whole: Bools
     """(2,) whether what is seen along and across is cut off at neither end."""
     flat: bool
-    """Whether it misses a side that a vehicle would show."""
+    """Whether it misses a side that a vehicle would show, or is but a part of something larger."""
     corner_sign: Ints
     """(2,) the corner to track from now on."""
 

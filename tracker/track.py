@@ -214,7 +214,10 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            self.status = Status.CONFIRMED if self._believed else Status.TENTATIVE
+            if self._believed:
+                self.status = Status.CONFIRMED
+            elif not extent.car_sized(self.seen_size, self._config.extent):
+                self.status = Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
         elif self.status is not Status.TENTATIVE:
@@ -224,23 +227,25 @@ class Track:
 
     @property
     def _believed(self) -> bool:
-        """Whether this is a vehicle: it left its place, or sides as long as a vehicle's were seen from end to end."""
+        """Whether this is a vehicle: it left its place, or its sides have been seen often and well enough."""
         life = self._config.life
-        pieces = 0 if self.long else self._piece_evidence
+        pieces = self._piece_evidence if extent.car_sized(self.seen_size, self._config.extent) else 0
         if self._evidence[self.long] + pieces >= life.evidence_min:
             return self.hits >= life.sure_hits
         return self._left and self.hits >= life.confirm_hits
 
     def _believe(self, seen: Sighting) -> None:
-        """Count an observation for or against a vehicle: as a piece of a wall, its evidence is lost once it grows."""
+        """Count an observation for or against a vehicle.
+
+        A side alone that gets longer was not seen as a whole before: what such pieces said is lost.
+        """
         config, length = self._config.extent, float(seen.size.max())
-        largest = np.maximum(self.seen_size, seen.size)
-        vote = extent.evidence(seen.size, seen.whole, largest, config) - seen.flat
+        weight = extent.evidence(seen.size, seen.whole, np.maximum(self.seen_size, seen.size), config)
+        vote = weight - seen.flat
         if extent.is_piece(seen.size, seen.whole, config) and not self.long:
-            if vote == 1 and self._piece_length:
+            if weight == extent.ONE_SIDE:
                 if length > self._piece_length + config.grown_min_m:
                     self._piece_evidence = 0
-            if vote == 1:
                 self._piece_length = max(length, self._piece_length)
             self._piece_evidence += vote
         else:
