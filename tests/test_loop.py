@@ -51,7 +51,7 @@ def test_another_seed_gives_another_trace():
 
 
 def test_settings_of_the_tracker_reach_it():
-    text = short_run.TEXT + "\n[tracker.life]\nconfirm_hits = 2\n"
+    text = short_run.TEXT + "\n[tracker.life]\nevidence_min = 100\n"
     assert short_run.run(text).trace_hash != short_run.result().trace_hash
 
 

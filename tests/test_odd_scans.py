@@ -147,8 +147,8 @@ def test_a_gap_of_ten_seconds_ends_all_tracks(then):
 
 
 def test_a_gap_shorter_than_tracks_wait_ends_only_those_not_yet_believed():
-    """Seen six times it is taken up again after 1.5 s; seen twice it is nobody yet."""
-    for frames, taken_up in ((6, True), (2, False)):
+    """Seen six times it is taken up again after 1.5 s; seen once it is nobody yet."""
+    for frames, taken_up in ((6, True), (1, False)):
         tracker, before = followed(frames=frames)
         after, _ = tracker.step(Scan.from_points(DT * (frames - 1) + 1.5, CAR))
         assert bool(living(after) & living(before)) == taken_up
