@@ -200,14 +200,14 @@ def test_the_lone_models_owe_nothing_to_the_bank():
     speed, x = 12.0, 20.0
     for _ in range(40):
         x, speed = x + speed * DT, speed - 3.0 * DT
-        before = track.alone.mean.copy(), track.alone.covariance.copy()
+        before = track.alone.filters.mean.copy(), track.alone.filters.covariance.copy()
         follow(track, [(x, 3.5, 0.0)])
         twin = Filters(*before)
         twin.predict(STEP.models)
         seen = observe_boxes((x, 3.5, 0.0), CAR)
         twin.correct(seen.corner[0] - twin.mean[:, :2], seen.covariance[0, :2, :2])
-    assert track.alone.mean == pytest.approx(twin.mean, abs=0.02)
-    assert track.alone.mean[1, 0] - track.position[0] > 0.05
+    assert track.alone.filters.mean == pytest.approx(twin.mean, abs=0.02)
+    assert track.alone.filters.mean[1, 0] - track.position[0] > 0.05
 
 
 def test_nees_is_chi_square_for_an_error_that_lasts():

@@ -124,6 +124,11 @@ def evidence(observed: Floats, whole: Bools, largest: Floats, config: ExtentConf
     return FULL_VIEW if whole.any() and observed.min() > config.full_min_m else CORNER
 
 
+def long(seen: Floats, config: ExtentConfig) -> bool:
+    """Whether more was seen of it, (2,) [m], than a car is long."""
+    return bool(seen.max() > config.large_length_min_m)
+
+
 def car_sized(seen: Floats, config: ExtentConfig) -> bool:
     """Whether no more was seen, (2,) [m], than there is of a car."""
     return bool(seen.max() <= config.large_length_min_m and seen.min() <= config.large_width_min_m)

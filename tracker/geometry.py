@@ -35,6 +35,20 @@ def fold(heading: Floats) -> Floats:
     return np.asarray(np.where(remainder < QUARTER, remainder, 0.0))
 
 
+def spread(variance: Floats, heading: float) -> Floats:
+    """(2, 2) covariance of variances (2,) along and across a heading."""
+    (along, across), cos, sin = variance, np.cos(heading), np.sin(heading)
+    mixed = cos * sin * (along - across)
+    return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
+
+
+def variance_along(covariance: Floats, heading: float) -> Floats:
+    """(2,) variances along and across a heading, of a covariance (2, 2)."""
+    cos, sin = np.cos(heading), np.sin(heading)
+    axes = np.array([[cos, sin], [-sin, cos]])
+    return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes))
+
+
 def mahalanobis(residual: Floats, spread: Floats) -> tuple[Floats, Floats]:
     """Squared Mahalanobis distance (...) of residuals (..., 2), and the determinant (...) of their spread (..., 2, 2).
 

@@ -5,40 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker import bank, extent, orientation
+from tracker.belief import Belief, LifeConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, Motion, heading_filter
-from tracker.filters import bank as lone_filters
 from tracker.footprint import Footprint
-from tracker.geometry import QUARTER, mahalanobis, rotate, wrap
+from tracker.geometry import QUARTER, rotate, spread, variance_along, wrap
+from tracker.lone import Lone
 from tracker.mma import CA, STATIONARY, MmaConfig
 from tracker.orientation import OrientationConfig
-from tracker.records import MODELS, Floats, Ints, Status
+from tracker.records import Floats, Ints, Status
 from tracker.sighting import Sighting
-
-
-@dataclass(frozen=True, slots=True)
-class LifeConfig:
-    """When a track is believed and when it is given up."""
-
-    confirm_hits: int = 4
-    """Observations before a track that left its place is confirmed."""
-    evidence_min: int = 8
-    """Evidence of a vehicle's sides (`extent.evidence`) that does without motion: two full views, or more lesser ones,
-    but ..."""
-    sure_hits: int = 2
-    """... never fewer observations than this."""
-    tentative_coast_s: float = 0.2
-    """A tentative track dies when not seen for longer than this [s]."""
-    gap_s: float = 0.25
-    """A confirmed track stays so through gaps this short [s]; longer ones make it coast."""
-    coast_s: float = 3.0
-    """A confirmed track waits this long for re-association [s]."""
-    coast_std_max_m: float = 3.0
-    """It is given up earlier when its position is no better known than this [m]."""
-    heading_gate_sigma: float = 4.0
-    """A measured heading farther off than this is not believed ..."""
-    heading_rejections_max: int = 8
-    """... unless it comes this often in a row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +51,7 @@ class Track:
         self.id = track_id
         self.status = Status.TENTATIVE
         self.bank = bank.build(position, first.covariance, config.filters, config.mma)
-        self.alone = lone_filters(position, first.covariance, config.filters)
-        """Each model by itself, for comparison: the same observations, and nothing from the others."""
-        self.alone_nis = np.full(len(MODELS), np.nan)
-        """(M,) their squared innovations over their covariances, NaN when not seen."""
+        self.alone = Lone(position, first.covariance, config.filters)
         self.corner_sign = first.corner_sign
         self.hits = 1
         self.unseen_s = 0.0
@@ -93,14 +66,11 @@ class Track:
         self._whole_sights = np.zeros(2, dtype=np.int64)
         """(2,) how often length and width were seen from end to end."""
         self._resize(first.size)
-        self._offset_variance = np.where(first.exact, self._along_and_across(first.covariance), self._end_variance)
-        self._birthplace = self.footprint
-        self._left = False
-        self._evidence = [0, 0]
-        """For a vehicle, before and after more than a car's length was seen."""
-        self._piece_evidence, self._piece_length = 0, 0.0
-        """The same of sights that might be pieces of a wall, and how long the longest of them is [m]."""
-        self._believe(first)
+        self._offset_variance = np.where(
+            first.exact, variance_along(first.covariance, self.heading), self._end_variance
+        )
+        self._belief = Belief(config.life, config.extent, self.footprint)
+        self._belief.see(first, self.seen_size)
 
     @property
     def heading(self) -> float:
@@ -125,7 +95,7 @@ class Track:
     @property
     def offset_covariance(self) -> Floats:
         """(2, 2) of the error that lasts, odometry frame [m^2]."""
-        return self._turned(self._offset_variance)
+        return spread(self._offset_variance, self.heading)
 
     @property
     def covariance(self) -> Floats:
@@ -169,7 +139,6 @@ class Track:
             self._heading.mean[0, 1] = 0.0
         self.bank.predict(step)
         self.alone.predict(step.models)
-        self.alone_nis = np.full(len(MODELS), np.nan)
         self._heading.predict(step.heading)
         self.unseen_s += step.dt
         life = self._config.life
@@ -182,8 +151,8 @@ class Track:
         self._loosen(seen)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
         guessed = np.maximum(self._offset_variance, self._config.corner.known_std_m**2)
-        self._offset_variance = np.where(seen.exact, self._along_and_across(covariance), guessed)
-        self._update_alone(measured, covariance)
+        self._offset_variance = np.where(seen.exact, variance_along(covariance, self.heading), guessed)
+        self.alone.observe(measured, covariance)
         self._update_heading(seen.heading, seen.heading_variance)
         self.hits += 1
         self._oriented_hits += self._oriented
@@ -192,10 +161,8 @@ class Track:
         self._whole_sights += extent.seen_whole(seen.size, seen.whole, self._config.extent)
         self._resize(longer)
         self._follow(seen.corner_sign)
-        self._believe(seen)
-        # A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.
-        fixed = seen.whole | (seen.size[::-1] > self._config.extent.face_min_m)
-        self._left |= bool(np.any(fixed & self.footprint.clear_of(self._birthplace)))
+        self._belief.see(seen, self.seen_size)
+        self._belief.go(seen, self.footprint)
         self._face_forward()
 
     def absorb(self, low: Floats, high: Floats) -> None:
@@ -214,7 +181,7 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            if self._believed:
+            if self._belief.holds(self.hits, self.seen_size):
                 self.status = Status.CONFIRMED
             elif not extent.car_sized(self.seen_size, self._config.extent):
                 self.status = Status.TENTATIVE
@@ -226,35 +193,9 @@ class Track:
                 self.status = Status.DEAD if lost else Status.COASTING
 
     @property
-    def _believed(self) -> bool:
-        """Whether this is a vehicle: it left its place, or its sides have been seen often and well enough."""
-        life = self._config.life
-        pieces = self._piece_evidence if extent.car_sized(self.seen_size, self._config.extent) else 0
-        if self._evidence[self.long] + pieces >= life.evidence_min:
-            return self.hits >= life.sure_hits
-        return self._left and self.hits >= life.confirm_hits
-
-    def _believe(self, seen: Sighting) -> None:
-        """Count an observation for or against a vehicle.
-
-        A side alone that gets longer was not seen as a whole before: what such pieces said is lost.
-        """
-        config, length = self._config.extent, float(seen.size.max())
-        weight = extent.evidence(seen.size, seen.whole, np.maximum(self.seen_size, seen.size), config)
-        vote = weight - seen.flat
-        if extent.is_piece(seen.size, seen.whole, config) and not self.long:
-            if weight == extent.ONE_SIDE:
-                if length > self._piece_length + config.grown_min_m:
-                    self._piece_evidence = 0
-                self._piece_length = max(length, self._piece_length)
-            self._piece_evidence += vote
-        else:
-            self._evidence[self.long] += vote
-
-    @property
-    def long(self) -> int:
+    def long(self) -> bool:
         """Whether it is longer than a car."""
-        return int(self.seen_size.max() > self._config.extent.large_length_min_m)
+        return extent.long(self.seen_size, self._config.extent)
 
     @property
     def footprint(self) -> Footprint:
@@ -275,24 +216,12 @@ class Track:
         corner, unseen = self._config.corner, self.size - self.known_size
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
 
-    def _along_and_across(self, covariance: Floats) -> Floats:
-        """(2,) variances along and across the heading of a covariance (2, 2), odometry frame [m^2]."""
-        cos, sin = np.cos(self.heading), np.sin(self.heading)
-        axes = np.array([[cos, sin], [-sin, cos]])
-        return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes))
-
     def _loosen(self, seen: Sighting) -> None:
         """What an end was off by, and is no more, the filters may now learn at once: it is no motion."""
-        past = self._offset_variance - self._along_and_across(seen.covariance)
-        learnt = self._turned(np.where(seen.exact, np.maximum(past, 0.0), 0.0))
+        past = self._offset_variance - variance_along(seen.covariance, self.heading)
+        learnt = spread(np.where(seen.exact, np.maximum(past, 0.0), 0.0), self.heading)
         self.bank.loosen(learnt)
-        self.alone.covariance[:, :2, :2] += learnt
-
-    def _turned(self, variance: Floats) -> Floats:
-        """(2, 2) covariance, odometry frame, of variances (2,) along and across [m^2]."""
-        (along, across), cos, sin = variance, np.cos(self.heading), np.sin(self.heading)
-        mixed = cos * sin * (along - across)
-        return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
+        self.alone.loosen(learnt)
 
     def _follow(self, corner_sign: Ints) -> None:
         """Move the state by the known side length when another corner is measured, so that it does not jump."""
@@ -305,14 +234,8 @@ class Track:
     def _shift(self, offset: Floats) -> None:
         """Follow another point, (2,) [m] away from the tracked one."""
         self.bank.shift(offset)
-        self.alone.mean[:, :2] += offset
+        self.alone.shift(offset)
         self._turn_from = self._turn_from + offset
-
-    def _update_alone(self, measured: Floats, covariance: Floats) -> None:
-        """Correct the lone models by the measured corner (2,) [m] of covariance (2, 2)."""
-        residual = measured - self.alone.mean[:, :2]
-        self.alone_nis, _ = mahalanobis(residual, self.alone.covariance[:, :2, :2] + covariance)
-        self.alone.correct(residual, covariance)
 
     def _update_heading(self, heading: float, variance: float) -> None:
         """Correct the heading unless it is an outlier; one that insists is believed."""

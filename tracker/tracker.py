@@ -7,6 +7,7 @@ import numpy as np
 
 from tracker import extent, orientation
 from tracker.association import AssociationConfig, assign, score
+from tracker.belief import LifeConfig
 from tracker.detector import CLOCK_DIGITS, Detector, DetectorConfig
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, motion
@@ -20,7 +21,7 @@ from tracker.report import report
 from tracker.scan import Scan
 from tracker.sighting import first_sighting, sighting
 from tracker.sweep import Movers
-from tracker.track import CornerConfig, LifeConfig, Track, TrackConfig
+from tracker.track import CornerConfig, Track, TrackConfig
 from tracker.union import Pieces, hull, one_vehicle
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
