@@ -144,9 +144,10 @@ def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfi
     u, v = rotate(from_corner, -heading[box]).T
     lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)
     row = np.where(lies_along, [none, one, u], [one, none, -v]).T / config.noise_std_m
-    information = np.zeros((len(heading), 3, 3))
-    information[:] = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
-    np.add.at(information, box, row[:, :, None] * row[:, None, :])
+    products = (row[:, :, None] * row[:, None, :]).reshape(-1, 9)
+    sums = np.stack([np.bincount(box, product, len(heading)) for product in products.T], axis=1)
+    prior = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
+    information = prior + sums.reshape(-1, 3, 3)
     turn = np.zeros_like(information)
     turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
     turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0

@@ -119,9 +119,8 @@ class Tracker:
 
     def _unite(self) -> None:
         """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
-        ranked = sorted(
-            (track for track in self._tracks if track.seen), key=lambda track: (not track.sure, -track.hits)
-        )
+        fast = [t for t in self._tracks if t.seen and np.hypot(*t.velocity) >= self.config.union.speed_min_mps]
+        ranked = sorted(fast, key=lambda track: (not track.sure, -track.hits))
         seen = pieces(ranked)
         for a, b in combinations(range(len(ranked)), 2):
             alive = Status.DEAD not in (ranked[a].status, ranked[b].status)

@@ -82,6 +82,8 @@ def one_vehicle(pieces: Pieces, a: int, b: int, config: UnionConfig) -> bool:
 
 def claim(points_odom: Floats, segments: Segments, pieces: Pieces, config: UnionConfig) -> Segments:
     """Make one segment of all that lie in the box of the same vehicle, for points (N, 2) [m]."""
+    if not len(pieces.hits):
+        return segments
     label = segments.label.copy()
     held = _held(points_odom, segments, pieces, config)
     for vehicle in range(held.shape[1]):
@@ -96,7 +98,6 @@ def _held(points_odom: Floats, segments: Segments, pieces: Pieces, config: Union
     """(S, T) whether nearly all of a segment lies in the box of a vehicle."""
     used = np.flatnonzero(segments.label >= 0)
     within = inside(points_odom[used], pieces.center, pieces.heading, pieces.size + 2 * config.margin_m)
-    count = np.zeros((segments.count, within.shape[1]))
-    np.add.at(count, segments.label[used], within)
-    size = np.bincount(segments.label[used], minlength=segments.count)
-    return np.asarray(count >= config.share_min * size[:, None])
+    label = segments.label[used]
+    count = np.stack([np.bincount(label, own, segments.count) for own in within.T], axis=1)
+    return np.asarray(count >= config.share_min * np.bincount(label, minlength=segments.count)[:, None])

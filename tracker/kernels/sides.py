@@ -36,13 +36,13 @@ def extents(
     for s in range(len(heading)):
         x, y = points[offset[s] : offset[s + 1], 0], points[offset[s] : offset[s + 1], 1]
         place, reach = np.empty(len(x)), np.empty(len(x))
+        spread = range_std / np.maximum(np.sqrt(x * x + y * y), flatness)
         for m in range(heading.shape[1]):
             for axis in range(2):
                 cos, sin = math.cos(heading[s, m] + axis * math.pi / 2), math.sin(heading[s, m] + axis * math.pi / 2)
                 for i in range(len(x)):
                     place[i] = cos * x[i] + sin * y[i]
-                    cosine = abs(place[i]) / max(math.hypot(x[i], y[i]), flatness)
-                    reach[i] = sigma * math.hypot(range_std * cosine, flatness)
+                    reach[i] = sigma * math.sqrt((place[i] * spread[i]) ** 2 + flatness**2)
                 low[s, m, axis] = outermost(place, reach, -1.0)
                 high[s, m, axis] = outermost(place, reach, 1.0)
     return low, high
