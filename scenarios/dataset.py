@@ -17,12 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from scenarios import whole_folder
-from scenarios.dataset_columns import FILES, Column, label_values, point_values, readme, scan_values
+from scenarios.dataset_columns import FILES, Column, Values, label_values, point_values, readme, scan_values
 from scenarios.errors import OutputError
 from scenarios.grading.frame import FrameGrade
 from scenarios.result import Result
@@ -35,8 +34,6 @@ OPTION = "--dataset"
 
 FRAMES_AT_ONCE = 64
 """Frames that are gathered before they are written, as a row group of each file."""
-
-Values = dict[str, npt.NDArray[Any]]
 
 
 class DatasetWriter:

@@ -23,10 +23,9 @@ class Odometry:
     def __init__(self, noise: OdometryNoise, draws: Draws) -> None:
         self._noise = noise
         self._draws = draws
-        on = float(noise.enabled)
         scale, offset = (float(draws.normal_of(_RUN, k, 0, Purpose.ODOMETRY)[0]) for k in (0, 1))
-        self._scale = 1.0 + on * noise.speed_scale_sigma * scale
-        self._yaw_rate = on * math.radians(noise.yaw_rate_sigma_dps) * offset
+        self._scale = 1.0 + noise.speed_scale_sigma * scale
+        self._yaw_rate = math.radians(noise.yaw_rate_sigma_dps) * offset
         self._start_world: Floats | None = None
         self._last: tuple[float, Floats] | None = None
         self._pose = np.zeros(3)

@@ -24,7 +24,6 @@ class AssociationConfig:
     """A model less likely than this opens no gate: the widest of the bank would take in everything."""
     view_std_m: float = 0.2
     """How far another view may move the end of a vehicle, from its bumper to its hood, say [m]; filters do not know."""
-
     heading_std_rad: float = 0.1
     """How far a fit's heading may be off beside its covariance, by taking a rounded corner for a side [rad]."""
     growth_std_m: float = 1.0

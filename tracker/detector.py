@@ -79,9 +79,10 @@ class Detector:
         scan = preprocess.masked(scan)
         swept, scan = scan, self._ego_motion.undo(scan)
         segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
-        segments = self._background.remove(into_odom(scan), segments)
+        points_odom = into_odom(scan)
+        segments = self._background.remove(points_odom, segments)
         if long is not None:
-            segments = union.claim(into_odom(scan), segments, long, config.union)
+            segments = union.claim(points_odom, segments, long, config.union)
         if movers is not None:
             scan = undo_targets(scan, segments, movers, config.sweep)
         cut_off = ends.cut_off(swept, keep, segments, config.ends)

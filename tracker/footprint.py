@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.geometry import rotate
+from tracker.geometry import reach, rotate
 from tracker.records import Bools, Floats
 
 LEFT_MARGIN_M = 1.5
@@ -13,7 +13,7 @@ LEFT_MARGIN_M = 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Footprint:
-    """Where a track was first seen."""
+    """Where a thing is, as far as it was seen."""
 
     center: Floats
     """(2,) middle of what was seen [m]."""
@@ -29,7 +29,5 @@ class Footprint:
         middle moves as a vehicle's would, but it never leaves the place where it was first seen.
         """
         away = np.abs(rotate(self.center - other.center, -self.heading))
-        turn = other.heading - self.heading
-        cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
-        reach = np.array([[cos, sin], [sin, cos]]) @ other.size
-        return np.asarray(away > 0.5 * (self.size + reach) + LEFT_MARGIN_M)
+        taken = self.size + reach(other.size, other.heading - self.heading)
+        return np.asarray(away > 0.5 * taken + LEFT_MARGIN_M)

@@ -35,6 +35,12 @@ def fold(heading: Floats) -> Floats:
     return np.asarray(np.where(remainder < QUARTER, remainder, 0.0))
 
 
+def reach(size: Floats, turn: float) -> Floats:
+    """(2,) how far a box of size (2,) extends along and across a heading that it is turned against."""
+    cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
+    return np.asarray(np.array([[cos, sin], [sin, cos]]) @ size)
+
+
 def spread(variance: Floats, heading: float) -> Floats:
     """(2, 2) covariance of variances (2,) along and across a heading."""
     (along, across), cos, sin = variance, np.cos(heading), np.sin(heading)

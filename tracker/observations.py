@@ -38,12 +38,17 @@ class Observations:
     @property
     def whole(self) -> Bools:
         """(B, 2) whether what is seen along and across the heading is cut off at neither end."""
-        return np.asarray(~(self.cut[:, :2] | self.cut[:, 2:]))
+        return uncut(self.cut)
 
     @property
     def corner(self) -> Floats:
         """(B, 2) the nearest corner [m]."""
         return self.center + rotate(0.5 * self.corner_sign * self.size, self.heading)
+
+
+def uncut(cut: Bools) -> Bools:
+    """(..., 2) whether a box is whole along and across: cut (..., 4) at neither its front nor rear, left nor right."""
+    return np.asarray(~(cut[..., :2] | cut[..., 2:]))
 
 
 def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observations:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.geometry import QUARTER, rotate
-from tracker.observations import Observations
+from tracker.observations import Observations, uncut
 from tracker.records import Bools, Floats, Ints
 
 SILENT_VARIANCE_M2 = 100.0
@@ -89,20 +89,21 @@ class Pairing:
 def pair(tracks: Predictions, seen: Observations, config: ReadingConfig) -> Pairing:
     """Read each of B boxes as each of T tracks: the track's heading tells length from width, and front from rear."""
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
+    heading = seen.heading + turns * QUARTER
     size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), named_after(turns), axis=2)
     exact = shows_end(size, near, cut, tracks.size[:, None], config)
-    misfit = fit_in(tracks, seen, seen.heading + turns * QUARTER, size, near, exact)
+    misfit = fit_in(tracks, seen, heading, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # A piece may lie anywhere on its side: where that contradicts no model, it says nothing of any.
     silent = ~exact & np.all(misfit == 0, axis=2)
     faceless = size[..., ::-1] < config.face_min_m
     end_variance = np.where(faceless, config.end_std_m**2, 0.0)
     return Pairing(
-        heading=seen.heading + turns * QUARTER,
+        heading=heading,
         size=size,
-        whole=~(cut[..., :2] | cut[..., 2:]),
+        whole=uncut(cut),
         misfit=rotate(misfit, tracks.heading[:, None, None]),
         covariance=seen.covariance[:, :2, :2] + np.einsum("tki,tbk,tkj->tbij", axes, end_variance, axes),
         silence=np.einsum("tki,tbk,tkj->tbij", axes, np.where(silent, SILENT_VARIANCE_M2, 0.0), axes),

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.geometry import QUARTER, wrap
-from tracker.observations import Observations
+from tracker.observations import Observations, uncut
 from tracker.orientation import turn_sign, turn_size
 from tracker.reading import Pairing, ReadingConfig, named_after, shows_end
 from tracker.records import MODELS, Bools, Floats, Ints
@@ -66,7 +66,7 @@ def first_sighting(
         heading=heading,
         heading_variance=float(seen.covariance[b, 2, 2]),
         size=size,
-        whole=~(cut[:2] | cut[2:]),
+        whole=uncut(cut),
         flat=bool(seen.flat[b]),
         exact=shows_end(size, near.astype(np.float64), cut, usual, config),
         corner_sign=near,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tracker.geometry import inside, rotate
+from tracker.geometry import inside, reach, rotate
 from tracker.records import Bools, Floats, Segments
 
 
@@ -56,10 +56,8 @@ class Pieces:
 def hull(pieces: Pieces, a: int, b: int) -> tuple[Floats, Floats]:
     """Low and high corner (2,) of the box around two pieces, in the frame of the first [m]."""
     away = rotate(pieces.center[b] - pieces.center[a], -pieces.heading[a])
-    turn = pieces.heading[b] - pieces.heading[a]
-    cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
-    reach = np.array([[cos, sin], [sin, cos]]) @ pieces.size[b]
-    low, high = np.minimum(-pieces.size[a], 2 * away - reach), np.maximum(pieces.size[a], 2 * away + reach)
+    other = reach(pieces.size[b], pieces.heading[b] - pieces.heading[a])
+    low, high = np.minimum(-pieces.size[a], 2 * away - other), np.maximum(pieces.size[a], 2 * away + other)
     return 0.5 * low, 0.5 * high
 
 

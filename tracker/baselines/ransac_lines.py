@@ -4,6 +4,7 @@ import numpy as np
 
 from tracker.baselines.config import BaselineConfig
 from tracker.baselines.principal_axes import direction
+from tracker.kernels.lines import fit_line
 from tracker.records import Bools, Floats
 
 SIDES = 2
@@ -27,7 +28,7 @@ def heading(points_ego: Floats, config: BaselineConfig) -> float:
         agreeing = consensus(left, config.inlier_m, random)
         if agreeing.sum() <= MINIMAL_SAMPLE:
             break
-        lines.append(fit_line(left[agreeing]))
+        lines.append(fit_line(left, agreeing.astype(np.int64), 1))
         left = left[~agreeing]
     if not lines:
         return direction(points_ego)
@@ -53,13 +54,6 @@ def through(one: Floats, other: Floats) -> Floats:
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.where(length > 0.0, length, 1.0)[:, None]
     offset = np.where(length > 0.0, -np.sum(normal * one, axis=1), np.inf)
     return np.column_stack([normal, offset])
-
-
-def fit_line(points: Floats) -> Floats:
-    """Total least squares line (3,) through points (N, 2): unit normal and offset."""
-    angle = direction(points)
-    normal = np.array([-np.sin(angle), np.cos(angle)])
-    return np.append(normal, -normal @ points.mean(axis=0))
 
 
 def distances(points: Floats, lines: Floats) -> Floats:
