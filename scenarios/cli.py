@@ -46,29 +46,21 @@ def run(
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
-    from contextlib import nullcontext
 
-    from scenarios import dataset, device, listing, loop, report, run_folder
-    from scenarios.expect import check, verdict
+    from scenarios import device, listing, report, run_folder
+    from scenarios.execute import execute, usual_folder
     from scenarios.scenario import Scenario
 
     overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
     chosen = Scenario.load(listing.find(scenario), overrides)
     make_device = device.load(tracker or device.SHIPPED)
-    out = out or Path("runs") / f"{chosen.name}-seed{chosen.seed}"
-    with run_folder.create(out) as folder, dataset.create(dataset_to, out) if dataset_to else nullcontext() as writer:
-        record_to = None if no_recording else folder / run_folder.RECORDING
-        result = loop.run(chosen, make_device, record_to, writer.add if writer else None)
-        checks = check(result.metrics, chosen.expect)
-        printed = report.report(result, checks)
-        run_folder.write(folder, result, checks, report.as_text(printed))
-        if writer:
-            writer.finish(result)
-    code = 0 if verdict(checks, result.complete) == "passed" else 1
+    out = out or usual_folder(chosen)
+    outcome = execute(chosen, make_device, out, record=not no_recording, dataset_to=dataset_to)
+    result, code = outcome.result, 0 if outcome.verdict == "passed" else 1
     if as_json:
-        print(json.dumps({**run_folder.document(result, checks), "out": str(out)}, allow_nan=False))
+        print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
     else:
-        report.show(printed)
+        report.show(outcome.report)
         print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
         if dataset_to:
             print(f"The data set is in {dataset_to}")

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from scenarios.errors import DeviceError
+from sensor_model.truth import ScanTruth
+from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
 from tracker.scan import Scan
 from tracker.tracker import TrackerConfig
@@ -23,6 +25,17 @@ class Device(Protocol):
 
     def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
         """Take in one scan and return what is tracked after it."""
+        ...
+
+
+class Oracle(Device, Protocol):
+    """A device that is told the truth before each scan: to test the grader with, or to stand in for a stage.
+
+    A tracker has no `see_truth`; the report of a run names its device, so that no oracle passes for one.
+    """
+
+    def see_truth(self, frame: WorldFrame, truth: ScanTruth) -> None:
+        """Take in the truth of the scan that comes next."""
         ...
 
 
@@ -56,6 +69,13 @@ def load(spec: str) -> DeviceFactory:
         problem = "is not callable" if hasattr(module, name) else "is not there"
         raise DeviceError(f"--tracker {spec}: {name} {problem} in {module_name}; name a class with step(scan)")
     return factory  # type: ignore[no-any-return]
+
+
+def tell_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
+    """Let an oracle see the truth of the scan that comes next; trackers hear nothing."""
+    see_truth = getattr(device, "see_truth", None)
+    if see_truth is not None:
+        see_truth(frame, truth)
 
 
 def step(device: Device, scan: Scan) -> tuple[Tracks, StepTrace | None]:

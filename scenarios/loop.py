@@ -87,6 +87,7 @@ def run(
                 for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
                     frame = stopwatch.time("sim", source.step)
                     scan, truth = stopwatch.time("sensor", lidar.scan, frame)
+                    device.tell_truth(tracker, frame, truth)
                     tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
                     grade = grader.add(frame, scan, truth, tracks, trace)
                     trace_hash.add(frame, scan, truth, tracks)

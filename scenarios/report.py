@@ -83,8 +83,11 @@ def conclusion(result: Result, checks: list[Check]) -> Text:
     """The verdict, and whether the run got to its end."""
     outcome = verdict(checks, result.complete)
     text = Text(outcome.upper(), style=f"bold {COLORS[outcome]}")
-    held = sum(check.passed for check in checks)
+    held = sum(check.holds for check in checks)
     text.append(f": {held} of {len(checks)} expectations hold", style="not bold default")
+    known = sum(check.outcome == "known failure" for check in checks)
+    if known:
+        text.append(f", {known} are known to fail", style="not bold yellow")
     if not result.complete:
         text.append(f" so far; it ended early: {result.ended_early}", style="not bold yellow")
     return text

@@ -3,7 +3,7 @@
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.expect import Check
+from scenarios.expect import Check, Outcome
 from scenarios.grading.metrics import CAUSES, DRIVERS, REGISTRY, SAFETY, TIMED_STAGES
 from scenarios.report_cells import percent_of, table_of, value_of
 from scenarios.result import Result
@@ -73,12 +73,21 @@ def speed(result: Result) -> Table:
     return table
 
 
+STYLES: dict[Outcome, str] = {
+    "passed": "green",
+    "failed": "bold red",
+    "known failure": "yellow",
+    "unexpected pass": "bold cyan",
+}
+
+
 def expectations(checks: list[Check]) -> Table:
-    """Limits of the scenario beside what came out."""
+    """Limits of the scenario beside what came out, and the need behind each, or why it is known to fail."""
     table = table_of("Expectations", "metric", "limit", "value")
     table.add_column("")
+    table.add_column("", style="dim")
     for check in checks:
-        mark = Text("passed", style="green") if check.passed else Text("FAILED", style="bold red")
-        mark.append(f" {check.metric.reason}", style="not bold dim")
-        table.add_row(check.name, str(check.limit), value_of(check.metric), mark)
+        mark = Text(check.outcome.upper() if check.outcome == "failed" else check.outcome, style=STYLES[check.outcome])
+        why = check.metric.reason or check.limit.known_failure or check.limit.need
+        table.add_row(check.name, str(check.limit), value_of(check.metric), mark, why)
     return table

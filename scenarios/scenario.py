@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -23,7 +23,7 @@ from pydantic import (
 
 from scenarios.control.config import CruiseConfig
 from scenarios.errors import ScenarioError
-from scenarios.expect import Limit, metric_name
+from scenarios.expect import Limit, check_unit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.config import GradingConfig
 from sensor_model.noise.config import NoiseConfig
@@ -64,6 +64,10 @@ class Scenario(BaseModel):
 
     description: Annotated[str, Field(min_length=1)]
     """One English sentence: what happens, and what it is for."""
+    reason: str = ""
+    """Why it is worth running: who meets this, and what would go unnoticed without it."""
+    suite: Literal["smoke", "full"] = "full"
+    """`smoke` for the few that run on every change; all are part of the full suite."""
     seed: Annotated[int, Field(ge=0, le=_LARGEST_SEED)] = DEFAULT_SEED
     """Seed of the traffic and of the noise."""
     duration_s: Annotated[float, Field(gt=0)]
@@ -94,6 +98,13 @@ class Scenario(BaseModel):
         if control and traffic and not getattr(traffic, "ego_control", False):
             raise ValueError('the ego obeys no speed here; use traffic.kind = "sumo" with ego_control = true')
         return control
+
+    @field_validator("expect")
+    @classmethod
+    def _require_the_metrics_units(cls, expect: dict[str, Limit]) -> dict[str, Limit]:
+        for name, limit in expect.items():
+            check_unit(name, limit)
+        return expect
 
     @classmethod
     def load(cls, path: Path, overrides: Mapping[str, Any] | None = None) -> Self:

@@ -19,7 +19,9 @@ def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, throw_away: Devi
     wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
     lidar = Lidar(rig, noise, sensor, seed=0, obstacles=Obstacles.from_polygons([wall], [3.0]))
     for index in range(FRAMES):
-        scan, _ = lidar.scan(_car_ahead(index))
+        frame = _car_ahead(index)
+        scan, truth = lidar.scan(frame)
+        device.tell_truth(throw_away, frame, truth)
         device.step(throw_away, scan)
 
 

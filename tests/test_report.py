@@ -154,7 +154,7 @@ def test_no_line_is_wider_than_the_report():
 )
 def test_an_expectation_holds_up_to_its_limits_and_not_without_a_value(value, limit, passes):
     (outcome,) = check({"track.hota": Metric(value, "1", 1)}, {"track.hota": limit})
-    assert outcome.passed is passes
+    assert outcome.holds is passes
     assert verdict([outcome], complete=True) == ("passed" if passes else "failed")
 
 

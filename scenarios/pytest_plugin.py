@@ -1,0 +1,153 @@
+"""pytest runs scenario files: `pytest my-scenarios -n 2 --junitxml=results.xml`.
+
+Every `.toml` with a table `[traffic]` is a test, named as the folder of its run. Nothing of luxloop is imported before
+a scenario runs: pytest loads this module wherever luxloop is installed.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from scenarios.execute import Outcome
+
+_TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
+"""Tells a scenario from other TOML files even where it is broken: it must not go unnoticed."""
+
+DEFAULT_SEED = 1
+
+
+class FailedRunError(Exception):
+    """An expectation failed that was not known to, or the run ended early."""
+
+
+class KnownFailuresError(Exception):
+    """Only expectations failed that are known to."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options that `luxloop run` has, too."""
+    group = parser.getgroup("luxloop", "scenarios as tests")
+    group.addoption("--luxloop-tracker", metavar="MODULE:NAME", help="the device under test, else the shipped tracker")
+    group.addoption("--luxloop-out", metavar="DIR", default="runs", help="where the runs' folders go [runs]")
+    group.addoption(
+        "--luxloop-seeds", metavar="N", type=int, default=1, help="run each with so many seeds, from its own on"
+    )
+    group.addoption("--luxloop-record", action="store_true", help="write recordings, for luxloop view")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Declare the marks."""
+    config.addinivalue_line("markers", 'smoke: scenarios with suite = "smoke", for every change')
+    config.addinivalue_line("markers", "full: all scenarios")
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":
+    """Take every scenario, and whatever TOML file was named itself."""
+    if file_path.suffix != ".toml":
+        return None
+    named = parent.session.isinitpath(file_path)
+    return (
+        ScenarioFile.from_parent(parent, path=file_path) if named or _TRAFFIC.search(file_path.read_bytes()) else None
+    )
+
+
+class ScenarioFile(pytest.File):
+    """One scenario, with one seed or several."""
+
+    def collect(self) -> Iterator["ScenarioItem"]:
+        """Make a test for every seed; what is wrong with the file is told when it runs."""
+        try:
+            document = tomllib.loads(self.path.read_text(encoding="utf-8"))
+        except (UnicodeDecodeError, tomllib.TOMLDecodeError):
+            document = {}
+        first = document.get("seed", DEFAULT_SEED)
+        seeds = range(first, first + self.config.getoption("--luxloop-seeds")) if isinstance(first, int) else [first]
+        for seed in seeds:
+            yield ScenarioItem.from_parent(self, name=f"{self.path.stem}-seed{seed}", document=document, seed=seed)
+
+
+class ScenarioItem(pytest.Item):
+    """One run."""
+
+    def __init__(self, *, document: dict[str, Any], seed: int, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.seed = seed
+        self.add_marker("full")
+        if document.get("suite") == "smoke":
+            self.add_marker("smoke")
+        known = _known_failures(document)
+        if known:
+            reason = "; ".join(f"{name}: {why}" for name, why in known.items())
+            self.add_marker(pytest.mark.xfail(reason=reason, raises=KnownFailuresError, strict=False))
+
+    def runtest(self) -> None:
+        """Run the scenario, keep its folder, and tell JUnit what came out."""
+        from scenarios import device
+        from scenarios.execute import execute
+        from scenarios.scenario import Scenario
+
+        option = self.config.getoption
+        scenario = Scenario.load(self.path, {"seed": self.seed})
+        make_device = device.load(option("--luxloop-tracker") or device.SHIPPED)
+        out = Path(option("--luxloop-out")) / self.name
+        outcome = execute(scenario, make_device, out, record=option("--luxloop-record"))
+        self._tell_properties(outcome)
+        if outcome.verdict != "passed":
+            raise FailedRunError(self._explain(outcome))
+        known = [check.name for check in outcome.checks if check.outcome == "known failure"]
+        if known:
+            raise KnownFailuresError(f"known to fail: {', '.join(known)}")
+
+    def _tell_properties(self, outcome: "Outcome") -> None:
+        """Put the figures into the JUnit file."""
+        self.user_properties += [("seed", self.seed), ("trace_hash", outcome.result.trace_hash)]
+        self.user_properties += [(check.name, check.metric.value) for check in outcome.checks]
+
+    def _explain(self, outcome: "Outcome") -> str:
+        """Say which expectations failed, by how much and where, and how to look at it."""
+        from scenarios.report_cells import value_of
+        from scenarios.worst import worst_frames
+
+        result = outcome.result
+        lines = [f"{result.scenario}: {result.config['description']}"]
+        if not result.complete:
+            lines.append(f"ended early, after {result.frames} frames: {result.ended_early}")
+        for check in outcome.checks:
+            if check.outcome == "failed":
+                unit = "" if check.metric.unit in ("1", "count") else f" {check.metric.unit}"
+                lines.append(f"{check.name} = {value_of(check.metric)}{unit}, expected {check.limit}{unit}")
+                why = check.metric.reason or check.limit.need
+                lines += [f"    {why}"] if why else []
+                lines += [f"    worst: {frame}" for frame in worst_frames(result, check.name)]
+        lines += ["", "To run it again and watch it:", *self._commands(outcome)]
+        return "\n".join(lines)
+
+    def _commands(self, outcome: "Outcome") -> list[str]:
+        tracker = self.config.getoption("--luxloop-tracker")
+        again = f"luxloop run {self.path} --seed {self.seed} --out {outcome.out}"
+        return [f"    {again}{f' --tracker {tracker}' if tracker else ''}", f"    luxloop view {outcome.out}"]
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Tell failed expectations and bad input without a traceback; other errors are ours, and keep it."""
+        from scenarios.errors import InputError
+        from sensor_model.rig import RigError
+        from sim.source import TrafficError
+
+        expected = (FailedRunError, KnownFailuresError, InputError, RigError, TrafficError)
+        return str(excinfo.value) if isinstance(excinfo.value, expected) else super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, None, str]:
+        """Where it stands, and how it is called."""
+        return self.path, None, self.name
+
+
+def _known_failures(document: dict[str, Any]) -> dict[str, str]:
+    """Why which expectations are known to fail; a malformed file has none, and is told when it runs."""
+    expect = document.get("expect")
+    limits = expect.items() if isinstance(expect, dict) else ()
+    return {name: why for name, limit in limits if isinstance(limit, dict) and (why := limit.get("known_failure"))}
