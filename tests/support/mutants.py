@@ -131,7 +131,9 @@ def _misspell(rng, document):
     if isinstance(place, list):
         return _replace(rng, document)
     at = rng.randrange(len(key[-1]) + 1)
-    wrong = key[-1][:at] + rng.choice([*string.ascii_letters, ".", " ", "ß", '"', "_m"]) + key[-1][at + rng.randrange(2) :]
+    wrong = (
+        key[-1][:at] + rng.choice([*string.ascii_letters, ".", " ", "ß", '"', "_m"]) + key[-1][at + rng.randrange(2) :]
+    )
     place[wrong] = place.pop(key[-1])
     return (key[-1], wrong), f"{key}: {wrong}"
 
@@ -240,17 +242,34 @@ def _line_elsewhere(rng, text):
 def _conflict(rng, text):
     lines = text.splitlines(keepends=True)
     at = _line(rng, lines)
-    return "".join([*lines[:at], "<<<<<<< HEAD\n", lines[at], "=======\n", lines[at], ">>>>>>> mine\n", *lines[at:]]).encode()
+    return "".join(
+        [*lines[:at], "<<<<<<< HEAD\n", lines[at], "=======\n", lines[at], ">>>>>>> mine\n", *lines[at:]]
+    ).encode()
 
 
 def _deep(rng, text):
     depth = rng.choice([50, 500, 100_000])
-    deep = rng.choice(["x = " + "[" * depth + "]" * depth, "x = " + "{a=" * depth + "1" + "}" * depth, ".".join("a" * depth) + " = 1"])
+    deep = rng.choice(
+        ["x = " + "[" * depth + "]" * depth, "x = " + "{a=" * depth + "1" + "}" * depth, ".".join("a" * depth) + " = 1"]
+    )
     return f"{deep}\n{text}".encode()
 
 
 def _odd_value(rng, text):
-    value = rng.choice(["9" * 5000, "1979-05-27T07:32:00Z", "07:32:00", "0x_1", "1__0", "+nan", "-inf", "0b11", "'''a\nb'''", "1e99999"])
+    value = rng.choice(
+        [
+            "9" * 5000,
+            "1979-05-27T07:32:00Z",
+            "07:32:00",
+            "0x_1",
+            "1__0",
+            "+nan",
+            "-inf",
+            "0b11",
+            "'''a\nb'''",
+            "1e99999",
+        ]
+    )
     return re.sub(r"^(seed|duration_s) = .*$", rf"\1 = {value}", text, count=1, flags=re.MULTILINE).encode()
 
 
