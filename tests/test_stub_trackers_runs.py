@@ -208,7 +208,7 @@ def test_ghosts_cost_precision_only(world, perfect):
 
 
 def test_a_forgetful_tracker_loses_who_is_hidden(world, perfect):
-    """Of a vehicle's n graded frames, each unbroken stretch of c is one track: the longest is right, c^2 / n associated.
+    """Of a vehicle's n graded frames, each unbroken stretch of c is a track: the longest is right, c^2 / n associated.
 
     At the crossing nobody who was graded is hidden and comes back: there it is perfect.
     """
