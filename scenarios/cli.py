@@ -14,13 +14,18 @@ app = typer.Typer(
 
 
 @app.command("list")
-def list_scenarios() -> None:
+def list_scenarios(
+    folder: Annotated[bool, typer.Option("--folder", help="Print the folder they are in, for pytest.")] = False,
+) -> None:
     """List the scenarios that ship, with a sentence on each."""
     from rich.console import Console
     from rich.table import Table
 
-    from scenarios.listing import entries
+    from scenarios.listing import CATALOG, entries
 
+    if folder:
+        print(CATALOG)
+        return
     table = Table("family", "name", "what happens", box=None, padding=(0, 2, 0, 0), header_style="bold")
     for entry in entries():
         table.add_row(*entry)
