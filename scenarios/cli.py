@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from scenarios.offline import commands
+
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
     add_completion=False,
@@ -96,6 +98,9 @@ def schema() -> None:
     from scenarios.scenario import schema_text
 
     print(schema_text(), end="")
+
+
+app.command()(commands.grade)
 
 
 def main(arguments: list[str] | None = None) -> int:

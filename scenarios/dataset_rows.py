@@ -66,7 +66,8 @@ def records_of(rows: dict[str, Values], units: int) -> tuple[WorldFrame, Scan, S
 
 def _ego(when: Values) -> Ego:
     def ego(*names: str) -> Floats:
-        return _stack(when, tuple(f"ego_{name}" for name in names))[0]
+        values: Floats = _stack(when, tuple(f"ego_{name}" for name in names))[0]
+        return values
 
     return Ego(
         pose_world=_stack(when, EGO_POSE)[0],

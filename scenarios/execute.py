@@ -7,8 +7,8 @@ from pathlib import Path
 from rich.console import RenderableType
 
 from scenarios import dataset, loop, report, run_folder
-from scenarios.device import DeviceFactory
 from scenarios.dataset import DatasetWriter
+from scenarios.device import DeviceFactory
 from scenarios.expect import Check, Verdict, check, verdict
 from scenarios.grading.frame import FrameGrade
 from scenarios.result import Result

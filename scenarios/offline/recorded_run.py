@@ -1,6 +1,7 @@
 """A run that is on disk, whole, with what it followed: what `luxloop grade` starts from."""
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,6 +55,12 @@ class RecordedRun:
             ) from error
         result.tables.update(restored)
         return cls(folder, result, scenario, rig)
+
+    def refuse_to_write_to(self, out: Path) -> None:
+        """Raise an OutputError if results at `out` would replace the run, or lie in it or around it."""
+        here, there = (Path(os.path.realpath(folder)) for folder in (self.folder, out))
+        if there.is_relative_to(here) or here.is_relative_to(there):
+            raise OutputError(f"{out}: is the run that is graded, or in it or around it; choose another with --out")
 
     def scans(self) -> RecordedScans:
         """Its scans and their truth.
