@@ -1,4 +1,4 @@
-"""Grading without simulating: the same metrics from what a run left, and tracks of other programs held to their layout."""
+"""Grading without simulating: the same metrics from what a run left, and tracks of other programs held to a layout."""
 
 import json
 import shutil
@@ -36,6 +36,9 @@ def run(home, tmp_path, monkeypatch):
     shutil.copytree(home, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return Path("run")
+
+
+in_run_s_home = pytest.mark.usefixtures("run")
 
 
 def grade(capfd, *arguments, code=0):
@@ -80,12 +83,14 @@ def own_tracks(run):
 # --- again
 
 
-def test_nothing_changed_gives_the_same_metrics_bit_for_bit(run, capfd):
+@in_run_s_home
+def test_nothing_changed_gives_the_same_metrics_bit_for_bit(capfd):
     """Fails when a table loses a type, a category or a digit on its way to the disk and back."""
     assert grade(capfd)["metrics"] == written()["metrics"]
 
 
-def test_the_shipped_tracker_over_the_scans_is_the_live_run_bit_for_bit(run, capfd):
+@in_run_s_home
+def test_the_shipped_tracker_over_the_scans_is_the_live_run_bit_for_bit(capfd):
     """Scans, truth and tracks alike (the trace hash), and all that is graded, fits and their bound included."""
     again = grade(capfd, "--tracker", SHIPPED)
     assert again["trace_hash"] == written()["trace_hash"]
@@ -94,7 +99,8 @@ def test_the_shipped_tracker_over_the_scans_is_the_live_run_bit_for_bit(run, cap
     assert again["metrics"]["perf.sim_ms_p50"]["value"] is None
 
 
-def test_other_limits_apply_without_simulating(run, capfd):
+@in_run_s_home
+def test_other_limits_apply_without_simulating(capfd):
     """A stricter expectation fails, and a lower limit for hits makes fewer misses."""
     Path("strict.toml").write_text(TEXT.replace("0.01", "1.01") + "\n[grading]\nhit_iou_min = 0.99\n")
     strict = grade(capfd, "--scenario", "strict.toml", code=1)
@@ -103,11 +109,12 @@ def test_other_limits_apply_without_simulating(run, capfd):
     assert strict["config"]["grading"]["hit_iou_min"] == 0.99
 
 
-def test_limits_of_single_frames_need_the_frames(run, capfd):
+@in_run_s_home
+def test_limits_of_single_frames_need_the_frames(capfd):
     Path("near.toml").write_text(TEXT + "\n[grading]\nrange_max_m = 10\n")
     error = complaint(capfd, "run", "--scenario", "near.toml")
     assert "grading.range_max_m = 10: the tables of run were made with 50; grade its recorded scans" in error
-    near = grade(capfd, "--scenario", "near.toml", "--tracker", SHIPPED)
+    near = grade(capfd, "--scenario", "near.toml", "--tracker", SHIPPED, code=1)
     assert near["metrics"]["dataset.observations"]["value"] < written()["metrics"]["dataset.observations"]["value"]
 
 
@@ -243,7 +250,8 @@ GOOD = {
     ids=lambda value: value.partition(":")[0] if isinstance(value, str) else "",
 )
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-def test_a_wrong_cell_is_told_with_its_file_row_column_and_remedy(changes, words, ending, run, capfd):
+@in_run_s_home
+def test_a_wrong_cell_is_told_with_its_file_row_column_and_remedy(changes, words, ending, capfd):
     table = pd.DataFrame({name: cells for name, cells in (GOOD | changes).items() if cells is not None})
     if ending == "csv":
         table.to_csv("bad.csv", index=False)
@@ -264,18 +272,21 @@ def test_a_wrong_cell_is_told_with_its_file_row_column_and_remedy(changes, words
         ("ragged.csv", b"frame,track_id\n1,2\n1,2,3,4\n", "cannot be read ("),
     ],
 )
-def test_what_is_no_table_is_told_in_one_line(name, content, words, run, capfd):
+@in_run_s_home
+def test_what_is_no_table_is_told_in_one_line(name, content, words, capfd):
     if content is not None:
         Path(name).write_bytes(content)
     assert words in complaint(capfd, "run", "--tracks", name)
 
 
-def test_tracks_and_a_tracker_at_once_are_refused(run, capfd):
+@in_run_s_home
+def test_tracks_and_a_tracker_at_once_are_refused(capfd):
     error = complaint(capfd, "run", "--tracks", "a.csv", "--tracker", SHIPPED)
     assert "--tracks and --tracker are both given; give one" in error
 
 
-def test_a_tracker_that_cannot_be_imported_is_told(run, capfd):
+@in_run_s_home
+def test_a_tracker_that_cannot_be_imported_is_told(capfd):
     assert "--tracker mine:Tracker: no module mine" in complaint(capfd, "run", "--tracker", "mine:Tracker")
 
 

@@ -13,7 +13,7 @@ from scenarios.device import Device, DeviceFactory
 from scenarios.errors import ScenarioError
 from scenarios.grading import grader
 from scenarios.grading.bound import Ranging
-from scenarios.grading.metrics import GRADED, METRICS
+from scenarios.grading.metrics import GRADED
 from scenarios.loop import PACKAGES
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
@@ -106,9 +106,10 @@ class Regrader:
         return self._result({**metrics, **self._not_driven(), **measured}, tables, trace_hash.hexdigest(), name)
 
     def _not_driven(self) -> dict[str, Metric]:
-        """Metrics of what happens only where there is traffic."""
-        reason = "its scans were recorded: nothing was simulated"
-        return {name: Metric(None, unit, 0, reason) for name, unit in METRICS.items() if name not in GRADED}
+        """Metrics of what happens only where there is traffic: without a value, for this or for an older reason."""
+        why = "its scans were recorded: nothing was simulated"
+        of_run = {name: metric for name, metric in self._run.result.metrics.items() if name not in GRADED}
+        return {name: Metric(None, metric.unit, 0, metric.reason or why) for name, metric in of_run.items()}
 
     def _result(
         self, metrics: dict[str, Metric], tables: dict[str, pd.DataFrame], trace_hash: str, tracked_by: str
