@@ -100,7 +100,8 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
-app.command()(commands.grade)
+for command in (commands.grade, commands.check_tracker):
+    app.command()(command)
 
 
 def main(arguments: list[str] | None = None) -> int:

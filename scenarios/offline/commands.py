@@ -57,6 +57,20 @@ def grade(
     raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
 
 
+def check_tracker(
+    tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as in `luxloop run --tracker`.")],
+) -> None:
+    """Check whether a tracker keeps the contract, with real and odd scans."""
+    from scenarios import device, report
+    from scenarios.check_tracker.conduct import examine
+    from scenarios.check_tracker.drives import drives
+    from scenarios.check_tracker.table import table
+
+    findings = examine(device.load(tracker), drives())
+    report.show(table(findings, tracker))
+    raise typer.Exit(0 if findings.passed else 1)
+
+
 def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":
     from scenarios import device
     from scenarios.offline.regrade import Regrader
