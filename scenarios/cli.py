@@ -100,7 +100,7 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
-for command in (commands.grade, commands.check_tracker):
+for command in (commands.grade, commands.check_tracker, commands.mcap):
     app.command()(command)
 
 

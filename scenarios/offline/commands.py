@@ -71,6 +71,18 @@ def check_tracker(
     raise typer.Exit(0 if findings.passed else 1)
 
 
+def mcap(
+    run: Run,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
+) -> None:
+    """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""
+    from scenarios.mcap.export import export
+    from scenarios.offline.recorded_run import RecordedRun
+
+    frames = export(RecordedRun.open(run), file)
+    print(f"{frames} frames are in {file}")
+
+
 def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":
     from scenarios import device
     from scenarios.offline.regrade import Regrader
