@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scenarios.offline import commands
 from scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
@@ -54,6 +55,9 @@ def run(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+    record_scans: Annotated[
+        bool, typer.Option("--record-scans", help="Keep the scans and their truth with the run, for luxloop grade.")
+    ] = False,
     dataset_to: Annotated[
         Path | None, typer.Option("--dataset", metavar="DIR", help="Write scans and labels into this new folder, too.")
     ] = None,
@@ -70,7 +74,9 @@ def run(
     chosen = Scenario.load(listing.find(scenario), overrides)
     make_device = choose(tracker, oracle or [])
     out = out or usual_folder(chosen, oracle or [])
-    outcome = execute(chosen, make_device, out, record=not no_recording, dataset_to=dataset_to)
+    outcome = execute(
+        chosen, make_device, out, record=not no_recording, record_scans=record_scans, dataset_to=dataset_to
+    )
     result, code = outcome.result, 0 if outcome.verdict == "passed" else 1
     if as_json:
         print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
@@ -132,6 +138,10 @@ def schema() -> None:
     from scenarios.scenario import schema_text
 
     print(schema_text(), end="")
+
+
+for command in (commands.grade, commands.check_tracker, commands.mcap):
+    app.command()(command)
 
 
 def main(arguments: list[str] | None = None) -> int:
