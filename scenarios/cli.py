@@ -193,6 +193,7 @@ def _complain_of_the_end(result: "Result", kept: str) -> int:
 
 
 def _complain(message: str, code: int) -> int:
-    """Say it in one line, whatever a simulator put into the message."""
-    print(f"luxloop: error: {' '.join(message.split())}", file=sys.stderr)
+    """Say it in one line, whatever a simulator or a file put into the message."""
+    printable = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    print(f"luxloop: error: {printable}", file=sys.stderr)
     return code
