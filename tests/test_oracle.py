@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -39,10 +40,15 @@ def shipped():
     return busy_street.blamed().shipped.metrics
 
 
+@cache
+def truly_fitted():
+    """The busy street with its tables, which blame does not keep."""
+    return short_run.run(busy_street.TEXT, OracleFactory([Stage.FIT]))
+
+
 def test_without_a_stage_to_replace_an_oracle_is_the_shipped_tracker():
     """Bit for bit: the seams change nothing."""
-    run = short_run.run(busy_street.TEXT, OracleFactory([]))
-    assert run.trace_hash == busy_street.blamed().shipped.trace_hash == short_run.run(busy_street.TEXT).trace_hash
+    assert short_run.run(busy_street.TEXT, OracleFactory([])).trace_hash == busy_street.blamed().shipped.trace_hash
 
 
 def test_a_true_segmentation_splits_merges_and_misses_nothing():
@@ -63,7 +69,7 @@ def test_true_outliers_are_all_of_the_noise_and_nothing_else():
 
 
 def test_a_true_fit_has_the_true_heading_and_the_true_corners():
-    run = short_run.run(busy_street.TEXT, OracleFactory([Stage.FIT]))
+    run = truly_fitted()
     assert run.metrics["fit.best.heading_abs_mean_deg"].value == pytest.approx(0.0, abs=1e-6)
     assert run.metrics["fit.best.regret_deg"].value == pytest.approx(0.0, abs=1e-6)
     assert run.metrics["fit.tlinkage.heading_abs_mean_deg"].value > 0.1  # the other methods are still graded
@@ -71,11 +77,11 @@ def test_a_true_fit_has_the_true_heading_and_the_true_corners():
     corners = best[best["view"] == "l_shape"]
     assert len(corners) > 40
     assert corners["position_error_m"].max() < 1e-6  # in full view; a vehicle half hidden ends where it is cut off
-    assert shipped()["fit.best.heading_abs_mean_deg"].value > 0.3
+    assert shipped()["fit.best.heading_abs_mean_deg"].value > 0.1
 
 
 def test_what_a_true_fit_shows_of_a_rear_is_no_whole_vehicle():
-    best = short_run.run(busy_street.TEXT, OracleFactory([Stage.FIT])).tables["fits"].query("best")
+    best = truly_fitted().tables["fits"].query("best")
     rear = best[best["view"] == "rear"]
     assert len(rear) > 10
     # Its heading is modulo a quarter turn: a rear is as broad as the car, and next to nothing deep.
