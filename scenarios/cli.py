@@ -103,7 +103,8 @@ def blame(
     import json
 
     from scenarios import listing, report
-    from scenarios.blame import document, find_out, tell
+    from scenarios.blame import document, find_out
+    from scenarios.report_blame import tell
     from scenarios.scenario import Scenario
 
     overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
