@@ -1,5 +1,6 @@
 """One run from file to folder: what `luxloop run`, pytest, blame and sweeps have in common."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,9 +36,10 @@ class Outcome:
         return verdict(self.checks, self.result.complete)
 
 
-def usual_folder(scenario: Scenario, runs: Path = Path("runs")) -> Path:
-    """Where a run goes if nobody says otherwise."""
-    return runs / f"{scenario.name}-seed{scenario.seed}"
+def usual_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
+    """Where a run goes if nobody says otherwise; one with oracles does not replace the tracker's own."""
+    oracle = ["oracle", *oracles] if oracles else []
+    return runs / "-".join([f"{scenario.name}-seed{scenario.seed}", *oracle])
 
 
 def execute(
