@@ -1,6 +1,6 @@
 """HOTA, CLEAR and Identity of real runs, held against trackeval's own way: its text files, its reader, its evaluator.
 
-The project calls trackeval's metric classes with data that it gathers itself from its tables. Here the boxes of the same
+The project calls trackeval's metric classes with data that it gathers itself from its tables. Here the boxes of these
 runs are written as MOT Challenge files, and trackeval reads them, matches ids and frames, and evaluates.
 """
 
@@ -41,6 +41,8 @@ THEIRS = {
     "track.idf1": ("Identity", "IDF1"),
 }
 QUIET = {"PRINT_CONFIG": False}
+SILENT = (*QUIET, "PRINT_RESULTS", "TIME_PROGRESS", "OUTPUT_SUMMARY", "OUTPUT_DETAILED", "PLOT_CURVES")
+GT, TRACKS = "gt/run/gt/gt.txt", "trackers/ours/data/run.txt"
 
 _spec = importlib.util.spec_from_file_location(
     "my_tracker", Path(__file__).parents[1] / "docs" / "examples" / "my_tracker.py"
@@ -127,8 +129,8 @@ def test_on_upright_boxes_trackeval_needs_nothing_of_ours(tracker, results, tmp_
     """Every box is replaced by the one around it along the axes; overlaps are trackeval's own, too."""
     result = results[tracker]
     counted_truth, counted_tracks = (upright(rows) for rows in counted(result))
-    write(tmp_path / "gt/run/gt/gt.txt", counted_truth, "actor_id", corner_first(counted_truth))
-    write(tmp_path / "trackers/ours/data/run.txt", counted_tracks, "track_id", corner_first(counted_tracks))
+    write(tmp_path / GT, counted_truth, "actor_id", corner_first(counted_truth))
+    write(tmp_path / TRACKS, counted_tracks, "track_id", corner_first(counted_tracks))
     theirs = evaluate(tmp_path, result.frames)
     truth, tracks = (upright(result.tables[name]) for name in ("truth", "tracks"))
     sheet = MetricSheet()
