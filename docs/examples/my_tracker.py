@@ -21,12 +21,16 @@ class PatchTracker:
 
     def step(self, scan):
         """Take in one scan and return the tracks, in the odometry frame."""
-        x, y, yaw = scan.ego_pose_odom
+        ids, centers = self.follow(scan.points_ego, scan.ego_pose_odom)
+        return as_tracks(ids, centers, scan.ego_pose_odom[2])
+
+    def follow(self, points_ego, ego_pose_odom):
+        """Ids and centres of the cars among points (N, 3), in the odometry frame."""
+        x, y, yaw = ego_pose_odom
         turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-        centers = cars(scan.points_ego) @ turn.T + (x, y)
-        self.ids = self.ids_of(centers)
-        self.centers = centers
-        return as_tracks(self.ids, centers, yaw)
+        centers = cars(points_ego) @ turn.T + (x, y)
+        self.ids, self.centers = self.ids_of(centers), centers
+        return self.ids, centers
 
     def ids_of(self, centers):
         """Ids of the cars that were nearest in the last scan, nearest pairs first, each taken once; else new ones."""
