@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from scenarios.compare import command as compare
+
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
     add_completion=False,
@@ -83,6 +85,10 @@ def view(
 
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(recording(run))]
     raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
+
+
+app.command()(compare.compare)
+app.command()(compare.baseline)
 
 
 @app.command()
