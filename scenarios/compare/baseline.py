@@ -34,7 +34,7 @@ def write(path: Path, runs: list[RunDigest]) -> None:
         It cannot be written there.
     """
     documents = [HEADER, *(_document(run) for run in sorted(runs, key=lambda run: run.key))]
-    lines = [json.dumps(document, sort_keys=True, ensure_ascii=False, allow_nan=False) for document in documents]
+    lines = [json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) for document in documents]
     temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

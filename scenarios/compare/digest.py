@@ -78,14 +78,21 @@ def read_run(folder: Path) -> RunDigest:
     """
     try:
         result = run_folder.read(folder)
-        return _digest(result)
+        return digest(result)
     except KeyError as error:
         raise OutputError(f"{folder}: the run has no {error}; run the scenario again with this version") from error
     except (TypeError, ValueError) as error:
         raise OutputError(f"{folder}: not the run of this version ({error}); run the scenario again") from error
 
 
-def _digest(result: Result) -> RunDigest:
+def digest(result: Result) -> RunDigest:
+    """Sum up a run.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        It is of another version.
+    """
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items()}
     checks = check(result.metrics, limits)
     return RunDigest(

@@ -35,9 +35,9 @@ SHARE = Relevance(absolute=0.005)
 """Of a share or score between 0 and 1: half a percent of what was to be seen."""
 RARE = Relevance(absolute=0.0005)
 """Of what happens now and then: one more in 2000 observations, 160 s of one vehicle in view."""
-ANGLE = Relevance(absolute=0.002, relative=0.01)
-"""Of a mean error [deg]: a hundredth of it."""
-LENGTH = Relevance(absolute=0.0005, relative=0.01)
+ANGLE = Relevance(absolute=0.001, relative=0.01)
+"""Of a mean error [deg]: a hundredth of it, if that is not next to nothing."""
+LENGTH = Relevance(absolute=0.0002, relative=0.01)
 """Of a mean error [m], likewise."""
 
 
@@ -94,7 +94,8 @@ HEADLINES = (
     Headline("track.false_rate", "1", "less", SHARE, ("observations",), ("reported", "-hits")),
     Headline("track.id_switch_rate", "1", "less", RARE, ("observations",), ("switches",)),
     Headline("track.occlusion_survival", "1", "more", SHARE, ("occlusions",), ("survived",)),
-    _mean("track.heading_abs_mean_deg", "deg", ANGLE, "moving_heading_deg", "moving"),
+    _mean("track.heading_flip_rate", "1", SHARE, "flipped", "moving"),
+    Headline("track.heading_unflipped_mean_deg", "deg", "less", ANGLE, ("moving", "-flipped"), ("heading_deg",)),
     _mean("mma.mma.stationary_target.x_abs_mean_m", "m", LENGTH, "standing_x_m", "standing"),
     _mean("mma.mma.stationary_target.y_abs_mean_m", "m", LENGTH, "standing_y_m", "standing"),
     _mean("mma.mma.moving_target.x_abs_mean_m", "m", LENGTH, "moving_x_m", "moving"),
@@ -107,5 +108,8 @@ HEADLINES = (
     _mean("segmentation.under_rate", "1", SHARE, "merged", "segments"),
     _mean("segmentation.missed_rate", "1", SHARE, "in_no_segment", "segmented"),
 )
-"""Named as in a result, but for the rates: counts of a result (`track.missed`, `track.false`, `track.id_switches`) over
-`dataset.observations`."""
+"""Named as in a result, except
+
+- the rates of tracking: counts of a result (`track.missed`, `track.false`, `track.id_switches`) over its observations;
+- `track.heading_unflipped_mean_deg`: `track.heading_abs_mean_deg` of the headings that are no more than 90 degrees off.
+  A few that are turned by 180 would drown it; they are counted by `track.heading_flip_rate`."""

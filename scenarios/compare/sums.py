@@ -18,7 +18,7 @@ from tracker.records import MODELS
 SUMS = (
     *("observations", "reported", "hits", "switches", "identified"),
     *("fitted", "fit_heading_deg", "fit_position_m"),
-    *("moving", "moving_heading_deg", "moving_x_m", "moving_y_m"),
+    *("moving", "flipped", "heading_deg", "moving_x_m", "moving_y_m"),
     *("standing", "standing_x_m", "standing_y_m", "right_mode"),
     *("segmented", "split", "in_no_segment", "segments", "merged"),
     *("occlusions", "survived"),
@@ -77,14 +77,15 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
         A table or a column is missing.
     """
     truth, tracks = tables["truth"], tables["tracks"]
-    graded = truth[truth["graded"]]
+    graded, judged = truth[truth["graded"]], tracks[tracks["judged"]]
     rows = _Rows(np.union1d([NO_ACTOR], graded["actor_id"]))
     matched, matches = _follow(rows, tables, config)
     sums = {
         "observations": rows.sum(graded["actor_id"]),
         **matched,
         **_fit(rows, tables["fits"]),
-        **_positions(rows, tracks[tracks["judged"]]),
+        **_positions(rows, judged),
+        **_headings(rows, judged),
         **_segmentation(rows, graded, tables["segments"], config),
         **_occlusions(rows, truth, config),
     }
@@ -120,15 +121,25 @@ def _fit(rows: _Rows, fits: pd.DataFrame) -> dict[str, Floats]:
 
 
 def _positions(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
-    """Errors of the tracks that follow graded vehicles; headings of moving ones only, as in `grading.track`."""
+    """Errors of the tracks that follow graded vehicles, and their modes, as in `grading.mma` and `grading.modes`."""
     sums = {"right_mode": rows.sum(judged["actor_id"], judged["model"].to_numpy(object) == judged["true_mode"])}
     stands = judged["true_mode"] == MODELS[0]
     for target, seen in (("standing", judged[stands]), ("moving", judged[~stands])):
         sums[target] = rows.sum(seen["actor_id"])
-        sums[f"{target}_heading_deg"] = rows.sum(seen["actor_id"], seen["heading_error_deg"].abs())
         for axis in "xy":
             sums[f"{target}_{axis}_m"] = rows.sum(seen["actor_id"], seen[f"mma_{axis}_error_m"].abs())
     return sums
+
+
+def _headings(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
+    """Moving vehicles whose track points backwards, as in `grading.track`, and the error where it does not."""
+    moving = judged[judged["true_mode"] != MODELS[0]]
+    error = moving["heading_error_deg"].abs()
+    flipped = error > 90.0
+    return {
+        "flipped": rows.sum(moving["actor_id"], flipped),
+        "heading_deg": rows.sum(moving["actor_id"], error.where(~flipped, 0.0)),
+    }
 
 
 def _segmentation(
