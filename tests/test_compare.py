@@ -49,15 +49,14 @@ def test_a_jitter_of_a_millimetre_is_never_flagged(seed):
 
 
 def test_another_order_of_the_points_is_never_flagged():
-    """The tracker draws lines through random points, so that it does not do the same: 81 choices of three such runs."""
+    """The tracker draws lines through random points, so that it does not do the same: choices of three such runs."""
     orders = [recorded.base()]
     orders += [
         [run.with_device(recorded.Shuffled(seed), f"shuffled {seed}") for run in recorded.runs()] for seed in (1, 2)
     ]
-    choices = list(product(orders, repeat=len(recorded.runs())))
-    heads = [[order[i] for i, order in enumerate(choice)] for choice in choices]
-    compared = [against(orders[0], head) for head in heads[1:]]
-    assert [flagged(comparison) for comparison in compared] == [{}] * (len(heads) - 1)
+    choices = list(product(orders, repeat=len(recorded.runs())))[2::3]  # of 81, those in which the last run differs
+    compared = [against(orders[0], [order[i] for i, order in enumerate(choice)]) for choice in choices]
+    assert [flagged(comparison) for comparison in compared] == [{}] * 27
     assert any(change.verdict == "unclear" for change in compared[-1].changes)  # it did quite something
 
 
@@ -130,11 +129,11 @@ def test_the_runs_that_moved_a_metric_are_named_the_most_moved_first():
 def test_chance_flags_no_more_often_than_the_level_says():
     """Vehicles of all sizes, whose two lives differ by chance only and by far more than matters.
 
-    At a level of 10 %, 300 comparisons flag 30 by chance; a test that forgot how many metrics there are would flag 250.
+    At a level of 10 %, 200 comparisons flag 20 by chance; a test that forgot how many metrics there are would flag 160.
     """
     rng = np.random.default_rng(7)
-    smallest = [min(difference.p for difference in differences(*lives(rng, units=12), HEADLINES)) for _ in range(300)]
-    assert 12 <= sum(p <= 0.1 for p in smallest) <= 48  # 30 is the mean, 5.2 its standard deviation
+    smallest = [min(difference.p for difference in differences(*lives(rng, units=12), HEADLINES)) for _ in range(200)]
+    assert 6 <= sum(p <= 0.1 for p in smallest) <= 34  # 20 is the mean, 4.2 its standard deviation
 
 
 def lives(rng, units):
@@ -149,7 +148,7 @@ def test_an_interval_covers_the_true_difference_as_often_as_it_says():
     headline = HEADLINE["fit.best.heading_abs_mean_deg"]
     fitted, error = COLUMNS.index("fitted"), COLUMNS.index("fit_heading_deg")
     covered = 0
-    for _ in range(200):
+    for _ in range(100):
         base = np.zeros((60, len(COLUMNS)))
         base[:, fitted] = 50.0
         base[:, error] = 50.0 * rng.gamma(2.0, 0.5, size=60)
@@ -157,7 +156,7 @@ def test_an_interval_covers_the_true_difference_as_often_as_it_says():
         head[:, error] += 50.0 * rng.normal(0.1, 0.2, size=60)
         low, high = differences(base, head, (headline,))[0].interval
         covered += low <= 0.1 <= high
-    assert 0.89 <= covered / 200 <= 0.99
+    assert 88 <= covered <= 99
 
 
 def test_the_chance_of_a_difference_by_hand():
