@@ -191,5 +191,4 @@ def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
 
 def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
     """Everything that the run followed, defaults and the rig's files filled in."""
-    made_by = f"{make_device.__module__}:{getattr(make_device, '__qualname__', make_device)}"
-    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": made_by}
+    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}

@@ -53,6 +53,11 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         raise
 
 
+def is_unfinished(folder: Path) -> bool:
+    """Whether it is one that `create` gave and never renamed: whoever wrote into it was killed, or still writes."""
+    return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))
+
+
 def cannot_write(folder: Path, option: str, error: OSError) -> OutputError:
     """Say why, and what to do."""
     return OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder with {option}")
