@@ -2,7 +2,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: demo test check bench lock
+.PHONY: demo test check smoke catalog bench lock
 
 demo: .venv/installed
 	$(BIN)/luxloop run sumo-crossing
@@ -15,6 +15,13 @@ check: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+# Scenarios as tests: the few for every change, and all. luxloop.html shows what came out.
+smoke: .venv/installed
+	$(BIN)/pytest scenarios/catalog -m smoke -n 2 --junitxml luxloop.xml --luxloop-report luxloop.html
+
+catalog: .venv/installed
+	$(BIN)/pytest scenarios/catalog -n 2 --junitxml luxloop.xml --luxloop-report luxloop.html
 
 bench: .venv/installed
 	$(BIN)/python -m benchmarks

@@ -1,13 +1,13 @@
 """Writes into the documentation what the code and a real run say. Tests fail where that is out of date.
 
-    python docs/refresh.py                             # tables of keys, and the output of the library's example
+    python docs/refresh.py                             # tables of keys and scenarios, and the library's example
     luxloop run sumo-crossing
     python docs/refresh.py runs/sumo-crossing-seed1    # also the report in README.md
     luxloop run paper-campus
     python docs/refresh.py runs/paper-campus-seed1     # also the paper's tables in docs/paper.md
 
-What it writes stands between `<!-- keys of NAME -->`, `<!-- output -->`, `<!-- report -->` or `<!-- paper report -->`
-and `<!-- end -->`.
+What it writes stands between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
+`<!-- output -->`, `<!-- report -->` or `<!-- paper report -->` and `<!-- end -->`.
 """
 
 import json
@@ -17,13 +17,14 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scenarios import run_folder
+from scenarios import listing, run_folder
 from scenarios.scenario import Scenario
 
 DOCS = Path(__file__).parent
 README = DOCS.parent / "README.md"
 SCENARIO_FILES = DOCS / "scenario-files.md"
 LIBRARY = DOCS / "library.md"
+CATALOG = DOCS / "catalog.md"
 EXAMPLE = (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv")
 """What `LIBRARY` shows the output of."""
 
@@ -59,6 +60,7 @@ def main() -> None:
     """Refresh the tables of keys and the example's output, and with run folders the reports of these."""
     text = SCENARIO_FILES.read_text(encoding="utf-8")
     SCENARIO_FILES.write_text(with_keys(text, Scenario.model_json_schema()), encoding="utf-8")
+    CATALOG.write_text(with_scenarios(CATALOG.read_text(encoding="utf-8")), encoding="utf-8")
     output = subprocess.run([sys.executable, *EXAMPLE], capture_output=True, text=True, check=True).stdout
     LIBRARY.write_text(with_text(LIBRARY.read_text(encoding="utf-8"), "output", output.strip()), encoding="utf-8")
     for run in sys.argv[1:]:
@@ -84,6 +86,41 @@ def with_keys(text: str, schema: Json) -> str:
         text,
         flags=re.DOTALL,
     )
+
+
+def with_scenarios(text: str) -> str:
+    """Return the page of the catalog with its tables written anew from the scenario files."""
+    shipped = [Scenario.load(path) for path in listing.paths().values()]
+    text = re.sub(
+        r"(<!-- scenarios of (\w+) -->\n).*?(<!-- end -->)",
+        lambda match: match[1] + scenario_table([s for s in shipped if s.folder.name == match[2]]) + match[3],
+        text,
+        flags=re.DOTALL,
+    )
+    failures = re.compile(r"(<!-- known failures -->\n).*?(<!-- end -->)", re.DOTALL)
+    return failures.sub(lambda match: match[1] + failure_table(shipped) + match[2], text)
+
+
+def scenario_table(scenarios: list[Scenario]) -> str:
+    """Return what happens in these scenarios, why, and what is expected, as Markdown."""
+    rows = ["| scenario | what happens | why | expected |", "|---|---|---|---|"]
+    for scenario in scenarios:
+        name = f"`{scenario.name}`" + (" (smoke)" if scenario.suite == "smoke" else "")
+        limits = [f"`{metric}` {limit}" for metric, limit in scenario.expect.items()]
+        rows.append(f"| {name} | {scenario.description} | {scenario.reason} | {'<br>'.join(limits)} |")
+    return "\n".join(rows) + "\n"
+
+
+def failure_table(scenarios: list[Scenario]) -> str:
+    """Return every expectation that is known not to hold, and why, as Markdown."""
+    rows = ["| scenario | expectation | why it fails |", "|---|---|---|"]
+    rows += [
+        f"| `{scenario.name}` | `{metric}` {limit} | {limit.known_failure} |"
+        for scenario in scenarios
+        for metric, limit in scenario.expect.items()
+        if limit.known_failure
+    ]
+    return "\n".join(rows) + "\n"
 
 
 def with_text(page: str, name: str, text: str) -> str:

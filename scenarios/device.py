@@ -71,6 +71,12 @@ def load(spec: str) -> DeviceFactory:
     return factory  # type: ignore[no-any-return]
 
 
+def name_of(make_device: DeviceFactory) -> str:
+    """`MODULE:NAME` of a class or function; what else makes devices says itself what they are."""
+    name = getattr(make_device, "__qualname__", None)
+    return f"{make_device.__module__}:{name}" if name else str(make_device)
+
+
 def tell_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
     """Let an oracle see the truth of the scan that comes next; trackers hear nothing."""
     see_truth = getattr(device, "see_truth", None)

@@ -62,7 +62,7 @@ class ScenarioFile(pytest.File):
     def collect(self) -> Iterator["ScenarioItem"]:
         """Make a test for every seed; what is wrong with the file is told when it runs."""
         try:
-            document = tomllib.loads(self.path.read_text(encoding="utf-8"))
+            document = tomllib.loads(self.path.read_text(encoding="utf-8-sig"))
         except (UnicodeDecodeError, tomllib.TOMLDecodeError):
             document = {}
         first = document.get("seed", DEFAULT_SEED)

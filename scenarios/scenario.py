@@ -4,6 +4,7 @@ Each stage's settings are that stage's own dataclass; pydantic holds a file agai
 """
 
 import json
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from pydantic import (
 from scenarios.control.config import CruiseConfig
 from scenarios.errors import ScenarioError
 from scenarios.expect import Limit, check_unit, metric_name
-from scenarios.explain import explain
+from scenarios.explain import explain, implausible
 from scenarios.grading.config import GradingConfig
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.sensor import SensorConfig
@@ -36,6 +37,9 @@ from tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1
 _LARGEST_SEED = 2**31 - 1  # SUMO's seed is a signed 32-bit number
+_LONGEST_S = 86_400.0  # a day: a run is kept in memory until it ends
+_DEEP = re.compile(r"(?<![\w-])(?:[\w-]++\s*+\.\s*+){64}")
+"""A dotted key of more parts than anybody writes; tomllib takes minutes over thousands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +74,7 @@ class Scenario(BaseModel):
     """`smoke` for the few that run on every change; all are part of the full suite."""
     seed: Annotated[int, Field(ge=0, le=_LARGEST_SEED)] = DEFAULT_SEED
     """Seed of the traffic and of the noise."""
-    duration_s: Annotated[float, Field(gt=0)]
+    duration_s: Annotated[float, Field(gt=0, le=_LONGEST_S)]
     """Simulated time [s]."""
     traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic, Field(discriminator="kind")]
     """Who simulates the traffic, and what happens in it."""
@@ -116,6 +120,8 @@ class Scenario(BaseModel):
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
         document = _read(path) | dict(overrides or {})
+        if wrong := implausible(document):
+            raise ScenarioError(f"{path}: {wrong}")
         try:
             # By way of JSON, whose strict mode takes lists for tuples and texts for paths, but no "12" for 12.
             scenario = cls.model_validate_json(json.dumps(document, default=str))
@@ -147,10 +153,17 @@ def schema_text() -> str:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
+        if _DEEP.search(text):
+            raise RecursionError
+        return tomllib.loads(text)
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror}; give a readable file or a name from luxloop list") from error
     except UnicodeDecodeError as error:
         raise ScenarioError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}; correct that line") from error
+    except ValueError as error:  # a whole number of thousands of digits
+        raise ScenarioError(f"{path}: a number in it is too long; write one of at most 18 digits") from error
+    except RecursionError as error:
+        raise ScenarioError(f"{path}: tables or lists in it are nested too deeply; take the innermost out") from error

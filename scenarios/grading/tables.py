@@ -121,6 +121,16 @@ OUTLIERS: Schema = {
 """One row per cause: points in the segments of graded vehicles, how many of them T-linkage removed, and how many
 clean points it removed in the segments that hold such points."""
 
+SCHEMAS: Mapping[str, Schema] = {
+    "truth": TRUTH,
+    "tracks": TRACKS,
+    "overlaps": OVERLAPS,
+    "fits": FITS,
+    "segments": SEGMENTS,
+    "outliers": OUTLIERS,
+}
+"""Of every table, by name."""
+
 
 SNAPSHOT_KINDS = ("detection", "identity", "track_heading", "fit_heading")
 """What may be wrong in a frame."""
