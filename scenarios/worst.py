@@ -6,7 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from scenarios.grading.snapshots import PATIENCE_S
 from scenarios.result import Result
+
+NEWCOMER = 0.01
+"""What a vehicle without a track counts that came into view less than `PATIENCE_S` ago: tracks take time to confirm."""
 
 
 class WorstFrame(NamedTuple):
@@ -129,14 +133,20 @@ def _identities(truth: pd.DataFrame) -> pd.DataFrame:
 
 
 def _detections(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
-    """Graded vehicles without a track and tracks on nothing, counted by frame."""
+    """Graded vehicles without a track and tracks on nothing, by frame; newcomers without one weigh little."""
     graded = truth[truth["graded"]]
-    missed = graded[graded["track_id"] < 0].groupby("frame").size()
-    false = tracks[tracks["verdict"] == "false"].groupby("frame").size()
+    age_s = graded["time_s"] - graded.groupby("actor_id")["time_s"].transform("min")
+    lost = graded.assign(weight=np.where(age_s < PATIENCE_S, NEWCOMER, 1.0))[graded["track_id"] < 0]
+    by_frame = lost.groupby("frame")["weight"]
+    columns = {
+        "missed": by_frame.size(),
+        "weight": by_frame.sum(),
+        "false": tracks[tracks["verdict"] == "false"].groupby("frame").size(),
+    }
     frames = truth[["frame", "time_s"]].drop_duplicates()
-    frames = frames.assign(missed=frames["frame"].map(missed).fillna(0), false=frames["frame"].map(false).fillna(0))
+    frames = frames.assign(**{name: frames["frame"].map(column).fillna(0) for name, column in columns.items()})
 
     def tell(row: pd.Series) -> str:
         return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} tracks on nothing"
 
-    return _of(frames, frames["missed"] + frames["false"], tell)
+    return _of(frames, frames["weight"] + frames["false"], tell)

@@ -36,6 +36,8 @@ SIZE = ["length_m", "width_m"]
 
 def birdseye(result: Result, most: int = 8) -> list[Figure]:
     """Draw the worst frames of a run: the worst of each kind first."""
+    if "snapshots" not in result.tables:  # an older run, graded again
+        return []
     snapshots = result.tables["snapshots"]
     rank = snapshots.groupby("kind", observed=True).cumcount()
     ordered = snapshots.loc[rank.sort_values(kind="stable").index]
@@ -47,7 +49,7 @@ def _picture(result: Result, snapshot: pd.Series) -> Figure:
     ego = snapshot[EGO_WORLD].to_numpy(np.float64)
 
     def on(canvas: Canvas) -> None:
-        axes = canvas.subplots()
+        axes = canvas.add_axes((0.004, 0.004, 0.992, 0.992))
         _frame_of(axes, snapshot)
         _points(axes, at_frame["snapshot_points"])
         _truth(axes, at_frame["truth"], ego)
@@ -143,7 +145,7 @@ def _tracks(axes: Axes, tracks: pd.DataFrame, ego: Floats) -> None:
             axes.plot(*np.column_stack([front, ahead]), color=color, lw=2.2)
             axes.annotate(
                 f"t{track}", ahead, color=color, fontsize=8, ha="center", va="center", weight="bold",
-                xytext=6.0 * (ahead - front) / 2.0, textcoords="offset points", annotation_clip=True,
+                xytext=6.0 * (ahead - front) / 2.0, textcoords="offset points", clip_on=True,
             )  # fmt: skip
 
 

@@ -1,12 +1,14 @@
 """The report of one run."""
 
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios import device, listing, report_paper, run_folder
+from scenarios import listing, report_paper, run_folder
 from scenarios import report_tables as printed
-from scenarios.expect import Check, Limit, Verdict, check, verdict
+from scenarios.device import SHIPPED
+from scenarios.expect import Check, Limit, Outcome, Verdict, check, verdict
 from scenarios.grading.metrics import REGISTRY
 from scenarios.html.birdseye import birdseye
 from scenarios.html.figure import Figure
@@ -30,6 +32,13 @@ HEADLINES = {
     "perf.realtime_factor": "x real time",
 }
 """Metrics that a run is known by, and what they are called where there is little room."""
+
+
+ATTENTION: tuple[Outcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
+"""In this order expectations are listed."""
+
+IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
+"""What `luxloop run` can be asked for again; else it is the name of a file of tracks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,18 +95,28 @@ class Run:
     @property
     def commands(self) -> list[str]:
         """How to do it again, and to watch it."""
-        result = self.result
+        result, device = self.result, self.result.config["device"]
         scenario = result.scenario if self.family else f"{result.scenario}.toml"
-        made_by = result.config["device"]
-        tracker = "" if made_by == device.SHIPPED else f" --tracker {made_by}"
-        return [
-            f"luxloop run {scenario} --seed {result.seed}{tracker} --out {self.folder}",
-            f"luxloop view {self.folder}",
-        ]
+        again = f"luxloop run {scenario} --seed {result.seed}{_device_options(device)} --out {self.folder}"
+        of_tracks = device != SHIPPED and not IS_DEVICE.fullmatch(device)
+        return [f"luxloop grade RUN --tracks {device}"] if of_tracks else [again, f"luxloop view {self.folder}"]
+
+    @property
+    def ranked(self) -> list[Check]:
+        """Expectations, those that want a look first."""
+        return sorted(self.checks, key=lambda check: ATTENTION.index(check.outcome))
 
     def worst(self, check: Check) -> list[WorstFrame]:
         """Where to look for why an expectation does not hold."""
         return [] if check.holds else worst_frames(self.result, check.name)
+
+
+def _device_options(device: str) -> str:
+    """What to tell `luxloop run` for the same device."""
+    if device == SHIPPED:
+        return ""
+    kind, _, stages = device.partition(": ")
+    return "".join(f" --oracle {stage}" for stage in stages.split(", ")) if kind == "oracle" else f" --tracker {device}"
 
 
 def with_unit(metric: Metric) -> str:

@@ -57,13 +57,14 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
     """
     sections = [_section(folder) for folder in folders]
     sections.sort(key=lambda section: (ORDER.index(section.run.verdict), section.run.family, section.run.anchor))
-    verdicts = [section.run.verdict for section in sections]
+    runs = [section.run for section in sections]
+    verdicts = [run.verdict for run in runs]
     return render(
         "suite.html.j2",
         sections=sections,
         broken=list(broken),
         count={verdict: verdicts.count(verdict) for verdict in ORDER},
-        known=sum(check.outcome == "known failure" for section in sections for check in section.run.checks),
+        known=[(run, check) for run in runs for check in run.checks if check.outcome == "known failure"],
         headlines=list(HEADLINES.values()),
         with_unit=with_unit,
         interval=interval,
