@@ -4,19 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple
 
-from rich.console import Group, RenderableType
-from rich.padding import Padding
-from rich.table import Table
-from rich.text import Text
-
-from scenarios import device, loop, report
+from scenarios import device, loop
 from scenarios.device import DeviceFactory
 from scenarios.grading.frame import FrameGrade
 from scenarios.grading.grader import Grader
-from scenarios.grading.metrics import METRICS
 from scenarios.oracle.factory import OracleFactory
 from scenarios.oracle.stage import Stage
-from scenarios.report_cells import table_of, value_of
 from scenarios.result import Metric, Result
 from scenarios.scenario import Scenario
 from sensor_model.truth import ScanTruth
@@ -38,9 +31,9 @@ OF_STAGES = (
     Headline("segmentation.over_rate", "split", "less"),
     Headline("segmentation.under_rate", "merged", "less"),
     Headline("segmentation.missed_rate", "unfound", "less"),
-    Headline("outliers.mirror.precision", "mirror precision", "more"),
+    Headline("outliers.mirror.precision", "mirror prec.", "more"),
     Headline("outliers.mirror.recall", "mirror recall", "more"),
-    Headline("outliers.layer_overlap.precision", "overlap precision", "more"),
+    Headline("outliers.layer_overlap.precision", "overlap prec.", "more"),
     Headline("outliers.layer_overlap.recall", "overlap recall", "more"),
     Headline("fit.best.heading_abs_mean_deg", "heading [deg]", "less"),
     Headline("fit.best.position_abs_mean_m", "corner [m]", "less"),
@@ -82,11 +75,10 @@ class Blame:
         gain = by_truth - as_is if headline.better == "more" else as_is - by_truth
         return round(gain, SHOWN_DIGITS) + 0.0  # no negative zero
 
-    def costliest(self, headline: Headline) -> Stage | None:
-        """The stage whose truth gains most by a metric, None if none gains anything."""
+    def ranking(self, headline: Headline) -> list[Stage]:
+        """The stages whose truth makes a metric better, the one that gains most first."""
         gains = {stage: self.gain(stage, headline) or 0.0 for stage in Stage}
-        stage = max(gains, key=gains.__getitem__)
-        return stage if gains[stage] > 0.0 else None
+        return sorted((stage for stage in Stage if gains[stage] > 0.0), key=lambda stage: -gains[stage])
 
 
 def find_out(
@@ -155,54 +147,5 @@ def document(blame: Blame) -> dict[str, Any]:
         "frames": result.frames,
         "shipped": headlines(result.metrics),
         "by_truth": {stage: headlines(metrics) for stage, metrics in blame.by_truth.items()},
-        "costliest": {headline.name: blame.costliest(headline) for headline in HEADLINES},
+        "ranking": {headline.name: blame.ranking(headline) for headline in HEADLINES},
     }
-
-
-def tell(blame: Blame) -> RenderableType:
-    """Two tables, of the stages and of the tracks, and a line on every metric."""
-    sections: list[RenderableType] = [
-        report.header(blame.shipped),
-        _table("Stages, with the truth in the place of one of them", blame, OF_STAGES),
-        _table("Tracks, with the truth in the place of one stage", blame, OF_TRACKS),
-        _sentences(blame),
-    ]
-    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
-
-
-def _table(title: str, blame: Blame, headlines: Sequence[Headline]) -> Table:
-    """A row for each stage: the metric's value, and its difference below."""
-    table = table_of(title, "truth for")
-    for headline in headlines:
-        table.add_column(headline.title.replace(" ", "\n"), justify="right")
-    shipped = blame.shipped.metrics
-    table.add_row("none", *(value_of(shipped[headline.name]) for headline in headlines), end_section=True)
-    for stage in Stage:
-        table.add_row(stage, *(_cell(blame, stage, headline) for headline in headlines))
-    return table
-
-
-def _cell(blame: Blame, stage: Stage, headline: Headline) -> Text:
-    metric, gain = blame.by_truth[stage][headline.name], blame.gain(stage, headline)
-    if not gain:
-        return Text(value_of(metric), style="dim")
-    change = gain if headline.better == "more" else -gain
-    signed = f"{change:+.0f}" if metric.unit == "count" else f"{change:+.{SHOWN_DIGITS}f}"
-    return Text.assemble(value_of(metric), ("\n" + signed, "green" if gain > 0 else "red"))
-
-
-def _sentences(blame: Blame) -> Text:
-    """Which stage costs most by each metric."""
-    lines = [Text("Which stage costs most", style="bold")]
-    for headline in HEADLINES:
-        as_is = blame.shipped.metrics[headline.name]
-        stage = blame.costliest(headline)
-        if as_is.value is None:
-            verdict = as_is.reason
-        elif stage is None:
-            verdict = f"none; no stage's truth is better than {value_of(as_is)}"
-        else:
-            verdict = f"{stage}; {value_of(as_is)}, with its truth {value_of(blame.by_truth[stage][headline.name])}"
-        unit = METRICS[headline.name]
-        lines.append(Text(f"{headline.name}{'' if unit in ('1', 'count') else f' [{unit}]'}: {verdict}"))
-    return Text("\n").join(lines)

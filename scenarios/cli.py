@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scenarios.compare import command as compare
 from scenarios.offline import commands
 from scenarios.oracle.stage import Stage
 
@@ -103,7 +104,8 @@ def blame(
     import json
 
     from scenarios import listing, report
-    from scenarios.blame import document, find_out, tell
+    from scenarios.blame import document, find_out
+    from scenarios.report_blame import tell
     from scenarios.scenario import Scenario
 
     overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
@@ -130,6 +132,10 @@ def view(
 
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(recording(run))]
     raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
+
+
+app.command()(compare.compare)
+app.command()(compare.baseline)
 
 
 @app.command()

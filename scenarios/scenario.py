@@ -4,8 +4,6 @@ Each stage's settings are that stage's own dataclass; pydantic holds a file agai
 """
 
 import json
-import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +20,7 @@ from pydantic import (
     field_validator,
 )
 
+from scenarios import toml_file
 from scenarios.control.config import CruiseConfig
 from scenarios.errors import ScenarioError
 from scenarios.expect import Limit, check_unit, metric_name
@@ -38,8 +37,6 @@ from tracker.tracker import TrackerConfig
 DEFAULT_SEED = 1
 _LARGEST_SEED = 2**31 - 1  # SUMO's seed is a signed 32-bit number
 _LONGEST_S = 86_400.0  # a day: a run is kept in memory until it ends
-_DEEP = re.compile(r"(?<![\w-])(?:[\w-]++\s*+\.\s*+){64}")
-"""A dotted key of more parts than anybody writes; tomllib takes minutes over thousands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +116,7 @@ class Scenario(BaseModel):
         ScenarioError
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
-        document = _read(path) | dict(overrides or {})
+        document = toml_file.read(path) | dict(overrides or {})
         if wrong := implausible(document):
             raise ScenarioError(f"{path}: {wrong}")
         try:
@@ -149,21 +146,3 @@ class Scenario(BaseModel):
 def schema_text() -> str:
     """The JSON schema of scenario files, as committed in `scenarios/schema/`."""
     return json.dumps(Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        text = path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
-        if _DEEP.search(text):
-            raise RecursionError
-        return tomllib.loads(text)
-    except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror}; give a readable file or a name from luxloop list") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}; correct that line") from error
-    except ValueError as error:  # a whole number of thousands of digits
-        raise ScenarioError(f"{path}: a number in it is too long; write one of at most 18 digits") from error
-    except RecursionError as error:
-        raise ScenarioError(f"{path}: tables or lists in it are nested too deeply; take the innermost out") from error

@@ -105,10 +105,9 @@ def in_sight(run, row):
 def test_houses_at_the_t_junction_hide_who_crosses_until_late():
     run = played("t-junction")
     for name in [f"{side}_{number}" for side in ("left", "right") for number in (1, 2, 3, 4)]:
-        near = run.of(name).query("range < @GRADED_M").reset_index(drop=True)
-        seen = [in_sight(run, row) for _, row in near[::3].iterrows()]
-        assert not seen[0], f"{name} is in sight from 50 m on"
-        first = near.iloc[3 * seen.index(True)]
+        crosser = run.of(name)
+        near = crosser[crosser["range"] < GRADED_M]
+        first = next(row for _, row in near[::3].iterrows() if in_sight(run, row))
         assert 15.0 < first["range"] < 37.0
         assert first["speed"] > 7.0
 
@@ -190,7 +189,8 @@ def test_the_bus_pulls_in_stands_and_pulls_out_as_the_ego_passes():
 
 def test_people_and_cars_pass_the_bus():
     run = played("bus-stop")
-    stands = run.of("bus").query("speed == 0.0")
+    bus = run.of("bus")
+    stands = bus[bus["speed"] == 0.0]
     during = run.actors[run.actors["time"].between(stands["time"].min(), stands["time"].max())]
     beside = during[np.abs(during["x"] - stands["x"].iloc[0]) < 12.0]
     assert (beside["kind"] == Kind.PEDESTRIAN).groupby(beside["name"]).any().sum() >= 3
@@ -201,7 +201,8 @@ def test_people_and_cars_pass_the_bus():
 
 
 def test_parked_cars_stand_less_than_a_metre_apart():
-    cars = played("parked-row").actors.query("frame == 0")
+    cars = played("parked-row").actors
+    cars = cars[cars["frame"] == 0]
     for side in ("right", "left"):
         row = cars[cars["name"].str.startswith(side) | ((side == "right") & (cars["name"] == "puller"))].sort_values(
             "x"
@@ -230,8 +231,7 @@ def test_one_of_the_parked_cars_pulls_out_ahead_of_the_ego():
 
 def test_cars_come_from_all_four_sides_and_turn_every_way():
     run = played("intersection-v0")
-    near = run.actors[run.actors["name"].isin(run.actors.query("range < @GRADED_M")["name"])]
-    lives = [actor for _, actor in near.groupby("name") if len(actor) > 50]
+    lives = [actor for _, actor in run.actors.groupby("name") if (actor["range"] < GRADED_M).sum() > 50]
     came = {round(math.degrees(actor["yaw"].iloc[0]) / 90.0) % 4 for actor in lives}
     assert came == {0, 1, 2, 3}
     turns = [turned_deg(actor) for actor in lives]
@@ -239,3 +239,37 @@ def test_cars_come_from_all_four_sides_and_turn_every_way():
     assert min(turns) < -60.0
     ego_yaw = np.unwrap([ego.pose_world[2] for ego in run.egos])
     assert math.degrees(ego_yaw[-1] - ego_yaw[0]) == pytest.approx(90.0, abs=10.0)
+
+
+# ---- the roundabout
+
+
+def test_the_ego_waits_beside_a_van_lets_two_pass_and_goes_half_round():
+    run = played("two-lane-roundabout")
+    ego_speed = np.array([np.hypot(*ego.velocity_world) for ego in run.egos])
+    stops, goes = run.time[ego_speed < 0.2][[0, -1]]
+    van = run.of("beside")
+    van = van[van["time"].between(stops, goes)]
+    assert van["kind"].eq(Kind.VAN).all()
+    assert van["range"].max() < 4.0
+    for name in ("rings_1", "rings_4"):
+        crossing = run.of(name)
+        crossing = crossing[crossing["time"].between(stops - 1.0, goes)]
+        assert crossing["left"].iloc[0] > 0.0 > crossing["left"].iloc[-1], f"{name} crosses ahead of the ego"
+        assert (crossing["ahead"] > 0.0).all()
+    x, y = run.egos[-1].pose_world[:2]
+    assert y > 20.0 > x, "it has come from the south arm to the north one"
+
+
+# ---- highway-env's half circle
+
+
+def test_the_ego_and_the_car_ahead_turn_round_together():
+    run = played("u-turn-v0")
+    ego_yaw = np.unwrap([ego.pose_world[2] for ego in run.egos])
+    assert math.degrees(ego_yaw[-1] - ego_yaw[0]) > 90.0
+    ahead = run.of("car.1")
+    assert ahead["range"].max() < GRADED_M
+    assert turned_deg(ahead) == pytest.approx(180.0, abs=10.0)
+    both = (np.abs(np.gradient(ahead["yaw"])) > 0.01) & (np.abs(np.gradient(ego_yaw)) > 0.01)
+    assert both.sum() > 25, "for two seconds and more"

@@ -114,11 +114,18 @@ class Shares(PatchTracker):
         super().__init__(config)
         Shares.born_by_all = 0
 
-    def id_of(self, center):
+    def ids_of(self, centers):
         self.born = Shares.born_by_all
-        found = super().id_of(center)
+        found = super().ids_of(centers)
         Shares.born_by_all = self.born
         return found
+
+
+class GivesTwice(PatchTracker):
+    """Takes the nearest for each, whoever has taken it before: wrong only where one thing falls into two."""
+
+    def ids_of(self, centers):
+        return np.concatenate([super(GivesTwice, self).ids_of(center[None]) for center in centers] or [self.ids[:0]])
 
 
 class WrongTrace(Tracker):
@@ -159,6 +166,7 @@ def skewed(tracks):
         (changed(corner_sign=lambda t: 0 * t.corner_sign), "codes are known", "corner_sign"),
         (changed(model=lambda t: t.model + 3), "codes are known", "model is none of MODELS"),
         (changed(id=lambda t: 0 * t.id), "ids are unique", "id 0 is there"),
+        (GivesTwice, "ids are unique", "is there 2 times"),
         (Revives, "dead ids stay dead", "was dead before, and lives"),
         (changed(model_probability=lambda t: t.model_probability * 0.9), "probabilities sum to 1", "sums to 0.9"),
         (changed(covariance=negative), "covariances are sound", "has a negative eigenvalue -1.0"),

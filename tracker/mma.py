@@ -19,6 +19,9 @@ from tracker.records import MODELS, Floats
 LEAST_PROBABILITY = 1e-9
 """Of any model: nothing is impossible, and its logarithm is finite."""
 
+NO_SPEED_MPS = 1e-9
+"""Slower filters have no direction [m/s]; those of a vehicle that has stood for long tend to 0 and underflow."""
+
 STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"))
 
 
@@ -73,7 +76,8 @@ def slow(filters: Filters, limit_mps: float) -> Floats:
     """(M,) probability by each filter that the vehicle is slower than the limit, along the way it seems to go."""
     velocity, spread = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
     speed = np.hypot(*velocity.T)
-    way = np.where(speed[:, None] > 0, velocity / np.maximum(speed, 1e-9)[:, None], (1.0, 0.0))
+    moves = speed[:, None] > NO_SPEED_MPS
+    way = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
     std = np.sqrt(np.einsum("mi,mij,mj->m", way, spread, way))
     return np.asarray(ndtr((limit_mps - speed) / std) - ndtr((-limit_mps - speed) / std))
 

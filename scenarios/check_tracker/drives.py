@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scenarios import listing, loop
+from scenarios.grading.geometry import Floats
 from scenarios.scenario import Scenario
 from tracker.records import MODELS, Tracks
 from tracker.scan import Scan
@@ -93,6 +94,10 @@ def _odd_scans() -> Drive:
     side = np.column_stack([np.linspace(5.0, 9.4, 40), np.full(40, 3.0), np.full(40, 0.6)])
     rear = np.column_stack([np.full(20, 5.0), np.linspace(3.0, 4.8, 20), np.full(20, 0.6)])
     nothing = np.empty((0, 3))
+
+    def post(start: float, stop: float) -> Floats:
+        return np.column_stack([np.linspace(start, stop, 15), np.full(15, 3.0), np.full(15, 0.6)])
+
     rng = np.random.default_rng(0)
     kinds = {
         "no points": nothing,
@@ -101,6 +106,8 @@ def _odd_scans() -> Drive:
         "points in one row": side,
         "a car's corner": np.vstack([side, rear]),
         "no points after a car": nothing,
+        "a short row of points": post(8.0, 9.5),
+        "the same row with a gap in it": np.vstack([post(8.0, 8.2), post(9.3, 9.5)]),
         "points that are not finite": np.array([[np.nan, 1.0, 1.0], [np.inf, -np.inf, 1.0], [6.0, 3.0, np.nan]]),
         "points that are not finite beside a car": np.vstack([side, rear, np.full((5, 3), np.nan)]),
         "points on the ground alone": side * [1.0, 1.0, 0.0],
@@ -109,5 +116,5 @@ def _odd_scans() -> Drive:
         + rng.normal(0.0, 0.03, (MANY, 3)),
     }
     labels = [label for label in kinds for _ in range(4)]
-    scans = [Scan.from_points(DT_S * k, kinds[label], (0.5 * k, 0.0, 0.01 * k)) for k, label in enumerate(labels)]
+    scans = [Scan.from_points(DT_S * k, kinds[label], (0.1 * k, 0.0, 0.002 * k)) for k, label in enumerate(labels)]
     return Drive("odd scans", tuple(scans), tuple(labels))

@@ -4,6 +4,9 @@ A new actor gets a track. Where an actor is seen in pieces, they and their track
 made one by the real union; tracks of different actors are neither united nor exclude each other. What is left of an
 actor's tracks keeps the id of the first. For how long a track waits is no matter of association (`[tracker.life]`): an
 actor whose tracks have died is a new one. Boxes of nobody, such as walls, are for tracks of nobody, by the real stage.
+
+What is lost is the gate's second use: a track that has gone astray, on the little that a hidden vehicle shows, keeps the
+boxes of its vehicle, where the real stage would soon start another one in the right place. `track.false` may rise by it.
 """
 
 import numpy as np
@@ -41,7 +44,7 @@ def newcomers(box_actor: Ints, support: Ints, followed: Ints, free: Bools) -> Bo
     largest_first = np.argsort(-support, kind="stable")
     _, first = np.unique(box_actor[largest_first], return_index=True)
     largest = np.isin(np.arange(len(box_actor)), largest_first[first])
-    return free | (largest & (box_actor != NO_ACTOR) & ~np.isin(box_actor, followed))
+    return np.asarray(free | (largest & (box_actor != NO_ACTOR) & ~np.isin(box_actor, followed)))
 
 
 def hand_over_id(tracks: list[Track]) -> None:
