@@ -120,20 +120,6 @@ def blame(
     raise typer.Exit(code)
 
 
-@app.command()
-def view(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")],
-    web: Annotated[bool, typer.Option("--web", help="In a browser instead of the rerun viewer.")] = False,
-) -> None:
-    """Open a run's recording in the rerun viewer."""
-    import subprocess
-
-    from scenarios.run_folder import recording
-
-    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(recording(run))]
-    raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
-
-
 app.command()(compare.compare)
 app.command()(compare.baseline)
 
@@ -146,7 +132,7 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
-for command in (commands.grade, commands.check_tracker, commands.mcap):
+for command in (commands.grade, commands.check_tracker, commands.mcap, commands.view, commands.report):
     app.command()(command)
 
 

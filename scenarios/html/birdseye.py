@@ -4,9 +4,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
-from matplotlib.patches import Polygon
+from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Line
-from matplotlib.patches import PathPatch
 
 from scenarios.grading.articulated import parts
 from scenarios.grading.geometry import CORNER_SIGNS, Floats, corner, into_frame
@@ -34,21 +33,22 @@ EGO_WORLD = ["ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"]
 SIZE = ["length_m", "width_m"]
 
 
-def birdseye(result: Result, most: int = 8) -> list[Figure]:
-    """Draw the worst frames of a run: the worst of each kind first."""
+def birdseye(result: Result, name: str, most: int = 8) -> list[Figure]:
+    """Draw the worst frames of a run, the worst of each kind first; their anchors begin with its `name`."""
     if "snapshots" not in result.tables:  # an older run, graded again
         return []
     snapshots = result.tables["snapshots"]
     rank = snapshots.groupby("kind", observed=True).cumcount()
     ordered = snapshots.loc[rank.sort_values(kind="stable").index]
-    return [_picture(result, row) for _, row in ordered.head(most).iterrows()]
+    return [_picture(result, name, row) for _, row in ordered.head(most).iterrows()]
 
 
-def _picture(result: Result, snapshot: pd.Series) -> Figure:
+def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:
     at_frame = {name: table[table["frame"] == snapshot["frame"]] for name, table in result.tables.items()}
     ego = snapshot[EGO_WORLD].to_numpy(np.float64)
 
     def on(canvas: Canvas) -> None:
+        canvas.set_layout_engine("none")
         axes = canvas.add_axes((0.004, 0.004, 0.992, 0.992))
         _frame_of(axes, snapshot)
         _points(axes, at_frame["snapshot_points"])
@@ -57,9 +57,9 @@ def _picture(result: Result, snapshot: pd.Series) -> Figure:
         _tracks(axes, at_frame["tracks"], ego)
         _ego(axes, snapshot)
 
-    name = f"{result.scenario}-{result.seed}-{snapshot['kind']}-{snapshot['frame']}"
+    anchor = f"{name}-{snapshot['kind']}-{snapshot['frame']}"
     caption = f"Frame {snapshot['frame']}, {snapshot['time_s']:.2f} s: {snapshot['what']}."
-    return draw(name, NAMES[snapshot["kind"]], caption, (4.5, 4.5), on)
+    return draw(anchor, NAMES[snapshot["kind"]], caption, (4.5, 4.5), on)
 
 
 def _up(ego_frame: Floats) -> Floats:
@@ -117,7 +117,7 @@ def _truth(axes: Axes, truth: pd.DataFrame, ego: Floats) -> None:
         axes.add_patch(Polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=1.0))
     for at, actor, counts in zip(_up(pose[:, :2]), truth["actor_id"], graded, strict=True):
         if counts:
-            axes.text(*at, str(actor), color=INK, fontsize=7.5, ha="center", va="center", clip_on=True)
+            axes.text(at[0], at[1], str(actor), color=INK, fontsize=7.5, ha="center", va="center", clip_on=True)
 
 
 def _fits(axes: Axes, fits: pd.DataFrame) -> None:

@@ -4,6 +4,7 @@ import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 from markupsafe import Markup, escape
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure as Canvas
 
 from scenarios.html import palette
 
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "font.size": 9.0,
     "axes.edgecolor": palette.FAINT,
@@ -88,6 +89,5 @@ def _embed(svg: str, alternative: str, size_in: tuple[float, float]) -> Markup:
     body = re.sub(r"(\d\.\d\d)\d+", r"\1", body)
     body = re.sub(r"M ([\d.]+) ([\d.]+) \nL \1 \2 ?\n?", r"M\1 \2h0", body)  # dots
     width, height = (72.0 * side for side in size_in)
-    # The colours of the figure go by reference, those of its text alternative stay words.
-    opening = f'<svg viewBox="0 0 {width:g} {height:g}" width="{width:g}" role="img" aria-label="{escape(alternative)}">'
-    return Markup(opening + palette.by_reference(body) + "</svg>")  # noqa: S704
+    opening = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(alternative)}">'
+    return Markup(opening + palette.by_reference(body) + "</svg>")

@@ -30,6 +30,9 @@ METHOD_LOOKS = {
 }
 """Colour and line of the shipped methods; baselines share one."""
 
+WIDTHS = {"best": 2.4}
+"""Of lines that are not as thin as the others [points]."""
+
 
 class Against(NamedTuple):
     """Something that the error may depend on."""
@@ -60,12 +63,12 @@ def heading_distribution(fits: pd.DataFrame) -> Figure:
             if len(error):
                 color, line = METHOD_LOOKS.get(method, (RED, ":"))
                 share = np.arange(1, len(error) + 1) / len(error)
-                label = f"{method} ({np.mean(error > SHOWN_DEG):.1%} beyond)"
-                axes.step(error, share, line, where="post", color=color, label=label, lw=2.4 if method == "best" else 1.4)
-        limits = range(1, 6)
-        axes.plot(limits, paper.WITHIN["best"], "s", color=BLUE, mfc="none", ms=5, label="the paper's best")
-        axes.plot(limits, paper.WITHIN["variance"], "o", color=GREEN, mfc="none", ms=5, label="the paper's variance")
-        axes.set(xlim=(0, SHOWN_DEG), ylim=(0, 1.01), xlabel="|heading error| [deg]", ylabel="share of fits at or below")
+                label, width = f"{method} ({np.mean(error > SHOWN_DEG):.1%} beyond)", WIDTHS.get(method, 1.4)
+                axes.step(error, share, line, where="post", color=color, label=label, lw=width)
+        for method, marker in (("best", "s"), ("variance", "o")):
+            color, label = METHOD_LOOKS[method][0], f"the paper's {method}"
+            axes.plot(range(1, 6), paper.WITHIN[method], marker, color=color, mfc="none", ms=5, label=label)
+        axes.set(xlim=(0, SHOWN_DEG), ylim=(0, 1.01), xlabel="|heading error| [deg]", ylabel="share at or below")
         axes.legend(loc="lower right")
 
     caption = "Further left and higher is better. Oracle is the best choice that the selection could have made."

@@ -6,7 +6,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from scenarios.errors import OutputError
+from scenarios.grading.metrics import REGISTRY
 from scenarios.html.palette import TONES
+from scenarios.html.run import interval, with_unit
 
 
 def render(template: str, **values: Any) -> str:
@@ -18,7 +20,8 @@ def render(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render(tones=TONES, **values)
+    environment.globals.update(tones=TONES, registry=REGISTRY, with_unit=with_unit, interval=interval)
+    return environment.get_template(template).render(**values)
 
 
 def write(out: Path, page: str) -> None:

@@ -35,7 +35,7 @@ def model_probabilities(tracks: pd.DataFrame) -> Figure:
         patches = [Patch(facecolor=color, alpha=0.22, label=f"truly {model}") for model, color in COLORS.items()]
         canvas.legend(handles=[*lines, *patches], loc="outside upper left", ncols=6)
 
-    caption = "Equation (12) over time, of the vehicles whose true mode changes most often; the ground is the true mode."
+    caption = "Equation (12), of the vehicles whose true mode changes most often; the ground shows the true mode."
     size = (12.0, 0.9 + 1.25 * max(len(chosen), 1))
     return draw("probabilities", "Probability of each motion model", caption, size, on, wide=True)
 

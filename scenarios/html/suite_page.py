@@ -1,20 +1,22 @@
 """The report of many runs: a table of all, and the essentials of each."""
 
+import os
+from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scenarios import run_folder
 from scenarios.errors import OutputError
-from scenarios.grading.metrics import REGISTRY
+from scenarios.expect import Verdict
 from scenarios.html.birdseye import birdseye
 from scenarios.html.figure import Figure
 from scenarios.html.pages import render
-from scenarios.html.run_page import HEADLINES, Run, interval, with_unit
+from scenarios.html.run import HEADLINES, Run
 
-PICTURES = {"failed": 2, "incomplete": 2, "passed": 1}
+PICTURES: dict[Verdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
 """Of a run, by its verdict."""
-ORDER = ("failed", "incomplete", "passed")
+ORDER: tuple[Verdict, ...] = ("failed", "incomplete", "passed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +31,17 @@ class Broken:
 class Section:
     """What the page keeps of a run, whose tables are let go."""
 
+    name: str
+    """Its folder, from where all are."""
     run: Run
     pictures: list[Figure]
+
+    @classmethod
+    def read(cls, folder: Path, name: str) -> "Section":
+        """Read a run and draw it."""
+        run = Run.read(folder)
+        pictures = birdseye(run.result, name, most=PICTURES[run.verdict])
+        return cls(name, replace(run, result=replace(run.result, tables={})), pictures)
 
 
 def find_runs(folder: Path) -> list[Path]:
@@ -55,23 +66,15 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
     OutputError
         One holds no run.
     """
-    sections = [_section(folder) for folder in folders]
-    sections.sort(key=lambda section: (ORDER.index(section.run.verdict), section.run.family, section.run.anchor))
-    runs = [section.run for section in sections]
-    verdicts = [run.verdict for run in runs]
+    paths = [Path(os.path.abspath(folder)) for folder in folders]
+    above = os.path.commonpath([path.parent for path in paths]) if paths else ""
+    sections = [Section.read(path, path.relative_to(above).as_posix()) for path in paths]
+    sections.sort(key=lambda section: (ORDER.index(section.run.verdict), section.run.family, section.name))
     return render(
         "suite.html.j2",
         sections=sections,
         broken=list(broken),
-        count={verdict: verdicts.count(verdict) for verdict in ORDER},
-        known=[(run, check) for run in runs for check in run.checks if check.outcome == "known failure"],
+        count=Counter(section.run.verdict for section in sections),
+        known=[(one, check) for one in sections for check in one.run.checks if check.outcome == "known failure"],
         headlines=list(HEADLINES.values()),
-        with_unit=with_unit,
-        interval=interval,
-        registry=REGISTRY,
     )
-
-
-def _section(folder: Path) -> Section:
-    run = Run.read(folder)
-    return Section(run, birdseye(run.result, most=PICTURES[run.verdict]))

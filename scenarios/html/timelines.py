@@ -42,10 +42,10 @@ def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
         As in the grading's config.
     """
     graded = truth[truth["graded"]]
-    longest = graded.groupby("actor_id").size().sort_values(ascending=False, kind="stable")
-    chosen = longest.index[:VEHICLES]
-    first = graded[graded["actor_id"].isin(chosen)].groupby("actor_id")["time_s"].min().sort_values(kind="stable")
-    lines = {int(actor): list(stretches(truth[truth["actor_id"] == actor], hidden_fraction_max)) for actor in first.index}
+    seen = graded.groupby("actor_id")["time_s"].agg(["size", "min"])
+    chosen = seen.sort_values("size", ascending=False, kind="stable").head(VEHICLES).sort_values("min", kind="stable")
+    rows = truth.groupby("actor_id")
+    lines = {int(actor): list(stretches(rows.get_group(actor), hidden_fraction_max)) for actor in chosen.index}
 
     def on(canvas: Canvas) -> None:
         axes = canvas.subplots()
@@ -59,8 +59,8 @@ def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
         axes.grid(visible=False, axis="y")
         canvas.legend(handles=_legend(), loc="outside upper left", ncols=5)
 
-    some = f"The {len(lines)} of {len(longest)} vehicles that were graded the longest" if len(longest) > VEHICLES else "All"
-    caption = f"{some}. A bar is a graded vehicle; its colour and number are the track that follows it."
+    shown = f"{len(lines)} of {len(seen)} vehicles, those that were graded the longest"
+    caption = f"{shown}. A bar is a graded vehicle; its colour and number are the track that follows it."
     return draw("timelines", "Tracks of each vehicle", caption, (12.0, 0.9 + 0.22 * max(len(lines), 3)), on, wide=True)
 
 
