@@ -22,9 +22,9 @@ NAMES = {
 }
 """By kind of snapshot, the gravest first."""
 
-MARGIN_M = 10.0
+MARGIN_M = 8.0
 """Kept around the ego and what is wrong."""
-REACH_M = (19.0, 45.0)
+REACH_M = (14.0, 45.0)
 """Least and largest half width of a picture."""
 GRID_M = 0.1
 """Points nearer than that to each other are drawn as one."""
@@ -33,14 +33,32 @@ EGO_WORLD = ["ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"]
 SIZE = ["length_m", "width_m"]
 
 
-def birdseye(result: Result, name: str, most: int = 8) -> list[Figure]:
-    """Draw the worst frames of a run, the worst of each kind first; their anchors begin with its `name`."""
+def birdseye(result: Result, name: str, failed: list[str], most: int = 8) -> list[Figure]:
+    """Draw the worst frames of a run: those that show why metrics failed, then the worst of each kind first.
+
+    Parameters
+    ----------
+    name
+        What the anchors of the figures begin with.
+    failed
+        Names of metrics.
+    """
     if "snapshots" not in result.tables:  # an older run, graded again
         return []
     snapshots = result.tables["snapshots"]
-    rank = snapshots.groupby("kind", observed=True).cumcount()
+    wanted = snapshots["kind"].isin([kind_of(metric) for metric in failed])
+    rank = snapshots.groupby("kind", observed=True).cumcount() - len(snapshots) * wanted
     ordered = snapshots.loc[rank.sort_values(kind="stable").index]
     return [_picture(result, name, row) for _, row in ordered.head(most).iterrows()]
+
+
+def kind_of(metric: str) -> str:
+    """Kind of snapshot that shows best why a metric is bad."""
+    if metric.startswith("fit."):
+        return "fit_heading"
+    if metric.startswith("track.heading"):
+        return "track_heading"
+    return "identity" if any(word in metric for word in ("switches", "fragments", "survival")) else "detection"
 
 
 def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:

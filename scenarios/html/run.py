@@ -81,6 +81,11 @@ class Run:
         return {name: with_unit(self.result.metrics[metric]) for metric, name in HEADLINES.items()}
 
     @property
+    def unmet(self) -> list[str]:
+        """Metrics that do not do what is expected of them, failures before known ones."""
+        return [check.name for check in self.ranked if not check.holds]
+
+    @property
     def commands(self) -> list[str]:
         """How to do it again, and to watch it."""
         result, device = self.result, self.result.config["device"]

@@ -29,7 +29,7 @@ def run_page(folder: Path) -> str:
     return render(
         "run.html.j2",
         run=run,
-        pictures=birdseye(run.result, run.result.scenario),
+        pictures=birdseye(run.result, run.result.scenario, run.unmet),
         fit_figures=fit_figures(run.result),
         fit_tables=fit_tables(run.result),
         track_figures=[track_figure(run.result)],

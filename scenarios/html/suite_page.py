@@ -40,7 +40,7 @@ class Section:
     def read(cls, folder: Path, name: str) -> "Section":
         """Read a run and draw it."""
         run = Run.read(folder)
-        pictures = birdseye(run.result, name, most=PICTURES[run.verdict])
+        pictures = birdseye(run.result, name, run.unmet, most=PICTURES[run.verdict])
         return cls(name, replace(run, result=replace(run.result, tables={})), pictures)
 
 
@@ -66,9 +66,9 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
     OutputError
         One holds no run.
     """
-    paths = [Path(os.path.abspath(folder)) for folder in folders]
-    above = os.path.commonpath([path.parent for path in paths]) if paths else ""
-    sections = [Section.read(path, path.relative_to(above).as_posix()) for path in paths]
+    paths = {folder: folder.resolve() for folder in folders}
+    above = os.path.commonpath([path.parent for path in paths.values()]) if paths else ""
+    sections = [Section.read(folder, path.relative_to(above).as_posix()) for folder, path in paths.items()]
     sections.sort(key=lambda section: (ORDER.index(section.run.verdict), section.run.family, section.name))
     return render(
         "suite.html.j2",

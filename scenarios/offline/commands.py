@@ -94,7 +94,7 @@ def view(
 
     recording = run_folder.recording(run)
     read = ReadRun.read(run)
-    look = viewer.moment(read.result, [check.name for check in read.ranked if not check.holds], frame)
+    look = viewer.moment(read.result, read.unmet, frame)
     if look:
         print(f"{'Go to' if web else 'Opens at'} {look}")
     raise typer.Exit(viewer.show(recording, look.time_s if look else None, web=web))
