@@ -209,13 +209,36 @@ def test_nothing_but_noise_is_no_vehicle():
     assert outliers.stand_in(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
 
 
-def test_rain_and_spray_that_are_told_leave_nothing_behind():
-    text = (
-        short_run.TEXT
-        + "[noise.rain]\nenabled = true\n[noise.spray]\nenabled = true\n[noise.outliers]\nenabled = true\n"
-    )
-    run = short_run.run(text, OracleFactory([Stage.OUTLIERS]), duration_s=0.4)
-    assert run.metrics["outliers.range_outlier.recall"].value == 1.0
+WET = """\
+description = "A car drives beside the ego through heavy rain, and both throw it up."
+duration_s = 0.8
+[traffic]
+kind = "scripted"
+[traffic.ego]
+motion = [{ kind = "straight", speed_mps = 20 }]
+[[traffic.actor]]
+x_m = 2
+y_m = 3
+motion = [{ kind = "straight", speed_mps = 20 }]
+[noise.rain]
+enabled = true
+rate_mm_per_h = 80.0
+[noise.spray]
+enabled = true
+water_film_mm = 3.0
+echo_share = 0.8
+"""
+PAPER = "".join(f'[tracker.{stage}]\n{key} = "paper"\n' for stage, key in
+                (("linkage", "variant"), ("selection", "variant"), ("mma", "method")))  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", ["", PAPER], ids=["shipped", "paper"])
+def test_clouds_of_spray_are_gone_from_every_variant_of_the_tracker_and_from_its_recording(variant, tmp_path):
+    """Segments of nothing else have no rectangle; nothing may stumble over that."""
+    factory = OracleFactory([Stage.OUTLIERS])
+    run = short_run.run(WET + variant, factory, record_to=tmp_path / "recording.rrd", duration_s=0.4)
+    assert run.metrics["outliers.spray.recall"].value == 1.0
+    assert run.metrics["outliers.spray.recall"].n > 20
 
 
 def test_an_end_that_points_reach_is_the_true_one_and_others_are_where_they_are_cut_off():
