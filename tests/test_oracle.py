@@ -80,6 +80,15 @@ def test_a_true_fit_has_the_true_heading_and_the_true_corners():
     assert shipped()["fit.best.heading_abs_mean_deg"].value > 0.1
 
 
+def test_a_true_fit_is_of_the_scans_time_and_not_of_its_points():
+    """Nobody knows yet how fast this car is: its points are where the sweep met them, up to 1.6 m from there."""
+    fast = short_run.TEXT.replace("speed_mps = 5", "speed_mps = 40").replace("x_m = 9\ny_m = 3", "x_m = 0\ny_m = -4")
+    first = short_run.run(fast, OracleFactory([Stage.FIT]), duration_s=0.08).tables["fits"].query("best")
+    car = first[first["actor_id"] == 1]
+    assert len(car) == 1
+    assert car["position_error_m"].max() < 1e-6
+
+
 def test_what_a_true_fit_shows_of_a_rear_is_no_whole_vehicle():
     best = truly_fitted().tables["fits"].query("best")
     rear = best[best["view"] == "rear"]
