@@ -173,6 +173,9 @@ def main(arguments: list[str] | None = None) -> int:
 INTERRUPTED = 130
 """What typer makes of Ctrl-C."""
 
+LONGEST_LINE = 1000
+"""Letters. All environments of highway-env take 600; of what is longer, beginning and end tell the most."""
+
 UNKNOWN = -1
 """For errors that are ours to mend."""
 
@@ -199,7 +202,9 @@ def _complain_of_the_end(result: "Result", kept: str) -> int:
 
 
 def _complain(message: str, code: int) -> int:
-    """Say it in one line, whatever a simulator or a file put into the message."""
-    printable = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
-    print(f"luxloop: error: {printable}", file=sys.stderr)
+    """Say it in one line that can be read, whatever a simulator or a file put into the message."""
+    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    if len(line) > LONGEST_LINE:
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
+    print(f"luxloop: error: {line}", file=sys.stderr)
     return code
