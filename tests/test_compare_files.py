@@ -17,6 +17,7 @@ from scenarios.compare.pairing import pair
 from scenarios.compare.sums import SUMS
 from scenarios.errors import InputError, OutputError
 from scenarios.expect import Limit, check
+from scenarios.result import Metric
 
 DEMANDING = {"track.hota": {"max": 0.0}}
 
@@ -268,6 +269,16 @@ def test_a_file_that_is_no_baseline_is_not_replaced(tmp_path, capsys):
     precious.write_text("precious")
     assert run_command(capsys, "baseline", write(tmp_path / "run"), "--out", precious)[0] == 2
     assert precious.read_text() == "precious"
+
+
+def test_a_baseline_of_the_same_runs_is_the_same_whatever_the_clock_says(tmp_path):
+    limits = {"perf.tracker_ms_p50": {"max": 40.0}, "track.idf1": {"min": 0.3}}
+    for name, time_ms in (("fast", 1.0), ("slow", 60.0)):
+        timed = {**short_run.result().metrics, "perf.tracker_ms_p50": Metric(time_ms, "ms", 10)}
+        run = write(tmp_path / name, metrics=timed, config=config(expect=limits))
+        baseline.write(tmp_path / f"{name}.jsonl", list(reading.read(run).runs.values()))
+    assert (tmp_path / "fast.jsonl").read_bytes() == (tmp_path / "slow.jsonl").read_bytes()
+    assert "track.idf1" in (tmp_path / "fast.jsonl").read_text()
 
 
 # --- the whole way
