@@ -134,10 +134,6 @@ def view(
     raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
 
 
-app.command()(compare.compare)
-app.command()(compare.baseline)
-
-
 @app.command()
 def schema() -> None:
     """Print the JSON schema of scenario files, for editors."""
@@ -146,7 +142,7 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
-for command in (commands.grade, commands.check_tracker, commands.mcap):
+for command in (compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap):
     app.command()(command)
 
 
