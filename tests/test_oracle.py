@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from support import busy_street, short_run
 
-from scenarios import device, report
+from scenarios import device, listing, loop, report
 from scenarios.cli import main
 from scenarios.errors import DeviceError
 from scenarios.grading.metrics import CAUSES
@@ -18,6 +18,7 @@ from scenarios.oracle.factory import OracleFactory, choose
 from scenarios.oracle.model import ToldBank, certain
 from scenarios.oracle.stage import Stage
 from scenarios.oracle.tracker import OracleTracker
+from scenarios.scenario import Scenario
 from sensor_model.truth import NO_ACTOR
 from tracker.filters import FilterConfig, bank, motion
 from tracker.mma import MmaConfig
@@ -106,6 +107,15 @@ def test_a_true_association_switches_no_id():
     assert values(kept, "track.id_switches", "track.false") == [0.0, 0.0]
     assert kept["track.missed"].value <= shipped()["track.missed"].value
     assert of(Stage.ASSOCIATION)["track.id_switches"].value == 0.0
+
+
+def test_a_truck_that_is_seen_in_two_pieces_is_followed_as_one():
+    """Its side and its rear, with a blind gap between, have two tracks at first, which a true association unites."""
+    scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 2.4})
+    as_is, true = (loop.run(scenario, OracleFactory(stages)).metrics for stages in ([], [Stage.ASSOCIATION]))
+    assert true["track.missed"].value <= as_is["track.missed"].value
+    assert true["track.false"].value <= as_is["track.false"].value
+    assert true["track.id_switches"].value == 0.0
 
 
 def test_a_true_model_is_always_the_true_mode():
