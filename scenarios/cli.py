@@ -120,8 +120,23 @@ def blame(
     raise typer.Exit(code)
 
 
+<<<<<<< HEAD
 app.command()(compare.compare)
 app.command()(compare.baseline)
+=======
+@app.command()
+def view(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")],
+    web: Annotated[bool, typer.Option("--web", help="In a browser instead of the rerun viewer.")] = False,
+) -> None:
+    """Open a run's recording in the rerun viewer."""
+    import subprocess
+
+    from scenarios.run_folder import recording
+
+    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(recording(run))]
+    raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
+>>>>>>> main
 
 
 @app.command()
@@ -132,7 +147,11 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
+<<<<<<< HEAD
 for command in (commands.grade, commands.check_tracker, commands.mcap, commands.view, commands.report):
+=======
+for command in (compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap):
+>>>>>>> main
     app.command()(command)
 
 
@@ -158,6 +177,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 INTERRUPTED = 130
 """What typer makes of Ctrl-C."""
+
+LONGEST_LINE = 1000
+"""Letters. All environments of highway-env take 600; of what is longer, beginning and end tell the most."""
 
 UNKNOWN = -1
 """For errors that are ours to mend."""
@@ -185,7 +207,9 @@ def _complain_of_the_end(result: "Result", kept: str) -> int:
 
 
 def _complain(message: str, code: int) -> int:
-    """Say it in one line, whatever a simulator or a file put into the message."""
-    printable = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
-    print(f"luxloop: error: {printable}", file=sys.stderr)
+    """Say it in one line that can be read, whatever a simulator or a file put into the message."""
+    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    if len(line) > LONGEST_LINE:
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
+    print(f"luxloop: error: {line}", file=sys.stderr)
     return code

@@ -1,16 +1,25 @@
 """The frames that a metric is worst in: where to look first."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
+<<<<<<< HEAD
 from scenarios.grading.snapshots import PATIENCE_S
 from scenarios.result import Result
 
 NEWCOMER = 0.01
 """What a vehicle without a track counts that came into view less than `PATIENCE_S` ago: tracks take time to confirm."""
+=======
+from scenarios import badness
+from scenarios.badness import Rated
+from scenarios.grading.metrics import DRIVERS
+from scenarios.result import Result
+
+_IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
+_MODES = ("mode_accuracy", "stationary_accuracy", "confusion", "switch_latency_frames")
+>>>>>>> main
 
 
 class WorstFrame(NamedTuple):
@@ -25,15 +34,21 @@ class WorstFrame(NamedTuple):
 
 
 def worst_frames(result: Result, metric: str, count: int = 3) -> list[WorstFrame]:
-    """Return up to `count` frames in which a metric is worst, the worst first; none if it tells nothing of frames."""
-    table = _badness(result.tables, metric)
-    if table is None:
+    """Return up to `count` frames in which a metric is worst, the worst first.
+
+    There are none of a metric without a value, and of one that tells nothing of single frames: of data set and time.
+    """
+    known = result.metrics.get(metric)
+    rated = _rated(result.tables, metric) if known and known.value is not None else None
+    if rated is None:
         return []
-    bad = table[table["badness"] > 0].sort_values(["badness", "frame"], ascending=[False, True], kind="stable")
+    rows = rated.rows.assign(badness=rated.badness.fillna(0.0))
+    bad = rows[rows["badness"] > 0].sort_values(["badness", "frame"], ascending=[False, True], kind="stable")
     worst = bad.drop_duplicates("frame").head(count)
-    return [WorstFrame(int(row.frame), float(row.time_s), str(row.what)) for row in worst.itertuples()]
+    return [WorstFrame(row["frame"], row["time_s"], rated.tell(row)) for row in worst.to_dict("records")]
 
 
+<<<<<<< HEAD
 def _badness(tables: dict[str, pd.DataFrame], metric: str) -> pd.DataFrame | None:
     """Rows of `frame`, `time_s`, `badness` (the larger the worse, 0 is none) and `what` was wrong, in words."""
     family = metric.split(".")[0]
@@ -150,3 +165,36 @@ def _detections(truth: pd.DataFrame, tracks: pd.DataFrame) -> pd.DataFrame:
         return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} tracks on nothing"
 
     return _of(frames, frames["weight"] + frames["false"], tell)
+=======
+def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> Rated | None:
+    """Choose the rows that a metric is made of, and how bad each is, by the metric's name."""
+    match metric.split("."):
+        case ["fit", *view, method, measure]:
+            return badness.fits(tables["fits"], view, method, measure)
+        case ["mma", measure, *_] if measure in _MODES:
+            return badness.modes(tables["tracks"], standing_only=measure == "stationary_accuracy")
+        case ["mma", *model, measure] if measure.startswith(("nees", "nis")):
+            return badness.consistency(tables["tracks"], "_".join([*model, measure.partition("_")[0]]))
+        case ["mma", "gain", target]:
+            return badness.positions(tables["tracks"], "mma", target, "xy")
+        case ["mma", estimate, target, measure]:
+            return badness.positions(tables["tracks"], estimate, target, measure[0])
+        case ["segmentation", "under_rate"]:
+            return badness.merged(tables["segments"])
+        case ["segmentation", _]:
+            return badness.split(tables["truth"])
+        case ["outliers", cause, _]:
+            return badness.outliers(tables["outliers"], cause)
+        case ["control", measure]:
+            driver = "truth" if measure.startswith(DRIVERS["truth"]) else "tracks"
+            return badness.control(tables["control"], driver, measure.removeprefix(DRIVERS[driver]))
+        case ["track", measure] if measure.startswith("heading"):
+            return badness.headings(tables["tracks"])
+        case ["track", measure] if measure in _IDENTITIES:
+            return badness.identities(tables["truth"])
+        case ["track", "loca"]:
+            return badness.overlaps(tables["tracks"])
+        case ["track", _]:
+            return badness.detections(tables["truth"], tables["tracks"])
+    return None
+>>>>>>> main

@@ -137,7 +137,7 @@ def test_a_failure_names_metric_value_limit_need_and_worst_frames(suite, folder)
     fits = run.tables["fits"]
     worst = fits[fits["best"]].assign(off=lambda rows: rows["heading_error_deg"].abs()).sort_values("off").iloc[-1]
     assert f"fit.best.heading_abs_mean_deg = {value:.3f} deg, expected <= 0.001 deg\n    a ruler's edge\n" in text
-    assert f"    worst: frame {worst['frame']} ({worst['time_s']:.2f} s): {worst['method']} is " in text
+    assert f"    worst: frame {worst['frame']} ({worst['time_s']:.2f} s): the {worst['method']} rectangle " in text
     assert "mma.switch_latency_frames = n/a, expected <= 3\n    no followed vehicle changed its mode\n\n" in text
     assert "track.false" not in text  # it holds
     assert text in suite.out
@@ -181,7 +181,7 @@ def test_workers_and_order_change_no_trace(suite, tmp_path):
     """Two workers, shuffled, elsewhere: SUMO, highway-env and scripted traffic are the same to the last bit."""
     (write_suite(tmp_path) / "conftest.py").write_text(SHUFFLE)
     other = session(tmp_path, "-n", "2", "-v")
-    order = re.findall(r"(?:PASSED|FAILED|XFAIL|XPASS) (\S+)::", other.out)
+    order = re.findall(r"\] (?:PASSED|FAILED|XFAIL|XPASS) (\S+)::", other.out)
     assert len(order) == len(SUITE)
     assert order != sorted(order)
     hashes = {name: properties(case).get("trace_hash") for name, case in suite.cases.items()}
@@ -189,7 +189,7 @@ def test_workers_and_order_change_no_trace(suite, tmp_path):
     assert len(set(hashes.values())) == 5  # the short scenario and its faster twin, crossing, highway, and none
 
 
-def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(folder, tmp_path):
+def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
     (write_suite(tmp_path) / "mine.py").write_text(BLIND)
     arguments = ("-x", "-k", "fails or twin", "--luxloop-seeds", "2", "--luxloop-tracker", "mine:Blind")
     run = session(tmp_path, *arguments, "--luxloop-out", "out", "--luxloop-record", "left", "fails.toml")

@@ -48,6 +48,8 @@ class MmaConfig:
             raise ValueError(f"probability_floor must lie between 0 and 1/{len(MODELS)}")
         if not 0 < self.stopping_time_s <= self.mode_time_s:
             raise ValueError("stopping_time_s must be above 0 and no longer than mode_time_s")
+        if self.tail_dof <= 0:
+            raise ValueError(f"tail_dof is {self.tail_dof}; give a number above 0, as 1e6 for normal tails")
 
 
 def initial_probability() -> Floats:

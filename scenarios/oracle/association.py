@@ -5,8 +5,8 @@ made one by the real union; tracks of different actors are neither united nor ex
 actor's tracks keeps the id of the first. For how long a track waits is no matter of association (`[tracker.life]`): an
 actor whose tracks have died is a new one. Boxes of nobody, such as walls, are for tracks of nobody, by the real stage.
 
-What is lost is the gate's second use: a track that has gone astray, on the little that a hidden vehicle shows, keeps the
-boxes of its vehicle, where the real stage would soon start another one in the right place. `track.false` may rise by it.
+What is lost is the gate's second use. A track that has gone astray, on the little that a hidden vehicle shows, keeps
+the boxes of its vehicle, where the real stage would soon start another one in the right place: `track.false` may rise.
 """
 
 import numpy as np

@@ -115,15 +115,16 @@ def _pick(rng: random.Random, document: dict[str, Any]) -> tuple[Any, Key]:
     return place, key
 
 
-def _name(key: Key) -> str:
-    """Last name in a key: of an item of a list, the list's."""
-    return [step for step in key if isinstance(step, str)][-1]
+def _names(key: Key) -> tuple[str, ...]:
+    """The last name in a key (of an item of a list, the list's), and that of its table, if that is within another."""
+    names = [step for step in key if isinstance(step, str)]
+    return tuple(names[-2:] if len(names) > 2 else names[-1:])
 
 
 def _drop(rng, document):
     place, key = _pick(rng, document)
     value = place.pop(key[-1])
-    return (_name(key),), f"{key} = {value!r:.60}"
+    return _names(key), f"{key} = {value!r:.60}"
 
 
 def _misspell(rng, document):
@@ -135,13 +136,13 @@ def _misspell(rng, document):
         key[-1][:at] + rng.choice([*string.ascii_letters, ".", " ", "ß", '"', "_m"]) + key[-1][at + rng.randrange(2) :]
     )
     place[wrong] = place.pop(key[-1])
-    return (key[-1], wrong), f"{key}: {wrong}"
+    return (*_names(key), wrong), f"{key}: {wrong}"
 
 
 def _replace(rng, document):
     place, key = _pick(rng, document)
     place[key[-1]] = copy.deepcopy(rng.choice([*NUMBERS, *TEXTS, *OTHERS]))
-    return (_name(key),), f"{key} = {place[key[-1]]!r:.60}"
+    return _names(key), f"{key} = {place[key[-1]]!r:.60}"
 
 
 def _number(rng, document):
@@ -152,7 +153,7 @@ def _number(rng, document):
             as_it_was = type(place[key[-1]])
             value = rng.choice([*MODEST, *NUMBERS, -place[key[-1]], place[key[-1]] * 1e6])
             place[key[-1]] = as_it_was(value) if math.isfinite(value) and abs(value) < 2**63 else value
-            return (_name(key),), f"{key} = {place[key[-1]]!r:.60}"
+            return _names(key), f"{key} = {place[key[-1]]!r:.60}"
     return _replace(rng, document)
 
 
@@ -162,7 +163,7 @@ def _text(rng, document):
         place, key = _pick(rng, document)
         if isinstance(place[key[-1]], str):
             place[key[-1]] = rng.choice([*TEXTS, place[key[-1]][:-1], place[key[-1]].upper(), place[key[-1]] + "x"])
-            return (_name(key),), f"{key} = {place[key[-1]]!r:.60}"
+            return _names(key), f"{key} = {place[key[-1]]!r:.60}"
     return _replace(rng, document)
 
 
@@ -171,7 +172,7 @@ def _retype(rng, document):
     place, key = _pick(rng, document)
     value = place[key[-1]]
     place[key[-1]] = rng.choice([str(value), [value], {"value": value}])
-    return (_name(key),), f"{key} = {place[key[-1]]!r:.60}"
+    return _names(key), f"{key} = {place[key[-1]]!r:.60}"
 
 
 def _move(rng, document):
@@ -180,7 +181,7 @@ def _move(rng, document):
     value = place.pop(key[-1])
     tables = [table for table in [document, *document.values()] if isinstance(table, dict)]
     rng.choice(tables)[str(key[-1])] = value
-    return (str(key[-1]), _name(key), *map(str, key[-2:])), f"{key}"
+    return (str(key[-1]), *map(str, key[-2:])), f"{key}"
 
 
 def _expect(rng, document):
