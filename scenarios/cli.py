@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.compare import command as compare
-from scenarios.offline import commands
+from scenarios.html import commands as html
+from scenarios.offline import commands as offline
 from scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
@@ -120,25 +121,6 @@ def blame(
     raise typer.Exit(code)
 
 
-<<<<<<< HEAD
-app.command()(compare.compare)
-app.command()(compare.baseline)
-=======
-@app.command()
-def view(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")],
-    web: Annotated[bool, typer.Option("--web", help="In a browser instead of the rerun viewer.")] = False,
-) -> None:
-    """Open a run's recording in the rerun viewer."""
-    import subprocess
-
-    from scenarios.run_folder import recording
-
-    command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", str(recording(run))]
-    raise typer.Exit(subprocess.run(command + ["--web-viewer"] * web, check=False).returncode)
->>>>>>> main
-
-
 @app.command()
 def schema() -> None:
     """Print the JSON schema of scenario files, for editors."""
@@ -147,11 +129,12 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
-<<<<<<< HEAD
-for command in (commands.grade, commands.check_tracker, commands.mcap, commands.view, commands.report):
-=======
-for command in (compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap):
->>>>>>> main
+ELSEWHERE = (
+    *(compare.compare, compare.baseline),
+    *(offline.grade, offline.check_tracker, offline.mcap),
+    *(html.view, html.report),
+)
+for command in ELSEWHERE:
     app.command()(command)
 
 
