@@ -1,7 +1,9 @@
 """The frames that are kept with their points: the worst there are, few, and whole."""
 
+import re
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 from support import short_run
@@ -61,6 +63,18 @@ def test_an_identity_that_is_lost_is_kept(result):
     assert len(kept) == 1
     assert (kept["badness"].item(), round(kept["time_s"].item(), 2)) == (2.0, 5.04)
     assert kept["what"].item().count(" goes from track ") == 2
+
+
+def test_a_place_is_where_the_named_vehicle_is(result):
+    """Fails when the place or the ego's pose is another frame's or vehicle's: the picture would show something else."""
+    truth = result.tables["truth"].set_index(["frame", "actor_id"])
+    named = result.tables["snapshots"].query("kind != 'detection'")
+    assert len(named) >= 3
+    for row in named.to_dict("records"):
+        actor = truth.loc[(row["frame"], int(re.search(r"vehicle (\d+)", row["what"])[1]))]
+        turn, x, y = row["ego_yaw_world_rad"], row["x_ego_m"], row["y_ego_m"]
+        assert row["ego_x_world_m"] + np.cos(turn) * x - np.sin(turn) * y == pytest.approx(actor["x_world_m"])
+        assert row["ego_y_world_m"] + np.sin(turn) * x + np.cos(turn) * y == pytest.approx(actor["y_world_m"])
 
 
 def test_points_of_kept_frames_are_all_there(result):
