@@ -12,11 +12,11 @@ from tracker.records import MODELS
 Row = Mapping[str, Any]
 """One row of a table by column, and its `badness`."""
 
-CONSISTENT = 2.0
-"""NEES and NIS of a position that is as uncertain as it is said to be, in the mean."""
-
 NEWCOMER = 0.01
 """What a vehicle without a track counts that came into view less than `PATIENCE_S` ago: tracks take time to confirm."""
+
+CONSISTENT = 2.0
+"""NEES and NIS of a position that is as uncertain as it is said to be, in the mean."""
 
 
 class Rated(NamedTuple):
@@ -159,14 +159,10 @@ def detections(truth: pd.DataFrame, tracks: pd.DataFrame) -> Rated:
     """Graded vehicles without a track and tracks on nothing, by frame; newcomers without one weigh little."""
     graded = truth[truth["graded"]]
     age_s = graded["time_s"] - graded.groupby("actor_id")["time_s"].transform("min")
-    lost = graded.assign(weight=np.where(age_s < PATIENCE_S, NEWCOMER, 1.0))[graded["track_id"] < 0]
-    by_frame = lost.groupby("frame")["weight"]
-    columns = {
-        "missed": by_frame.size(),
-        "weight": by_frame.sum(),
-        "false": tracks[tracks["verdict"] == "false"].groupby("frame").size(),
-    }
+    lost = graded.assign(weight=np.where(age_s < PATIENCE_S, NEWCOMER, 1.0))[graded["track_id"] < 0].groupby("frame")
+    false = tracks[tracks["verdict"] == "false"].groupby("frame").size()
     frames = pd.concat([truth[["frame", "time_s"]], tracks[["frame", "time_s"]]]).drop_duplicates("frame")
+    columns = {"missed": lost.size(), "weight": lost["weight"].sum(), "false": false}
     rows = frames.assign(**{name: frames["frame"].map(column).fillna(0) for name, column in columns.items()})
 
     def tell(row: Row) -> str:

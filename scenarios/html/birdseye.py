@@ -24,7 +24,7 @@ NAMES = {
 
 MARGIN_M = 8.0
 """Kept around the ego and what is wrong."""
-REACH_M = (14.0, 45.0)
+REACH_M = (17.0, 45.0)
 """Least and largest half width of a picture."""
 GRID_M = 0.1
 """Points nearer than that to each other are drawn as one."""
