@@ -15,11 +15,11 @@ def view(
 ) -> None:
     """Open a run's recording in the rerun viewer, at the worst frame of what failed."""
     from scenarios import run_folder, viewer
-    from scenarios.html.run import Run as ReadRun
+    from scenarios.html.run import Run
 
     recording = run_folder.recording(run)
-    read = ReadRun.read(run)
-    look = viewer.moment(read.result, read.unmet, frame)
+    shown = Run.read(run)
+    look = viewer.moment(shown.result, shown.unmet, frame)
     if look:
         print(f"{'Go to' if web else 'Opens at'} {look}")
     raise typer.Exit(viewer.show(recording, look.time_s if look else None, web=web))
