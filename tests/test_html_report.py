@@ -27,6 +27,7 @@ from scenarios.html.tables import page_table
 from scenarios.html.timelines import ALONE, HIDDEN, OUT, stretches
 from scenarios.scenario import Scenario
 from tracker.records import MODELS
+from tracker.tracker import Tracker
 
 EXPECT = """
 [expect]
@@ -210,6 +211,31 @@ def test_a_run_page_tells_how_to_do_it_again(runs):
     others = replace(run.result, config={**run.result.config, "device": "tracks.csv"})
     assert replace(run, result=others).commands == ["luxloop grade RUN --tracks tracks.csv"]
     assert run.result.trace_hash in run_page(folder)
+
+
+class Untraced(Tracker):
+    def step(self, scan):
+        return super().step(scan)[0]
+
+
+NOBODY = 'description = "Nobody."\nduration_s = 0.8\n[traffic]\nkind = "scripted"\n'
+ODD = {
+    "a tracker that gives no trace": (short_run.TEXT, Untraced, {}),
+    "nobody there": (NOBODY, Tracker, {}),
+    "a single frame": (short_run.TEXT, Tracker, {"duration_s": 0.08}),
+    "baselines": (short_run.TEXT + "[tracker.baselines]\nenabled = true\n", Tracker, {}),
+}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_there_is_a_page_of_any_run(tmp_path, what):
+    """Fails where a figure or table takes for granted what a run need not have; warnings are errors here."""
+    text, factory, overrides = ODD[what]
+    scenario = Scenario.load(short_run.write(tmp_path, text), overrides)
+    execute(scenario, factory, tmp_path / "run", record=False)
+    page = run_page(tmp_path / "run")
+    assert all(f'id="{name}"' in page for name in FIGURES)
+    assert ("autoware" in page[: page.index("Effective configuration")]) == (what == "baselines")
 
 
 def test_a_suite_shows_failures_first_and_stays_small(pages, runs):

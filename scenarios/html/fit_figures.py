@@ -15,11 +15,15 @@ from scenarios.grading.geometry import wrap
 from scenarios.grading.metrics import FIT_METHODS
 from scenarios.html.figure import Figure, draw, note
 from scenarios.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
+from tracker.records import BASELINES
 
 SHOWN_DEG = 10.0
 """Where the axis of heading errors ends: few are larger, and the legend tells how many."""
 
+LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+
 METHOD_LOOKS = {
+    **{method: (RED, line) for method, line in zip(BASELINES, LINES, strict=True)},
     "area": (FAINT, ":"),
     "closeness": (ORANGE, "--"),
     "variance": (GREEN, "-."),
@@ -28,7 +32,7 @@ METHOD_LOOKS = {
     "best": (BLUE, "-"),
     "oracle": (INK, ":"),
 }
-"""Colour and line of the shipped methods; baselines share one."""
+"""Colour and line of each; baselines share a colour."""
 
 WIDTHS = {"best": 2.4}
 """Of lines that are not as thin as the others [points]."""
@@ -61,18 +65,18 @@ def heading_distribution(fits: pd.DataFrame) -> Figure:
             rows = fits[fits[method]] if method in ("best", "oracle") else fits[fits["method"] == method]
             error = np.sort(np.abs(rows["heading_error_deg"].dropna().to_numpy()))
             if len(error):
-                color, line = METHOD_LOOKS.get(method, (RED, ":"))
+                color, line = METHOD_LOOKS[method]
                 share = np.arange(1, len(error) + 1) / len(error)
                 label, width = f"{method} ({np.mean(error > SHOWN_DEG):.1%} beyond)", WIDTHS.get(method, 1.4)
-                axes.step(error, share, line, where="post", color=color, label=label, lw=width)
+                axes.step(error, share, where="post", color=color, linestyle=line, label=label, lw=width)
         for method, marker in (("best", "s"), ("variance", "o")):
             color, label = METHOD_LOOKS[method][0], f"the paper's {method}"
             axes.plot(range(1, 6), paper.WITHIN[method], marker, color=color, mfc="none", ms=5, label=label)
         axes.set(xlim=(0, SHOWN_DEG), ylim=(0, 1.01), xlabel="|heading error| [deg]", ylabel="share at or below")
-        axes.legend(loc="lower right")
+        canvas.legend(loc="outside lower center", ncols=2)
 
     caption = "Further left and higher is better. Oracle is the best choice that the selection could have made."
-    return draw("heading-cdf", "Heading error of single fits, by method", caption, (5.2, 3.9), on)
+    return draw("heading-cdf", "Heading error of single fits, by method", caption, (5.2, 4.9), on)
 
 
 def observations(fits: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
