@@ -1,13 +1,15 @@
-"""Commands of the command line that show a run. What takes long to import is imported where it is needed."""
+"""`luxloop view` and `luxloop report`: runs for the eye."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from scenarios.commands.arguments import RunFolder
+
 
 def view(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")],
+    run: RunFolder,
     frame: Annotated[int | None, typer.Option(help="Open it there, instead of at the worst frame.")] = None,
     web: Annotated[bool, typer.Option("--web", help="In a browser, which always opens at the end.")] = False,
 ) -> None:
