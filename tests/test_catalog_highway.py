@@ -1,4 +1,4 @@
-"""The highway family shows what its sentences say, as the traffic alone tells: no sensor or tracker has a part in it."""
+"""The highway family shows what its sentences say, as the traffic alone tells: no sensor or tracker is needed."""
 
 from contextlib import closing
 from functools import cache

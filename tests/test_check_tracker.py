@@ -2,7 +2,6 @@
 
 import importlib.util
 import inspect
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -230,21 +229,21 @@ def test_the_drives_see_vehicles_occlusions_and_what_no_rig_delivers(all_drives)
 # --- the command line
 
 GOOD = (Path(__file__).parents[1] / "docs" / "examples" / "my_tracker.py").read_text(encoding="utf-8")
+BAD = GOOD.replace("np.eye(len(MODELS))[0]", "np.ones(len(MODELS))")
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "words"),
+    ("module", "text", "code", "words"),
     [
-        (GOOD, 0, "PASSED: mine:PatchTracker keeps the contract"),
-        (GOOD.replace("np.eye(len(MODELS))[0]", "np.ones(len(MODELS))"), 1, "FAILED: mine:PatchTracker fails 1 of 15"),
+        ("sound_tracker", GOOD, 0, "PASSED: sound_tracker:PatchTracker keeps the contract"),
+        ("odd_tracker", BAD, 1, "FAILED: odd_tracker:PatchTracker fails 1 of 15 checks"),
     ],
 )
-def test_the_command_prints_a_table_and_exits_by_it(text, code, words, tmp_path, monkeypatch, capfd):
+def test_the_command_prints_a_table_and_exits_by_it(module, text, code, words, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "mine", raising=False)
-    Path("mine.py").write_text(text)
-    assert main(["check-tracker", "mine:PatchTracker"]) == code
+    Path(f"{module}.py").write_text(text)
+    assert main(["check-tracker", f"{module}:PatchTracker"]) == code
     out, err = capfd.readouterr()
     assert words in out
     assert err == ""

@@ -1,6 +1,7 @@
 """Folders of runs and baseline files: what is paired, what is not and why, and what the commands say and return."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +12,12 @@ from support import recorded, short_run
 from scenarios import run_folder
 from scenarios.cli import main
 from scenarios.compare import baseline, reading
+from scenarios.compare.headline import HEADLINES
 from scenarios.compare.pairing import pair
 from scenarios.compare.sums import SUMS
 from scenarios.errors import InputError, OutputError
 from scenarios.expect import Limit, check
+from scenarios.result import Metric
 
 DEMANDING = {"track.hota": {"max": 0.0}}
 
@@ -42,6 +45,13 @@ def run_command(capsys, *arguments):
 def one_line(text):
     """Undo the breaks of long lines."""
     return " ".join(text.split())
+
+
+def edit(run, before, after):
+    """Change the result of a run as an older or a newer version would have written it."""
+    text = (run / "result.json").read_text(encoding="utf-8")
+    assert before in text
+    (run / "result.json").write_text(text.replace(before, after), encoding="utf-8")
 
 
 def pairs_of(base, head):
@@ -78,7 +88,9 @@ def test_two_runs_of_the_same_are_refused(tmp_path):
     ("damage", "complaint"),
     [
         (lambda run: (run / "tables" / "tracks.parquet").unlink(), "the run has no 'tracks'"),
-        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1 no"), "not the run of this version"),
+        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1 no"), "no result.json of a run in it"),
+        (lambda run: edit(run, '"points_min": 10', '"points": 10'), "not the run of this version"),
+        (lambda run: edit(run, '"expect": {}', '"limits": {}'), "the run has no 'expect'"),
         (lambda run: (run / "result.json").write_text("{"), "no result.json of a run in it"),
     ],
 )
@@ -259,6 +271,16 @@ def test_a_file_that_is_no_baseline_is_not_replaced(tmp_path, capsys):
     assert precious.read_text() == "precious"
 
 
+def test_a_baseline_of_the_same_runs_is_the_same_whatever_the_clock_says(tmp_path):
+    limits = {"perf.tracker_ms_p50": {"max": 40.0}, "track.idf1": {"min": 0.3}}
+    for name, time_ms in (("fast", 1.0), ("slow", 60.0)):
+        timed = {**short_run.result().metrics, "perf.tracker_ms_p50": Metric(time_ms, "ms", 10)}
+        run = write(tmp_path / name, metrics=timed, config=config(expect=limits))
+        baseline.write(tmp_path / f"{name}.jsonl", list(reading.read(run).runs.values()))
+    assert (tmp_path / "fast.jsonl").read_bytes() == (tmp_path / "slow.jsonl").read_bytes()
+    assert "track.idf1" in (tmp_path / "fast.jsonl").read_text()
+
+
 # --- the whole way
 
 
@@ -326,3 +348,21 @@ def test_the_columns_of_a_baseline_are_named_in_it(tmp_path):
     baseline.write(tmp_path / "b.jsonl", list(recorded.base()))
     header = json.loads(Path(tmp_path / "b.jsonl").read_text().splitlines()[0])
     assert header == {"luxloop_baseline": baseline.FORMAT, "sums": ["vehicle", *SUMS]}
+
+
+# --- the page
+
+
+def test_the_page_lists_every_headline_metric_with_its_margin():
+    page = (Path(__file__).parents[1] / "docs" / "compare.md").read_text(encoding="utf-8")
+    listed = {}
+    for names, better, margin in re.findall(r"^\| (`\w+\..*?) \| (more|less) \| (.*?) \|$", page, re.MULTILINE):
+        listed |= dict.fromkeys(re.findall(r"`([\w.]+)`", names), (better, margin))
+    assert listed == {headline.name: (headline.better, margin_of(headline)) for headline in HEADLINES}
+
+
+def margin_of(headline):
+    relevance = headline.relevance
+    if not relevance.relative:
+        return f"{relevance.absolute:g}"
+    return f"{relevance.relative:.0%}".replace("%", " %") + f", and {relevance.absolute:g} {headline.unit}"

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from support import short_run
 
 from scenarios import run_folder
 from scenarios.cli import main
+from scenarios.grading.config import GradingConfig
+from scenarios.grading.grader import PER_FRAME
+from scenarios.grading.metrics import GRADED
 from scenarios.offline import track_columns
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.regrade import Regrader
@@ -109,6 +113,24 @@ def test_other_limits_apply_without_simulating(capfd):
     assert strict["config"]["grading"]["hit_iou_min"] == 0.99
 
 
+CHANGED = {"memory_s": 0.1, "hidden_fraction_max": 0.9, "hit_iou_min": 0.95, "nees_confidence": 0.5}
+"""Limits that count at the end, with other values."""
+
+
+@pytest.mark.parametrize("limit", CHANGED)
+def test_limits_that_count_at_the_end_do_the_same_from_the_tables(limit, run):
+    """Fails when a limit moves into the frames and `PER_FRAME` does not know."""
+    recorded = RecordedRun.open(run)
+    grading = replace(recorded.scenario.grading, **{limit: CHANGED[limit]})
+    regrader = Regrader(recorded, recorded.scenario.model_copy(update={"grading": grading}))
+    tables, frames = regrader.tables().metrics, regrader.tracker(Tracker, "shipped").metrics
+    assert {name: tables[name] for name in GRADED} == {name: frames[name] for name in GRADED}
+
+
+def test_every_limit_counts_in_frames_or_at_the_end():
+    assert {*PER_FRAME, *CHANGED} == {field.name for field in fields(GradingConfig)}
+
+
 @in_run_s_home
 def test_limits_of_single_frames_need_the_frames(capfd):
     Path("near.toml").write_text(TEXT + "\n[grading]\nrange_max_m = 10\n")
@@ -121,7 +143,7 @@ def test_limits_of_single_frames_need_the_frames(capfd):
 def test_the_report_is_that_of_a_run(run, capfd):
     assert main(["grade", "run"]) == 0
     out, err = capfd.readouterr()
-    assert out == (run / "report.txt").read_text()
+    assert out == (run / "report.txt").read_text() + "Nothing was written; to keep it, give --out\n"
     assert err == ""
 
 
@@ -288,6 +310,31 @@ def test_tracks_and_a_tracker_at_once_are_refused(capfd):
 @in_run_s_home
 def test_a_tracker_that_cannot_be_imported_is_told(capfd):
     assert "--tracker mine:Tracker: no module mine" in complaint(capfd, "run", "--tracker", "mine:Tracker")
+
+
+@in_run_s_home
+def test_a_tracker_that_gives_an_id_twice_is_told_so_instead_of_graded(monkeypatch, capfd):
+    """Neither live nor over scans: trackeval's figures of such tracks mean nothing."""
+    monkeypatch.syspath_prepend(Path.cwd())
+    Path("twice.py").write_text(TWICE)
+    for command in (["grade", "run"], ["run", "short.toml"]):
+        assert main([*command, "--tracker", "twice:Twice"]) == 2
+        error = capfd.readouterr().err
+        assert "twice:Twice.step gave id 0 to two tracks of the scan at 0." in error
+        assert error.count("\n") == 1
+
+
+TWICE = """
+from dataclasses import replace
+
+from tracker.tracker import Tracker
+
+
+class Twice(Tracker):
+    def step(self, scan):
+        tracks, trace = super().step(scan)
+        return replace(tracks, id=0 * tracks.id), trace
+"""
 
 
 def test_an_oracle_hears_the_recorded_truth(run):

@@ -1,5 +1,6 @@
 """Recorded scans read back: the very frames, scans and truth that the tracker and the grader were given."""
 
+import shutil
 from dataclasses import fields, is_dataclass
 
 import numpy as np
@@ -106,8 +107,6 @@ def test_a_run_without_scans_says_how_to_get_them(tmp_path):
     ids=["missing", "cut off", "empty"],
 )
 def test_scans_that_are_not_whole_are_told_in_one_line(spoil, complaint, scripted, tmp_path):
-    import shutil
-
     shutil.copytree(scripted[0] / "scans", tmp_path / "scans")
     spoil(tmp_path / "scans")
     with pytest.raises(OutputError, match=complaint) as error:

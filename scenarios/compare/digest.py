@@ -21,6 +21,9 @@ PROSE = ("description", "reason", "suite")
 LIMITS = "expect"
 """Key of the expectations, which are not compared but hold or not."""
 
+TIMES = "perf."
+"""Beginning of the names of metrics that are the machine's: they hold or not on that machine, and are not kept."""
+
 TRACKERS = ("track_id", "segments", "largest_segment_share")
 """Columns of the truth table that tell what the tracker made of it."""
 
@@ -93,7 +96,7 @@ def digest(result: Result) -> RunDigest:
     KeyError, TypeError, ValueError
         It is of another version.
     """
-    limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items()}
+    limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
     checks = check(result.metrics, limits)
     return RunDigest(
         key=Key(result.scenario, result.seed),

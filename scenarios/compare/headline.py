@@ -69,7 +69,7 @@ def _total(sums: Floats, names: tuple[str, ...]) -> Floats:
 
 
 def _hota(sums: Floats) -> Floats:
-    """Geometric mean of detection and association, averaged over overlaps (Luiten et al. 2021, equations 5 to 9).
+    """Geometric mean of detection and association, averaged over overlaps (Luiten et al. 2021).
 
     Pooled over runs as trackeval combines sequences.
     """

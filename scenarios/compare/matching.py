@@ -10,7 +10,7 @@ from scenarios.grading.geometry import Floats, Ints
 from scenarios.grading.switches import ROUNDING, hits, switches
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)
-"""Overlaps at which HOTA asks for a match, 19 of them (Luiten et al. 2021, section 3)."""
+"""Overlaps at which HOTA asks for a match, 19 of them (Luiten et al. 2021, HOTA)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +56,7 @@ def _count(ids: Any, length: int) -> Ints:
 
 
 def _identified(sequence: dict[str, Any], hit_iou_min: float) -> Ints:
-    """Pair whole tracks with vehicles, as many hits as there can be (Ristani et al. 2016, section 4)."""
+    """Pair whole tracks with vehicles, as many hits as there can be (Ristani et al. 2016)."""
     together = np.zeros((sequence["num_gt_ids"], sequence["num_tracker_ids"]), dtype=np.int64)
     for vehicle, track, overlap in _steps(sequence):
         together[np.ix_(vehicle, track)] += overlap >= hit_iou_min
@@ -67,7 +67,7 @@ def _identified(sequence: dict[str, Any], hit_iou_min: float) -> Ints:
 
 
 def _hota_matches(sequence: dict[str, Any]) -> Ints:
-    """Match frame by frame, those first that agree over the whole run (Luiten et al. 2021, section 4)."""
+    """Match frame by frame, those first that agree over the whole run (Luiten et al. 2021)."""
     alignment = _alignment(sequence)
     out = np.zeros((*alignment.shape, len(ALPHAS) + 1), dtype=np.int64)
     for vehicle, track, overlap in _steps(sequence):

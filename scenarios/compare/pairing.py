@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import numpy as np
-
 from scenarios.compare.digest import LIMITS, Key, RunDigest, differing
 from scenarios.compare.reading import Side
 from scenarios.errors import InputError
@@ -132,9 +130,3 @@ def listed(keys: Iterable[Key], most: int = 4) -> str:
     names = [str(key) for key in keys]
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
-
-
-def stacked(pairs: Iterable[Pair]) -> tuple[Floats, Floats]:
-    """(U, len(COLUMNS)) units of all pairs."""
-    units = [pair.units() for pair in pairs]
-    return np.vstack([base for base, _ in units]), np.vstack([head for _, head in units])

@@ -3,12 +3,11 @@
 Intervals: vehicles are drawn with replacement, each with its frames in BASE and in HEAD (paired cluster bootstrap,
 Davison and Hinkley 1997, Bootstrap Methods and their Application, section 3.8; percentiles).
 
-Verdicts: if a change does nothing, it is a coin's toss which of a vehicle's two lives is called BASE. Those tosses
-give the distribution of every difference (randomisation test, Good 2005, Permutation, Parametric and Bootstrap Tests
-of Hypotheses, section 3.2), right for few vehicles, too. All metrics are tossed together, and each is held against the
-largest of all, in units of its own spread: the chance that any metric is taken for changed without being so is the
-level, however many there are and however they go together (single-step max-T, Westfall and Young 1993,
-Resampling-Based Multiple Testing, section 2.3).
+Verdicts: if a change does nothing, it is a coin's toss which of a vehicle's two lives is called BASE. Such tosses give
+the distribution of every difference (paired randomisation test, Fisher 1935, The Design of Experiments, section 21),
+right for few vehicles, too. All metrics are tossed together, and each is held against the largest of all, in units of
+its own spread. So the chance that any metric is taken for changed without being so is the level, however many there are
+and however they hang together (single-step max-T, Westfall and Young 1993, Resampling-Based Multiple Testing).
 """
 
 from dataclasses import dataclass

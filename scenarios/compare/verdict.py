@@ -8,7 +8,7 @@ import numpy as np
 
 from scenarios.compare.digest import Expectation, Key
 from scenarios.compare.headline import HEADLINES, Headline
-from scenarios.compare.pairing import Pair, Pairs, stacked
+from scenarios.compare.pairing import Pair, Pairs
 from scenarios.compare.resampling import Difference, differences
 from scenarios.grading.geometry import Floats
 
@@ -51,6 +51,23 @@ class Fall:
     fate: Fate
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Moved:
+    """What each of R runs has to do with a change."""
+
+    keys: list[Key]
+    head: Floats
+    """(len(COLUMNS),) HEAD's sums over all runs."""
+    change: Floats
+    """(R, len(COLUMNS)) HEAD's minus BASE's of each run."""
+
+    def most(self, headline: Headline) -> dict[Key, float]:
+        """Take back one run's change after the other; by how much each moves the value of all, the most first."""
+        moved = np.nan_to_num(headline.value(self.head[None]) - headline.value(self.head - self.change))
+        order = np.argsort(-np.abs(moved), kind="stable")[:MOST].tolist()
+        return {self.keys[run]: float(moved[run]) for run in order if moved[run]}
+
+
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """All that a comparison says."""
@@ -75,8 +92,12 @@ class Comparison:
 
 def compare(pairs: Pairs) -> Comparison:
     """Judge every headline metric and every expectation."""
-    found = differences(*stacked(pairs.compared), HEADLINES)
-    changes = [_change(headline, numbers, pairs.compared) for headline, numbers in zip(HEADLINES, found, strict=True)]
+    units = [pair.units() for pair in pairs.compared]
+    base, head = (np.vstack(side) for side in zip(*units, strict=True))
+    change_of_run = np.array([(h - b).sum(axis=0) for b, h in units])
+    moved = Moved([pair.key for pair in pairs.compared], head.sum(axis=0), change_of_run)
+    found = differences(base, head, HEADLINES)
+    changes = [_change(headline, numbers, moved) for headline, numbers in zip(HEADLINES, found, strict=True)]
     return Comparison(pairs, changes, [fall for pair in pairs.compared for fall in _falls(pair)])
 
 
@@ -91,22 +112,9 @@ def judge(headline: Headline, numbers: Difference) -> Verdict:
     return "same" if -margin <= low and high <= margin else "unclear"
 
 
-def _change(headline: Headline, numbers: Difference, pairs: list[Pair]) -> Change:
+def _change(headline: Headline, numbers: Difference, moved: Moved) -> Change:
     verdict = judge(headline, numbers)
-    return Change(headline, numbers, verdict, _where(headline, pairs) if verdict in ("better", "worse") else {})
-
-
-def _where(headline: Headline, pairs: list[Pair]) -> dict[Key, float]:
-    """Take back the change of one run after the other, and see how far the value of all comes back with it."""
-    base, head = (np.vstack([units.sum(axis=0) for units in side]) for side in _by_side(pairs))
-    moved = headline.value(head.sum(axis=0, keepdims=True)) - headline.value(head.sum(axis=0) - head + base)
-    most = np.argsort(-np.abs(moved), kind="stable")[:MOST]
-    return {pairs[p].key: float(moved[p]) for p in most if moved[p]}
-
-
-def _by_side(pairs: list[Pair]) -> tuple[list[Floats], list[Floats]]:
-    units = [pair.units() for pair in pairs]
-    return [base for base, _ in units], [head for _, head in units]
+    return Change(headline, numbers, verdict, moved.most(headline) if verdict in ("better", "worse") else {})
 
 
 def _falls(pair: Pair) -> list[Fall]:

@@ -1,20 +1,21 @@
-"""Commands of the command line that need no simulator. What takes long to import is imported where it is needed."""
+"""`luxloop grade`, `luxloop check-tracker` and `luxloop mcap`: what needs no simulator."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scenarios.commands.arguments import AsJson, RunFolder
+
 if TYPE_CHECKING:
+    from scenarios.expect import Check
     from scenarios.offline.recorded_run import RecordedRun
     from scenarios.result import Result
     from scenarios.scenario import Scenario
 
-Run = Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")]
-
 
 def grade(
-    run: Run,
+    run: RunFolder,
     tracks: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Tracks that another program made of the run's scans.")
     ] = None,
@@ -22,15 +23,13 @@ def grade(
         str | None, typer.Option(metavar="MODULE:NAME", help="A tracker to follow the run's scans now.")
     ] = None,
     scenario: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Scenario file whose [grading] and [expect] count.")
+        str | None, typer.Option(metavar="SCENARIO", help="Whose [grading] and [expect] count, else the run's.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results, else they are only printed.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Grade a run again without simulating: its own tracks, or others of its scans."""
-    import json
-
-    from scenarios import report, run_folder
+    from scenarios import listing
     from scenarios.errors import InputError
     from scenarios.expect import check, verdict
     from scenarios.offline.recorded_run import RecordedRun
@@ -41,9 +40,31 @@ def grade(
     recorded = RecordedRun.open(run)
     if out:
         recorded.refuse_to_write_to(out)
-    rules = Scenario.load(scenario) if scenario else recorded.scenario
+    rules = Scenario.load(listing.find(scenario)) if scenario else recorded.scenario
     result = _graded(recorded, rules, tracks, tracker)
     checks = check(result.metrics, rules.expect)
+    _deliver(result, checks, out, as_json)
+    raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
+
+
+def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":
+    from scenarios import device
+    from scenarios.offline.regrade import Regrader
+
+    regrader = Regrader(recorded, rules)
+    if tracks:
+        return regrader.track_file(tracks)
+    if tracker:
+        return regrader.tracker(device.load(tracker), tracker)
+    return regrader.tables()
+
+
+def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json: bool) -> None:
+    """Write the folder if there is to be one, and print the document or the report."""
+    import json
+
+    from scenarios import report, run_folder
+
     printed = report.report(result, checks)
     if out:
         with run_folder.create(out) as folder:
@@ -52,9 +73,7 @@ def grade(
         print(json.dumps({**run_folder.document(result, checks), "out": out and str(out)}, allow_nan=False))
     else:
         report.show(printed)
-        if out:
-            print(f"Results are in {out}")
-    raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
+        print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
 
 
 def check_tracker(
@@ -72,7 +91,7 @@ def check_tracker(
 
 
 def mcap(
-    run: Run,
+    run: RunFolder,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
 ) -> None:
     """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""
@@ -81,15 +100,3 @@ def mcap(
 
     frames = export(RecordedRun.open(run), file)
     print(f"{frames} frames are in {file}")
-
-
-def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":
-    from scenarios import device
-    from scenarios.offline.regrade import Regrader
-
-    regrader = Regrader(recorded, rules)
-    if tracks:
-        return regrader.track_file(tracks)
-    if tracker:
-        return regrader.tracker(device.load(tracker), tracker)
-    return regrader.tables()
