@@ -24,7 +24,7 @@ SHORT_S = 0.16
 LONGEST_S = 86_400.0
 """[s] Of a run, a day; to take longer is a mistake that is to be told."""
 
-MODEST = (0, -1, 1, 3, 0.5, 90, -180, 1000, 1e-6, 1e6, 1e-12, 1e12, -1e12, 2**31, 0.999999)
+MODEST = (0, -1, 1, 3, 0.5, 90, -180, 1000, 1e-6, 1e6, 1e-12, 1e10, -1e10, 1e12, 2**31, 0.999999)
 NUMBERS = (*MODEST, 1e-300, 1e300, -1e300, 2**63 - 1, -(2**63), math.nan, math.inf)
 TEXTS = ("", " ", "nowhere", "Überholspur 🚗", "a" * 3000, "../x.xml", "/dev/null", "two\nlines", "\x1b[31m", "%s{0}")
 OTHERS = (True, False, [], {}, [[]], [1, "a"], {"kind": "sumo"}, {"min": 1})
