@@ -113,7 +113,7 @@ PHONE = {"viewport": {"width": 390, "height": 844}}
 def test_a_phone_shows_the_verdict_at_once_and_never_scrolls_sideways(opened, name):
     page = opened(name, **PHONE)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    verdict = page.locator("h1 .badge")
+    verdict = page.locator("h1 .badge").first
     assert verdict.inner_text() == "failed"
     box = verdict.bounding_box()
     assert box["x"] + box["width"] <= 390

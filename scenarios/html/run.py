@@ -61,6 +61,11 @@ class Run:
         return verdict(self.checks, self.result.complete)
 
     @property
+    def known(self) -> int:
+        """Expectations that do not hold and are known not to."""
+        return sum(check.outcome == "known failure" for check in self.checks)
+
+    @property
     def family(self) -> str:
         """Of a shipped scenario; nothing for one's own."""
         path = listing.paths().get(self.result.scenario)
@@ -70,9 +75,8 @@ class Run:
     def conclusion(self) -> str:
         """The verdict in a sentence."""
         held = sum(check.holds for check in self.checks)
-        known = sum(check.outcome == "known failure" for check in self.checks)
         text = f"{held} of {len(self.checks)} expectations hold" if self.checks else "nothing is expected of it"
-        text += f", {known} known to fail" if known else ""
+        text += f", {self.known} known to fail" if self.known else ""
         return text if self.result.complete else f"{text} so far; it ended early: {self.result.ended_early}"
 
     @property

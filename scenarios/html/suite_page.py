@@ -69,7 +69,9 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
     paths = {folder: folder.resolve() for folder in folders}
     above = os.path.commonpath([path.parent for path in paths.values()]) if paths else ""
     sections = [Section.read(folder, path.relative_to(above).as_posix()) for folder, path in paths.items()]
-    sections.sort(key=lambda section: (ORDER.index(section.run.verdict), section.run.family, section.name))
+    sections.sort(
+        key=lambda section: (ORDER.index(section.run.verdict), -section.run.known, section.run.family, section.name)
+    )
     return render(
         "suite.html.j2",
         sections=sections,
