@@ -2,13 +2,17 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: demo test check smoke catalog baseline bench lock
+.PHONY: demo test slow check smoke catalog baseline bench lock
 
 demo: .venv/installed
 	$(BIN)/luxloop run sumo-crossing
 
 test: .venv/installed
 	$(BIN)/pytest -n 2
+
+# What takes minutes: a thousand broken scenario files, runs killed at every moment.
+slow: .venv/installed
+	$(BIN)/pytest -n 2 -m slow
 
 check: .venv/installed
 	$(BIN)/ruff check .
