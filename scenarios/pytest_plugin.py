@@ -135,7 +135,7 @@ class ScenarioItem(pytest.Item):
 
     def _explain(self, outcome: "Outcome") -> str:
         """Say which expectations failed, by how much and where, and how to look at it."""
-        from scenarios.report_cells import value_of
+        from scenarios.report_cells import unit_of, value_of
         from scenarios.worst import worst_frames
 
         result = outcome.result
@@ -144,7 +144,7 @@ class ScenarioItem(pytest.Item):
             lines.append(f"ended early, after {result.frames} frames: {result.ended_early}")
         for check in outcome.checks:
             if check.outcome == "failed":
-                unit = "" if check.metric.unit in ("1", "count") else f" {check.metric.unit}"
+                unit = unit_of(check.metric)
                 lines.append(f"{check.name} = {value_of(check.metric)}{unit}, expected {check.limit}{unit}")
                 why = check.metric.reason or check.limit.need
                 lines += [f"    {why}"] if why else []

@@ -29,6 +29,11 @@ def value_of(metric: Metric, digits: int = 3) -> str:
     return f"{metric.value:.0f}" if metric.unit == "count" else f"{metric.value:.{digits}f}"
 
 
+def unit_of(metric: Metric) -> str:
+    """The unit behind a value, with the space between; nothing for shares and counts."""
+    return "" if metric.unit in ("1", "count") else f" {metric.unit}"
+
+
 def percent_of(metric: Metric) -> str:
     """A share."""
     return NONE if metric.value is None else f"{metric.value:.1%}"

@@ -119,15 +119,16 @@ def read(folder: Path) -> Result:
         )
     except FileNotFoundError as error:
         raise _no_run(folder) from error
-    except (
-        OSError,
-        ValueError,
-        LookupError,
-        TypeError,
-        AttributeError,
-    ) as error:  # a ValueError is no JSON, no Parquet
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        # What is no JSON, and what is no Parquet, is a ValueError.
         why = "the run in it is damaged, or of another version of luxloop; run the scenario again"
         raise OutputError(f"{folder}: {why}") from error
+
+
+def found_in(folder: Path) -> list[Path]:
+    """Every run in a folder and below it, or the one that it is itself, by path; what killed runs left is none."""
+    found = sorted(path.parent for path in folder.rglob(RESULT))
+    return [run for run in found if not any(part.startswith(".") for part in run.relative_to(folder).parts)]
 
 
 def recording(folder: Path) -> Path:

@@ -10,7 +10,8 @@ from scenarios.badness import Rated
 from scenarios.grading.metrics import DRIVERS
 from scenarios.result import Result
 
-_IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
+IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
+"""What of `track.*` is of identities: it is bad where a vehicle goes from one track to another."""
 _MODES = ("mode_accuracy", "stationary_accuracy", "confusion", "switch_latency_frames")
 
 
@@ -64,7 +65,7 @@ def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> Rated | None:
             return badness.control(tables["control"], driver, measure.removeprefix(DRIVERS[driver]))
         case ["track", measure] if measure.startswith("heading"):
             return badness.headings(tables["tracks"])
-        case ["track", measure] if measure in _IDENTITIES:
+        case ["track", measure] if measure in IDENTITIES:
             return badness.identities(tables["truth"])
         case ["track", "loca"]:
             return badness.overlaps(tables["tracks"])

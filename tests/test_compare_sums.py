@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import recorded
+from support.sequences import random_sequence
 from trackeval.metrics import CLEAR, HOTA, Identity
 
 from scenarios.compare.headline import HEADLINES
@@ -13,7 +14,6 @@ from scenarios.compare.sums import COLUMNS, SUMS, VehicleSums
 from scenarios.grading import track
 from sensor_model.truth import NO_ACTOR
 
-FRAMES = 12
 LIMIT = {"THRESHOLD": 0.5, "PRINT_CONFIG": False}
 RATES = {
     "track.missed_rate": "track.missed",
@@ -23,28 +23,6 @@ RATES = {
 NAMED_AS_IN_A_RESULT = [
     headline for headline in HEADLINES if headline.name not in {*RATES, "track.heading_unflipped_mean_deg"}
 ]
-
-
-def random_sequence(seed, vehicles, tracks):
-    """Vehicles and tracks that come and go, with overlaps that often lie right on one of HOTA's limits."""
-    rng = np.random.default_rng(seed)
-
-    def some(count):
-        return np.flatnonzero(rng.random(count) < 0.7)
-
-    gt, seen = [some(vehicles) for _ in range(FRAMES)], [some(tracks) for _ in range(FRAMES)]
-    gt[0], seen[0] = np.arange(vehicles), np.arange(tracks)  # everyone is there once, as in a run
-    overlap = [np.round(rng.random((len(g), len(s))) * 20) / 20 for g, s in zip(gt, seen, strict=True)]
-    return {
-        "num_timesteps": FRAMES,
-        "num_gt_ids": vehicles,
-        "num_tracker_ids": tracks,
-        "num_gt_dets": sum(map(len, gt)),
-        "num_tracker_dets": sum(map(len, seen)),
-        "gt_ids": gt,
-        "tracker_ids": seen,
-        "similarity_scores": overlap,
-    }
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.frames import Body, Scripted, follow, grade_run
+from support.sequences import random_sequence
 from trackeval.metrics import CLEAR
 
 from scenarios.grading.switches import switches
 
 VISIBLE = 1.0
-FRAMES = 12
 
 
 def counts(track_ids, visible=(), points=(), absent=()):
@@ -58,23 +58,7 @@ def test_without_vehicles_there_is_a_reason():
 @settings(deadline=None, max_examples=60)
 def test_there_are_as_many_switches_as_trackeval_counts(seed, vehicles, tracks):
     """Random overlaps with vehicles and tracks that come and go."""
-    rng = np.random.default_rng(seed)
-
-    def some(count):
-        return np.flatnonzero(rng.random(count) < 0.7)
-
-    gt, seen = [some(vehicles) for _ in range(FRAMES)], [some(tracks) for _ in range(FRAMES)]
-    overlap = [np.round(rng.random((len(g), len(s))), 1) for g, s in zip(gt, seen, strict=True)]
-    data = {
-        "num_timesteps": FRAMES,
-        "num_gt_ids": vehicles,
-        "num_tracker_ids": tracks,
-        "num_gt_dets": sum(map(len, gt)),
-        "num_tracker_dets": sum(map(len, seen)),
-        "gt_ids": gt,
-        "tracker_ids": seen,
-        "similarity_scores": overlap,
-    }
+    data = random_sequence(seed, vehicles, tracks)
     expected = CLEAR({"THRESHOLD": 0.5, "PRINT_CONFIG": False}).eval_sequence(data)["IDSW"]
     assert len(switches(data, 0.5)) == expected
 

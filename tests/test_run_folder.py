@@ -218,3 +218,10 @@ def test_a_run_without_recording_says_how_to_get_one(tmp_path):
     write_run(tmp_path / "run")
     with pytest.raises(OutputError, match="without --no-recording"):
         run_folder.recording(tmp_path / "run")
+
+
+def test_runs_are_found_wherever_they_are_but_not_what_killed_ones_left(tmp_path):
+    for place in ("street-seed1", "urban/street-seed2", "urban/.street-seed3.host-1-00000000.partial"):
+        write_run(tmp_path / place)
+    assert run_folder.found_in(tmp_path) == [tmp_path / "street-seed1", tmp_path / "urban" / "street-seed2"]
+    assert run_folder.found_in(tmp_path / "street-seed1") == [tmp_path / "street-seed1"]

@@ -5,14 +5,13 @@ difference of two versions of the file tells which runs have changed. Equal runs
 """
 
 import json
-import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from scenarios import whole_folder
+from scenarios import whole_file, whole_folder
 from scenarios.compare.digest import Expectation, Key, RunDigest
 from scenarios.compare.matching import ALPHAS
 from scenarios.compare.sums import SUMS, VehicleSums
@@ -35,13 +34,11 @@ def write(path: Path, runs: list[RunDigest]) -> None:
     """
     documents = [HEADER, *(_document(run) for run in sorted(runs, key=lambda run: run.key))]
     lines = [json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) for document in documents]
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        temporary.replace(path)
+        with whole_file.create(path) as temporary:
+            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise whole_folder.cannot_write(path, "--out", error) from error
 
 

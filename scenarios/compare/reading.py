@@ -41,9 +41,7 @@ def read_runs(folder: Path) -> Side:
     if not folder.is_dir():
         raise OutputError(f"{folder}: no such folder; give one that holds runs of luxloop run or pytest")
     unfinished = sorted(path.name for path in folder.rglob(".*.partial"))
-    found = sorted(path.parent for path in folder.rglob(run_folder.RESULT))
-    whole = [run for run in found if not any(part.startswith(".") for part in run.relative_to(folder).parts)]
-    return _side(folder, [(read_run(run), run) for run in whole], unfinished)
+    return _side(folder, [(read_run(run), run) for run in run_folder.found_in(folder)], unfinished)
 
 
 def _side(path: Path, runs: list[tuple[RunDigest, Path]], unfinished: list[str]) -> Side:

@@ -12,6 +12,7 @@ from scenarios.grading.geometry import CORNER_SIGNS, Floats, corner, into_frame
 from scenarios.html.figure import Figure, draw
 from scenarios.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE, RED, SKY
 from scenarios.result import Result
+from scenarios.worst import IDENTITIES
 from sensor_model.truth import NO_ACTOR
 
 NAMES = {
@@ -58,7 +59,7 @@ def kind_of(metric: str) -> str:
         return "fit_heading"
     if metric.startswith("track.heading"):
         return "track_heading"
-    return "identity" if any(word in metric for word in ("switches", "fragments", "survival")) else "detection"
+    return "identity" if metric.removeprefix("track.") in IDENTITIES else "detection"
 
 
 def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:

@@ -5,6 +5,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from scenarios import whole_file
 from scenarios.errors import OutputError
 from scenarios.grading.metrics import REGISTRY
 from scenarios.html.palette import TONES
@@ -25,7 +26,7 @@ def render(template: str, **values: Any) -> str:
 
 
 def write(out: Path, page: str) -> None:
-    """Write a page.
+    """Write a page; it appears as a whole or not at all.
 
     Raises
     ------
@@ -34,6 +35,7 @@ def write(out: Path, page: str) -> None:
     """
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(page, encoding="utf-8")
+        with whole_file.create(out) as temporary:
+            temporary.write_text(page, encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{out}: cannot write there ({error.strerror}); choose another file with --out") from error

@@ -7,7 +7,7 @@ from pathlib import Path
 from scenarios import listing, run_folder
 from scenarios.device import SHIPPED
 from scenarios.expect import Check, Limit, Outcome, Verdict, check, verdict
-from scenarios.report_cells import value_of
+from scenarios.report_cells import unit_of, value_of
 from scenarios.result import Metric, Result
 from scenarios.worst import WorstFrame, worst_frames
 
@@ -21,7 +21,6 @@ HEADLINES = {
     "perf.realtime_factor": "x real time",
 }
 """Metrics that a run is known by, and what they are called where there is little room."""
-
 
 ATTENTION: tuple[Outcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
 """In this order expectations are listed."""
@@ -114,8 +113,7 @@ def _device_options(device: str) -> str:
 
 def with_unit(metric: Metric) -> str:
     """The value and its unit."""
-    unit = "" if metric.unit in ("1", "count") or metric.value is None else f" {metric.unit}"
-    return value_of(metric) + unit
+    return value_of(metric) + ("" if metric.value is None else unit_of(metric))
 
 
 def interval(metric: Metric) -> str:

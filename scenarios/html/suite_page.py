@@ -52,7 +52,7 @@ def find_runs(folder: Path) -> list[Path]:
     OutputError
         There is none.
     """
-    runs = sorted(path.parent for path in folder.rglob(run_folder.RESULT))
+    runs = run_folder.found_in(folder)
     if not runs:
         raise OutputError(f"{folder}: no run in it; give the folder of a run, or one of runs")
     return runs

@@ -11,7 +11,6 @@
 Times are the run's, from 0; nothing depends on when the file is written.
 """
 
-import secrets
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy.typing as npt
 import pandas as pd
 from mcap_ros2.writer import Writer
 
+from scenarios import whole_file
 from scenarios.errors import OutputError
 from scenarios.grading.geometry import into_frame
 from scenarios.mcap.definitions import definition, full_name
@@ -55,20 +55,20 @@ def export(run: RecordedRun, path: Path) -> int:
         raise OutputError(f"{path}: is there already; choose another file")
     scans = run.scans()
     tracks = dict(list(run.result.tables["tracks"].groupby("frame")))
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
     try:
-        with partial.open("wb") as stream, Writer(stream, chunk_size=CHUNK_BYTES) as writer:
+        with (
+            whole_file.create(path) as temporary,
+            temporary.open("wb") as stream,
+            Writer(stream, chunk_size=CHUNK_BYTES) as writer,
+        ):
             types = (CLOUD, BOXES, TRANSFORM)
             schemas = {name: writer.register_msgdef(full_name(name), definition(name)) for name in types}
             for frame, scan, truth in scans:
                 time_ns = nanoseconds(frame.time)
                 for topic, name, message in _messages(time_ns, frame, scan, truth, tracks.get(frame.index)):
                     writer.write_message(topic, schemas[name], message, log_time=time_ns, sequence=frame.index)
-        partial.rename(path)
     except OSError as error:
         raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another file") from error
-    finally:
-        partial.unlink(missing_ok=True)
     return len(scans)
 
 

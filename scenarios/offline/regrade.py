@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from scenarios import device
+from scenarios import device, warm_up
 from scenarios.device import Device, DeviceFactory
 from scenarios.errors import ScenarioError
 from scenarios.grading import grader
@@ -25,9 +25,6 @@ from scenarios.trace import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
 """Of `PACKAGES`: no part of grading."""
-
-WARM_UP_FRAMES = 3
-"""Enough for a track to be started, followed and confirmed or not."""
 
 
 class Regrader:
@@ -87,7 +84,7 @@ class Regrader:
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
         throw_away = make_device(config)
-        for _, (frame, scan, truth) in zip(range(WARM_UP_FRAMES), scans, strict=False):
+        for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
             device.tell_truth(throw_away, frame, truth)
             device.step(throw_away, scan)
         return self._over(scans, make_device(config), name, timed=True)

@@ -1,0 +1,27 @@
+"""Sequences as trackeval takes them, drawn at random."""
+
+import numpy as np
+
+FRAMES = 12
+
+
+def random_sequence(seed, vehicles, tracks):
+    """Vehicles and tracks that come and go, with overlaps that often lie right on one of HOTA's limits."""
+    rng = np.random.default_rng(seed)
+
+    def some(count):
+        return np.flatnonzero(rng.random(count) < 0.7)
+
+    gt, seen = [some(vehicles) for _ in range(FRAMES)], [some(tracks) for _ in range(FRAMES)]
+    gt[0], seen[0] = np.arange(vehicles), np.arange(tracks)  # everyone is there once, as in a run
+    overlap = [np.round(rng.random((len(g), len(s))) * 20) / 20 for g, s in zip(gt, seen, strict=True)]
+    return {
+        "num_timesteps": FRAMES,
+        "num_gt_ids": vehicles,
+        "num_tracker_ids": tracks,
+        "num_gt_dets": sum(map(len, gt)),
+        "num_tracker_dets": sum(map(len, seen)),
+        "gt_ids": gt,
+        "tracker_ids": seen,
+        "similarity_scores": overlap,
+    }
