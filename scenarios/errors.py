@@ -2,6 +2,7 @@
 
 - `InputError`, of which there are
     - `ScenarioError`: the scenario file
+    - `StudyError`: the study file
     - `DeviceError`: the tracker named by --tracker
     - `OutputError`: the folder of results
 """
@@ -13,6 +14,10 @@ class InputError(Exception):
 
 class ScenarioError(InputError):
     """No such scenario, or its file is wrong."""
+
+
+class StudyError(InputError):
+    """The study file is wrong, or names what is not there."""
 
 
 class DeviceError(InputError):

@@ -115,7 +115,19 @@ class Scenario(BaseModel):
         ScenarioError
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
-        document = _read(path) | dict(overrides or {})
+        return cls.of(read(path) | dict(overrides or {}), path)
+
+    @classmethod
+    def of(cls, document: dict[str, Any], path: Path) -> Self:
+        """Make a scenario of what stands in its file, or would.
+
+        `path` gives it its name, and its folder is where the paths in it start.
+
+        Raises
+        ------
+        ScenarioError
+            A key is missing, unknown, or of a wrong type or value.
+        """
         try:
             # By way of JSON, whose strict mode takes lists for tuples and texts for paths, but no "12" for 12.
             scenario = cls.model_validate_json(json.dumps(document, default=str))
@@ -145,7 +157,14 @@ def schema_text() -> str:
     return json.dumps(Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read(path: Path) -> dict[str, Any]:
+    """Return what stands in a scenario file, unchecked.
+
+    Raises
+    ------
+    ScenarioError
+        The file is missing, or is not TOML.
+    """
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

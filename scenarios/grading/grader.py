@@ -120,7 +120,7 @@ class Grader:
         mma.grade(sheet, tracks, config.nees_confidence)
         modes.grade(sheet, tracks)
         track.grade(sheet, truth, tracks, table["overlaps"], config)
-        occlusion.grade(sheet, truth, config)
+        occlusion.grade(sheet, truth, tracks, config)
         return sheet.metrics
 
 

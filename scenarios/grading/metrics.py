@@ -129,6 +129,8 @@ def _track() -> Iterator[Definition]:
     yield Definition("track.false", "count", "tracks on no actor or doubled, summed over frames (CLEAR)")
     yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles that their track's id outlived")
     yield Definition("track.hidden_2s_survival", "1", "the same of occlusions of at most 2 s")
+    yield Definition("track.reacquire_s", "s", "mean time until a vehicle that was hidden is followed again")
+    yield Definition("track.reappearance_error_m", "m", "mean distance of its track's centre from the true one, then")
     yield Definition("track.heading_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving vehicles")
     yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
 
