@@ -2,9 +2,16 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from scenarios.compare import command as compare
+from scenarios.offline import commands
+from scenarios.oracle.stage import Stage
+
+if TYPE_CHECKING:
+    from scenarios.result import Result
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
@@ -43,8 +50,15 @@ def run(
     tracker: Annotated[
         str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/device.py.")
     ] = None,
+    oracle: Annotated[
+        list[Stage] | None,
+        typer.Option(help="Replace this stage of the shipped tracker by the truth; repeat for more."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+    record_scans: Annotated[
+        bool, typer.Option("--record-scans", help="Keep the scans and their truth with the run, for luxloop grade.")
+    ] = False,
     dataset_to: Annotated[
         Path | None, typer.Option("--dataset", metavar="DIR", help="Write scans and labels into this new folder, too.")
     ] = None,
@@ -52,15 +66,18 @@ def run(
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
 
-    from scenarios import device, listing, report, run_folder
+    from scenarios import listing, report, run_folder
     from scenarios.execute import execute, usual_folder
+    from scenarios.oracle.factory import choose
     from scenarios.scenario import Scenario
 
     overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
     chosen = Scenario.load(listing.find(scenario), overrides)
-    make_device = device.load(tracker or device.SHIPPED)
-    out = out or usual_folder(chosen)
-    outcome = execute(chosen, make_device, out, record=not no_recording, dataset_to=dataset_to)
+    make_device = choose(tracker, oracle or [])
+    out = out or usual_folder(chosen, oracle or [])
+    outcome = execute(
+        chosen, make_device, out, record=not no_recording, record_scans=record_scans, dataset_to=dataset_to
+    )
     result, code = outcome.result, 0 if outcome.verdict == "passed" else 1
     if as_json:
         print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
@@ -70,9 +87,36 @@ def run(
         if dataset_to:
             print(f"The data set is in {dataset_to}")
     if not result.complete:
-        remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
-        kept = f"the {result.frames} frames until then are in {out}, marked incomplete"
-        code = _complain(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)
+        code = _complain_of_the_end(result, f"the {result.frames} frames until then are in {out}, marked incomplete")
+    raise typer.Exit(code)
+
+
+@app.command()
+def blame(
+    scenario: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="A name from `luxloop list`, or the path of a .toml file.")
+    ],
+    seed: Annotated[int | None, typer.Option(help="Seed of traffic and noise, instead of the scenario's.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Simulated seconds, instead of the scenario's.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON, and nothing else.")] = False,
+) -> None:
+    """Tell which stage of the shipped tracker costs what, by putting the truth in the place of each in turn."""
+    import json
+
+    from scenarios import listing, report
+    from scenarios.blame import document, find_out
+    from scenarios.report_blame import tell
+    from scenarios.scenario import Scenario
+
+    overrides = {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
+    found = find_out(Scenario.load(listing.find(scenario), overrides))
+    if as_json:
+        print(json.dumps(document(found), allow_nan=False))
+    else:
+        report.show(tell(found))
+    code, result = 0, found.shipped
+    if not result.complete:
+        code = _complain_of_the_end(result, f"the figures are of the {result.frames} frames until then")
     raise typer.Exit(code)
 
 
@@ -98,6 +142,10 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
+for command in (compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap):
+    app.command()(command)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
@@ -121,6 +169,9 @@ def main(arguments: list[str] | None = None) -> int:
 INTERRUPTED = 130
 """What typer makes of Ctrl-C."""
 
+LONGEST_LINE = 1000
+"""Letters. All environments of highway-env take 600; of what is longer, beginning and end tell the most."""
+
 UNKNOWN = -1
 """For errors that are ours to mend."""
 
@@ -140,7 +191,16 @@ def _exit_code(error: BaseException) -> int:
     return INTERRUPTED if isinstance(error, KeyboardInterrupt) else UNKNOWN
 
 
+def _complain_of_the_end(result: "Result", kept: str) -> int:
+    """Say why a run ended early, and what is left of it."""
+    remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
+    return _complain(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)
+
+
 def _complain(message: str, code: int) -> int:
-    """Say it in one line, whatever a simulator put into the message."""
-    print(f"luxloop: error: {' '.join(message.split())}", file=sys.stderr)
+    """Say it in one line that can be read, whatever a simulator or a file put into the message."""
+    line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
+    if len(line) > LONGEST_LINE:
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
+    print(f"luxloop: error: {line}", file=sys.stderr)
     return code

@@ -3,6 +3,8 @@
 - `scans.parquet`: a row per frame
 - `points.parquet`: a row per point, with its truth
 - `labels.parquet`: a row per actor and frame
+- `hits.parquet`: a row per actor, frame and unit
+- `losses.parquet`: a row per beam without an echo
 - `summary.json`: where it comes from, and the paper's table I of it
 - `README.md`: what every column means
 
@@ -21,7 +23,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from scenarios import whole_folder
-from scenarios.dataset_columns import FILES, Column, Values, label_values, point_values, readme, scan_values
+from scenarios.dataset_columns import FILES, Column, Values, readme
+from scenarios.dataset_rows import rows_of
 from scenarios.errors import OutputError
 from scenarios.grading.frame import FrameGrade
 from scenarios.result import Result
@@ -37,10 +40,11 @@ FRAMES_AT_ONCE = 64
 
 
 class DatasetWriter:
-    """Writes a data set into a folder, frame by frame."""
+    """Writes a data set into a folder, frame by frame; `option` of the command line chose it, for complaints."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, option: str = OPTION) -> None:
         self._folder = folder
+        self._option = option
         self._tables = {name: _Table(folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
@@ -52,11 +56,10 @@ class DatasetWriter:
             The disk is full, or the like.
         """
         try:
-            self._tables["scans"].add(scan_values(frame, scan))
-            self._tables["points"].add(point_values(frame, scan, truth))
-            self._tables["labels"].add(label_values(frame, truth, grade))
+            for name, rows in rows_of(frame, scan, truth, grade).items():
+                self._tables[name].add(rows)
         except OSError as error:
-            raise whole_folder.cannot_write(self._folder, OPTION, error) from error
+            raise whole_folder.cannot_write(self._folder, self._option, error) from error
 
     def finish(self, result: Result) -> None:
         """Write what is left of the frames, and the summary of the run.
@@ -72,7 +75,7 @@ class DatasetWriter:
             text = json.dumps(summary(result), indent=2, ensure_ascii=False, allow_nan=False)
             (self._folder / "summary.json").write_text(text + "\n", encoding="utf-8")
         except OSError as error:
-            raise whole_folder.cannot_write(self._folder, OPTION, error) from error
+            raise whole_folder.cannot_write(self._folder, self._option, error) from error
 
     def close(self) -> None:
         """Close all files; twice is not once too often."""
@@ -138,13 +141,25 @@ def create(out: Path, run: Path) -> Iterator[DatasetWriter]:
     places = [Path(os.path.realpath(folder)) for folder in (out, run)]
     if places[0].is_relative_to(places[1]) or places[1].is_relative_to(places[0]):
         raise OutputError(f"{out}: is in the folder of the run, {run}, or around it; choose another with {OPTION}")
-    with whole_folder.create(out, OPTION, _refuse_what_exists) as folder:
-        writer = DatasetWriter(folder)
-        try:
-            yield writer
-        finally:
-            with suppress(OSError):  # files that are still open are thrown away: something failed before `finish`
-                writer.close()
+    with whole_folder.create(out, OPTION, _refuse_what_exists) as folder, write_into(folder, OPTION) as writer:
+        yield writer
+
+
+@contextmanager
+def write_into(folder: Path, option: str) -> Iterator[DatasetWriter]:
+    """Give a writer into an empty folder, which is somebody else's to keep or to throw away.
+
+    Raises
+    ------
+    OutputError
+        As `DatasetWriter.add`.
+    """
+    writer = DatasetWriter(folder, option)
+    try:
+        yield writer
+    finally:
+        with suppress(OSError):  # files that are still open are thrown away: something failed before `finish`
+            writer.close()
 
 
 def _refuse_what_exists(out: Path) -> None:

@@ -1,19 +1,17 @@
-"""What the files of a data set hold: every column with its type, unit and meaning, and its values of one frame."""
+"""What the files of a data set hold: every column with its type, unit and meaning."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
+import pyarrow.compute as pc
 
-from scenarios.grading.frame import FrameGrade
-from scenarios.grading.geometry import corner, into_frame, nearest_sign
 from scenarios.grading.tables import VIEW_NAMES
 from scenarios.result import Result
-from sensor_model.truth import Cause, Part, ScanTruth
-from sim.world import Kind, WorldFrame
+from sensor_model.truth import Cause, Loss, Part
+from sim.world import Kind
 from tracker.records import MODELS
-from tracker.scan import Scan
 
 Values = dict[str, npt.NDArray[Any]]
 
@@ -23,7 +21,7 @@ class Column(NamedTuple):
 
     name: str
     kind: type | tuple[str, ...]
-    """Number type, or the names of an enumeration in the order of their codes."""
+    """Number type, str, or the names of an enumeration in the order of their codes."""
     unit: str
     meaning: str
 
@@ -32,6 +30,8 @@ class Column(NamedTuple):
         """Arrow's type."""
         if isinstance(self.kind, tuple):
             return pa.dictionary(pa.int8(), pa.string())
+        if self.kind is str:
+            return pa.string()
         return pa.from_numpy_dtype(np.dtype(self.kind))
 
     @property
@@ -43,7 +43,14 @@ class Column(NamedTuple):
         """Arrow's array of values, enumerations as codes."""
         if isinstance(self.kind, tuple):
             return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int8)), pa.array(self.kind))
-        return pa.array(values.astype(self.kind))
+        return pa.array(values.astype(self.kind), self.type)
+
+    def values(self, array: pa.Array) -> npt.NDArray[Any]:
+        """Undo `array`: enumerations as codes (int8), texts as `np.str_`; the memory is one's own."""
+        if isinstance(self.kind, tuple):
+            codes = pc.index_in(array.cast(pa.string()), pa.array(self.kind))
+            return np.array(codes, dtype=np.int8)
+        return np.array(array, dtype=np.str_ if self.kind is str else self.kind)
 
 
 def _names(enumeration: Any) -> tuple[str, ...]:
@@ -60,7 +67,15 @@ SCANS = (
     Column("ego_yaw_world_rad", np.float64, "rad", "true heading of the ego, counter-clockwise from east"),
     Column("ego_vx_world_mps", np.float64, "m/s", "true velocity of the ego, east"),
     Column("ego_vy_world_mps", np.float64, "m/s", "the same, north"),
+    Column("ego_ax_world_mps2", np.float64, "m/s^2", "true acceleration of the ego, east"),
+    Column("ego_ay_world_mps2", np.float64, "m/s^2", "the same, north"),
     Column("ego_yaw_rate_radps", np.float64, "rad/s", "true yaw rate of the ego, counter-clockwise"),
+    Column("ego_length_m", np.float64, "m", "length of the ego's box"),
+    Column("ego_width_m", np.float64, "m", "width of the ego's box"),
+    Column("ego_height_m", np.float64, "m", "height of the ego's box"),
+    Column("ego_changes_lane", np.bool_, "", "the simulator lets the ego jump to the next lane about now"),
+    Column("ego_deviation_along_m", np.float64, "m", "how far the ego is ahead of where the simulator has it"),
+    Column("ego_deviation_across_m", np.float64, "m", "the same, to the left"),
     Column("odom_x_m", np.float64, "m", "where odometry has the ego, along the x axis of the first frame's ego"),
     Column("odom_y_m", np.float64, "m", "the same, along its y axis"),
     Column("odom_yaw_rad", np.float64, "rad", "heading of the ego by odometry, 0 in the first frame"),
@@ -87,6 +102,7 @@ POINTS = (
 LABELS = (
     FRAME,
     Column("actor_id", np.int64, "", "who, the same in all frames: the track's true id"),
+    Column("name", str, "", "what the traffic simulator calls it"),
     Column("kind", _names(Kind), "", "what it is"),
     Column("graded", np.bool_, "", "an observation: a vehicle near enough with enough points, counted in the summary"),
     Column("x_ego_m", np.float64, "m", "box centre at the frame's time, forward of the ego's"),
@@ -103,69 +119,39 @@ LABELS = (
     Column("corner_front", np.bool_, "", "whether that is a front corner"),
     Column("corner_left", np.bool_, "", "whether that is a left corner"),
     Column("view", VIEW_NAMES, "", "which sides of it returned points"),
+    Column("faces", np.uint8, "", "the same as bits: 1 front, 2 left, 4 rear, 8 right"),
     Column("points", np.int32, "", "points on it"),
     Column("visible_fraction", np.float64, "", "rays that meet it, of those that would, were it alone"),
     Column("vx_world_mps", np.float64, "m/s", "velocity of the box centre, east"),
     Column("vy_world_mps", np.float64, "m/s", "the same, north"),
+    Column("ax_world_mps2", np.float64, "m/s^2", "acceleration of the box centre, east"),
+    Column("ay_world_mps2", np.float64, "m/s^2", "the same, north"),
+    Column("yaw_rate_radps", np.float64, "rad/s", "yaw rate, counter-clockwise"),
     Column("mode", MODELS, "", "how it moves: standing, at constant velocity, accelerating (turns included)"),
     Column("articulation_rad", np.float64, "rad", "of a bent truck: tractor against trailer, whose the box is"),
+    Column("changes_lane", np.bool_, "", "the simulator lets it jump to the next lane about now"),
+    Column("deviation_along_m", np.float64, "m", "how far it is ahead of where the simulator has it"),
+    Column("deviation_across_m", np.float64, "m", "the same, to the left"),
+    Column("reflectivity", np.float64, "", "of its paint, diffuse, 0 to 1"),
 )
 
-FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS}
+HITS = (
+    FRAME,
+    Column("actor_id", np.int64, "", "as in the labels"),
+    Column("unit", np.uint8, "", "number of the LIDAR in the rig"),
+    Column("hits", np.int32, "", "its rays that end on the actor, before any loss or noise"),
+    Column("hits_alone", np.int32, "", "its rays that would, were the actor alone on the ground"),
+)
+
+LOSSES = (
+    FRAME,
+    Column("unit", np.uint8, "", "number of the LIDAR in the rig"),
+    Column("beam", np.int32, "", "number of its beam that has no echo of what it met"),
+    Column("cause", _names(Loss), "", "why it has none"),
+)
+
+FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS, "hits": HITS, "losses": LOSSES}
 """Columns of each file."""
-
-
-def scan_values(frame: WorldFrame, scan: Scan) -> Values:
-    """One row of `SCANS`."""
-    ego = frame.ego
-    row = [
-        frame.index, frame.time, *ego.pose_world, *ego.velocity_world, ego.yaw_rate, *scan.ego_pose_odom, len(scan),
-    ]  # fmt: skip
-    return {column.name: np.array([value]) for column, value in zip(SCANS, row, strict=True)}
-
-
-def point_values(frame: WorldFrame, scan: Scan, truth: ScanTruth) -> Values:
-    """Rows of `POINTS` of one frame."""
-    return {
-        "frame": np.full(len(scan), frame.index),
-        **dict(zip(("x_ego_m", "y_ego_m", "z_ego_m"), scan.points_ego.T, strict=True)),
-        "time_offset_s": scan.time_offset,
-        "unit": scan.unit,
-        "layer": scan.layer,
-        "echo": scan.echo,
-        "echo_pulse_width_m": scan.echo_pulse_width,
-        "flags": scan.flags,
-        "actor_id": truth.actor_id,
-        "part": truth.part,
-        "cause": truth.cause,
-        "true_range_m": truth.true_range,
-    }
-
-
-def label_values(frame: WorldFrame, truth: ScanTruth, grade: FrameGrade) -> Values:
-    """Rows of `LABELS` of one frame."""
-    actors = frame.actors
-    pose_ego = into_frame(actors.pose_world, frame.ego.pose_world)
-    boxes_ego = np.column_stack([pose_ego, actors.size[:, :2]])
-    sign = nearest_sign(boxes_ego)
-    return {
-        "frame": np.full(len(actors), frame.index),
-        "actor_id": actors.id,
-        "kind": actors.kind,
-        "graded": grade.graded,
-        **dict(zip(("x_ego_m", "y_ego_m", "heading_ego_rad"), pose_ego.T, strict=True)),
-        **dict(zip(("x_world_m", "y_world_m", "heading_world_rad"), actors.pose_world.T, strict=True)),
-        **dict(zip(("length_m", "width_m", "height_m"), actors.size.T, strict=True)),
-        **dict(zip(("corner_x_ego_m", "corner_y_ego_m"), corner(boxes_ego, sign).T, strict=True)),
-        "corner_front": sign[:, 0] > 0,
-        "corner_left": sign[:, 1] > 0,
-        "view": truth.view,
-        "points": grade.points,
-        "visible_fraction": truth.visible_fraction,
-        **dict(zip(("vx_world_mps", "vy_world_mps"), actors.velocity_world.T, strict=True)),
-        "mode": actors.mode,
-        "articulation_rad": actors.articulation,
-    }
 
 
 def readme(result: Result) -> str:
@@ -187,4 +173,6 @@ def readme(result: Result) -> str:
 
 
 def _type_name(column: Column) -> str:
-    return " / ".join(column.kind) if isinstance(column.kind, tuple) else np.dtype(column.kind).name
+    if isinstance(column.kind, tuple):
+        return " / ".join(column.kind)
+    return "text" if column.kind is str else np.dtype(column.kind).name

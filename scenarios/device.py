@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
+import numpy as np
+
 from scenarios.errors import DeviceError
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
@@ -71,6 +73,12 @@ def load(spec: str) -> DeviceFactory:
     return factory  # type: ignore[no-any-return]
 
 
+def name_of(make_device: DeviceFactory) -> str:
+    """`MODULE:NAME` of a class or function; what else makes devices says itself what they are."""
+    name = getattr(make_device, "__qualname__", None)
+    return f"{make_device.__module__}:{name}" if name else str(make_device)
+
+
 def tell_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
     """Let an oracle see the truth of the scan that comes next; trackers hear nothing."""
     see_truth = getattr(device, "see_truth", None)
@@ -84,13 +92,21 @@ def step(device: Device, scan: Scan) -> tuple[Tracks, StepTrace | None]:
     Raises
     ------
     DeviceError
-        It returned something else than tracks.
+        It returned something else than tracks, or two tracks of one id, on which no metric has a meaning.
     """
+    name = f"{type(device).__module__}:{type(device).__qualname__}"
+    trace: StepTrace | None = None
     match device.step(scan):
         case Tracks() as tracks:
-            return tracks, None
+            pass
         case (Tracks() as tracks, StepTrace() as trace):
-            return tracks, trace
+            pass
         case other:
-            name = f"{type(device).__module__}:{type(device).__qualname__}"
             raise DeviceError(f"{name}.step returned {type(other).__name__}; return Tracks or (Tracks, StepTrace)")
+    ids = np.sort(tracks.id)
+    if (twice := ids[1:][ids[1:] == ids[:-1]]).size:
+        raise DeviceError(
+            f"{name}.step gave id {twice[0]} to two tracks of the scan at {scan.time:.2f} s; give each its own "
+            "(luxloop check-tracker tells more)"
+        )
+    return tracks, trace

@@ -5,6 +5,7 @@
     - `StudyError`: the study file
     - `DeviceError`: the tracker named by --tracker
     - `OutputError`: the folder of results
+    - `TracksError`: a file of tracks
 """
 
 
@@ -26,3 +27,7 @@ class DeviceError(InputError):
 
 class OutputError(InputError):
     """Results cannot be written, or what should be results is none."""
+
+
+class TracksError(InputError):
+    """A file of tracks cannot be read, or breaks the layout."""

@@ -1,16 +1,22 @@
 """One run from file to folder: what `luxloop run`, pytest, blame and sweeps have in common."""
 
-from contextlib import nullcontext
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import RenderableType
 
 from scenarios import dataset, loop, report, run_folder
+from scenarios.dataset import DatasetWriter
 from scenarios.device import DeviceFactory
 from scenarios.expect import Check, Verdict, check, verdict
+from scenarios.grading.frame import FrameGrade
 from scenarios.result import Result
 from scenarios.scenario import Scenario
+from sensor_model.truth import ScanTruth
+from sim.world import WorldFrame
+from tracker.scan import Scan
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +36,10 @@ class Outcome:
         return verdict(self.checks, self.result.complete)
 
 
-def usual_folder(scenario: Scenario, runs: Path = Path("runs")) -> Path:
-    """Where a run goes if nobody says otherwise."""
-    return runs / f"{scenario.name}-seed{scenario.seed}"
+def usual_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
+    """Where a run goes if nobody says otherwise; one with oracles does not replace the tracker's own."""
+    oracle = ["oracle", *oracles] if oracles else []
+    return runs / "-".join([f"{scenario.name}-seed{scenario.seed}", *oracle])
 
 
 def execute(
@@ -41,6 +48,7 @@ def execute(
     out: Path,
     *,
     record: bool = True,
+    record_scans: bool = False,
     dataset_to: Path | None = None,
 ) -> Outcome:
     """Run a scenario, grade it, and write its folder.
@@ -53,6 +61,8 @@ def execute(
         The folder; an earlier run there is replaced.
     record
         Whether to write a recording.
+    record_scans
+        Whether the folder also holds the scans and their truth, as a data set, for `luxloop grade`.
     dataset_to
         Folder of a data set, see `scenarios.dataset`.
 
@@ -63,12 +73,23 @@ def execute(
     Exception
         As `scenarios.loop.run`; then nothing is written.
     """
-    with run_folder.create(out) as folder, dataset.create(dataset_to, out) if dataset_to else nullcontext() as writer:
+    with ExitStack() as stack:
+        folder = stack.enter_context(run_folder.create(out))
+        writers: list[DatasetWriter] = []
+        if dataset_to:
+            writers.append(stack.enter_context(dataset.create(dataset_to, out)))
+        if record_scans:
+            writers.append(stack.enter_context(run_folder.scans(folder)))
+
+        def export(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
+            for writer in writers:
+                writer.add(frame, scan, truth, grade)
+
         record_to = folder / run_folder.RECORDING if record else None
-        result = loop.run(scenario, make_device, record_to, writer.add if writer else None)
+        result = loop.run(scenario, make_device, record_to, export if writers else None)
         checks = check(result.metrics, scenario.expect)
         printed = report.report(result, checks)
-        run_folder.write(folder, result, checks, report.as_text(printed))
-        if writer:
+        for writer in writers:
             writer.finish(result)
+        run_folder.write(folder, result, checks, report.as_text(printed))
     return Outcome(result, checks, printed, out)

@@ -89,7 +89,7 @@ def check_unit(name: str, limit: Limit) -> None:
         It is another one.
     """
     if limit.unit and limit.unit != METRICS[name]:
-        raise ValueError(f'{name} is in "{METRICS[name]}", not in "{limit.unit}"; convert the limit')
+        raise ValueError(f'"{name}".unit = "{limit.unit}": it is in "{METRICS[name]}"; convert the limit')
 
 
 def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit]) -> list[Check]:

@@ -1,6 +1,7 @@
 """One line for people from what pydantic finds wrong with a scenario file."""
 
 import json
+import math
 from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Any
@@ -14,6 +15,8 @@ Key = tuple[str | int, ...]
 UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}
 LONGEST_VALUE = 60
+SMALLEST, LARGEST = 1e-12, 1e12
+"""Of numbers other than 0, in whatever unit: no quantity of road traffic lies beyond, and their products are finite."""
 
 
 def explain(error: ValidationError, document: Json, schema: Json) -> str:
@@ -47,6 +50,17 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
     value = _value(document, key)
     # A table fails as a whole by a rule over several of its keys; the remedy then names them.
     return f"{_dotted(key)}: {remedy}" if isinstance(value, dict) else f"{_dotted(key)} = {_short(value)}: {remedy}"
+
+
+def implausible(value: Any, key: Key = ()) -> str:
+    """Name the first number that is too large, too small or none; empty if all are plausible."""
+    if isinstance(value, dict | list):
+        children = value.items() if isinstance(value, dict) else enumerate(value)
+        return next((wrong for step, child in children if (wrong := implausible(child, (*key, step)))), "")
+    if not isinstance(value, int | float) or value == 0 or SMALLEST <= abs(value) <= LARGEST:
+        return ""
+    size = f"0, or a number from {SMALLEST:g} to {LARGEST:g} in size" if math.isfinite(value) else "a finite number"
+    return f"{_dotted(key)} = {_short(value)}: should be {size}"
 
 
 def _most_telling(errors: list[ErrorDetails]) -> ErrorDetails:

@@ -25,7 +25,7 @@ from scenarios.speed import RECORDING, Stopwatch
 from scenarios.trace import TraceHash
 from scenarios.warm_up import warm_up
 from sensor_model.lidar import Lidar
-from sensor_model.rig import Rig, load_rig
+from sensor_model.rig import Rig, RigError, load_rig
 from sensor_model.truth import ScanTruth
 from sim.apart import AHEAD, ApartSource
 from sim.highway.config import HighwayTraffic
@@ -64,14 +64,14 @@ def run(
 
     Raises
     ------
-    RigError, ScenarioError
+    ScenarioError
         What the scenario names does not exist or is out of range.
     SimulatorFailedError, TrafficEndedError
         There was not a single frame. Traffic that fails or ends later makes an incomplete result.
     DeviceError
         The tracker returned no tracks.
     """
-    rig = load_rig(str(scenario.rig), scenario.folder)
+    rig = _rig(scenario)
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
     end: TrafficError | None = None
     with closing(_source(scenario, rig)) as source:
@@ -116,6 +116,14 @@ def run(
         config=_effective_config(scenario, rig, make_device),
         versions={"python": platform.python_version(), **{package: version(package) for package in PACKAGES}},
     )
+
+
+def _rig(scenario: Scenario) -> Rig:
+    """Read the rig; its file is named in complaints, and so is the scenario that asked for it."""
+    try:
+        return load_rig(str(scenario.rig), scenario.folder)
+    except RigError as error:
+        raise ScenarioError(f"{scenario.path}: rig: {error}") from error
 
 
 def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
@@ -183,5 +191,4 @@ def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
 
 def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
     """Everything that the run followed, defaults and the rig's files filled in."""
-    made_by = f"{make_device.__module__}:{getattr(make_device, '__qualname__', make_device)}"
-    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": made_by}
+    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}

@@ -1,16 +1,20 @@
 """pytest runs scenario files: `pytest my-scenarios -n 2 --junitxml=results.xml`.
 
-Every `.toml` with a table `[traffic]` is a test, named as the folder of its run. Nothing of luxloop is imported before
-a scenario runs: pytest loads this module wherever luxloop is installed.
+Every `.toml` with a table `[traffic]` is a test, named as the folder of its run. Nothing heavy is imported before a
+scenario runs: pytest loads this module wherever luxloop is installed.
 """
 
+import argparse
 import re
-import tomllib
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from scenarios import toml_file
+from scenarios.errors import InputError
 
 if TYPE_CHECKING:
     from scenarios.execute import Outcome
@@ -19,6 +23,7 @@ _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
 """Tells a scenario from other TOML files even where it is broken: it must not go unnoticed."""
 
 DEFAULT_SEED = 1
+"""As in `scenarios.scenario`, which is not light."""
 
 
 class FailedRunError(Exception):
@@ -35,9 +40,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--luxloop-tracker", metavar="MODULE:NAME", help="the device under test, else the shipped tracker")
     group.addoption("--luxloop-out", metavar="DIR", default="runs", help="where the runs' folders go [runs]")
     group.addoption(
-        "--luxloop-seeds", metavar="N", type=int, default=1, help="run each with so many seeds, from its own on"
+        "--luxloop-seeds", metavar="N", type=_count, default=1, help="run each with so many seeds, from its own on"
     )
     group.addoption("--luxloop-record", action="store_true", help="write recordings, for luxloop view")
+
+
+def _count(text: str) -> int:
+    """Return a whole number from 1 on: with no seed at all, a suite would pass that ran nothing."""
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} should be a whole number, 1 or more")
+    return int(text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -62,21 +74,22 @@ class ScenarioFile(pytest.File):
     def collect(self) -> Iterator["ScenarioItem"]:
         """Make a test for every seed; what is wrong with the file is told when it runs."""
         try:
-            document = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except (UnicodeDecodeError, tomllib.TOMLDecodeError):
+            document = toml_file.read(self.path)
+        except InputError:
             document = {}
-        first = document.get("seed", DEFAULT_SEED)
-        seeds = range(first, first + self.config.getoption("--luxloop-seeds")) if isinstance(first, int) else [first]
+        first, count = document.get("seed", DEFAULT_SEED), self.config.getoption("--luxloop-seeds")
+        seeds = [first + n for n in range(count)] if type(first) is int else [None]
         for seed in seeds:
-            yield ScenarioItem.from_parent(self, name=f"{self.path.stem}-seed{seed}", document=document, seed=seed)
+            name = self.path.stem if seed is None else f"{self.path.stem}-seed{seed}"
+            yield ScenarioItem.from_parent(self, name=name, document=document, seed=seed)
 
 
 class ScenarioItem(pytest.Item):
     """One run."""
 
-    def __init__(self, *, document: dict[str, Any], seed: int, **rest: Any) -> None:
+    def __init__(self, *, document: dict[str, Any], seed: int | None, **rest: Any) -> None:
         super().__init__(**rest)
-        self.seed = seed
+        self.seed = seed  # None leaves the file as it is: what stands there is no seed
         self.add_marker("full")
         if document.get("suite") == "smoke":
             self.add_marker("smoke")
@@ -92,10 +105,9 @@ class ScenarioItem(pytest.Item):
         from scenarios.scenario import Scenario
 
         option = self.config.getoption
-        scenario = Scenario.load(self.path, {"seed": self.seed})
+        scenario = Scenario.load(self.path, {} if self.seed is None else {"seed": self.seed})
         make_device = device.load(option("--luxloop-tracker") or device.SHIPPED)
-        out = Path(option("--luxloop-out")) / self.name
-        outcome = execute(scenario, make_device, out, record=option("--luxloop-record"))
+        outcome = execute(scenario, make_device, self._out(), record=option("--luxloop-record"))
         self._tell_properties(outcome)
         if outcome.verdict != "passed":
             raise FailedRunError(self._explain(outcome))
@@ -103,10 +115,17 @@ class ScenarioItem(pytest.Item):
         if known:
             raise KnownFailuresError(f"known to fail: {', '.join(known)}")
 
+    def _out(self) -> Path:
+        """Folder of the run, below as many as the file is below pytest's root: two files may have one name."""
+        above, root = self.path.parent, self.config.rootpath
+        place = above.relative_to(root) if above.is_relative_to(root) else above.relative_to(above.anchor)
+        return Path(self.config.getoption("--luxloop-out")) / place / self.name
+
     def _tell_properties(self, outcome: "Outcome") -> None:
         """Put the figures into the JUnit file."""
         self.user_properties += [("seed", self.seed), ("trace_hash", outcome.result.trace_hash)]
-        self.user_properties += [(check.name, check.metric.value) for check in outcome.checks]
+        figures = {check.name: check.metric.value for check in outcome.checks}
+        self.user_properties += [(name, "n/a" if value is None else value) for name, value in figures.items()]
 
     def _explain(self, outcome: "Outcome") -> str:
         """Say which expectations failed, by how much and where, and how to look at it."""
@@ -129,16 +148,15 @@ class ScenarioItem(pytest.Item):
 
     def _commands(self, outcome: "Outcome") -> list[str]:
         tracker = self.config.getoption("--luxloop-tracker")
-        again = f"luxloop run {self.path} --seed {self.seed} --out {outcome.out}"
-        return [f"    {again}{f' --tracker {tracker}' if tracker else ''}", f"    luxloop view {outcome.out}"]
+        again = ["luxloop", "run", str(self.path), "--seed", str(self.seed), "--out", str(outcome.out)]
+        commands = [again + (["--tracker", tracker] if tracker else []), ["luxloop", "view", str(outcome.out)]]
+        return [f"    {shlex.join(command)}" for command in commands]
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Tell failed expectations and bad input without a traceback; other errors are ours, and keep it."""
-        from scenarios.errors import InputError
-        from sensor_model.rig import RigError
         from sim.source import TrafficError
 
-        expected = (FailedRunError, KnownFailuresError, InputError, RigError, TrafficError)
+        expected = (FailedRunError, KnownFailuresError, InputError, TrafficError)
         return str(excinfo.value) if isinstance(excinfo.value, expected) else super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, None, str]:

@@ -10,6 +10,7 @@ from rich.text import Text
 
 from scenarios import report_paper
 from scenarios import report_tables as tables
+from scenarios.device import SHIPPED
 from scenarios.expect import Check, Verdict, verdict
 from scenarios.result import Result
 
@@ -66,11 +67,13 @@ def as_text(report: RenderableType) -> str:
 
 
 def header(result: Result) -> Text:
-    """What was run."""
+    """What was run, and by which device if it was not the shipped tracker."""
+    device = result.config["device"]
     return Text.assemble(
         (result.scenario, "bold"),
         f": {result.config['description']}\n",
         (f"seed {result.seed}, {result.frames} frames, trace {result.trace_hash}", "dim"),
+        *([] if device == SHIPPED else [("\ndevice ", "dim"), (device, "bold")]),
     )
 
 

@@ -69,7 +69,8 @@ def speed(result: Result) -> Table:
         quantiles = [result.metrics[f"perf.{stage}_ms_{quantile}"] for quantile in ("p50", "p99")]
         table.add_row(stage, *map(value_of, quantiles), end_section=stage == TIMED_STAGES[-1])
     factor = result.metrics["perf.realtime_factor"].value
-    table.add_row("whole loop", f"{factor:.1f} x real time", "without recording")
+    if factor is not None:
+        table.add_row("whole loop", f"{factor:.1f} x real time", "without recording")
     return table
 
 

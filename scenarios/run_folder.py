@@ -4,17 +4,19 @@
 - `report.txt`: what was printed
 - `tables/*.parquet`: per-frame tables
 - `recording.rrd`: for `luxloop view`, unless switched off
+- `scans/`: a data set, see `scenarios.dataset`, if asked for
 """
 
 import json
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from scenarios import whole_folder
+from scenarios import dataset, whole_folder
 from scenarios.errors import OutputError
 from scenarios.expect import Check, verdict
 from scenarios.result import Metric, Result
@@ -23,6 +25,7 @@ RESULT = "result.json"
 REPORT = "report.txt"
 RECORDING = "recording.rrd"
 TABLES = "tables"
+SCANS = "scans"
 
 
 def create(out: Path) -> AbstractContextManager[Path]:
@@ -34,6 +37,23 @@ def create(out: Path) -> AbstractContextManager[Path]:
         `out` cannot be written, or is something else than an earlier run.
     """
     return whole_folder.create(out, "--out", _refuse_to_replace_what_is_no_run)
+
+
+@contextmanager
+def scans(folder: Path) -> Iterator[dataset.DatasetWriter]:
+    """Give a writer of the run's scans; `folder` is the temporary one.
+
+    Raises
+    ------
+    OutputError
+        The disk is full, or the like.
+    """
+    try:
+        (folder / SCANS).mkdir()
+    except OSError as error:
+        raise whole_folder.cannot_write(folder, "--out", error) from error
+    with dataset.write_into(folder / SCANS, "--out") as writer:
+        yield writer
 
 
 def document(result: Result, checks: list[Check]) -> dict[str, Any]:
@@ -97,7 +117,7 @@ def read(folder: Path) -> Result:
             config=document["config"],
             versions=document["versions"],
         )
-    except (OSError, json.JSONDecodeError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError) as error:  # not JSON, not UTF-8 and no Parquet are ValueErrors
         raise _no_run(folder) from error
 
 
@@ -134,7 +154,7 @@ def _read_metric(document: dict[str, Any]) -> Metric:
 def _refuse_to_replace_what_is_no_run(out: Path) -> None:
     if out.is_dir():
         names = {path.name for path in out.iterdir()}
-        if names and not {RESULT} <= names <= {RESULT, REPORT, RECORDING, TABLES}:
+        if names and not {RESULT} <= names <= {RESULT, REPORT, RECORDING, TABLES, SCANS}:
             raise OutputError(f"{out}: holds other things than a run; choose a new or an empty folder with --out")
     elif out.exists():
         raise OutputError(f"{out}: is a file; choose another folder with --out")

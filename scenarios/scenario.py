@@ -4,7 +4,6 @@ Each stage's settings are that stage's own dataclass; pydantic holds a file agai
 """
 
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,10 +20,11 @@ from pydantic import (
     field_validator,
 )
 
+from scenarios import toml_file
 from scenarios.control.config import CruiseConfig
 from scenarios.errors import ScenarioError
 from scenarios.expect import Limit, check_unit, metric_name
-from scenarios.explain import explain
+from scenarios.explain import explain, implausible
 from scenarios.grading.config import GradingConfig
 from sensor_model.noise.config import NoiseConfig
 from sensor_model.sensor import SensorConfig
@@ -36,6 +36,7 @@ from tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1
 _LARGEST_SEED = 2**31 - 1  # SUMO's seed is a signed 32-bit number
+_LONGEST_S = 86_400.0  # a day: a run is kept in memory until it ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ class Scenario(BaseModel):
     """`smoke` for the few that run on every change; all are part of the full suite."""
     seed: Annotated[int, Field(ge=0, le=_LARGEST_SEED)] = DEFAULT_SEED
     """Seed of the traffic and of the noise."""
-    duration_s: Annotated[float, Field(gt=0)]
+    duration_s: Annotated[float, Field(gt=0, le=_LONGEST_S)]
     """Simulated time [s]."""
     traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic, Field(discriminator="kind")]
     """Who simulates the traffic, and what happens in it."""
@@ -115,7 +116,7 @@ class Scenario(BaseModel):
         ScenarioError
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
-        return cls.of(read(path) | dict(overrides or {}), path)
+        return cls.of(toml_file.read(path) | dict(overrides or {}), path)
 
     @classmethod
     def of(cls, document: dict[str, Any], path: Path) -> Self:
@@ -128,6 +129,8 @@ class Scenario(BaseModel):
         ScenarioError
             A key is missing, unknown, or of a wrong type or value.
         """
+        if wrong := implausible(document):
+            raise ScenarioError(f"{path}: {wrong}")
         try:
             # By way of JSON, whose strict mode takes lists for tuples and texts for paths, but no "12" for 12.
             scenario = cls.model_validate_json(json.dumps(document, default=str))
@@ -155,21 +158,3 @@ class Scenario(BaseModel):
 def schema_text() -> str:
     """The JSON schema of scenario files, as committed in `scenarios/schema/`."""
     return json.dumps(Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
-
-
-def read(path: Path) -> dict[str, Any]:
-    """Return what stands in a scenario file, unchecked.
-
-    Raises
-    ------
-    ScenarioError
-        The file is missing, or is not TOML.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror}; give a readable file or a name from luxloop list") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: not TOML: {error}; correct that line") from error

@@ -36,16 +36,20 @@ class Stopwatch:
         self._stage_s[stage].append(self._end_s - begin)
         return answer
 
+    def stage(self, stage: str) -> dict[str, Metric]:
+        """`perf.*` of one stage."""
+        taken_s = self._stage_s[stage]
+        values = {
+            f"perf.{stage}_ms_p{quantile}": 1e3 * float(np.percentile(taken_s, quantile)) for quantile in (50, 99)
+        }
+        return {name: Metric(value, METRICS[name], len(taken_s)) for name, value in values.items()}
+
     def metrics(self, frames: int, dt: float) -> dict[str, Metric]:
         """`perf.*` of a loop over `frames` frames that are `dt` apart [s].
 
         The real-time factor is of the whole loop, grading and hashing included, recording left out.
         """
-        milliseconds = {
-            f"perf.{stage}_ms_p{quantile}": 1e3 * float(np.percentile(self._stage_s[stage], quantile))
-            for stage in TIMED_STAGES
-            for quantile in (50, 99)
-        }
+        stages = {name: metric for stage in TIMED_STAGES for name, metric in self.stage(stage).items()}
         loop_s = self._end_s - (self._begin_s or 0.0) - sum(self._stage_s[RECORDING])
-        values = {**milliseconds, "perf.realtime_factor": frames * dt / loop_s}
-        return {name: Metric(value, METRICS[name], frames) for name, value in values.items()}
+        factor = "perf.realtime_factor"
+        return {**stages, factor: Metric(frames * dt / loop_s, METRICS[factor], frames)}

@@ -37,7 +37,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
     missing: list[Path] = []
     try:
         refuse(out)
-        _remove_what_killed_runs_left(out)
+        _clear_up_after_killed_runs(out)
         missing = [folder for folder in out.parents if not folder.exists()]
         temporary.mkdir(parents=True)
     except OSError as error:
@@ -51,6 +51,11 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         shutil.rmtree(temporary, ignore_errors=True)
         _remove_empty(missing)
         raise
+
+
+def is_unfinished(folder: Path) -> bool:
+    """Whether it is one that `create` gave and never renamed: whoever wrote into it was killed, or still writes."""
+    return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))
 
 
 def cannot_write(folder: Path, option: str, error: OSError) -> OutputError:
@@ -78,13 +83,15 @@ def _beside(out: Path, purpose: str) -> Path:
     return out.with_name(f".{out.name}.{platform.node()}-{os.getpid()}-{secrets.token_hex(4)}.{purpose}")
 
 
-def _remove_what_killed_runs_left(out: Path) -> None:
-    """Remove what nobody will rename any more; an earlier run that was moved away stays while there is no other."""
-    purposes = ("partial", "earlier") if out.exists() else ("partial",)
-    pattern = re.compile(rf"\.{re.escape(out.name)}\.(.*)-(\d{{1,9}})-[0-9a-f]{{8}}\.({'|'.join(purposes)})")
-    for path in out.parent.iterdir() if out.parent.is_dir() else ():
+def _clear_up_after_killed_runs(out: Path) -> None:
+    """Remove what nobody will rename any more; put back an earlier run that was moved away and not yet replaced."""
+    pattern = re.compile(rf"\.{re.escape(out.name)}\.(.*)-(\d{{1,9}})-[0-9a-f]{{8}}\.(partial|earlier)")
+    for path in list(out.parent.iterdir()) if out.parent.is_dir() else ():
         if (match := pattern.fullmatch(path.name)) and _is_dead(host=match[1], pid=int(match[2])):
-            shutil.rmtree(path, ignore_errors=True)
+            if match[3] == "earlier" and not out.exists():
+                path.rename(out)
+            else:
+                shutil.rmtree(path, ignore_errors=True)
 
 
 def _is_dead(host: str, pid: int) -> bool:

@@ -8,7 +8,9 @@ The process outlives its run and serves the next one, since Python, numba and li
 """
 
 import atexit
+import os
 import pickle
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -129,7 +131,12 @@ class _Process:
     """Those that have ended their run well."""
 
     def __init__(self) -> None:
-        program = f"import sys; sys.path[:] = {list(map(str, sys.path))!r}; from sim.apart_child import serve; serve()"
+        self._scratch = tempfile.mkdtemp(prefix="luxloop-")
+        self._owner = os.getpid()
+        path = list(map(str, sys.path))
+        program = (
+            f"import sys; sys.path[:] = {path!r}; from sim.apart_child import serve; serve({self._scratch!r})"
+        )
         # what a simulator complains of; a pipe that nobody reads would block it
         self._said = tempfile.TemporaryFile()  # noqa: SIM115
         self._popen = subprocess.Popen(
@@ -193,9 +200,11 @@ class _Process:
         return how, last_words + "try the same input in the simulator itself"
 
     def end(self) -> None:
-        """End the process, if it still lives."""
+        """End the process, if it still lives, and remove what it left in its scratch folder."""
         self._popen.kill()
         self._popen.wait()
+        if os.getpid() == self._owner:
+            shutil.rmtree(self._scratch, ignore_errors=True)
         self._replies.close()
         self._said.close()
         with suppress(OSError):  # a request may be left that nobody read

@@ -6,8 +6,10 @@ here than the source itself needs.
 
 import os
 import pickle
+import shutil
 import signal
 import sys
+import tempfile
 import threading
 import traceback
 from collections.abc import Callable, Iterator
@@ -46,9 +48,13 @@ class Order(Enum):
     """Between two runs: say that you live, by this very order."""
 
 
-def serve() -> NoReturn:
-    """Play one run after the other, until the parent ends this process or dies itself."""
+def serve(scratch: str) -> NoReturn:
+    """Play one run after the other, until the parent ends this process or dies itself.
+
+    Temporary files go into the folder `scratch`, which the survivor of the two processes removes.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal's Ctrl-C comes here as well; what follows is the parent's
+    tempfile.tempdir = scratch
     replies = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a simulator prints must not get among the replies
 
@@ -57,7 +63,7 @@ def serve() -> NoReturn:
         replies.flush()
 
     requests: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_listen, args=(requests,), daemon=True).start()
+    threading.Thread(target=_listen, args=(requests, scratch), daemon=True).start()
     while True:
         request = requests.get()
         if request is Order.ANSWER:
@@ -66,12 +72,13 @@ def serve() -> NoReturn:
             _play(request, requests, send)
 
 
-def _listen(requests: "SimpleQueue[Any]") -> None:
+def _listen(requests: "SimpleQueue[Any]", scratch: str) -> None:
     """Queue requests as they come. There can be no more when the parent is gone: then this process ends, too."""
     try:
         while True:
             requests.put(pickle.load(sys.stdin.buffer))
     except EOFError:
+        shutil.rmtree(scratch, ignore_errors=True)
         os._exit(0)
     except BaseException:
         traceback.print_exc()

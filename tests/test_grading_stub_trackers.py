@@ -1,7 +1,7 @@
 """Trackers with one known fault each must land where the fault puts them, and nowhere else."""
 
 import pytest
-from support.frames import Body, drive, grade_run, make_frames
+from support.frames import Body, drive, grade_run
 from support.stub_trackers import BiasedYaw, Forgetful, GhostMaking, IdSwapping, OneFrameLate, Perfect
 
 FRAMES = 50
@@ -27,7 +27,7 @@ def scene():
 
 def graded(tracker_type, **options):
     cars = scene()
-    metrics, _, _ = grade_run(cars, tracker_type(make_frames(cars), **options))
+    metrics, _, _ = grade_run(cars, tracker_type(**options))
     return {name: metric.value for name, metric in metrics.items()}
 
 
@@ -81,9 +81,7 @@ def test_ghosts_cost_precision_only():
 
 
 def test_a_forgetful_tracker_loses_its_ids_behind_an_occluder():
-    cars = scene()
-    points = [{body.id: body.points for body in bodies} for bodies in cars]
-    forgetful = graded(Forgetful, points=points)
+    forgetful = graded(Forgetful)
     assert forgetful["track.occlusion_survival"] == 0.0
     assert forgetful["track.id_switches"] == 1
     assert forgetful["track.deta"] == pytest.approx(1.0)

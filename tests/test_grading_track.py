@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_grading as naive
-from support.frames import Body, Estimate, Scripted, drive, follow, grade_run, make_frames
+from support.frames import Body, Estimate, Scripted, drive, follow, grade_run
 from support.stub_trackers import Perfect
 
 from scenarios.grading.config import GradingConfig
@@ -186,7 +186,7 @@ def test_odometry_drift_and_ego_motion_are_not_charged_to_the_tracker():
     def ego(i):
         return (2.0 * i, -0.5 * i, 0.1 * i), (1.7 * i + 0.3, 0.4 * i, -0.2 * i + 1.0)
 
-    metrics, tables, _ = grade_run(scene, Perfect(make_frames(scene, ego)), ego=ego)
+    metrics, tables, _ = grade_run(scene, Perfect(), ego=ego)
     assert values(metrics, "hota", "heading_abs_mean_deg") == pytest.approx([1.0, 0.0], abs=1e-9)
     assert metrics["mma.mma.moving_target.x_abs_mean_m"].value == pytest.approx(0.0, abs=1e-9)
     both = tables["tracks"].merge(tables["truth"], on=["frame", "actor_id"], suffixes=("", "_true"))

@@ -129,12 +129,13 @@ def test_a_run_that_was_killed_while_it_took_its_place_left_an_earlier_one_that_
     assert names(tmp_path) == ["run"]
 
 
-def test_an_earlier_run_that_was_moved_away_stays_while_there_is_no_other(tmp_path):
-    """A run was killed between its two renames: what is left of the earlier run has another name, but is whole."""
+def test_an_earlier_run_that_was_moved_away_is_put_back(tmp_path):
+    """A run was killed between its two renames: the next one puts the earlier run back, and fails itself."""
     write_run(tmp_path / f".run.{platform.node()}-{dead_process()}-0123abcd.earlier")
     with pytest.raises(ZeroDivisionError):
         fail(tmp_path / "run", ZeroDivisionError)
-    assert len(names(tmp_path)) == 1
+    assert names(tmp_path) == ["run"]
+    assert run_folder.read(tmp_path / "run").seed == 3
 
 
 @pytest.mark.parametrize(

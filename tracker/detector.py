@@ -11,7 +11,7 @@ from tracker.boxes import BoxConfig
 from tracker.ends import EndConfig
 from tracker.geometry import rotate
 from tracker.preprocess import PreprocessConfig
-from tracker.records import Detection, Floats
+from tracker.records import Bools, Boxes, Candidates, Detection, Floats, Linkage, Segments
 from tracker.rectangles import RectangleConfig
 from tracker.scan import Scan
 from tracker.segmentation import SegmentationConfig
@@ -46,7 +46,8 @@ class DetectorConfig:
 class Detector:
     """Finds vehicles in scan after scan; it remembers how the ego moves and where walls are, but no vehicle.
 
-    A tracker of another kind makes one and calls `step`: all that follows its boxes may then be its own.
+    A tracker of another kind makes one and calls `step`: all that follows its boxes may then be its own. Each of the
+    stages `segment`, `link`, `fit` and `box` may be replaced by a subclass.
     """
 
     def __init__(self, config: DetectorConfig | None = None) -> None:
@@ -78,20 +79,38 @@ class Detector:
         keep = preprocess.keep(scan, config.preprocess)
         scan = preprocess.masked(scan)
         swept, scan = scan, self._ego_motion.undo(scan)
-        segments = segmentation.segment(scan.points_ego, keep, config.segmentation)
-        points_odom = into_odom(scan)
-        segments = self._background.remove(points_odom, segments)
-        if long is not None:
-            segments = union.claim(points_odom, segments, long, config.union)
+        segments = self.segment(scan, keep, long)
         if movers is not None:
             scan = undo_targets(scan, segments, movers, config.sweep)
         cut_off = ends.cut_off(swept, keep, segments, config.ends)
-        linkage = tlinkage.link(scan.points_ego, segments, config.linkage)
-        found = rectangles.fit(scan.points_ego, segments, linkage, config.rectangles)
-        candidates = selection.select(scan.points_ego, segments, linkage, found, config.selection)
-        candidates = columns.append(scan.points_ego, segments, linkage, candidates, config.baselines)
-        fitted = boxes.build(scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, config.boxes)
-        return Detection(segments, linkage, candidates, fitted.subset(~in_shadow(fitted, config.shadow)))
+        linkage = self.link(scan, segments)
+        candidates = self.fit(scan, segments, linkage)
+        return Detection(segments, linkage, candidates, self.box(scan, segments, linkage, candidates, cut_off))
+
+    def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
+        """Group the points to `keep` (N,) into things that may be vehicles: walls are dropped, pieces of one united."""
+        segments = segmentation.segment(scan.points_ego, keep, self.config.segmentation)
+        points_odom = into_odom(scan)
+        segments = self._background.remove(points_odom, segments)
+        return segments if long is None else union.claim(points_odom, segments, long, self.config.union)
+
+    def link(self, scan: Scan, segments: Segments) -> Linkage:
+        """Tell lines from outliers in every segment."""
+        return tlinkage.link(scan.points_ego, segments, self.config.linkage)
+
+    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+        """Fit a rectangle per method to every segment, and select the best."""
+        points, config = scan.points_ego, self.config
+        found = rectangles.fit(points, segments, linkage, config.rectangles)
+        candidates = selection.select(points, segments, linkage, found, config.selection)
+        return columns.append(points, segments, linkage, candidates, config.baselines)
+
+    def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
+        """Make boxes of the best rectangles that are a vehicle's, of things that go on beyond points `cut_off` (N,)."""
+        fitted = boxes.build(
+            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes
+        )
+        return fitted.subset(~in_shadow(fitted, self.config.shadow))
 
 
 def into_odom(scan: Scan) -> Floats:

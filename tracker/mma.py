@@ -19,6 +19,9 @@ from tracker.records import MODELS, Floats
 LEAST_PROBABILITY = 1e-9
 """Of any model: nothing is impossible, and its logarithm is finite."""
 
+NO_SPEED_MPS = 1e-9
+"""Slower filters have no direction [m/s]; those of a vehicle that has stood for long tend to 0 and underflow."""
+
 STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"))
 
 
@@ -45,6 +48,8 @@ class MmaConfig:
             raise ValueError(f"probability_floor must lie between 0 and 1/{len(MODELS)}")
         if not 0 < self.stopping_time_s <= self.mode_time_s:
             raise ValueError("stopping_time_s must be above 0 and no longer than mode_time_s")
+        if self.tail_dof <= 0:
+            raise ValueError(f"tail_dof is {self.tail_dof}; give a number above 0, as 1e6 for normal tails")
 
 
 def initial_probability() -> Floats:
@@ -73,7 +78,8 @@ def slow(filters: Filters, limit_mps: float) -> Floats:
     """(M,) probability by each filter that the vehicle is slower than the limit, along the way it seems to go."""
     velocity, spread = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
     speed = np.hypot(*velocity.T)
-    way = np.where(speed[:, None] > 0, velocity / np.maximum(speed, 1e-9)[:, None], (1.0, 0.0))
+    moves = speed[:, None] > NO_SPEED_MPS
+    way = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
     std = np.sqrt(np.einsum("mi,mij,mj->m", way, spread, way))
     return np.asarray(ndtr((limit_mps - speed) / std) - ndtr((-limit_mps - speed) / std))
 

@@ -34,10 +34,10 @@ class RectangleConfig:
     """Which points the criteria judge: all of the segment, as published, or those on its lines."""
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.step_deg <= 45.0:
-            raise ValueError(f"step_deg is {self.step_deg}; give a step above 0 and at most 45 degrees")
-        if self.halvings < 0:
-            raise ValueError(f"halvings is {self.halvings}; give 0 for the bare grid, or more")
+        if not 0.01 <= self.step_deg <= 45.0:
+            raise ValueError(f"step_deg is {self.step_deg}; give a step of 0.01 to 45 degrees")
+        if not 0 <= self.halvings <= 30:
+            raise ValueError(f"halvings is {self.halvings}; give 0 for the bare grid, or up to 30")
         if self.closeness_floor_m <= 0.0:
             raise ValueError(f"closeness_floor_m is {self.closeness_floor_m}; give a positive distance in metres")
 

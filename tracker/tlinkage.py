@@ -57,10 +57,12 @@ class LinkageConfig:
     def __post_init__(self) -> None:
         if self.tau_m <= 0.0 or self.locality <= 0.0:
             raise ValueError("tau_m and locality must be positive")
-        if self.samples_per_point < 1 or self.points_max < 2:
-            raise ValueError("samples_per_point must be at least 1 and points_max at least 2")
+        if not (1 <= self.samples_per_point <= 100 and 2 <= self.points_max <= 10_000):
+            raise ValueError("samples_per_point must be 1 to 100, and points_max 2 to 10000")
         if self.range_std_m < 0.0 or self.flatness_m <= 0.0 or self.gate <= 0.0:
             raise ValueError("flatness_m and gate must be positive and range_std_m not negative")
+        if self.seed < 0:
+            raise ValueError(f"seed is {self.seed}; give 0 or more")
 
 
 @lru_cache(maxsize=8)

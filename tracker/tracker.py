@@ -15,7 +15,7 @@ from tracker.geometry import inside, rotate
 from tracker.mma import MmaConfig
 from tracker.observations import Observations, observe
 from tracker.orientation import OrientationConfig
-from tracker.reading import Predictions, ReadingConfig, pair
+from tracker.reading import Pairing, Predictions, ReadingConfig, pair
 from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
 from tracker.report import report
 from tracker.scan import Scan
@@ -43,9 +43,12 @@ class TrackerConfig(DetectorConfig):
 
 
 class Tracker:
-    """Follows the vehicles around the ego through a sequence of scans."""
+    """Follows the vehicles around the ego through a sequence of scans.
 
-    def __init__(self, config: TrackerConfig | None = None) -> None:
+    Its fitting half is `detector`, or a `Detector` of the same settings.
+    """
+
+    def __init__(self, config: TrackerConfig | None = None, detector: Detector | None = None) -> None:
         self.config = config or TrackerConfig()
         self._track_config = TrackConfig(
             filters=self.config.filters,
@@ -55,7 +58,7 @@ class Tracker:
             corner=self.config.corner,
             life=self.config.life,
         )
-        self._detector = Detector(self.config)
+        self._detector = detector or Detector(self.config)
         self._tracks: list[Track] = []
         self._time: float | None = None
         self._born = 0
@@ -108,7 +111,7 @@ class Tracker:
             return track_id
         predictions = predict(self._tracks)
         pairing = pair(predictions, seen, self.config.reading)
-        cost, in_gate = score(predictions, pairing, seen, self.config.association)
+        cost, in_gate = self._score(predictions, pairing, seen)
         status = np.array([track.status for track in self._tracks])
         for turn in ROUNDS:
             free = (status == turn)[:, None] & (track_id < 0)
@@ -116,6 +119,10 @@ class Tracker:
                 self._tracks[t].update(sighting(pairing, seen, t, b))
                 track_id[b] = self._tracks[t].id
         return track_id
+
+    def _score(self, predictions: Predictions, pairing: Pairing, seen: Observations) -> tuple[Floats, Bools]:
+        """(T, B) cost of each pair of track and box, and (T, B) whether it is admissible."""
+        return score(predictions, pairing, seen, self.config.association)
 
     def _unite(self) -> None:
         """Make one track of those that follow pieces of the same vehicle: the one that was seen more often stays."""
@@ -141,10 +148,9 @@ class Tracker:
                 track.status = Status.DEAD
 
     def _start(self, seen: Observations, track_id: Ints, forward: float) -> None:
-        """Start a tentative track on every box that has none, in a place that is free; its id goes to `track_id`."""
-        taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
+        """Start a tentative track on every newcomer; its id goes to `track_id`."""
         config = self.config
-        for b in np.flatnonzero((track_id < 0) & ~taken).tolist():
+        for b in np.flatnonzero(self._newcomers(seen, track_id)).tolist():
             heading, size = float(seen.heading[b]), seen.size[b]
             turns = orientation.first_guess(heading, size, seen.whole[b], forward, config.orientation)
             seen_size = orientation.turn_size(size, turns)
@@ -154,6 +160,11 @@ class Tracker:
             self._tracks.append(track)
             track_id[b] = self._born
             self._born += 1
+
+    def _newcomers(self, seen: Observations, track_id: Ints) -> Bools:
+        """(B,) whether a box is a vehicle not yet followed: it was given to no track, and its place is free."""
+        taken = within(seen.center, [track for track in self._tracks if track.sure]).any(axis=1)
+        return np.asarray((track_id < 0) & ~taken)
 
 
 def within(points: Floats, tracks: list[Track]) -> Bools:

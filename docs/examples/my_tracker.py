@@ -21,20 +21,29 @@ class PatchTracker:
 
     def step(self, scan):
         """Take in one scan and return the tracks, in the odometry frame."""
-        x, y, yaw = scan.ego_pose_odom
-        turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-        centers = cars(scan.points_ego) @ turn.T + (x, y)
-        self.ids = np.array([self.id_of(center) for center in centers], int)
-        self.centers = centers
-        return as_tracks(self.ids, centers, yaw)
+        ids, centers = self.follow(scan.points_ego, scan.ego_pose_odom)
+        return as_tracks(ids, centers, scan.ego_pose_odom[2])
 
-    def id_of(self, center):
-        """Return the id of the car that was near here in the last scan, or a new one."""
-        distance = np.linalg.norm(self.centers - center, axis=1)
-        if len(distance) and distance.min() < REACH_M:
-            return self.ids[distance.argmin()]
-        self.born += 1
-        return self.born
+    def follow(self, points_ego, ego_pose_odom):
+        """Ids and centres of the cars among points (N, 3), in the odometry frame."""
+        x, y, yaw = ego_pose_odom
+        turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+        centers = cars(points_ego) @ turn.T + (x, y)
+        self.ids, self.centers = self.ids_of(centers), centers
+        return self.ids, centers
+
+    def ids_of(self, centers):
+        """Ids of the cars that were nearest in the last scan, nearest pairs first, each taken once; else new ones."""
+        ids = np.zeros(len(centers), int)
+        distance = np.linalg.norm(centers[:, None] - self.centers, axis=2)
+        while distance.size and distance.min() < REACH_M:
+            new, old = np.unravel_index(distance.argmin(), distance.shape)
+            ids[new] = self.ids[old]
+            distance[new], distance[:, old] = np.inf, np.inf
+        for new in np.flatnonzero(ids == 0):
+            self.born += 1
+            ids[new] = self.born
+        return ids
 
 
 def cars(points_ego):

@@ -1,5 +1,7 @@
 """The grader: frames in, verdicts out; metrics and tables at the end. `add` is cheap, `finish` does the sums."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
@@ -23,6 +25,9 @@ from tracker.scan import Scan
 
 NO_TRACE = "the tracker gives no trace of its stages"
 
+PER_FRAME = ("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min")
+"""Limits that count in single frames: to change them, one needs the frames."""
+
 
 class Grader:
     """Holds what a tracker says against the truth, frame by frame; one grader per run.
@@ -40,7 +45,6 @@ class Grader:
         self._ranging = ranging
         self._frames = 0
         self._pairer = Pairer(config)
-        self._traced = False
         self._truth = TableBuilder(tables.TRUTH)
         self._tracks = TableBuilder(tables.TRACKS)
         self._overlaps = TableBuilder(tables.OVERLAPS)
@@ -88,7 +92,6 @@ class Grader:
 
     def _add_stages(self, now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
         """Enter the rows of segmentation, outlier removal and fitting; return the actors' segment shares."""
-        self._traced = True
         share_min = self._config.part_share_min
         self._segments.add(now.frame, segmentation.rows(now.actors.id, now.graded, ownership, share_min))
         self._outliers.add(now.frame, outliers.rows(now.point_row, now.truth.cause, ownership, trace))
@@ -105,23 +108,29 @@ class Grader:
             "segments": self._segments.build(),
             "outliers": self._outliers.build(),
         }
-        return self._grade(result), result
+        return grade(result, self._config, self._frames), result
 
-    def _grade(self, table: dict[str, pd.DataFrame]) -> dict[str, Metric]:
-        truth, tracks, config = table["truth"], table["tracks"], self._config
-        observations = truth[truth["graded"]]
-        no_vehicle = track.NO_TRUTH if self._traced else NO_TRACE
-        no_segment = "no segment belonged mostly to a graded vehicle" if self._traced else NO_TRACE
-        sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
-        dataset.grade(sheet, observations, self._frames)
-        fit.grade(sheet, table["fits"], len(observations) if self._traced else 0, no_segment)
-        segmentation.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
-        outliers.grade(sheet, table["outliers"], NO_TRACE)
-        mma.grade(sheet, tracks, config.nees_confidence)
-        modes.grade(sheet, tracks)
-        track.grade(sheet, truth, tracks, table["overlaps"], config)
-        occlusion.grade(sheet, truth, tracks, config)
-        return sheet.metrics
+
+def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int) -> dict[str, Metric]:
+    """Return every metric of `metrics.GRADED` by name, from the tables of so many frames.
+
+    Of the limits those of single frames (`PER_FRAME`) are in the tables already.
+    """
+    truth, tracks = table["truth"], table["tracks"]
+    traced = len(table["outliers"]) > 0  # every frame with a trace has a row per cause
+    observations = truth[truth["graded"]]
+    no_vehicle = track.NO_TRUTH if traced else NO_TRACE
+    no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
+    sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
+    dataset.grade(sheet, observations, frames)
+    fit.grade(sheet, table["fits"], len(observations) if traced else 0, no_segment)
+    segmentation.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
+    outliers.grade(sheet, table["outliers"], NO_TRACE)
+    mma.grade(sheet, tracks, config.nees_confidence)
+    modes.grade(sheet, tracks)
+    track.grade(sheet, truth, tracks, table["overlaps"], config)
+    occlusion.grade(sheet, truth, tracks, config)
+    return sheet.metrics
 
 
 def _grade_boxes(now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:

@@ -59,12 +59,13 @@ def corner_errors(
 
 
 def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
-    """E' P^-1 e (...) of errors (..., 2) [m]; infinite where P (..., 2, 2) is not positive definite."""
+    """E' P^-1 e (...) of errors (..., 2) [m]; NaN where P (..., 2, 2) is, infinite where it is not positive."""
     a, b, c = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     determinant = a * c - b * b
     sound = (a > 0) & (determinant > 0)
     x, y = error[..., 0], error[..., 1]
-    return np.where(sound, (c * x * x - 2 * b * x * y + a * y * y) / np.where(sound, determinant, 1.0), np.inf)
+    squared = np.where(sound, (c * x * x - 2 * b * x * y + a * y * y) / np.where(sound, determinant, 1.0), np.inf)
+    return np.where(np.isnan(determinant), np.nan, squared)
 
 
 def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> None:
@@ -85,6 +86,7 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> N
 
 def _grade_position(sheet: MetricSheet, rows: pd.DataFrame, prefix: str, column: str, why_none: str) -> None:
     made = rows[rows[column].notna()]
+    why_none = "the tracker makes no such estimate" if len(rows) else why_none
     error, vehicle = made[column].abs().to_numpy(), made["actor_id"].to_numpy()
     sheet.mean(f"{prefix}_mean_m", error, why_none, vehicle)
     sheet.std(f"{prefix}_std_m", error, why_none, vehicle)
@@ -109,7 +111,8 @@ def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: flo
 
     A single model is held against its covariance only while the vehicle truly moves that way: it promises nothing else.
     """
-    _grade_band(sheet, judged, "nees", "mma.nees", NO_PAIR, confidence)
+    why = "the tracker does not tell its covariance" if len(judged) else NO_PAIR
+    _grade_band(sheet, judged, "nees", "mma.nees", why, confidence)
     for model, measure in product(MODELS, ("nees", "nis")):
         rows = judged[judged["true_mode"] == model]
         why = (

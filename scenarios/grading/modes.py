@@ -10,19 +10,22 @@ from scenarios.grading.mma import NO_PAIR
 from scenarios.grading.sheet import MetricSheet
 from tracker.records import MODELS
 
+NOT_TOLD = "the tracks do not tell which model was selected"
+
 
 def grade(sheet: MetricSheet, tracks: pd.DataFrame) -> None:
     """Enter how often the right mode is selected, which one for which, and how soon, from the judged rows.
 
     The confusions are rates of each true mode's frames.
     """
-    judged = tracks[tracks["judged"]]
+    told = tracks["model"].notna()
+    judged, no_pair = tracks[tracks["judged"] & told], NO_PAIR if told.all() else NOT_TOLD
     vehicle = judged["actor_id"].to_numpy()
     true, chosen = judged["true_mode"].to_numpy(object), judged["model"].to_numpy(object)
-    sheet.mean("mma.mode_accuracy", chosen == true, NO_PAIR, vehicle)
-    sheet.mean("mma.stationary_accuracy", (chosen == MODELS[0]) == (true == MODELS[0]), NO_PAIR, vehicle)
+    sheet.mean("mma.mode_accuracy", chosen == true, no_pair, vehicle)
+    sheet.mean("mma.stationary_accuracy", (chosen == MODELS[0]) == (true == MODELS[0]), no_pair, vehicle)
     for mode, model in product(MODELS, MODELS):
-        why = f"{NO_PAIR} in the mode {mode}"
+        why = f"{no_pair} in the mode {mode}"
         sheet.mean(f"mma.confusion.{mode}.{model}", chosen[true == mode] == model, why, vehicle[true == mode])
     _grade_latency(sheet, switch_latencies(judged))
 

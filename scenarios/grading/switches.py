@@ -1,11 +1,13 @@
 """When ids are switched, which CLEAR counts but does not tell, and which switches nothing excuses."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
+from scenarios.grading.geometry import Ints
 from scenarios.grading.pairing import CONTINUITY, NO_TRACK
 
 ROUNDING = float(np.finfo(np.float64).eps)
@@ -23,8 +25,10 @@ class Switch(NamedTuple):
     """Time step at which the new one first does."""
 
 
-def switches(sequence: dict[str, Any], hit_iou_min: float) -> list[Switch]:
-    """Every id switch of CLEAR (Bernardin and Stiefelhagen 2008, section 2.1.3), matched as trackeval does.
+def hits(sequence: dict[str, Any], hit_iou_min: float) -> Iterator[tuple[int, Ints, Ints]]:
+    """Yield time step, vehicles (k,) and the tracks (k,) that hit them, matched as trackeval's CLEAR does.
+
+    Bernardin and Stiefelhagen 2008, section 2.1.3: last step's pairs are kept first, the others are by overlap.
 
     Parameters
     ----------
@@ -33,9 +37,6 @@ def switches(sequence: dict[str, Any], hit_iou_min: float) -> list[Switch]:
     hit_iou_min
         Overlap from which a track hits a vehicle.
     """
-    found = []
-    last_track = np.full(sequence["num_gt_ids"], NO_TRACK)
-    last_step = np.zeros(sequence["num_gt_ids"], dtype=np.int64)
     matched_before = np.full(sequence["num_gt_ids"], NO_TRACK)
     for step in range(sequence["num_timesteps"]):
         vehicle, track, overlap = (sequence[name][step] for name in ("gt_ids", "tracker_ids", "similarity_scores"))
@@ -46,10 +47,20 @@ def switches(sequence: dict[str, Any], hit_iou_min: float) -> list[Switch]:
         row, column = linear_sum_assignment(score, maximize=True)
         hit = score[row, column] > ROUNDING
         vehicle, track = vehicle[row[hit]], track[column[hit]]
+        matched_before[:] = NO_TRACK
+        matched_before[vehicle] = track
+        yield step, vehicle, track
+
+
+def switches(sequence: dict[str, Any], hit_iou_min: float) -> list[Switch]:
+    """Every id switch of CLEAR, from the hits of a sequence."""
+    found = []
+    last_track = np.full(sequence["num_gt_ids"], NO_TRACK)
+    last_step = np.zeros(sequence["num_gt_ids"], dtype=np.int64)
+    for step, vehicle, track in hits(sequence, hit_iou_min):
         taken_over = (last_track[vehicle] != NO_TRACK) & (last_track[vehicle] != track)
         found += [Switch(v, last_step[v], step) for v in vehicle[taken_over].tolist()]
-        matched_before[:] = NO_TRACK
-        matched_before[vehicle] = last_track[vehicle] = track
+        last_track[vehicle] = track
         last_step[vehicle] = step
     return found
 

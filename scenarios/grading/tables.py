@@ -121,6 +121,16 @@ OUTLIERS: Schema = {
 """One row per cause: points in the segments of graded vehicles, how many of them T-linkage removed, and how many
 clean points it removed in the segments that hold such points."""
 
+SCHEMAS: Mapping[str, Schema] = {
+    "truth": TRUTH,
+    "tracks": TRACKS,
+    "overlaps": OVERLAPS,
+    "fits": FITS,
+    "segments": SEGMENTS,
+    "outliers": OUTLIERS,
+}
+"""Of every table, by name."""
+
 
 class TableBuilder:
     """Gathers the rows of one table, frame by frame, as arrays; nothing is copied until `build`."""

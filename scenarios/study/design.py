@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from scenarios import listing
+from scenarios import listing, toml_file
 from scenarios.errors import ScenarioError, StudyError
-from scenarios.scenario import Scenario, read
+from scenarios.scenario import Scenario
 from scenarios.study.keys import with_values
 from scenarios.study.study import Json, Study, Value, Vary
 
@@ -107,7 +107,7 @@ def _source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
     path = listing.find(study.scenario)
     if not path.is_file():
         path = study.path.parent / path  # as the paths in a scenario file, relative to the file that names it
-    document = read(path)
+    document = toml_file.read(path)
     return (lambda values: with_values(document, values)), path
 
 

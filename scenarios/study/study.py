@@ -1,17 +1,14 @@
 """Study files: a scenario, what to vary in it, and with which seeds."""
 
-import importlib
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from scenarios import listing
 from scenarios.errors import StudyError
-from scenarios.explain import explain
 from scenarios.expect import metric_name
+from scenarios.explain import explain
 
 Json = dict[str, Any]
 Value = float | int | str | bool

@@ -11,6 +11,9 @@ SIMULATION_HZ = 25
 POLICY_HZ = 12.5
 """One frame of the rig is one policy step of two simulation steps."""
 
+_LONGEST_NAME = 60
+"""Of an environment, in complaints."""
+
 _UNSEEN = {"observation": {"type": "AttributesObservation", "attributes": []}}
 """Nobody reads the observation; the environments' own are dear, or ask the ego for what an IDM vehicle lacks."""
 
@@ -52,7 +55,7 @@ def make(name: str, overrides: dict[str, Any]) -> Any:
         if isinstance(spec.entry_point, str) and spec.entry_point.startswith("highway_env.")
     }
     if name not in known:
-        raise TrafficInputError(f'env = "{name}" is unknown; {_did_you_mean(name, list(known))}')
+        raise TrafficInputError(f'env = "{name[:_LONGEST_NAME]}" is unknown; {_did_you_mean(name, list(known))}')
     env: Any = load_env_creator(known[name])()
     for key in overrides:
         if key not in env.config:

@@ -57,7 +57,7 @@ class HighwaySource:
         self.close()
         config = self._config
         self._tuning = tuning(config.config)
-        with foreign(config.env, TrafficInputError):
+        with foreign(f"{config.env} with this config", TrafficInputError):
             self._env = make(config.env, config.config)
             self._env.reset(seed=seed)
             put_drivers(self._env, ego=config.ego == "idm")

@@ -5,20 +5,7 @@ from typing import Literal
 
 from sim.modes import ModeLimits
 from sim.physical.config import PhysicalConfig
-from sim.sumo.options import full_name
-
-_RESERVED_OPTIONS = {
-    "configuration-file": "config",
-    "net-file": "net",
-    "route-files": "routes",
-    "additional-files": "additional",
-    "begin": "begin_s",
-    "step-length": "dt_s",
-    "seed": "seed",
-    "random": "seed",
-}
-"""Scenario keys by the SUMO option that they stand for."""
-
+from sim.sumo.options import SCENARIO_KEYS, full_name
 
 @dataclass(frozen=True, slots=True)
 class SumoTraffic:
@@ -85,5 +72,5 @@ class SumoTraffic:
                 "physical.lookahead_s must be 0 with ego_control = true: no command reaches a simulator that is ahead"
             )
         for option in self.options:
-            if key := _RESERVED_OPTIONS.get(full_name(option)):
+            if key := SCENARIO_KEYS.get(full_name(option)):
                 raise ValueError(f"options.{option}: set {key} in its place")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from sim.source import TrafficInputError
-from sim.sumo.options import INPUT_FILES, configured, full_name, left_out
+from sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured, full_name, left_out
 
 _ALL_AT_ONCE = {"route-steps": "0"}
 """Read route files to their end first. By default SUMO reads them as it goes, and drops vehicles that are out of the
@@ -64,7 +64,7 @@ def sumo_command(
     TrafficInputError
         A file is missing, the net is none, or an option asks for what cannot be had.
     """
-    paths = {option: [_existing(folder / name) for name in names] for option, names in files.items() if names}
+    paths = {option: [_named(folder, option, name) for name in names] for option, names in files.items() if names}
     given = {option: ",".join(map(str, names)) for option, names in paths.items()}
     if "configuration-file" in given:
         given = _from_configuration(paths["configuration-file"][0])
@@ -171,6 +171,14 @@ def _root(net: Path) -> ET.Element:
         except (ET.ParseError, gzip.BadGzipFile, EOFError) as error:
             raise TrafficInputError(f"{net}: the net does not parse: {error}") from error
     return root
+
+
+def _named(folder: Path, option: str, name: str) -> Path:
+    """Return the path of a file that a scenario names; a complaint tells by which key it does."""
+    try:
+        return _existing(folder / name)
+    except TrafficInputError as error:
+        raise TrafficInputError(f'{SCENARIO_KEYS[option]} = "{name}": {error}') from error
 
 
 def _existing(path: Path) -> Path:

@@ -35,6 +35,18 @@ _SYNONYMS = {
 }
 """Other names of options that are ours to set, or that name files."""
 
+SCENARIO_KEYS = {
+    "configuration-file": "config",
+    "net-file": "net",
+    "route-files": "routes",
+    "additional-files": "additional",
+    "begin": "begin_s",
+    "step-length": "dt_s",
+    "seed": "seed",
+    "random": "seed",
+}
+"""Scenario keys by the SUMO option that they stand for, which is not to be set beside them."""
+
 INPUT_FILES = frozenset(
     {
         "net-file",

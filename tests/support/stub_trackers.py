@@ -1,39 +1,49 @@
-"""Trackers with one known fault each, to test the grader with. They are handed the truth when made, not in a scan."""
+"""Trackers with one known fault each, to test the grader with. They are told the truth: `scenarios.device.Oracle`."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+import numpy as np
 from support.frames import Estimate, compose, express, tracks_of
 
-GHOST_ID = 999
+from sim.world import VEHICLE_KINDS
+
+GHOST_ID = 999_999
 
 
 @dataclass
 class Perfect:
-    """Reports every actor's true box, in the odometry frame of the scan."""
+    """Reports every vehicle's true box, seen or not, in the odometry frame."""
 
-    frames: list
-    index: int = -1
+    frames: list = field(default_factory=list)
+    points: list = field(default_factory=list)
+    """Of each frame, the points of every actor."""
+    odom: list = field(default_factory=list)
+
+    def see_truth(self, frame, truth):
+        self.frames.append(frame)
+        self.points.append({actor: int((truth.actor_id == actor).sum()) for actor in frame.actors.id.tolist()})
 
     def step(self, scan):
-        self.index += 1
-        return tracks_of(self.estimates(self.index, scan)), None
+        self.odom.append(np.array(scan.ego_pose_odom))
+        return tracks_of(self.estimates(len(self.odom) - 1))
 
-    def estimates(self, index, scan):
+    def estimates(self, index):
         actors, ego = self.frames[index].actors, self.frames[index].ego
         out = []
-        for actor, pose, size in zip(actors.id.tolist(), actors.pose_world, actors.size, strict=True):
-            x, y, heading = compose(scan.ego_pose_odom, express(ego.pose_world, pose))
-            out.append(Estimate(actor, x, y, heading, tuple(size[:2])))
+        for row, actor in enumerate(actors.id.tolist()):
+            if actors.kind[row] in VEHICLE_KINDS:
+                pose = compose(self.odom[index], express(ego.pose_world, actors.pose_world[row]))
+                out.append(Estimate(actor, *pose, tuple(actors.size[row, :2])))
         return out
 
 
 @dataclass
 class OneFrameLate(Perfect):
-    """Reports where everything was in the frame before; the ego must stand still."""
+    """Reports where everything was in the frame before."""
 
-    def estimates(self, index, scan):
-        return super().estimates(max(index - 1, 0), scan)
+    def estimates(self, index):
+        return super().estimates(max(index - 1, 0))
 
 
 @dataclass
@@ -43,10 +53,10 @@ class IdSwapping(Perfect):
     pair: tuple = (0, 1)
     at: int = 0
 
-    def estimates(self, index, scan):
+    def estimates(self, index):
         a, b = self.pair
         swap = {a: b, b: a} if index >= self.at else {}
-        return [replace(e, id=swap.get(e.id, e.id)) for e in super().estimates(index, scan)]
+        return [replace(e, id=swap.get(e.id, e.id)) for e in super().estimates(index)]
 
 
 @dataclass
@@ -55,35 +65,33 @@ class BiasedYaw(Perfect):
 
     bias_deg: float = 0.0
 
-    def estimates(self, index, scan):
+    def estimates(self, index):
         turn = math.radians(self.bias_deg)
-        return [replace(e, heading=e.heading + turn) for e in super().estimates(index, scan)]
+        return [replace(e, heading=e.heading + turn) for e in super().estimates(index)]
 
 
 @dataclass
 class GhostMaking(Perfect):
-    """Adds a track on nothing, `at` in the odometry frame."""
+    """Adds a track on nothing, `at` in the ego frame [m]."""
 
     at: tuple = (0.0, 25.0)
 
-    def estimates(self, index, scan):
-        return [*super().estimates(index, scan), Estimate(GHOST_ID, *self.at)]
+    def estimates(self, index):
+        return [*super().estimates(index), Estimate(GHOST_ID, *compose(self.odom[index], (*self.at, 0.0)))]
 
 
 @dataclass
 class Forgetful(Perfect):
-    """Gives an actor a new id each time it comes back from having no points; `points[index][actor]` tells."""
+    """Drops an actor that has no points, and gives it a new id when it has some again."""
 
-    points: list = None
-    lost: dict = None
+    lost: dict = field(default_factory=dict)
 
-    def estimates(self, index, scan):
-        self.lost = self.lost or {}
+    def estimates(self, index):
         out = []
-        for e in super().estimates(index, scan):
+        for e in super().estimates(index):
             hidden, times = self.lost.get(e.id, (False, 0))
             seen = self.points[index][e.id] > 0
             self.lost[e.id] = (not seen, times + (hidden and seen))
             if seen:
-                out.append(replace(e, id=e.id + 100 * self.lost[e.id][1]))
+                out.append(replace(e, id=e.id + 10_000 * self.lost[e.id][1]))
         return out

@@ -19,5 +19,7 @@ class BaselineConfig:
     def __post_init__(self) -> None:
         if self.inlier_m <= 0.0:
             raise ValueError(f"inlier_m is {self.inlier_m}; give a positive distance in metres")
-        if self.points_max < 2:
-            raise ValueError(f"points_max is {self.points_max}; a direction needs at least 2 points")
+        if not 2 <= self.points_max <= 10_000:
+            raise ValueError(f"points_max is {self.points_max}; give 2, which a direction needs, to 10000")
+        if self.seed < 0:
+            raise ValueError(f"seed is {self.seed}; give 0 or more")

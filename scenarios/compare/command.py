@@ -1,0 +1,52 @@
+"""`luxloop compare` and `luxloop baseline`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline` wrote"
+
+
+def compare(
+    base: Annotated[Path, typer.Argument(metavar="BASE", help=f"{BASE_OR_HEAD}: what was before.")],
+    head: Annotated[Path, typer.Argument(metavar="HEAD", help="Likewise: what is now.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON, and nothing else.")] = False,
+) -> None:
+    """Compare runs of the same scenarios and seeds, and exit with 1 if HEAD is worse or newly fails."""
+    import json
+
+    from scenarios import report
+    from scenarios.compare import pairing, reading, table, verdict
+    from scenarios.compare.document import document
+
+    comparison = verdict.compare(pairing.pair(reading.read(base), reading.read(head)))
+    if as_json:
+        print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))
+    else:
+        report.show(table.report(comparison))
+    raise typer.Exit(1 if comparison.failed or comparison.verdict == "worse" else 0)
+
+
+def baseline(
+    runs: Annotated[Path, typer.Argument(metavar="RUNS", help="The folder of runs that shall be the baseline.")],
+    out: Annotated[Path, typer.Option(help="The file, to be committed; an earlier baseline there is replaced.")],
+) -> None:
+    """Write a baseline file for `luxloop compare`: the only way in which one ever changes."""
+    from scenarios.compare import baseline as file
+    from scenarios.compare import reading
+    from scenarios.compare.pairing import listed
+
+    side = reading.read_runs(runs)
+    before = {run.key: run for run in file.read(out)} if out.exists() else {}
+    file.write(out, list(side.runs.values()))
+    changed = [key for key in side.runs if key in before and side.runs[key].trace_hash != before[key].trace_hash]
+    print(f"{out}: {len(side.runs)} runs, {out.stat().st_size / 1000:.0f} kB")
+    for what, keys in (
+        ("new", [key for key in side.runs if key not in before]),
+        ("changed", changed),
+        ("dropped", [key for key in before if key not in side.runs]),
+        ("ended early, and will not be compared", [key for key, run in side.runs.items() if run.ended_early]),
+    ):
+        if keys:
+            print(f"{len(keys)} {what}: {listed(keys)}")

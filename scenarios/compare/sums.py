@@ -1,0 +1,172 @@
+"""What each vehicle adds to the metrics of a run: metrics of any choice of vehicles are then a matter of adding up."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from scenarios.compare.matching import ALPHAS, match
+from scenarios.grading import occlusion, track
+from scenarios.grading.config import GradingConfig
+from scenarios.grading.geometry import Floats, Ints
+from sensor_model.truth import NO_ACTOR
+from tracker.records import MODELS
+
+SUMS = (
+    *("observations", "reported", "hits", "switches", "identified"),
+    *("fitted", "fit_heading_deg", "fit_position_m"),
+    *("moving", "flipped", "heading_deg", "moving_x_m", "moving_y_m"),
+    *("standing", "standing_x_m", "standing_y_m", "right_mode"),
+    *("segmented", "split", "in_no_segment", "segments", "merged"),
+    *("occlusions", "survived"),
+)
+"""What is summed over the frames of a vehicle: counts, and absolute errors in the unit that the name ends with."""
+
+COLUMNS = (*SUMS, *(f"matched_{alpha:.2f}" for alpha in ALPHAS), *(f"associated_{alpha:.2f}" for alpha in ALPHAS))
+"""Those, and HOTA's true positives and their association scores at each overlap."""
+
+DIGITS = 6
+"""Significant ones that are kept of a sum; BASE and HEAD are rounded alike, from a baseline file or not."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VehicleSums:
+    """Sums of one run for V vehicles; what belongs to none of them is in the row of `NO_ACTOR`, always the first."""
+
+    vehicle: Ints
+    """(V,) ids, ascending."""
+    sums: Floats
+    """(V, len(SUMS))."""
+    matches: Ints
+    """(M, 2 + len(ALPHAS)) HOTA's pairs: vehicle, frames of the track, and frames in which they match, by the largest
+    of `ALPHAS` that their overlap reaches."""
+
+    def columns(self) -> Floats:
+        """(V, len(COLUMNS)), HOTA's filled in: for a pair matched in c frames, c and c * c / (frames of either)."""
+        row = np.searchsorted(self.vehicle, self.matches[:, 0])
+        matched = self.matches[:, :1:-1].cumsum(axis=1)[:, ::-1]  # a large overlap reaches the small ones, too
+        either = self.sums[row, 0, None] + self.matches[:, 1:2] - matched
+        hota = np.zeros((len(self.vehicle), 2 * len(ALPHAS)))
+        np.add.at(hota, row, np.hstack([matched, matched**2 / either]))
+        return np.hstack([self.sums, hota])
+
+
+class _Rows(NamedTuple):
+    """Finds the row of a vehicle; whoever was never graded counts as nobody."""
+
+    vehicle: Ints
+
+    def sum(self, actor_id: npt.ArrayLike, values: npt.ArrayLike | None = None) -> Floats:
+        """(V,) sums of values (n,), or numbers of rows, of actors (n,)."""
+        actor_id = np.asarray(actor_id, dtype=np.int64)
+        row = np.minimum(np.searchsorted(self.vehicle, actor_id), len(self.vehicle) - 1)
+        row = np.where(self.vehicle[row] == actor_id, row, 0)
+        weights = None if values is None else np.asarray(values, dtype=np.float64)
+        return np.bincount(row, weights, len(self.vehicle)).astype(np.float64)
+
+
+def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> VehicleSums:
+    """Add up the tables of a run, `scenarios/grading/tables.py`, by vehicle.
+
+    Raises
+    ------
+    KeyError
+        A table or a column is missing.
+    """
+    truth, tracks = tables["truth"], tables["tracks"]
+    graded, judged = truth[truth["graded"]], tracks[tracks["judged"]]
+    rows = _Rows(np.union1d([NO_ACTOR], graded["actor_id"]))
+    matched, matches = _follow(rows, tables, config)
+    sums = {
+        "observations": rows.sum(graded["actor_id"]),
+        **matched,
+        **_fit(rows, tables["fits"]),
+        **_positions(rows, judged),
+        **_headings(rows, judged),
+        **_segmentation(rows, graded, tables["segments"], config),
+        **_occlusions(rows, truth, config),
+    }
+    column = np.column_stack([sums[name] for name in SUMS])
+    return VehicleSums(rows.vehicle, _rounded(column), matches)
+
+
+def _follow(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> tuple[dict[str, Floats], Ints]:
+    """Whom the tracks follow; a track on a graded vehicle is reported of it, any other one of nobody."""
+    sequence = track.sequence(tables["truth"], tables["tracks"], tables["overlaps"])
+    matching, vehicle = match(sequence, config.hit_iou_min), sequence["actor_ids"]
+    reported = tables["tracks"]
+    reported = reported[reported["verdict"].isin(["graded", "false"])]
+    of_actor = np.where(reported["verdict"] == "graded", reported["actor_id"], NO_ACTOR)
+    v, t = np.nonzero(matching.overlaps[:, :, 1:].any(axis=2))
+    pairs = np.column_stack([vehicle[v], matching.track_frames[t], matching.overlaps[v, t, 1:]])
+    return {
+        "reported": rows.sum(of_actor),
+        "hits": rows.sum(vehicle, matching.hits),
+        "switches": rows.sum(vehicle, matching.switches),
+        "identified": rows.sum(vehicle, matching.identified),
+    }, pairs
+
+
+def _fit(rows: _Rows, fits: pd.DataFrame) -> dict[str, Floats]:
+    """Errors of the chosen rectangles."""
+    best = fits[fits["best"] & np.isfinite(fits["heading_error_deg"])]
+    return {
+        "fitted": rows.sum(best["actor_id"]),
+        "fit_heading_deg": rows.sum(best["actor_id"], best["heading_error_deg"].abs()),
+        "fit_position_m": rows.sum(best["actor_id"], best["position_error_m"]),
+    }
+
+
+def _positions(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
+    """Errors of the tracks that follow graded vehicles, and their modes, as in `grading.mma` and `grading.modes`."""
+    sums = {"right_mode": rows.sum(judged["actor_id"], judged["model"].to_numpy(object) == judged["true_mode"])}
+    stands = judged["true_mode"] == MODELS[0]
+    for target, seen in (("standing", judged[stands]), ("moving", judged[~stands])):
+        sums[target] = rows.sum(seen["actor_id"])
+        for axis in "xy":
+            sums[f"{target}_{axis}_m"] = rows.sum(seen["actor_id"], seen[f"mma_{axis}_error_m"].abs())
+    return sums
+
+
+def _headings(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
+    """Moving vehicles whose track points backwards, as in `grading.track`, and the error where it does not."""
+    moving = judged[judged["true_mode"] != MODELS[0]]
+    error = moving["heading_error_deg"].abs()
+    flipped = error > 90.0
+    return {
+        "flipped": rows.sum(moving["actor_id"], flipped),
+        "heading_deg": rows.sum(moving["actor_id"], error.where(~flipped, 0.0)),
+    }
+
+
+def _segmentation(
+    rows: _Rows, graded: pd.DataFrame, segments: pd.DataFrame, config: GradingConfig
+) -> dict[str, Floats]:
+    """Vehicles that were cut up or overlooked, and segments that hold two things, as in `grading.segmentation`."""
+    seen = graded[graded["largest_segment_share"].notna()]
+    return {
+        "segmented": rows.sum(seen["actor_id"]),
+        "split": rows.sum(seen["actor_id"], seen["segments"] >= 2),
+        "in_no_segment": rows.sum(seen["actor_id"], seen["largest_segment_share"] <= 0.5),
+        "segments": rows.sum(segments["actor_id"]),
+        "merged": rows.sum(segments["actor_id"], segments["second_share"] >= config.part_share_min),
+    }
+
+
+def _occlusions(rows: _Rows, truth: pd.DataFrame, config: GradingConfig) -> dict[str, Floats]:
+    """Occlusions, and how many of them the track outlived."""
+    found = [
+        (vehicle, survived)
+        for vehicle, life in truth.sort_values("frame", kind="stable").groupby("actor_id")
+        for _, survived in occlusion.episodes(life, config)
+    ]
+    vehicle, survived = np.reshape(found, (-1, 2)).T
+    return {"occlusions": rows.sum(vehicle), "survived": rows.sum(vehicle, survived)}
+
+
+def _rounded(sums: Floats) -> Floats:
+    """Keep `DIGITS` significant ones, by way of decimal text: a baseline file gives the very same numbers back."""
+    return np.array([[float(f"{value:.{DIGITS}g}") for value in row] for row in sums.tolist()])

@@ -1,0 +1,97 @@
+"""The scans of a run read back, with the frames and the truth they came with, bit for bit."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from scenarios import run_folder
+from scenarios.dataset_columns import FILES, Column, Values
+from scenarios.dataset_rows import records_of
+from scenarios.errors import OutputError
+from scenarios.grading.geometry import Floats
+from sensor_model.truth import ScanTruth
+from sim.world import WorldFrame
+from tracker.scan import Scan
+
+ROWS_AT_ONCE = 1 << 17
+"""Rows that are read at once; a recording may be larger than memory."""
+
+
+class RecordedScans:
+    """Frames in order, as often as one likes.
+
+    Parameters
+    ----------
+    run
+        Folder of a run.
+    frames
+        How many it has.
+    units
+        How many LIDARs its rig has.
+
+    Raises
+    ------
+    OutputError
+        The run has no scans, or they are not those of a whole run.
+    """
+
+    def __init__(self, run: Path, frames: int, units: int) -> None:
+        self._folder, self._units = run / run_folder.SCANS, units
+        if not self._folder.is_dir():
+            raise OutputError(f"{run}: no recorded scans in it; run the scenario again with --record-scans")
+        with _whole(self._folder):
+            scans = pq.read_table(self._folder / "scans.parquet", columns=["frame", "time_s"])
+        self.time_s: Floats = scans["time_s"].to_numpy()
+        """(F,) of the frames [s]."""
+        if scans["frame"].to_pylist() != list(range(frames)):
+            raise OutputError(
+                f"{self._folder}: holds {len(self.time_s)} frames, not the {frames} of the run; run the scenario again"
+            )
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
+        with _whole(self._folder):
+            files = {name: _Rows(self._folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
+        for frame in range(len(self)):
+            with _whole(self._folder):
+                rows = {name: file.of(frame) for name, file in files.items()}
+            yield records_of(rows, self._units)
+
+
+class _Rows:
+    """The rows of one file, frame by frame."""
+
+    def __init__(self, path: Path, columns: tuple[Column, ...]) -> None:
+        self._batches = (
+            {column.name: column.values(batch[column.name]) for column in columns}
+            for batch in pq.ParquetFile(path).iter_batches(ROWS_AT_ONCE, columns=[column.name for column in columns])
+        )
+        self._waiting: Values = {column.name: column.values(pa.array([], column.type)) for column in columns}
+
+    def of(self, frame: int) -> Values:
+        """Rows of a frame; frames are asked for in order."""
+        while not len(self._waiting["frame"]) or self._waiting["frame"][-1] <= frame:
+            batch = next(self._batches, None)
+            if batch is None:
+                break
+            self._waiting = {name: np.concatenate([values, batch[name]]) for name, values in self._waiting.items()}
+        end = int(np.searchsorted(self._waiting["frame"], frame, side="right"))
+        rows = {name: values[:end] for name, values in self._waiting.items()}
+        self._waiting = {name: values[end:] for name, values in self._waiting.items()}
+        return rows
+
+
+@contextmanager
+def _whole(folder: Path) -> Iterator[None]:
+    """Make one line of what happens on files that are missing or broken."""
+    try:
+        yield
+    except (OSError, pa.ArrowException, KeyError) as error:
+        what = " ".join(str(error).split())
+        raise OutputError(f"{folder}: cannot be read ({what}); run the scenario again with --record-scans") from error

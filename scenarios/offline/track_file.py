@@ -1,0 +1,99 @@
+"""Tracks that another program made of recorded scans, as answers to these scans."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from scenarios.errors import TracksError
+from scenarios.grading.geometry import Floats, Ints, into_frame, nearest_sign, turned
+from scenarios.offline import track_columns
+from tracker.records import MODELS, Tracks
+from tracker.scan import Scan
+
+TIME_TOLERANCE_S = 1e-3
+"""By which a row's time may miss its scan's: programs print times with few digits."""
+
+
+class TrackFile:
+    """A device under test that answers each scan with the tracks that a file has for it.
+
+    Parameters
+    ----------
+    path
+        The file.
+    time_s
+        (F,) times of the scans [s].
+
+    Raises
+    ------
+    TracksError
+        The file breaks the layout, or is of other scans.
+    """
+
+    def __init__(self, path: Path, time_s: Floats) -> None:
+        rows = track_columns.read(path)
+        frame = _frames(path, rows, time_s)
+        _refuse_twins(path, rows["track_id"].to_numpy(), frame)
+        order = np.argsort(frame, kind="stable")
+        ends = np.searchsorted(frame[order], np.arange(1, len(time_s)))
+        self._answers: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
+
+    def step(self, scan: Scan) -> Tracks:
+        """Return the tracks of the next scan."""
+        return _tracks(next(self._answers), scan)
+
+
+def _frames(path: Path, rows: pd.DataFrame, time_s: Floats) -> Ints:
+    """(N,) frame of each row."""
+    if "frame" in rows:
+        frame: Ints = rows["frame"].to_numpy()
+        there = (frame >= 0) & (frame < len(time_s))
+        track_columns.require(path, rows["frame"], there, f"the run has frames 0 to {len(time_s) - 1}")
+        return frame
+    time = rows["time_s"].to_numpy()
+    nearest: Ints = np.searchsorted(0.5 * (time_s[1:] + time_s[:-1]), time)
+    near = np.abs(time - time_s[nearest]) <= TIME_TOLERANCE_S
+    track_columns.require(path, rows["time_s"], near, "no scan is within 1 ms of it; see time_s in scans.parquet")
+    return nearest
+
+
+def _refuse_twins(path: Path, track_id: Ints, frame: Ints) -> None:
+    twin = pd.DataFrame({"frame": frame, "track_id": track_id}).duplicated().to_numpy(np.bool_)
+    if twin.any():
+        row = int(np.argmax(twin))
+        raise TracksError(
+            f"{path}: column track_id, row {row + 1}: {track_id[row]}: is in frame {frame[row]} already; "
+            "give each track one row in a frame"
+        )
+
+
+def _tracks(rows: pd.DataFrame, scan: Scan) -> Tracks:
+    """Fill in the record; the corner it names is the nearest to the ego.
+
+    What a file does not tell is NaN, the selected model -1, and no metric is made of it.
+    """
+    count = len(rows)
+    pose_odom = rows[["x_odom_m", "y_odom_m", "heading_odom_rad"]].to_numpy(np.float64)
+    size = rows[["length_m", "width_m"]].to_numpy(np.float64)
+    sign = nearest_sign(np.column_stack([into_frame(pose_odom, scan.ego_pose_odom), size]))
+    mean = _untold(count, 8)
+    mean[:, :2] = pose_odom[:, :2] + turned(0.5 * sign * size, pose_odom[:, 2])
+    mean[:, 6] = pose_odom[:, 2]
+    return Tracks(
+        id=rows["track_id"].to_numpy(np.int64),
+        status=rows["status"].to_numpy(np.uint8),
+        mean=mean,
+        covariance=_untold(count, 8, 8),
+        model_probability=_untold(count, len(MODELS)),
+        model=np.full(count, -1),
+        model_position_odom=_untold(count, len(MODELS), 2),
+        corner_sign=sign,
+        size=size,
+    )
+
+
+def _untold(*shape: int) -> npt.NDArray[np.float64]:
+    return np.full(shape, np.nan)

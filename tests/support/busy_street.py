@@ -1,0 +1,72 @@
+"""A second and a half of a street on which every stage of the tracker makes mistakes, and who is to blame for them."""
+
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from support import short_run
+
+from scenarios import blame
+from scenarios.scenario import Scenario
+
+TEXT = """\
+description = "A car stops and goes, one comes towards the ego, and two are parked too near each other."
+seed = 2
+duration_s = 1.6
+
+[traffic]
+kind = "scripted"
+
+[traffic.ego]
+motion = [{ kind = "straight", speed_mps = 6 }]
+
+[[traffic.actor]]
+name = "beside"
+x_m = 8
+y_m = 3.2
+motion = [{ kind = "stop-and-go", peak_speed_mps = 8, go_s = 1.6, stop_s = 0.4 }]
+
+[[traffic.actor]]
+name = "oncoming"
+x_m = 30
+y_m = 6.5
+yaw_deg = 180
+motion = [{ kind = "straight", speed_mps = 9 }]
+
+[[traffic.actor]]
+name = "parked"
+x_m = 12
+y_m = -4
+reflectivity = 0.6
+
+[[traffic.actor]]
+name = "parked close"
+x_m = 17.2
+y_m = -4
+reflectivity = 0.6
+
+[[traffic.actor]]
+name = "ahead"
+x_m = 14
+y_m = 0
+motion = [{ kind = "straight", speed_mps = 6 }]
+
+[[traffic.obstacle]]
+corners_m = [[-20, 12], [40, 12]]
+height_m = 3
+
+[noise.outliers]
+enabled = true
+"""
+
+
+def scenario(text: str = TEXT) -> Scenario:
+    """Of the street, or of another text."""
+    with tempfile.TemporaryDirectory() as folder:
+        return Scenario.load(short_run.write(Path(folder), text, "busy"))
+
+
+@cache
+def blamed() -> blame.Blame:
+    """The shipped tracker and its oracles on the street, run once for all tests that only look at them."""
+    return blame.find_out(scenario())

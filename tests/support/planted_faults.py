@@ -1,0 +1,137 @@
+"""The shipped tracker with one fault planted in what it says: each is there for one family of metrics to catch."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from tracker.records import MODELS
+from tracker.tracker import Tracker
+
+CA = MODELS.index("ca")
+
+
+@dataclass
+class Sound:
+    """The shipped tracker as it is."""
+
+    config: object
+    tracker: Tracker = field(init=False)
+
+    def __post_init__(self):
+        self.tracker = Tracker(self.config)
+
+    def step(self, scan):
+        tracks, trace = self.tracker.step(scan)
+        return self.tracks(tracks), self.trace(trace)
+
+    def tracks(self, tracks):
+        return tracks
+
+    def trace(self, trace):
+        return trace
+
+
+class BiasedFits(Sound):
+    """Every rectangle is turned about its centre."""
+
+    bias_deg: ClassVar = 3.0
+
+    def trace(self, trace):
+        turned = trace.candidates.heading + math.radians(self.bias_deg)
+        return replace(trace, candidates=replace(trace.candidates, heading=turned))
+
+
+class WorstFits(Sound):
+    """The dearest rectangle is chosen in place of the cheapest."""
+
+    def trace(self, trace):
+        cost = trace.candidates.cost
+        worst = np.where(np.isfinite(cost), cost, -np.inf).argmax(axis=1)
+        return replace(trace, candidates=replace(trace.candidates, best=worst))
+
+
+class SplitSegments(Sound):
+    """Of every segment, two points in five make another; rectangles are as before."""
+
+    def trace(self, trace):
+        label, count = trace.segments.label.copy(), trace.segments.count
+        for segment in range(count):
+            member = np.flatnonzero(label == segment)
+            label[member[np.arange(len(member)) % 5 >= 3]] = count + segment
+        twice = np.tile(np.arange(count), 2)
+        candidates = replace_all(trace.candidates, lambda values: values[twice])
+        segments = replace(trace.segments, label=label, count=2 * count)
+        return replace(trace, segments=segments, candidates=candidates)
+
+
+class MergedSegments(Sound):
+    """All points that are in a segment are in one."""
+
+    def trace(self, trace):
+        label = np.minimum(trace.segments.label, 0)
+        count = min(trace.segments.count, 1)
+        boxes = trace.boxes.subset(np.flatnonzero(trace.boxes.segment < count))
+        return replace(
+            trace,
+            segments=replace(trace.segments, label=label, count=count),
+            candidates=replace_all(trace.candidates, lambda values: values[:count]),
+            boxes=boxes,
+            track_id=trace.track_id[: len(boxes)],
+        )
+
+
+class NoSegments(Sound):
+    """Nothing is found in the points."""
+
+    def trace(self, trace):
+        return replace(
+            trace,
+            segments=replace(trace.segments, label=np.full_like(trace.segments.label, -1), count=0),
+            candidates=replace_all(trace.candidates, lambda values: values[:0]),
+            boxes=trace.boxes.subset(np.empty(0, np.int64)),
+            track_id=trace.track_id[:0],
+        )
+
+
+class KeepingLinkage(Sound):
+    """No point is an outlier."""
+
+    def trace(self, trace):
+        return replace(trace, linkage=replace(trace.linkage, line=np.maximum(trace.linkage.line, 0)))
+
+
+class RemovingLinkage(Sound):
+    """Every point is an outlier."""
+
+    def trace(self, trace):
+        return replace(trace, linkage=replace(trace.linkage, line=np.full_like(trace.linkage.line, -1)))
+
+
+class AlwaysAccelerating(Sound):
+    """Constant acceleration is the model of everybody, and its position theirs."""
+
+    def tracks(self, tracks):
+        mean = tracks.mean.copy()
+        mean[:, :2] = tracks.model_position_odom[:, CA]
+        sure = np.eye(len(MODELS))[np.full(len(tracks), CA)]
+        return replace(tracks, mean=mean, model=np.full(len(tracks), CA), model_probability=sure)
+
+
+class Overconfident(Sound):
+    """Covariances are four times too small."""
+
+    factor: ClassVar = 4.0
+
+    def tracks(self, tracks):
+        return replace(
+            tracks,
+            covariance=tracks.covariance / self.factor,
+            model_covariance_odom=tracks.model_covariance_odom / self.factor,
+        )
+
+
+def replace_all(record, change):
+    """The same change in every field."""
+    return replace(record, **{name: change(getattr(record, name)) for name in record.__slots__})

@@ -1,0 +1,196 @@
+"""Runs of the shipped tracker that are kept frame by frame, to be graded again with something about them changed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import cache, cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scenarios import listing, loop
+from scenarios.compare.digest import RunDigest, digest
+from scenarios.grading import tables
+from scenarios.grading.following import Following
+from scenarios.grading.geometry import turned
+from scenarios.grading.grader import Grader
+from scenarios.grading.instant import Instant
+from scenarios.grading.pairing import Pairer
+from scenarios.grading.tables import TableBuilder
+from scenarios.result import Result
+from scenarios.scenario import Scenario
+from sensor_model.truth import ScanTruth
+from sim.world import WorldFrame
+from tracker.records import StepTrace, Tracks
+from tracker.scan import Scan
+from tracker.tracker import Tracker
+
+STREET = """\
+description = "A street with all that moves and stands."
+duration_s = 5.0
+
+[traffic]
+kind = "scripted"
+ego = { motion = [{ kind = "straight", speed_mps = 10.0 }] }
+actor = [
+    { x_m = 12.0, y_m = 3.5, motion = [{ kind = "straight", speed_mps = 11.0 }] },
+    { x_m = -12.0, y_m = -3.5, motion = [{ kind = "straight", speed_mps = 12.0 }] },
+    { x_m = 2.0, y_m = 3.8, kind = "truck", motion = [{ kind = "straight", speed_mps = 10.0 }] },
+    { x_m = -20.0, y_m = 7.3, motion = [{ kind = "straight", speed_mps = 18.0 }] },
+    { x_m = 45.0, y_m = 8.0, yaw_deg = 180.0, motion = [{ kind = "straight", speed_mps = 9.0 }] },
+    { x_m = 18.0, y_m = -6.0, yaw_deg = 4.0 },
+    { x_m = 30.0, y_m = -6.0, yaw_deg = -3.0 },
+    { x_m = 26.0, y_m = 0.2, motion = [{ kind = "straight", speed_mps = 10.0 }] },
+]
+"""
+
+
+class Frame(NamedTuple):
+    """All of one frame that is graded."""
+
+    frame: WorldFrame
+    scan: Scan
+    truth: ScanTruth
+    tracks: Tracks
+    trace: StepTrace
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """One run."""
+
+    scenario: Scenario
+    result: Result
+    frames: list[Frame]
+    instants: list[Instant]
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Recorded":
+        """Run a scenario."""
+        frames, answers = [], []
+
+        class Listening(Tracker):
+            def step(self, scan):
+                answers.append(super().step(scan))
+                return answers[-1]
+
+        def keep(frame, scan, truth, _grade):
+            frames.append(Frame(frame, scan, truth, *answers[-1]))
+
+        result = loop.run(scenario, Listening, export=keep)
+        return cls(scenario, result, frames, [Instant.of(*frame[:3], scenario.grading) for frame in frames])
+
+    @cached_property
+    def followed(self) -> list[tuple[Following, dict[str, Any]]]:
+        """Whom the tracks follow in every frame, and their rows of the table."""
+        pairer = Pairer(self.scenario.grading)
+        followed = [
+            Following.of(now, frame.tracks, pairer) for frame, now in zip(self.frames, self.instants, strict=True)
+        ]
+        return [
+            (f, f.rows(now, frame.tracks)) for f, now, frame in zip(followed, self.instants, self.frames, strict=True)
+        ]
+
+    def with_tracks(self, change: Callable[[Frame, Following, dict[str, Any]], Tracks], name: str) -> RunDigest:
+        """Grade other tracks than the tracker's, made from them, whom they follow, and their rows of the table.
+
+        What they have no part in, the stages before, stays as it is; `name` stands for the trace hash.
+        """
+        pairer = Pairer(self.scenario.grading)
+        tracks, overlaps, track_id = TableBuilder(tables.TRACKS), TableBuilder(tables.OVERLAPS), []
+        for frame, now, before in zip(self.frames, self.instants, self.followed, strict=True):
+            changed = change(frame, *before)
+            following = Following.of(now, changed, pairer)
+            tracks.add(frame.frame, following.rows(now, changed))
+            overlaps.add(frame.frame, following.overlap_rows(now, changed))
+            track_id.append(following.track_of_actor(now, changed))
+        graded = {**self.result.tables, "tracks": tracks.build(), "overlaps": overlaps.build()}
+        graded["truth"] = graded["truth"].assign(track_id=np.concatenate(track_id))
+        return digest(replace(self.result, trace_hash=name, tables=graded))
+
+    def with_device(self, device: Any, name: str) -> RunDigest:
+        """Show the recorded scans to another device, and grade all that it says."""
+        grader = Grader(self.scenario.grading)
+        for frame in self.frames:
+            grader.add(*frame[:3], *device.step(frame.scan))
+        metrics, graded = grader.finish()
+        return digest(replace(self.result, trace_hash=name, metrics=self.result.metrics | metrics, tables=graded))
+
+
+@cache
+def runs() -> list[Recorded]:
+    """Three runs of a street and one of a crossing in SUMO: some 50 vehicles."""
+    with TemporaryDirectory() as folder:
+        street = Path(folder) / "street.toml"
+        street.write_text(STREET, encoding="utf-8")
+        streets = [Recorded.of(Scenario.load(street, {"seed": seed})) for seed in (1, 2, 3)]
+    crossing = Scenario.load(listing.find("sumo-crossing"), {"duration_s": 6.0})
+    return [*streets, Recorded.of(crossing)]
+
+
+@cache
+def base() -> tuple[RunDigest, ...]:
+    """Those runs as they were."""
+    return tuple(digest(run.result) for run in runs())
+
+
+class Shuffled(Tracker):
+    """The shipped tracker, given the points of every scan in another order."""
+
+    def __init__(self, seed: int) -> None:
+        super().__init__()
+        self._rng = np.random.default_rng(seed)
+
+    def step(self, scan: Scan) -> tuple[Tracks, StepTrace]:
+        order = self._rng.permutation(len(scan.points_ego))
+        columns = {f.name: getattr(scan, f.name) for f in fields(Scan)}
+        per_point = {name: column[order] for name, column in columns.items() if np.shape(column)[:1] == order.shape}
+        tracks, trace = super().step(replace(scan, **per_point))
+        back = np.argsort(order)
+        segments = replace(trace.segments, label=trace.segments.label[back])
+        return tracks, replace(trace, segments=segments, linkage=replace(trace.linkage, line=trace.linkage.line[back]))
+
+
+def jitter(seed: int, sigma_m: float) -> Callable[..., Tracks]:
+    """Shift every track by a normal error of no mean."""
+    rng = np.random.default_rng(seed)
+    return lambda frame, *_: _shifted(frame.tracks, rng.normal(0.0, sigma_m, (len(frame.tracks), 2)))
+
+
+def withhold(seed: int, share: float) -> Callable[..., Tracks]:
+    """Leave out a share of the tracks, by chance."""
+    rng = np.random.default_rng(seed)
+    return lambda frame, *_: _select(frame.tracks, rng.random(len(frame.tracks)) >= share)
+
+
+def worse_position(share: float) -> Callable[..., Tracks]:
+    """Make the error of every corner larger by a share."""
+
+    def change(frame: Frame, _following: Following, rows: dict[str, Any]) -> Tracks:
+        error_ego = np.nan_to_num(np.column_stack([rows["mma_x_error_m"], rows["mma_y_error_m"]]))
+        return _shifted(frame.tracks, share * turned(error_ego, np.full(len(error_ego), frame.scan.ego_pose_odom[2])))
+
+    return change
+
+
+def worse_heading(share: float) -> Callable[..., Tracks]:
+    """Make every error of heading larger by a share."""
+
+    def change(frame: Frame, following: Following, _rows: dict[str, Any]) -> Tracks:
+        mean = frame.tracks.mean.copy()
+        mean[:, 6] += share * np.nan_to_num(following.heading_error)
+        return replace(frame.tracks, mean=mean)
+
+    return change
+
+
+def _select(tracks: Tracks, kept: Any) -> Tracks:
+    columns = {field.name: getattr(tracks, field.name) for field in fields(Tracks)}
+    return Tracks(**{name: None if column is None else column[kept] for name, column in columns.items()})
+
+
+def _shifted(tracks: Tracks, offset_odom: Any) -> Tracks:
+    mean = tracks.mean.copy()
+    mean[:, :2] += offset_odom
+    return replace(tracks, mean=mean, model_position_odom=tracks.model_position_odom + offset_odom[:, None])
