@@ -6,10 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from scenarios.grading.snapshots import PATIENCE_S
 from tracker.records import MODELS
 
 Row = Mapping[str, Any]
 """One row of a table by column, and its `badness`."""
+
+NEWCOMER = 0.01
+"""What a vehicle without a track counts that came into view less than `PATIENCE_S` ago: tracks take time to confirm."""
 
 CONSISTENT = 2.0
 """NEES and NIS of a position that is as uncertain as it is said to be, in the mean."""
@@ -152,13 +156,16 @@ def identities(truth: pd.DataFrame) -> Rated:
 
 
 def detections(truth: pd.DataFrame, tracks: pd.DataFrame) -> Rated:
-    """Graded vehicles without a track and tracks on nothing, counted by frame."""
-    missed = truth[truth["graded"] & (truth["track_id"] < 0)].groupby("frame").size()
+    """Graded vehicles without a track and tracks on nothing, by frame; newcomers without one weigh little."""
+    graded = truth[truth["graded"]]
+    age_s = graded["time_s"] - graded.groupby("actor_id")["time_s"].transform("min")
+    lost = graded.assign(weight=np.where(age_s < PATIENCE_S, NEWCOMER, 1.0))[graded["track_id"] < 0].groupby("frame")
     false = tracks[tracks["verdict"] == "false"].groupby("frame").size()
     frames = pd.concat([truth[["frame", "time_s"]], tracks[["frame", "time_s"]]]).drop_duplicates("frame")
-    rows = frames.assign(missed=frames["frame"].map(missed).fillna(0), false=frames["frame"].map(false).fillna(0))
+    columns = {"missed": lost.size(), "weight": lost["weight"].sum(), "false": false}
+    rows = frames.assign(**{name: frames["frame"].map(column).fillna(0) for name, column in columns.items()})
 
     def tell(row: Row) -> str:
         return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} tracks on nothing"
 
-    return Rated(rows, rows["missed"] + rows["false"], tell)
+    return Rated(rows, rows["weight"] + rows["false"], tell)

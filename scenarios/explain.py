@@ -15,7 +15,7 @@ Key = tuple[str | int, ...]
 UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}
 LONGEST_VALUE = 60
-SMALLEST, LARGEST = 1e-12, 1e12
+SMALLEST, LARGEST = 1e-12, 1e10
 """Of numbers other than 0, in whatever unit: no quantity of road traffic lies beyond, and their products are finite."""
 
 

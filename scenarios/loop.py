@@ -123,7 +123,8 @@ def _rig(scenario: Scenario) -> Rig:
     try:
         return load_rig(str(scenario.rig), scenario.folder)
     except RigError as error:
-        raise ScenarioError(f"{scenario.path}: rig: {error}") from error
+        key = "name" if scenario.rig.name else "file"
+        raise ScenarioError(f'{scenario.path}: rig.{key} = "{scenario.rig}": {error}') from error
 
 
 def _source(scenario: Scenario, rig: Rig) -> TrafficSource:

@@ -15,6 +15,7 @@ import pytest
 
 from scenarios import toml_file
 from scenarios.errors import InputError
+from scenarios.pytest_report import FOLDER, SuiteReport
 
 if TYPE_CHECKING:
     from scenarios.execute import Outcome
@@ -42,6 +43,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--luxloop-seeds", metavar="N", type=_count, default=1, help="run each with so many seeds, from its own on"
     )
+    group.addoption("--luxloop-report", metavar="FILE", help="write one HTML report of all runs")
     group.addoption("--luxloop-record", action="store_true", help="write recordings, for luxloop view")
 
 
@@ -53,7 +55,10 @@ def _count(text: str) -> int:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marks."""
+    """Declare the marks, and let the report be written where all results come together."""
+    out = config.getoption("--luxloop-report")
+    if out and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(SuiteReport(Path(out)))
     config.addinivalue_line("markers", 'smoke: scenarios with suite = "smoke", for every change')
     config.addinivalue_line("markers", "full: all scenarios")
 
@@ -124,6 +129,7 @@ class ScenarioItem(pytest.Item):
     def _tell_properties(self, outcome: "Outcome") -> None:
         """Put the figures into the JUnit file."""
         self.user_properties += [("seed", self.seed), ("trace_hash", outcome.result.trace_hash)]
+        self.user_properties += [(FOLDER, str(outcome.out))]
         figures = {check.name: check.metric.value for check in outcome.checks}
         self.user_properties += [(name, "n/a" if value is None else value) for name, value in figures.items()]
 

@@ -101,7 +101,7 @@ def read(folder: Path) -> Result:
     Raises
     ------
     OutputError
-        The folder holds no run.
+        The folder holds no run, or a damaged one.
     """
     try:
         document = json.loads((folder / RESULT).read_text(encoding="utf-8"))
@@ -117,8 +117,17 @@ def read(folder: Path) -> Result:
             config=document["config"],
             versions=document["versions"],
         )
-    except (OSError, ValueError, KeyError, TypeError) as error:  # not JSON, not UTF-8 and no Parquet are ValueErrors
+    except FileNotFoundError as error:
         raise _no_run(folder) from error
+    except (
+        OSError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+    ) as error:  # a ValueError is no JSON, no Parquet
+        why = "the run in it is damaged, or of another version of luxloop; run the scenario again"
+        raise OutputError(f"{folder}: {why}") from error
 
 
 def recording(folder: Path) -> Path:

@@ -1,5 +1,6 @@
 """Which units sit where on the ego, and the files that say so; docs/rig-files.md explains every key."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -170,6 +171,6 @@ def _find(name_or_path: str, kind: str, folder: Path) -> Path:
     """Resolve a shipped name, else a path relative to `folder`."""
     shipped = {path.stem: path for path in sorted((SHIPPED / f"{kind}s").glob("*.toml"))}
     path = shipped.get(name_or_path, folder / name_or_path)
-    if not path.is_file():
+    if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
         raise RigError(f"{path}: no such {kind} file; give a path, or one of: {', '.join(shipped)}")
     return path

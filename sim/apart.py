@@ -134,9 +134,7 @@ class _Process:
         self._scratch = tempfile.mkdtemp(prefix="luxloop-")
         self._owner = os.getpid()
         path = list(map(str, sys.path))
-        program = (
-            f"import sys; sys.path[:] = {path!r}; from sim.apart_child import serve; serve({self._scratch!r})"
-        )
+        program = f"import sys; sys.path[:] = {path!r}; from sim.apart_child import serve; serve({self._scratch!r})"
         # what a simulator complains of; a pipe that nobody reads would block it
         self._said = tempfile.TemporaryFile()  # noqa: SIM115
         self._popen = subprocess.Popen(

@@ -5,6 +5,7 @@ import pickle
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from contextlib import closing
@@ -17,7 +18,7 @@ from support.toy_traffic import ToyTraffic
 
 from scenarios import listing
 from scenarios.scenario import Scenario
-from sim.apart import AHEAD, ApartSource
+from sim.apart import AHEAD, ApartSource, _Process
 from sim.physical.config import PhysicalConfig
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.source import SumoSource
@@ -223,6 +224,33 @@ def test_a_process_whose_run_failed_serves_no_other(fate, tmp_path):
     first, second = processes(report)
     assert first != second
     assert is_gone(first)
+
+
+@pytest.mark.parametrize("fate", ["failed", "crash", "stuck"])
+def test_what_a_simulator_left_goes_with_its_process(fate, tmp_path, monkeypatch):
+    """However that ends: after an error, by itself, or ended amid a frame by whoever waited for it."""
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(_Process, "idle", [])  # a new one, which finds this folder
+    report = tmp_path / "report"
+    with closing(ApartSource(ToyTraffic(fate, report=str(report), litter=True), "toy", ahead=0)) as apart:
+        play(apart, 1)
+        assert [path.name for path in (tmp_path / "temporary").rglob("*.litter")] != []
+        if fate == "stuck":
+            interrupt_when(lambda: f"step {FRAMES}" in lines(report))
+        with pytest.raises((SimulatorFailedError, KeyboardInterrupt)):
+            apart.step()
+    assert list((tmp_path / "temporary").iterdir()) == []
+
+
+def interrupt_when(condition):
+    """Press Ctrl-C once it has come to that."""
+
+    def wait():
+        until(condition)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=wait).start()
 
 
 def test_two_runs_at_once_are_two_processes(tmp_path):

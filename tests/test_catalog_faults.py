@@ -25,7 +25,7 @@ FAULTS = {
     "pitch": "attitude",
 }
 """The kind of noise that each is about."""
-OWN = {"description", "reason", "noise", "expect"}
+OWN = {"description", "reason", "suite", "noise", "expect"}
 """Keys in which the files differ."""
 
 

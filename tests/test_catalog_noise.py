@@ -24,7 +24,7 @@ ON = {
     "noise-layer-overlap": {"layer_overlap"},
     "noise-all": KINDS,
 }
-OWN = {"description", "reason", "noise", "expect"}
+OWN = {"description", "reason", "suite", "noise", "expect"}
 """Keys in which the files differ."""
 EVERY = 6
 """Of so many frames one is scanned."""

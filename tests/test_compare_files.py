@@ -88,10 +88,10 @@ def test_two_runs_of_the_same_are_refused(tmp_path):
     ("damage", "complaint"),
     [
         (lambda run: (run / "tables" / "tracks.parquet").unlink(), "the run has no 'tracks'"),
-        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1 no"), "no result.json of a run in it"),
+        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1 no"), "damaged"),
         (lambda run: edit(run, '"points_min": 10', '"points": 10'), "not the run of this version"),
         (lambda run: edit(run, '"expect": {}', '"limits": {}'), "the run has no 'expect'"),
-        (lambda run: (run / "result.json").write_text("{"), "no result.json of a run in it"),
+        (lambda run: (run / "result.json").write_text("{"), "damaged"),
     ],
 )
 def test_a_damaged_run_is_one_clear_line(tmp_path, capsys, damage, complaint):

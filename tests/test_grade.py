@@ -171,9 +171,9 @@ def test_a_run_that_ended_early_stays_incomplete(run, capfd):
     ("spoil", "words"),
     [
         (lambda run: (run / "result.json").unlink(), "no result.json of a run in it"),
-        (lambda run: (run / "result.json").write_text((run / "result.json").read_text()[:-9]), "no result.json of a"),
+        (lambda run: (run / "result.json").write_text((run / "result.json").read_text()[:-9]), "damaged"),
         (lambda run: (run / "tables" / "tracks.parquet").unlink(), "no tracks in its tables"),
-        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1"), "no result.json of a run"),
+        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1"), "damaged"),
         (lambda run: shutil.rmtree(run), "no result.json of a run in it"),
     ],
     ids=["no result", "half a result", "a table less", "half a table", "nothing"],

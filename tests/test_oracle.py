@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import busy_street, short_run
+from support.frames import Body, observe, world_frame
 
 from scenarios import device, listing, loop, report
 from scenarios.cli import main
@@ -18,10 +19,12 @@ from scenarios.oracle.factory import OracleFactory, choose
 from scenarios.oracle.model import ToldBank, certain
 from scenarios.oracle.stage import Stage
 from scenarios.oracle.tracker import OracleTracker
+from scenarios.oracle.truth import Truth
 from scenarios.scenario import Scenario
 from sensor_model.truth import NO_ACTOR
 from tracker.filters import FilterConfig, bank, motion
 from tracker.mma import MmaConfig
+from tracker.reading import Pairing, Predictions
 from tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from tracker.tracker import TrackerConfig
 
@@ -272,8 +275,37 @@ def test_a_box_is_for_its_actor_and_the_gate_only_chooses_among_its_tracks():
     track_actor, box_actor = np.array([7, 7, 8, NO_ACTOR]), np.array([7, 7, 9, NO_ACTOR, 8])
     in_gate = np.zeros((4, 5), dtype=bool)
     in_gate[[1, 2, 3], 0] = in_gate[0, 3] = True
-    may = association.admissible(track_actor, box_actor, in_gate)
-    assert np.argwhere(may).tolist() == [[0, 1], [1, 0], [1, 1], [2, 4]]
+    misread = np.zeros((4, 5), dtype=bool)
+    misread[[0, 1], [1, 0]] = True  # that it is in the gate counts more
+    may = association.admissible(track_actor, box_actor, in_gate, misread)
+    assert np.argwhere(may).tolist() == [[1, 0], [1, 1], [2, 4]]
+
+
+def test_who_is_where_in_the_odometry_frame():
+    """The ego stands at (10, 0) in the world and has driven 5 m to the left since the first scan."""
+    bodies = [Body(3, 12.0, 0.0), Body(5, 10.0, 4.0)]
+    frame = world_frame(0, bodies, ego=(10.0, 0.0, 0.0))
+    truth = Truth.of(frame, observe(frame, bodies)[1])
+    center = truth.center_odom(np.array([5, NO_ACTOR, 4, 3]), np.array([0.0, 5.0, np.pi / 2]))
+    np.testing.assert_allclose(center, [[-4.0, 5.0], [np.nan] * 2, [np.nan] * 2, [0.0, 7.0]], atol=1e-12)
+
+
+def test_a_box_that_is_a_cars_length_off_is_misread():
+    """The track is 0.3 m from its vehicle; what it sees next moves it there, or lets it jump to the other end."""
+    one = np.ones((1, 1))
+    predictions = Predictions(
+        position=np.array([[[10.0, 0.9]]]), velocity=np.zeros((1, 1, 2)), covariance=np.eye(2)[None, None],
+        probability=one, heading=np.zeros(1), heading_variance=np.zeros(1), size=np.array([[4.6, 1.8]]),
+        known_size=np.array([[4.6, 1.8]]), corner_sign=np.array([[-1, 1]]),
+    )  # fmt: skip
+    assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
+    flags = np.zeros((1, 2, 2), dtype=bool)
+    pairing = Pairing(
+        heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), whole=flags, misfit=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
+        covariance=np.zeros((1, 2, 2, 2)), silence=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)), exact=flags,
+    )  # fmt: skip
+    assert association.leads_away(predictions, pairing, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
+    assert association.leads_away(predictions, pairing, np.full((1, 2), np.nan)).tolist() == [[False, False]]
 
 
 def test_the_largest_box_of_a_new_actor_starts_a_track():

@@ -127,7 +127,8 @@ def test_a_case_has_its_figures_as_properties(suite, folder):
     assert told["trace_hash"] == run.trace_hash
     assert float(told["fit.best.heading_abs_mean_deg"]) == run.metrics["fit.best.heading_abs_mean_deg"].value
     assert told["mma.switch_latency_frames"] == "n/a"
-    assert set(told) == {"seed", "trace_hash", *run.config["expect"]}
+    assert told["folder"] == "runs/fails-seed4"
+    assert set(told) == {"seed", "trace_hash", "folder", *run.config["expect"]}
 
 
 def test_a_failure_names_metric_value_limit_need_and_worst_frames(suite, folder):

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from tracker.bounds import require_within
 from tracker.geometry import mahalanobis
 from tracker.observations import Observations
 from tracker.reading import Pairing, Predictions
@@ -32,8 +33,8 @@ class AssociationConfig:
     """Heading and size cost no more than this each, as three standard deviations: a bad fit is still where it is."""
 
     def __post_init__(self) -> None:
-        if min(self.gate_chi2, self.heading_std_rad, self.growth_std_m) <= 0:
-            raise ValueError("gate_chi2, heading_std_rad and growth_std_m must be above 0")
+        require_within(self, 1e-6, 1e6, "gate_chi2", "heading_std_rad", "growth_std_m")
+        require_within(self, 0.0, 1e3, "gate_probability_min", "view_std_m", "oddity_max")
 
 
 def score(tracks: Predictions, pairing: Pairing, seen: Observations, config: AssociationConfig) -> tuple[Floats, Bools]:

@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 from filterpy.common import Q_continuous_white_noise
 
+from tracker.bounds import require_within
 from tracker.records import MODELS, Floats
 
 STATE_DIM = 6
@@ -57,10 +58,11 @@ class FilterConfig:
     """Heading noise that the fit cannot know [rad]."""
 
     def __post_init__(self) -> None:
-        if min(self.drift_density_m2ps, self.acceleration_std_mps2, self.jerk_std_mps3) <= 0:
-            raise ValueError("drift_density_m2ps, acceleration_std_mps2 and jerk_std_mps3 must be above 0")
-        if min(self.position_std_floor_m, self.heading_std_floor_rad) <= 0:
-            raise ValueError("position_std_floor_m and heading_std_floor_rad must be above 0")
+        require_within(self, 1e-9, 1e3, "drift_density_m2ps", "acceleration_std_mps2", "jerk_std_mps3")
+        require_within(self, 1e-6, 1e3, "acceleration_time_s", "jerk_time_s", "yaw_acceleration_time_s")
+        require_within(self, 1e-6, 1e3, "yaw_acceleration_std_radps2", "initial_yaw_rate_std_radps")
+        require_within(self, 1e-6, 1e3, "starting_speed_std_mps", "manoeuvre_std_mps2", "initial_speed_std_mps")
+        require_within(self, 1e-6, 1e3, "position_std_floor_m", "heading_std_floor_rad")
 
 
 def integrator(order: int, dt: float) -> Floats:

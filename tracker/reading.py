@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.bounds import require_within
 from tracker.geometry import QUARTER, rotate
 from tracker.observations import Observations, uncut
 from tracker.records import Bools, Floats, Ints
@@ -26,8 +27,7 @@ class ReadingConfig:
     """Noise of an end whose face is not seen [m]: the beams' spacing, its rounding, the edge of what hides the rest."""
 
     def __post_init__(self) -> None:
-        if self.corner_margin_m < 0:
-            raise ValueError("corner_margin_m must not be negative")
+        require_within(self, 0.0, 1e3, "corner_margin_m", "face_min_m", "whole_share", "end_std_m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from tracker.bounds import require_within
 from tracker.geometry import fold
 from tracker.kernels.segments import FACES, LINES, PAPER, link_segments
 from tracker.records import Floats, Ints, Linkage, Segments
@@ -57,8 +58,8 @@ class LinkageConfig:
     def __post_init__(self) -> None:
         if self.tau_m <= 0.0 or self.locality <= 0.0:
             raise ValueError("tau_m and locality must be positive")
-        if not (1 <= self.samples_per_point <= 100 and 2 <= self.points_max <= 10_000):
-            raise ValueError("samples_per_point must be 1 to 100, and points_max 2 to 10000")
+        require_within(self, 1, 100, "samples_per_point")
+        require_within(self, 2, 10_000, "points_max")
         if self.range_std_m < 0.0 or self.flatness_m <= 0.0 or self.gate <= 0.0:
             raise ValueError("flatness_m and gate must be positive and range_std_m not negative")
         if self.seed < 0:

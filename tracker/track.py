@@ -6,6 +6,7 @@ import numpy as np
 
 from tracker import bank, extent, orientation
 from tracker.belief import Belief, LifeConfig
+from tracker.bounds import require_within
 from tracker.extent import ExtentConfig
 from tracker.filters import FilterConfig, Motion, heading_filter
 from tracker.footprint import Footprint
@@ -30,6 +31,9 @@ class CornerConfig:
     """An end that is a known side length away from one that is seen [m]."""
     unseen_share: float = 0.5
     """An end that was never seen: this share of what the prior adds to what is seen of the side."""
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, 1e3, "known_std_m", "unseen_share")
 
 
 @dataclass(frozen=True, slots=True)

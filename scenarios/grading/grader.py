@@ -16,6 +16,7 @@ from scenarios.grading.instant import Instant
 from scenarios.grading.ownership import NOBODY, Ownership
 from scenarios.grading.pairing import Pairer
 from scenarios.grading.sheet import MetricSheet
+from scenarios.grading.snapshots import Snapshots
 from scenarios.grading.tables import TableBuilder
 from scenarios.result import Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
@@ -51,6 +52,7 @@ class Grader:
         self._fits = TableBuilder(tables.FITS)
         self._segments = TableBuilder(tables.SEGMENTS)
         self._outliers = TableBuilder(tables.OUTLIERS)
+        self._snapshots = Snapshots()
 
     def add(
         self, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None
@@ -81,6 +83,7 @@ class Grader:
             segments, largest_share = self._add_stages(now, ownership, trace)
             box_actor, box_error = _grade_boxes(now, ownership, trace)
         self._truth.add(frame, now.rows(following.track_of_actor(now, tracks), segments, largest_share))
+        self._snapshots.add(now, following, tracks, box_actor, box_error)
         return FrameGrade(
             graded=now.graded,
             points=now.points,
@@ -107,6 +110,7 @@ class Grader:
             "fits": fit.measure(self._fits.build()),
             "segments": self._segments.build(),
             "outliers": self._outliers.build(),
+            **self._snapshots.tables(),
         }
         return grade(result, self._config, self._frames), result
 

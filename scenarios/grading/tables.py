@@ -132,6 +132,32 @@ SCHEMAS: Mapping[str, Schema] = {
 """Of every table, by name."""
 
 
+SNAPSHOT_KINDS = ("detection", "identity", "track_heading", "fit_heading")
+"""What may be wrong in a frame."""
+
+SNAPSHOTS: Schema = {
+    "kind": SNAPSHOT_KINDS,
+    "badness": np.float64,
+    "what": np.str_,
+    "x_ego_m": np.float64,
+    "y_ego_m": np.float64,
+    "ego_x_world_m": np.float64,
+    "ego_y_world_m": np.float64,
+    "ego_yaw_world_rad": np.float64,
+    "ego_length_m": np.float64,
+    "ego_width_m": np.float64,
+}
+"""One row per frame that was kept for being among the worst of its kind: how bad, what is wrong, and where."""
+
+SNAPSHOT_POINTS: Schema = {
+    "x_ego_m": np.float32,
+    "y_ego_m": np.float32,
+    "actor_id": np.int64,
+    "cause": tuple(cause.name.lower() for cause in Cause),
+}
+"""One row per scan point of these frames."""
+
+
 class TableBuilder:
     """Gathers the rows of one table, frame by frame, as arrays; nothing is copied until `build`."""
 

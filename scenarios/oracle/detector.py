@@ -1,6 +1,6 @@
 """The fitting half with the truth in the place of stages."""
 
-from scenarios.grading.geometry import Ints
+from scenarios.grading.geometry import Floats, Ints
 from scenarios.grading.ownership import NOBODY
 from scenarios.oracle import fit, outliers, segmentation
 from scenarios.oracle.stage import Stage
@@ -17,8 +17,10 @@ class OracleDetector(Detector):
 
     truth: Truth
     """Of the scan that comes next."""
+    ego_pose_odom: Floats
+    """(3,) of the last scan."""
     found: Detection
-    """What was found in the last scan."""
+    """What was found in it."""
     box_actor: Ints
     """(B,) id of the actor that each box of it was fitted to, `NO_ACTOR` where to none."""
 
@@ -28,7 +30,7 @@ class OracleDetector(Detector):
 
     def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
         """Fit a box to every vehicle in a scan, and remember what was found."""
-        self.found = super().step(scan, movers, long)
+        self.ego_pose_odom, self.found = scan.ego_pose_odom, super().step(scan, movers, long)
         self.box_actor = self.truth.actor_id[self.truth.owner_row(self.found.segments)[self.found.boxes.segment]]
         return self.found
 

@@ -49,7 +49,10 @@ class OracleTracker(Tracker):
     def _score(self, predictions: Predictions, pairing: Pairing, seen: Observations) -> tuple[Floats, Bools]:
         cost, in_gate = super()._score(predictions, pairing, seen)
         if Stage.ASSOCIATION in self._stages:
-            in_gate = association.admissible(self._track_actor, self._fitting.box_actor, in_gate)
+            told, actor = self._fitting, self._track_actor
+            true_center = told.truth.center_odom(actor, told.ego_pose_odom)
+            misread = association.leads_away(predictions, pairing, true_center)
+            in_gate = association.admissible(actor, told.box_actor, in_gate, misread)
         return cost, in_gate
 
     def _unite(self) -> None:

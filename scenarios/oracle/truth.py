@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.grading.config import GradingConfig
-from scenarios.grading.geometry import Floats, Ints, into_frame, turned
+from scenarios.grading.geometry import Floats, Ints, into_frame, out_of_frame, turned
 from scenarios.grading.instant import IS_VEHICLE
 from scenarios.grading.ownership import NOBODY, Ownership, point_rows
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
@@ -52,6 +52,14 @@ class Truth:
             boxed=np.append(IS_VEHICLE[actors.kind] & ~bent, False),
             mode=dict(zip(actors.id.tolist(), actors.mode.tolist(), strict=True)),
         )
+
+    def center_odom(self, actor_id: Ints, ego_pose_odom: Floats) -> Floats:
+        """(T, 2) true box centres of actors (T,) in the odometry frame [m], NaN for who is not there."""
+        center = np.full((len(self.actor_id), 2), np.nan)
+        center[:-1] = out_of_frame(self.boxes_ego[:, :3], ego_pose_odom)[:, :2]
+        there = np.isin(actor_id, self.actor_id[:-1])
+        row = np.where(there, np.searchsorted(self.actor_id[:-1], actor_id), NOBODY)
+        return np.asarray(center[row])
 
     def owner_row(self, segments: Segments) -> Ints:
         """(S,) row of the actor that owns most points of a segment, -1 where none does."""

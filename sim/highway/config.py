@@ -6,6 +6,9 @@ from typing import Any, Literal
 from sim.modes import ModeLimits
 from sim.physical.config import PhysicalConfig
 
+_LARGEST = 10_000
+"""Of numbers in an environment's configuration: so many lanes or vehicles take minutes to be made."""
+
 SMOOTHING_S = 0.32
 """[s] highway-env steers and brakes without delay: rates jump, but no pose does."""
 
@@ -39,6 +42,9 @@ class HighwayTraffic:
     """Limits of the motion modes."""
 
     def __post_init__(self) -> None:
+        for key, value in self.config.items():
+            if isinstance(value, int | float) and abs(value) > _LARGEST:
+                raise ValueError(f"config.{key} = {value}: more than {_LARGEST} takes forever; give less")
         for key in ("simulation_frequency", "policy_frequency"):
             if key in self.config:
                 raise ValueError(f"config.{key} is fixed by the rig's 12.5 Hz; leave it out")

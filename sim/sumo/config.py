@@ -7,6 +7,7 @@ from sim.modes import ModeLimits
 from sim.physical.config import PhysicalConfig
 from sim.sumo.options import SCENARIO_KEYS, full_name
 
+
 @dataclass(frozen=True, slots=True)
 class SumoTraffic:
     """SUMO traffic: a `.sumocfg`, or a net with routes. Paths are relative to the scenario file."""

@@ -2,6 +2,7 @@
 
 import functools
 import gzip
+import os
 import re
 import tempfile
 import xml.etree.ElementTree as ET
@@ -182,6 +183,6 @@ def _named(folder: Path, option: str, name: str) -> Path:
 
 
 def _existing(path: Path) -> Path:
-    if not path.is_file():
+    if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
         raise TrafficInputError(f"{path}: no such file; SUMO's files are sought beside the file that names them")
     return path

@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -51,12 +52,16 @@ class ToyTraffic:
     count: int = 100
     report: str = ""
     """A file that gets a line for every step and for the end."""
+    litter: bool = False
+    """Whether it leaves a temporary file behind."""
     dt: float = 0.08
     origin: np.ndarray = field(default_factory=lambda: np.array([10_000.0, -20_000.0]))
 
     def reset(self, seed: int) -> Obstacles:
         self.next, self.speed, self.rng = 0, 0.0, np.random.default_rng(seed)
         self.log(f"process {os.getpid()}")
+        if self.litter:
+            tempfile.NamedTemporaryFile(suffix=".litter", delete=False).close()
         if self.fate == "no start":
             raise TrafficInputError(f"toy: seed {seed} is not there; choose another")
         if self.fate == "died at start":

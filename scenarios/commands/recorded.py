@@ -1,9 +1,11 @@
-"""Commands of the command line that need no simulator. What takes long to import is imported where it is needed."""
+"""`luxloop grade`, `luxloop check-tracker` and `luxloop mcap`: what needs no simulator."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from scenarios.commands.arguments import AsJson, RunFolder
 
 if TYPE_CHECKING:
     from scenarios.expect import Check
@@ -11,11 +13,9 @@ if TYPE_CHECKING:
     from scenarios.result import Result
     from scenarios.scenario import Scenario
 
-Run = Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")]
-
 
 def grade(
-    run: Run,
+    run: RunFolder,
     tracks: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Tracks that another program made of the run's scans.")
     ] = None,
@@ -26,7 +26,7 @@ def grade(
         str | None, typer.Option(metavar="SCENARIO", help="Whose [grading] and [expect] count, else the run's.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results, else they are only printed.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Grade a run again without simulating: its own tracks, or others of its scans."""
     from scenarios import listing
@@ -91,7 +91,7 @@ def check_tracker(
 
 
 def mcap(
-    run: Run,
+    run: RunFolder,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
 ) -> None:
     """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""

@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
+from scenarios.commands.arguments import AsJson
+
 BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline` wrote"
 
 
 def compare(
     base: Annotated[Path, typer.Argument(metavar="BASE", help=f"{BASE_OR_HEAD}: what was before.")],
     head: Annotated[Path, typer.Argument(metavar="HEAD", help="Likewise: what is now.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON, and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare runs of the same scenarios and seeds, and exit with 1 if HEAD is worse or newly fails."""
     import json

@@ -1,0 +1,55 @@
+"""Draws the picture of a report in report.md, with the system's Chromium.
+
+luxloop run sumo-crossing
+python docs/draw_report.py runs/sumo-crossing-seed1
+"""
+
+import io
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+from scenarios.html.run_page import run_page
+
+PICTURE = Path(__file__).parent / "pictures" / "report.png"
+SIZE = {"width": 1200, "height": 1280}
+SHOWN = ("header", "#timelines")
+"""What of the page is scrolled to the top, and shown from there on."""
+SCALE = 0.6
+GAP = 16
+"""Between the parts [pixels]."""
+
+
+def main() -> None:
+    """Write the picture: its beginning, and the timelines beside it."""
+    page_text = run_page(Path(sys.argv[1]))
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        path = Path(folder) / "report.html"
+        path.write_text(page_text, encoding="utf-8")
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport=SIZE)
+        page.goto(path.as_uri())
+        views = []
+        for part in SHOWN:
+            page.locator(part).evaluate("one => one.scrollIntoView()")
+            views.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+        browser.close()
+    save(views)
+
+
+def save(views: list[Image.Image]) -> None:
+    """Put views beside each other, small enough for a page."""
+    width, height = (round(SCALE * side) for side in (SIZE["width"], SIZE["height"]))
+    whole = Image.new("RGB", (len(views) * (width + GAP) - GAP, height), "#d4d7d9")
+    for k, view in enumerate(views):
+        whole.paste(view.resize((width, height), Image.Resampling.LANCZOS), (k * (width + GAP), 0))
+    steps = whole.point(lambda value: min(255, 8 * ((value + 4) // 8)))  # fewer colours make it small
+    steps.save(PICTURE, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""`luxloop run` and `luxloop blame`: what simulates."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, overrides
+from scenarios.commands.complaint import complain
+from scenarios.oracle.stage import Stage
+
+if TYPE_CHECKING:
+    from scenarios.result import Result
+
+
+def run(
+    scenario: ScenarioName,
+    seed: Seed = None,
+    duration: Duration = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results, else runs/SCENARIO-seedN.")] = None,
+    tracker: Annotated[
+        str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/device.py.")
+    ] = None,
+    oracle: Annotated[
+        list[Stage] | None,
+        typer.Option(help="Replace this stage of the shipped tracker by the truth; repeat for more."),
+    ] = None,
+    as_json: AsJson = False,
+    no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+    record_scans: Annotated[
+        bool, typer.Option("--record-scans", help="Keep the scans and their truth with the run, for luxloop grade.")
+    ] = False,
+    dataset_to: Annotated[
+        Path | None, typer.Option("--dataset", metavar="DIR", help="Write scans and labels into this new folder, too.")
+    ] = None,
+) -> None:
+    """Run a scenario, grade it, and exit with 1 if an expectation fails."""
+    import json
+
+    from scenarios import listing, report, run_folder
+    from scenarios.execute import execute, usual_folder
+    from scenarios.oracle.factory import choose
+    from scenarios.scenario import Scenario
+
+    chosen = Scenario.load(listing.find(scenario), overrides(seed, duration))
+    make_device = choose(tracker, oracle or [])
+    out = out or usual_folder(chosen, oracle or [])
+    outcome = execute(
+        chosen, make_device, out, record=not no_recording, record_scans=record_scans, dataset_to=dataset_to
+    )
+    result, code = outcome.result, 0 if outcome.verdict == "passed" else 1
+    if as_json:
+        print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
+    else:
+        report.show(outcome.report)
+        print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
+        if dataset_to:
+            print(f"The data set is in {dataset_to}")
+    if not result.complete:
+        code = _complain_of_the_end(result, f"the {result.frames} frames until then are in {out}, marked incomplete")
+    raise typer.Exit(code)
+
+
+def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
+    """Tell which stage of the shipped tracker costs what, by putting the truth in the place of each in turn."""
+    import json
+
+    from scenarios import listing, report
+    from scenarios.blame import document, find_out
+    from scenarios.report_blame import tell
+    from scenarios.scenario import Scenario
+
+    found = find_out(Scenario.load(listing.find(scenario), overrides(seed, duration)))
+    if as_json:
+        print(json.dumps(document(found), allow_nan=False))
+    else:
+        report.show(tell(found))
+    code, result = 0, found.shipped
+    if not result.complete:
+        code = _complain_of_the_end(result, f"the figures are of the {result.frames} frames until then")
+    raise typer.Exit(code)
+
+
+def _complain_of_the_end(result: "Result", kept: str) -> int:
+    """Say why a run ended early, and what is left of it."""
+    remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
+    return complain(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)
