@@ -1,7 +1,6 @@
 """`luxloop sweep` on the command line. What takes long to import is imported where it is needed."""
 
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,9 +8,6 @@ import typer
 
 if TYPE_CHECKING:
     from scenarios.study.sweep import Sweep
-
-INTERRUPTED = 130
-"""What a shell says of a command that Ctrl-C ended."""
 
 
 def sweep(
@@ -45,11 +41,7 @@ def sweep(
     if workers and scheduler:
         raise StudyError("--workers and --scheduler are both given; the scheduler has workers of its own, give one")
     out = out or Path("sweeps") / study.stem
-    try:
-        done = carry_out(Study.load(study), tracker or SHIPPED, out, workers or _cores(), scheduler, keep)
-    except KeyboardInterrupt as error:
-        print(f"luxloop: {str(error) or 'interrupted before anything ran'}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from error
+    done = carry_out(Study.load(study), tracker or SHIPPED, out, workers or _cores(), scheduler, keep)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
     else:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
 
 import dask
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
@@ -21,7 +22,6 @@ ANSWER_S = 5
 """[s] A scheduler that has not answered by then is none."""
 
 SETTINGS = {
-    "distributed.scheduler.allowed-failures": 4,  # deaths over one run before it is given up: it may be the cause
     "distributed.worker.profile.enabled": False,  # nobody looks at it, and it is work and memory in every worker
 }
 
@@ -95,13 +95,14 @@ def _local(workers: int) -> Iterator[LocalCluster]:
 
     They, and those that replace the dead among them, inherit a signal mask from the threads that start here.
     """
+    resource_tracker.ensure_running()  # whichever thread starts it has its mask lifted, see CPython's resource_tracker
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         ) as cluster:
