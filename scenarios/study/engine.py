@@ -1,5 +1,6 @@
 """Carries out the runs of a study on a Dask cluster: processes of this computer, or any scheduler."""
 
+import asyncio
 import logging
 import signal
 from collections.abc import Iterator
@@ -9,7 +10,7 @@ from itertools import islice
 from multiprocessing import resource_tracker
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed, rpc
 
 from scenarios.errors import InputError, StudyError
 from scenarios.study.design import Run
@@ -35,7 +36,8 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     StudyError
         Nobody answers at the address.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a death is told by the rows, not by a traceback
+    for logger in ("distributed", "distributed.client"):  # a death is told in one line, not by a traceback
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS):
         if scheduler is None:
             with _local(workers) as cluster, Client(cluster, set_as_default=False) as client:
@@ -114,6 +116,13 @@ def _local(workers: int) -> Iterator[LocalCluster]:
 
 def _client_of(scheduler: str) -> Client:
     try:
+        asyncio.run(asyncio.wait_for(_ask_who_it_is(scheduler), ANSWER_S))  # Client itself waits for the mute for ever
         return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise StudyError(f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one") from error
+
+
+async def _ask_who_it_is(scheduler: str) -> None:
+    async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as there:
+        if (await there.identity())["type"] != "Scheduler":
+            raise ValueError("it is something else of Dask's")

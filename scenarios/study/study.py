@@ -9,6 +9,7 @@ from scenarios import toml_file
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.expect import metric_name
 from scenarios.explain import explain
+from scenarios.grading.metrics import METRICS
 
 Json = dict[str, Any]
 Value = float | int | str | bool
@@ -21,7 +22,7 @@ def _distinct(values: list[T]) -> list[T]:
     if not values:
         raise ValueError("give one at least")
     if len(set(values)) < len(values):
-        raise ValueError("something stands in it twice; take it out once")
+        raise ValueError(f"{values}: something stands in it twice; take it out once")
     return values
 
 
@@ -67,7 +68,7 @@ class Vary(Strict):
 class Curve(Strict):
     """One picture of the report."""
 
-    metric: str
+    metric: Annotated[str, AfterValidator(metric_name)]
     """What is drawn, upwards."""
     against: str
     """The key of the parameter that is drawn to the right, or a metric that each run measured."""
@@ -85,7 +86,7 @@ class Study(Strict):
     scenario: str
     """A name from `luxloop list`, the path of a scenario file, or a staged scene, as
     `scenarios.study.staged:hidden_behind_truck`: a function that makes a scenario of its parameters."""
-    seeds: Annotated[int, Field(ge=1)] | Annotated[list[Seed], AfterValidator(_distinct)] = 1
+    seeds: Annotated[int, Field(ge=1)] | list[Seed] = 1
     """How many, from 1 on, or which. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
@@ -110,14 +111,19 @@ class Study(Strict):
         for vary in self.vary:
             if self.samples is None and vary.values is None and vary.steps is None:
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
+        if isinstance(self.seeds, list):
+            _distinct(self.seeds)
         for curve in self.curve:
-            metric_name(curve.metric)
-            for key in filter(None, (curve.against, curve.by)):
-                if key not in keys and not (key == curve.against and curve.kind == "curve"):
-                    raise ValueError(f"curve over {key}: it is not varied; name one of {', '.join(keys)}")
-                if key not in keys:
-                    metric_name(key)
+            self._check_axes(curve, keys)
         return self
+
+    @staticmethod
+    def _check_axes(curve: Curve, keys: list[str]) -> None:
+        """A picture is drawn over what is varied; a curve also over a metric that each run measured."""
+        for key in filter(None, (curve.against, curve.by)):
+            measured = key == curve.against and curve.kind == "curve" and key in METRICS
+            if key not in keys and not measured:
+                raise ValueError(f"curve over {key}: it is neither varied nor a metric; name one of {', '.join(keys)}")
 
     @classmethod
     def load(cls, path: Path) -> Self:
