@@ -14,6 +14,24 @@ from scenarios.study.design import combinations, runs
 from scenarios.study.keys import parse, with_values
 from scenarios.study.study import Study
 
+EVEN = """
+[[vary]]
+key = "a"
+low = 0
+high = 1
+steps = 5
+
+[[vary]]
+key = "b"
+low = 1
+high = 100
+steps = 3
+scale = "log"
+"""
+DRAWN = """
+samples = 10
+vary = [{ key = "a", low = 0, high = 10 }, { key = "b", low = 1, high = 1024, scale = "log" }]
+"""
 HEAD = 'description = "A study."\nscenario = "truck-shadow"\n'
 
 
@@ -35,10 +53,7 @@ def test_all_seeds_of_a_combination_come_before_the_next(tmp_path: Path):
 
 
 def test_ranges_are_divided_evenly_or_by_equal_ratios(tmp_path: Path):
-    wide = study(
-        tmp_path,
-        'vary = [{ key = "a", low = 0, high = 1, steps = 5 }, { key = "b", low = 1, high = 100, steps = 3, scale = "log" }]',
-    )
+    wide = study(tmp_path, EVEN)
     points = combinations(wide)
     assert sorted({point["a"] for point in points}) == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert sorted({point["b"] for point in points}) == [1.0, 10.0, 100.0]
@@ -46,10 +61,7 @@ def test_ranges_are_divided_evenly_or_by_equal_ratios(tmp_path: Path):
 
 
 def test_a_latin_hypercube_has_one_sample_in_each_stripe_and_is_the_same_every_time(tmp_path: Path):
-    drawn = study(
-        tmp_path,
-        'samples = 10\nvary = [{ key = "a", low = 0, high = 10 }, { key = "b", low = 1, high = 1024, scale = "log" }]',
-    )
+    drawn = study(tmp_path, DRAWN)
     points = combinations(drawn)
     assert sorted(int(point["a"]) for point in points) == list(range(10))
     assert sorted(int(np.log2(point["b"])) for point in points) == list(range(10))
@@ -157,8 +169,18 @@ def test_values_are_set_in_a_copy():
 
 @pytest.mark.parametrize(
     "key",
-    ["", ".", "a..b", "traffic.actor[2].x_m", "traffic.actor[tram].x_m", "traffic[0]", "seed.x", "traffic.actor.x_m", "a]b"],
-)  # fmt: skip
+    [
+        "",
+        ".",
+        "a..b",
+        "a]b",
+        "traffic.actor[2].x_m",
+        "traffic.actor[tram].x_m",
+        "traffic[0]",
+        "seed.x",
+        "traffic.actor.x",
+    ],
+)
 def test_a_key_that_leads_nowhere_is_named(key: str):
-    with pytest.raises(StudyError, match="no key|there is no item|stands in no table"):
+    with pytest.raises(StudyError, match=r"no key|there is no item|stands in no table"):
         with_values(DOCUMENT, {key: 1})

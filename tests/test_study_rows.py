@@ -90,7 +90,8 @@ def test_a_file_that_is_no_parquet_is_named(tmp_path: Path):
 
 def test_only_one_at_a_time(tmp_path: Path):
     with Rows.opened(tmp_path, PARAMETERS):
-        with pytest.raises(OutputError, match="another sweep writes there now"), Rows.opened(tmp_path, PARAMETERS):
+        refused = pytest.raises(OutputError, match="another sweep writes there now")
+        with refused, Rows.opened(tmp_path, PARAMETERS):
             pass
     with Rows.opened(tmp_path, PARAMETERS):
         pass

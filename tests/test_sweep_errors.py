@@ -67,7 +67,7 @@ def test_a_run_that_kills_its_workers_is_a_row_and_the_others_are_done(tmp_path:
     ("old", "new", "told"),
     [
         ("0.3]", "1.3]", r"small.toml: with noise.dropout.random_rate = 1.3: .*short.toml: noise.dropout: random_rate"),
-        ("dropout.random_rate", "dropout.loss", r"with noise.dropout.loss = 0.0: .* unknown key; known here: enabled, random"),
+        ("dropout.random_rate", "dropout.loss", r"noise.dropout.loss = 0.0: .* unknown key; known here: enabled"),
         ('"short.toml"', '"shrt.toml"', r"shrt.toml: No such file"),
         ('"short.toml"', '"truck-shadw"', r"truck-shadw: no such scenario; did you mean truck-shadow"),
         ("description", "descripton", r"small.toml: .*descripton"),

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/study-files.md.")],
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="A shipped study's name, or the path of a .toml file.")],
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes of this computer, else one for each of its cores.")
     ] = None,
@@ -35,13 +35,14 @@ def sweep(
 
     from scenarios.device import SHIPPED
     from scenarios.errors import StudyError
-    from scenarios.study.study import Study
+    from scenarios.study.study import Study, find
     from scenarios.study.sweep import sweep as carry_out
 
     if workers and scheduler:
         raise StudyError("--workers and --scheduler are both given; the scheduler has workers of its own, give one")
-    out = out or Path("sweeps") / study.stem
-    done = carry_out(Study.load(study), tracker or SHIPPED, out, workers or _cores(), scheduler, keep)
+    path = find(study)
+    out = out or Path("sweeps") / path.stem
+    done = carry_out(Study.load(path), tracker or SHIPPED, out, workers or _cores(), scheduler, keep)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
     else:

@@ -1,4 +1,4 @@
-"""Keys of a scenario file as a study names them: `noise.dropout.random_rate`, `traffic.actor[hidden car].motion[0].x_m`."""
+"""Keys of a scenario file as a study names them: `noise.dropout.random_rate`, `traffic.actor[car].x_m`."""
 
 import copy
 import re

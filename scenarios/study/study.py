@@ -11,6 +11,9 @@ from scenarios.expect import metric_name
 from scenarios.explain import explain
 from scenarios.grading.metrics import METRICS
 
+STUDIES = Path(__file__).parents[1] / "studies"
+"""Studies that ship."""
+
 Json = dict[str, Any]
 Value = float | int | str | bool
 Seed = Annotated[int, Field(ge=0)]
@@ -26,6 +29,23 @@ def _distinct(values: list[T]) -> list[T]:
     return values
 
 
+def find(name_or_path: str) -> Path:
+    """Return the file of a shipped study by its name, or of one given by its path (which ends in .toml).
+
+    Raises
+    ------
+    StudyError
+        There is none of that name.
+    """
+    if name_or_path.endswith(".toml"):
+        return Path(name_or_path)
+    shipped = {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
+    if name_or_path not in shipped:
+        there = ", ".join(shipped) or "none"
+        raise StudyError(f"{name_or_path}: no such study; these ship: {there} (a path must end in .toml)")
+    return shipped[name_or_path]
+
+
 class Strict(BaseModel):
     """Forbids what it does not know."""
 
@@ -38,8 +58,8 @@ class Vary(Strict):
     """One parameter."""
 
     key: str
-    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the name of
-    one of its parameters."""
+    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the
+    name of one of its parameters."""
     values: Annotated[list[Value], AfterValidator(_distinct)] | None = None
     """The values it takes; else a range."""
     low: float | None = None
@@ -74,8 +94,25 @@ class Curve(Strict):
     """The key of the parameter that is drawn to the right, or a metric that each run measured."""
     by: str | None = None
     """The key of a parameter that gives a curve to each of its values; with `map`, the one drawn upwards."""
+    panels: str | None = None
+    """The key of a parameter that gives a panel of the picture to each of its values."""
     kind: Literal["curve", "map"] = "curve"
-    """A curve with its 95 % interval, or a heat map over two parameters."""
+    """Curves with their 95 % intervals, or a heat map over two parameters."""
+    title: str = ""
+    """What the picture shows; the metric's meaning if left out."""
+
+    @property
+    def keys(self) -> list[str]:
+        """Columns that tell what is drawn where."""
+        return [key for key in (self.panels, self.by, self.against) if key is not None]
+
+    @model_validator(mode="after")
+    def _keys_differ(self) -> Self:
+        if len(set(self.keys)) < len(self.keys):
+            raise ValueError("against, by and panels must name different parameters")
+        if self.kind == "map" and self.by is None:
+            raise ValueError("a map has two axes; name a second parameter with by")
+        return self
 
 
 class Study(Strict):
@@ -84,10 +121,10 @@ class Study(Strict):
     description: Annotated[str, Field(min_length=1)]
     """One English sentence: what is varied, and what one wants to know."""
     scenario: str
-    """A name from `luxloop list`, the path of a scenario file, or a staged scene, as
-    `scenarios.study.staged:hidden_behind_truck`: a function that makes a scenario of its parameters."""
+    """A name from `luxloop list`, the path of a scenario file (from the study file's folder on), or a staged scene:
+    `MODULE:FUNCTION`, a function that makes a scenario of its parameters."""
     seeds: Annotated[int, Field(ge=1)] | list[Seed] = 1
-    """How many, from 1 on, or which. Every combination of parameters runs with the same seeds."""
+    """How many, from 1 on, or a list of which. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
     fixed: dict[str, Any] = {}
@@ -120,7 +157,7 @@ class Study(Strict):
     @staticmethod
     def _check_axes(curve: Curve, keys: list[str]) -> None:
         """A picture is drawn over what is varied; a curve also over a metric that each run measured."""
-        for key in filter(None, (curve.against, curve.by)):
+        for key in curve.keys:
             measured = key == curve.against and curve.kind == "curve" and key in METRICS
             if key not in keys and not measured:
                 raise ValueError(f"curve over {key}: it is neither varied nor a metric; name one of {', '.join(keys)}")
