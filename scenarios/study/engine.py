@@ -60,7 +60,7 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
     waiting = iter(runs)
     run_of: dict[str, Run] = {}
 
-    def submit(count: int) -> list[Future]:
+    def submit(count: int) -> list[Future[Row]]:
         # with the client's id in its name, two sweeps on one scheduler share no task
         some = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
         run_of.update(some)
@@ -71,11 +71,20 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
 
     done = as_completed(submit(AT_ONCE), loop=client.loop)
     for futures in done.batches():
-        yield [_row(run_of.pop(future.key), future) for future in futures]
+        yield _rows(client, {future: run_of.pop(future.key) for future in futures})
         done.update(submit(len(futures)))
 
 
-def _row(run: Run, future: Future) -> Row:
+def _rows(client: Client, run_of: dict[Future[Row], Run]) -> list[Row]:
+    """Return the rows of ended runs, fetched in one go: one by one it is a round trip each."""
+    try:
+        rows: list[Row] = client.gather(list(run_of))
+        return rows
+    except Exception:  # of one among them: ask each
+        return [_row(run, future) for future, run in run_of.items()]
+
+
+def _row(run: Run, future: Future[Row]) -> Row:
     """Return the row of a finished run; of one that killed its workers, that it did."""
     try:
         row: Row = future.result()
