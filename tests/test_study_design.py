@@ -32,6 +32,7 @@ DRAWN = """
 samples = 10
 vary = [{ key = "a", low = 0, high = 10 }, { key = "b", low = 1, high = 1024, scale = "log" }]
 """
+ONE = 'vary = [{ key = "a", values = [1] }]\n'
 HEAD = 'description = "A study."\nscenario = "truck-shadow"\n'
 
 
@@ -86,8 +87,8 @@ def test_samples_of_few_values_name_no_combination_twice(tmp_path: Path):
         ('vary = [{ key = "a", low = 2, high = 1, steps = 2 }]', "low below high"),
         ('vary = [{ key = "a", low = 0, high = 1, steps = 2, scale = "log" }]', "starts above 0"),
         ('vary = [{ key = "a", low = 0, high = 1, values = [1] }]', "not both"),
-        ('vary = [{ key = "a", values = [1] }]\ncurve = [{ metric = "track.hota", against = "b" }]', "b: it is neither varied nor a metric"),
-        ('vary = [{ key = "a", values = [1] }]\ncurve = [{ metric = "track.hot", against = "a" }]', "metric.*track.hot"),
+        (ONE + 'curve = [{ metric = "track.hota", against = "b" }]', "b: it is neither varied nor a metric"),
+        (ONE + 'curve = [{ metric = "track.hot", against = "a" }]', "metric.*track.hot"),
         ("vary = []", "vary"),
     ],
 )  # fmt: skip
