@@ -23,7 +23,10 @@ ANSWER_S = 5
 """[s] A scheduler that has not answered by then is none."""
 
 SETTINGS = {
-    "distributed.worker.profile.enabled": False,  # nobody looks at it, and it is work and memory in every worker
+    # Nobody looks at these, and on few cores they take time from the runs.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "10s",
 }
 
 
