@@ -1,36 +1,33 @@
 """Carries out the runs of a study on a Dask cluster: processes of this computer, or any scheduler."""
 
+import asyncio
 import logging
 import signal
-import time
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
 
 import dask
-from distributed import Client, Future, LocalCluster, WorkerPlugin, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed, rpc
 
-from scenarios.errors import StudyError
+from scenarios.errors import InputError, StudyError
 from scenarios.study.design import Run
-from scenarios.study.task import Row, carry_out
+from scenarios.study.task import Row, carry_out, failed, first_columns, versions
 
-IN_FLIGHT = 3
-"""Runs per worker that the scheduler knows of: enough that none waits, few enough that memory does not grow."""
+AT_ONCE = 4000
+"""Runs that the scheduler knows of: some for each of a thousand workers, and few enough that memory does not grow."""
 
-DEATHS = 5
-"""Workers that may die over one run before it is given up, and its row says so: the run itself may be what kills them."""
+ANSWER_S = 5
+"""[s] A scheduler that has not answered by then is none."""
 
-FLUSH_S = 1.0
-"""[s] Rows are on disk no later than this after they came in."""
-
-
-class LeaveInterruptsToTheClient(WorkerPlugin):  # type: ignore[misc]
-    """Ctrl-C goes to all processes of a terminal; only the one that collects the rows is to heed it."""
-
-    def setup(self, worker: object) -> None:
-        """Ignore it; called by each worker when it starts, in its main thread."""
-        del worker
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+SETTINGS = {
+    # Nobody looks at these, and on few cores they take time from the runs.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "10s",
+}
 
 
 @contextmanager
@@ -42,77 +39,102 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     StudyError
         Nobody answers at the address.
     """
-    logging.getLogger("distributed").setLevel(
-        logging.CRITICAL
-    )  # a worker's death is told by the rows, not by a traceback
-    with dask.config.set(
-        {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": "10s"}
-    ):
-        if scheduler is not None:
-            try:
-                client = Client(scheduler, set_as_default=False)
-            except (OSError, ValueError) as error:
-                raise StudyError(
-                    f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one"
-                ) from error
-            with client:
+    for logger in ("distributed", "distributed.client"):  # a death is told in one line, not by a traceback
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
+    with dask.config.set(SETTINGS):
+        if scheduler is None:
+            with _local(workers) as cluster, Client(cluster, set_as_default=False) as client:
                 yield client
-            return
-        with (
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            client.register_plugin(LeaveInterruptsToTheClient())
-            yield client
+        else:
+            with _client_of(scheduler) as client:
+                yield client
 
 
-def rows_of(client: Client, runs: list[Run], keep_at: str | None) -> Iterator[list[Row]]:
-    """Carry out runs; yield their rows as they come, some at a time."""
+def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iterator[list[Row]]:
+    """Carry out runs; yield their rows as they come, as many as have come.
+
+    Raises
+    ------
+    StudyError
+        The scheduler is gone, or a worker cannot carry out any run.
+    OutputError
+        A worker cannot keep the folder of its run.
+    """
     waiting = iter(runs)
-    slots = IN_FLIGHT * max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
     run_of: dict[str, Run] = {}
 
-    def submit(count: int) -> list[Future]:
-        futures = []
-        for run in islice(waiting, count):
-            future = client.submit(carry_out, run, keep_at, key=f"luxloop-{run.key}", pure=False)
-            run_of[future.key] = run
-            futures.append(future)
-        return futures
+    def submit(count: int) -> list[Future[Row]]:
+        # with the client's id in its name, two sweeps on one scheduler share no task
+        some = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
+        run_of.update(some)
+        return [
+            client.submit(carry_out, run.portable(), keep_at, versions(), key=key, pure=False)
+            for key, run in some.items()
+        ]
 
-    done = as_completed(submit(slots), loop=client.loop)
-    rows: list[Row] = []
-    flushed = time.monotonic()
-    for future in done:
-        run = run_of.pop(future.key)
-        rows.append(_row(run, future))
-        for more in submit(1):
-            done.add(more)
-        if time.monotonic() - flushed > FLUSH_S:
-            yield rows
-            rows, flushed = [], time.monotonic()
-    yield rows
+    done = as_completed(submit(AT_ONCE), loop=client.loop)
+    for futures in done.batches():
+        yield _rows(client, {future: run_of.pop(future.key) for future in futures})
+        done.update(submit(len(futures)))
 
 
-def _row(run: Run, future: Future) -> Row:
+def _rows(client: Client, run_of: dict[Future[Row], Run]) -> list[Row]:
+    """Return the rows of ended runs, fetched in one go: one by one it is a round trip each."""
+    try:
+        rows: list[Row] = client.gather(list(run_of))
+        return rows
+    except Exception:  # of one among them: ask each
+        return [_row(run, future) for future, run in run_of.items()]
+
+
+def _row(run: Run, future: Future[Row]) -> Row:
     """Return the row of a finished run; of one that killed its workers, that it did."""
-    if future.status == "finished":
+    try:
         row: Row = future.result()
         return row
-    told = " ".join(str(future.exception()).split())
-    base = {"index": run.index, "key": run.key, "seed": run.seed, **run.parameters}
-    return {
-        **base,
-        "status": "error",
-        "error": f"its workers died: {told}",
-        "trace_hash": "",
-        "frames": 0,
-        "wall_s": 0.0,
-    }
+    except InputError:
+        raise
+    except KilledWorker:
+        return first_columns(run) | failed("each worker that tried it died: out of memory, or taken down by the run")
+    except (CancelledError, OSError) as error:
+        raise StudyError("the Dask scheduler is gone") from error
+    except Exception as error:
+        told = f"{type(error).__name__}: {error}"
+        raise StudyError(f"a worker cannot carry out runs ({told}); install there what is installed here") from error
+
+
+@contextmanager
+def _local(workers: int) -> Iterator[LocalCluster]:
+    """Start workers that hear nothing of Ctrl-C, which goes to all processes of a terminal: it is for this one alone.
+
+    They, and those that replace the dead among them, inherit a signal mask from the threads that start here.
+    """
+    resource_tracker.ensure_running()  # whichever thread starts it has its mask lifted, see CPython's resource_tracker
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        with LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="127.0.0.1:0",
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+        ) as cluster:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            yield cluster
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def _client_of(scheduler: str) -> Client:
+    try:
+        asyncio.run(asyncio.wait_for(_ask_who_it_is(scheduler), ANSWER_S))  # Client itself waits for the mute for ever
+        return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise StudyError(f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one") from error
+
+
+async def _ask_who_it_is(scheduler: str) -> None:
+    async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as there:
+        if (await there.identity())["type"] != "Scheduler":
+            raise ValueError("it is something else of Dask's")

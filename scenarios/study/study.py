@@ -1,17 +1,49 @@
 """Study files: a scenario, what to vary in it, and with which seeds."""
 
-import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from scenarios.errors import StudyError
+from scenarios import toml_file
+from scenarios.errors import ScenarioError, StudyError
 from scenarios.expect import metric_name
 from scenarios.explain import explain
+from scenarios.grading.metrics import METRICS
+
+STUDIES = Path(__file__).parents[1] / "studies"
+"""Studies that ship."""
 
 Json = dict[str, Any]
 Value = float | int | str | bool
+Seed = Annotated[int, Field(ge=0)]
+T = TypeVar("T")
+
+
+def _distinct(values: list[T]) -> list[T]:
+    """Refuse to run the same twice."""
+    if not values:
+        raise ValueError("give one at least")
+    if len(set(values)) < len(values):
+        raise ValueError(f"{values}: something stands in it twice; take it out once")
+    return values
+
+
+def find(name_or_path: str) -> Path:
+    """Return the file of a shipped study by its name, or of one given by its path (which ends in .toml).
+
+    Raises
+    ------
+    StudyError
+        There is none of that name.
+    """
+    if name_or_path.endswith(".toml"):
+        return Path(name_or_path)
+    shipped = {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
+    if name_or_path not in shipped:
+        there = ", ".join(shipped) or "none"
+        raise StudyError(f"{name_or_path}: no such study; these ship: {there} (a path must end in .toml)")
+    return shipped[name_or_path]
 
 
 class Strict(BaseModel):
@@ -26,9 +58,9 @@ class Vary(Strict):
     """One parameter."""
 
     key: str
-    """A key of the scenario file, as `noise.dropout.loss` or `traffic.actor[truck].x_m`; of a staged scene, the name of
-    one of its parameters."""
-    values: list[Value] | None = None
+    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the
+    name of one of its parameters."""
+    values: Annotated[list[Value], AfterValidator(_distinct)] | None = None
     """The values it takes; else a range."""
     low: float | None = None
     """Lower end of the range."""
@@ -44,8 +76,8 @@ class Vary(Strict):
     @model_validator(mode="after")
     def _values_or_a_range(self) -> Self:
         if self.values is not None:
-            if not self.values or (self.low, self.high, self.steps) != (None, None, None):
-                raise ValueError("give values (at least one), or low and high of a range, not both")
+            if (self.low, self.high, self.steps) != (None, None, None):
+                raise ValueError("give values, or low and high of a range, not both")
         elif self.low is None or self.high is None or self.low >= self.high:
             raise ValueError("give values, or a range: low below high")
         elif self.scale == "log" and self.low <= 0:
@@ -56,14 +88,31 @@ class Vary(Strict):
 class Curve(Strict):
     """One picture of the report."""
 
-    metric: str
+    metric: Annotated[str, AfterValidator(metric_name)]
     """What is drawn, upwards."""
     against: str
     """The key of the parameter that is drawn to the right, or a metric that each run measured."""
     by: str | None = None
     """The key of a parameter that gives a curve to each of its values; with `map`, the one drawn upwards."""
+    panels: str | None = None
+    """The key of a parameter that gives a panel of the picture to each of its values."""
     kind: Literal["curve", "map"] = "curve"
-    """A curve with its 95 % interval, or a heat map over two parameters."""
+    """Curves with their 95 % intervals, or a heat map over two parameters."""
+    title: str = ""
+    """What the picture shows; the metric's meaning if left out."""
+
+    @property
+    def keys(self) -> list[str]:
+        """Columns that tell what is drawn where."""
+        return [key for key in (self.panels, self.by, self.against) if key is not None]
+
+    @model_validator(mode="after")
+    def _keys_differ(self) -> Self:
+        if len(set(self.keys)) < len(self.keys):
+            raise ValueError("against, by and panels must name different parameters")
+        if self.kind == "map" and self.by is None:
+            raise ValueError("a map has two axes; name a second parameter with by")
+        return self
 
 
 class Study(Strict):
@@ -72,10 +121,10 @@ class Study(Strict):
     description: Annotated[str, Field(min_length=1)]
     """One English sentence: what is varied, and what one wants to know."""
     scenario: str
-    """A name from `luxloop list`, the path of a scenario file, or a staged scene, as
-    `scenarios.study.staged:hidden_behind_truck`: a function that makes a scenario of its parameters."""
-    seeds: Annotated[int, Field(ge=1)] | list[Annotated[int, Field(ge=0)]] = 1
-    """How many, from 1 on, or which. Every combination of parameters runs with the same seeds."""
+    """A name from `luxloop list`, the path of a scenario file (from the study file's folder on), or a staged scene:
+    `MODULE:FUNCTION`, a function that makes a scenario of its parameters."""
+    seeds: Annotated[int, Field(ge=1)] | list[Seed] = 1
+    """How many, from 1 on, or a list of which. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
     fixed: dict[str, Any] = {}
@@ -92,17 +141,26 @@ class Study(Strict):
         keys = [vary.key for vary in self.vary]
         if len(set(keys)) < len(keys):
             raise ValueError("a key is varied twice; put all its values into one [[vary]]")
+        if twice := sorted({*keys} & {*self.fixed}):
+            raise ValueError(f"{twice[0]} is both varied and fixed; take it out of [fixed]")
+        if "seed" in (*keys, *self.fixed):
+            raise ValueError("seed is no parameter; every combination runs with each of `seeds`")
         for vary in self.vary:
             if self.samples is None and vary.values is None and vary.steps is None:
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
+        if isinstance(self.seeds, list):
+            _distinct(self.seeds)
         for curve in self.curve:
-            metric_name(curve.metric)
-            for key in filter(None, (curve.against, curve.by)):
-                if key not in keys and not (key == curve.against and curve.kind == "curve"):
-                    raise ValueError(f"curve over {key}: it is not varied; name one of {', '.join(keys)}")
-                if key not in keys:
-                    metric_name(key)
+            self._check_axes(curve, keys)
         return self
+
+    @staticmethod
+    def _check_axes(curve: Curve, keys: list[str]) -> None:
+        """A picture is drawn over what is varied; a curve also over a metric that each run measured."""
+        for key in curve.keys:
+            measured = key == curve.against and curve.kind == "curve" and key in METRICS
+            if key not in keys and not measured:
+                raise ValueError(f"curve over {key}: it is neither varied nor a metric; name one of {', '.join(keys)}")
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -114,11 +172,9 @@ class Study(Strict):
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
         try:
-            document = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise StudyError(f"{path}: {error.strerror}; give a readable study file") from error
-        except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise StudyError(f"{path}: not TOML: {error}; correct it") from error
+            document = toml_file.read(path)
+        except ScenarioError as error:
+            raise StudyError(str(error)) from error
         try:
             study = cls.model_validate(document)
         except ValidationError as error:

@@ -1,5 +1,6 @@
 """`luxloop sweep`: all runs of a study, their rows on disk, and what is still missing after an interruption."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from scenarios import device
+from scenarios.errors import InputError, Interrupted, OutputError
 from scenarios.study import engine
 from scenarios.study.design import runs
 from scenarios.study.rows import Rows
@@ -48,23 +51,33 @@ def sweep(
     ------
     StudyError, OutputError
         As `runs`, `Rows` and `engine.connect`.
-    KeyboardInterrupt
+    Interrupted
         Ctrl-C; all rows that came in are on disk.
     """
     wanted = runs(study, tracker)
-    rows = Rows(out, {vary.key: [run.parameters[vary.key] for run in wanted] for vary in study.vary})
+    device.load(tracker)  # that there is none should be told once, not by every row
     keys = [run.key for run in wanted]
-    todo = [run for run in wanted if run.key not in rows.keys]
-    try:
-        if todo:
-            with engine.connect(min(workers, len(todo)), scheduler) as client, _bar() as bar:
-                task = bar.add_task(study.path.stem, total=len(wanted), completed=len(wanted) - len(todo))
-                for some in engine.rows_of(client, todo, keep_at):
-                    rows.add(some)
-                    bar.advance(task, len(some))
-    finally:
-        table = rows.join(keys)
-    return Sweep(study, table, len(wanted))
+    with Rows.opened(out, {vary.key: [run.parameters[vary.key] for run in wanted] for vary in study.vary}) as rows:
+        todo = [run for run in wanted if run.key not in rows.keys]
+        try:
+            if todo:
+                with engine.connect(min(workers, len(todo)), scheduler) as client, _bar() as bar:
+                    task = bar.add_task(study.path.stem, total=len(wanted), completed=len(wanted) - len(todo))
+                    for some in engine.rows_of(client, todo, keep_at):
+                        rows.add(some)
+                        bar.advance(task, len(some))
+        except KeyboardInterrupt as error:
+            raise Interrupted(f"interrupted; {_state(rows, keys, out)}") from error
+        except InputError as error:
+            raise type(error)(f"{error}; {_state(rows, keys, out)}") from error
+        return Sweep(study, rows.join(keys), len(wanted))
+
+
+def _state(rows: Rows, keys: list[str], out: Path) -> str:
+    """Tidy up after a sweep that did not come to its end, and say what is there."""
+    with suppress(OutputError):  # where the disk is full, the journal has to do
+        rows.join(keys)
+    return f"{len(rows.keys.intersection(keys))} of {len(keys)} rows are in {out}, the same command goes on from there"
 
 
 def _bar() -> Progress:
