@@ -1,0 +1,43 @@
+"""Colours of pages and figures, for light and for dark screens.
+
+The colours of data are those of Okabe and Ito (2008, Color Universal Design), which colour-blind people can tell apart;
+on dark ground they are lighter.
+"""
+
+from typing import NamedTuple
+
+
+class Tone(NamedTuple):
+    """One colour on both grounds."""
+
+    light: str
+    dark: str
+
+
+TONES = {
+    "page": Tone("#fdfdfc", "#15171b"),
+    "panel": Tone("#f3f4f3", "#1e2127"),
+    "line": Tone("#d4d7d9", "#3a3f47"),
+    "ink": Tone("#1d2125", "#e6e8ea"),
+    "muted": Tone("#5b646c", "#a0a8b0"),
+    "faint": Tone("#9aa3aa", "#727b84"),
+    "blue": Tone("#0072b2", "#58b0e6"),
+    "orange": Tone("#c98a00", "#f0b02e"),
+    "green": Tone("#008f68", "#35cc9f"),
+    "red": Tone("#c94f00", "#ff8b4d"),
+    "purple": Tone("#b0568a", "#e49cc6"),
+    "sky": Tone("#3f9fd8", "#9ad5f7"),
+}
+"""By name. Figures are drawn in the light ones, which are unlike each other, and then refer to the page's."""
+
+PAGE, PANEL, LINE, INK, MUTED, FAINT, BLUE, ORANGE, GREEN, RED, PURPLE, SKY = (tone.light for tone in TONES.values())
+
+SERIES = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY)
+"""Tracks and methods take these in turn."""
+
+
+def by_reference(svg: str) -> str:
+    """Let a figure take its colours from the page."""
+    for name, tone in TONES.items():
+        svg = svg.replace(tone.light, f"var(--{name})")
+    return svg

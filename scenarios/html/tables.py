@@ -1,0 +1,46 @@
+"""The tables of the printed report as those of a page: the same numbers, and one place that chooses them."""
+
+from dataclasses import dataclass
+
+from rich.table import Table
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Text of a cell, and whether it stands at the right as numbers do."""
+
+    text: str
+    right: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Cells of a row, and `bold`, `dim` or nothing."""
+
+    cells: list[Cell]
+    style: str
+
+
+@dataclass(frozen=True, slots=True)
+class PageTable:
+    """A table of a page."""
+
+    title: str
+    head: list[Cell]
+    rows: list[Row]
+
+
+def page_table(table: Table) -> PageTable:
+    """Take over a printed table's title, columns and rows."""
+    right = [column.justify == "right" for column in table.columns]
+    lines = zip(*(column.cells for column in table.columns), strict=True)
+    return PageTable(
+        title=str(table.title),
+        head=_cells([column.header for column in table.columns], right),
+        rows=[Row(_cells(line, right), str(row.style or "")) for row, line in zip(table.rows, lines, strict=True)],
+    )
+
+
+def _cells(texts: object, right: list[bool]) -> list[Cell]:
+    assert isinstance(texts, list | tuple)
+    return [Cell(str(text), at_right) for text, at_right in zip(texts, right, strict=True)]
