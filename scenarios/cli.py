@@ -9,6 +9,7 @@ import typer
 from scenarios.compare import command as compare
 from scenarios.offline import commands
 from scenarios.oracle.stage import Stage
+from scenarios.study import commands_sweep
 
 if TYPE_CHECKING:
     from scenarios.result import Result
@@ -144,6 +145,7 @@ def schema() -> None:
 
 for command in (compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap):
     app.command()(command)
+app.command()(commands_sweep.sweep)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -2,35 +2,28 @@
 
 import logging
 import signal
-import time
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
 
 import dask
-from distributed import Client, Future, LocalCluster, WorkerPlugin, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
 
-from scenarios.errors import StudyError
+from scenarios.errors import InputError, StudyError
 from scenarios.study.design import Run
-from scenarios.study.task import Row, carry_out
+from scenarios.study.task import Row, carry_out, failed, first_columns, versions
 
-IN_FLIGHT = 3
-"""Runs per worker that the scheduler knows of: enough that none waits, few enough that memory does not grow."""
+AT_ONCE = 4000
+"""Runs that the scheduler knows of: some for each of a thousand workers, and few enough that memory does not grow."""
 
-DEATHS = 5
-"""Workers that may die over one run before it is given up, and its row says so: the run itself may be what kills them."""
+ANSWER_S = 5
+"""[s] A scheduler that has not answered by then is none."""
 
-FLUSH_S = 1.0
-"""[s] Rows are on disk no later than this after they came in."""
-
-
-class LeaveInterruptsToTheClient(WorkerPlugin):  # type: ignore[misc]
-    """Ctrl-C goes to all processes of a terminal; only the one that collects the rows is to heed it."""
-
-    def setup(self, worker: object) -> None:
-        """Ignore it; called by each worker when it starts, in its main thread."""
-        del worker
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+SETTINGS = {
+    "distributed.scheduler.allowed-failures": 4,  # deaths over one run before it is given up: it may be the cause
+    "distributed.worker.profile.enabled": False,  # nobody looks at it, and it is work and memory in every worker
+}
 
 
 @contextmanager
@@ -42,77 +35,84 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     StudyError
         Nobody answers at the address.
     """
-    logging.getLogger("distributed").setLevel(
-        logging.CRITICAL
-    )  # a worker's death is told by the rows, not by a traceback
-    with dask.config.set(
-        {"distributed.scheduler.allowed-failures": DEATHS, "distributed.comm.timeouts.connect": "10s"}
-    ):
-        if scheduler is not None:
-            try:
-                client = Client(scheduler, set_as_default=False)
-            except (OSError, ValueError) as error:
-                raise StudyError(
-                    f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one"
-                ) from error
-            with client:
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a death is told by the rows, not by a traceback
+    with dask.config.set(SETTINGS):
+        if scheduler is None:
+            with _local(workers) as cluster, Client(cluster, set_as_default=False) as client:
                 yield client
-            return
-        with (
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address=None,
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            client.register_plugin(LeaveInterruptsToTheClient())
-            yield client
+        else:
+            with _client_of(scheduler) as client:
+                yield client
 
 
-def rows_of(client: Client, runs: list[Run], keep_at: str | None) -> Iterator[list[Row]]:
-    """Carry out runs; yield their rows as they come, some at a time."""
+def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iterator[list[Row]]:
+    """Carry out runs; yield their rows as they come, as many as have come.
+
+    Raises
+    ------
+    StudyError
+        The scheduler is gone, or a worker cannot carry out any run.
+    OutputError
+        A worker cannot keep the folder of its run.
+    """
     waiting = iter(runs)
-    slots = IN_FLIGHT * max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
     run_of: dict[str, Run] = {}
 
     def submit(count: int) -> list[Future]:
-        futures = []
-        for run in islice(waiting, count):
-            future = client.submit(carry_out, run, keep_at, key=f"luxloop-{run.key}", pure=False)
-            run_of[future.key] = run
-            futures.append(future)
-        return futures
+        # with the client's id in its name, two sweeps on one scheduler share no task
+        some = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
+        run_of.update(some)
+        return [
+            client.submit(carry_out, run.portable(), keep_at, versions(), key=key, pure=False)
+            for key, run in some.items()
+        ]
 
-    done = as_completed(submit(slots), loop=client.loop)
-    rows: list[Row] = []
-    flushed = time.monotonic()
-    for future in done:
-        run = run_of.pop(future.key)
-        rows.append(_row(run, future))
-        for more in submit(1):
-            done.add(more)
-        if time.monotonic() - flushed > FLUSH_S:
-            yield rows
-            rows, flushed = [], time.monotonic()
-    yield rows
+    done = as_completed(submit(AT_ONCE), loop=client.loop)
+    for futures in done.batches():
+        yield [_row(run_of.pop(future.key), future) for future in futures]
+        done.update(submit(len(futures)))
 
 
 def _row(run: Run, future: Future) -> Row:
     """Return the row of a finished run; of one that killed its workers, that it did."""
-    if future.status == "finished":
+    try:
         row: Row = future.result()
         return row
-    told = " ".join(str(future.exception()).split())
-    base = {"index": run.index, "key": run.key, "seed": run.seed, **run.parameters}
-    return {
-        **base,
-        "status": "error",
-        "error": f"its workers died: {told}",
-        "trace_hash": "",
-        "frames": 0,
-        "wall_s": 0.0,
-    }
+    except InputError:
+        raise
+    except KilledWorker:
+        return first_columns(run) | failed("each worker that tried it died: out of memory, or taken down by the run")
+    except (CancelledError, OSError) as error:
+        raise StudyError("the Dask scheduler is gone") from error
+    except Exception as error:
+        told = f"{type(error).__name__}: {error}"
+        raise StudyError(f"a worker cannot carry out runs ({told}); install there what is installed here") from error
+
+
+@contextmanager
+def _local(workers: int) -> Iterator[LocalCluster]:
+    """Start workers that hear nothing of Ctrl-C, which goes to all processes of a terminal: it is for this one alone.
+
+    They, and those that replace the dead among them, inherit a signal mask from the threads that start here.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        with LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+        ) as cluster:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            yield cluster
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def _client_of(scheduler: str) -> Client:
+    try:
+        return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise StudyError(f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one") from error

@@ -1,17 +1,28 @@
 """Study files: a scenario, what to vary in it, and with which seeds."""
 
-import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from scenarios.errors import StudyError
+from scenarios import toml_file
+from scenarios.errors import ScenarioError, StudyError
 from scenarios.expect import metric_name
 from scenarios.explain import explain
 
 Json = dict[str, Any]
 Value = float | int | str | bool
+Seed = Annotated[int, Field(ge=0)]
+T = TypeVar("T")
+
+
+def _distinct(values: list[T]) -> list[T]:
+    """Refuse to run the same twice."""
+    if not values:
+        raise ValueError("give one at least")
+    if len(set(values)) < len(values):
+        raise ValueError("something stands in it twice; take it out once")
+    return values
 
 
 class Strict(BaseModel):
@@ -26,9 +37,9 @@ class Vary(Strict):
     """One parameter."""
 
     key: str
-    """A key of the scenario file, as `noise.dropout.loss` or `traffic.actor[truck].x_m`; of a staged scene, the name of
+    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the name of
     one of its parameters."""
-    values: list[Value] | None = None
+    values: Annotated[list[Value], AfterValidator(_distinct)] | None = None
     """The values it takes; else a range."""
     low: float | None = None
     """Lower end of the range."""
@@ -44,8 +55,8 @@ class Vary(Strict):
     @model_validator(mode="after")
     def _values_or_a_range(self) -> Self:
         if self.values is not None:
-            if not self.values or (self.low, self.high, self.steps) != (None, None, None):
-                raise ValueError("give values (at least one), or low and high of a range, not both")
+            if (self.low, self.high, self.steps) != (None, None, None):
+                raise ValueError("give values, or low and high of a range, not both")
         elif self.low is None or self.high is None or self.low >= self.high:
             raise ValueError("give values, or a range: low below high")
         elif self.scale == "log" and self.low <= 0:
@@ -74,7 +85,7 @@ class Study(Strict):
     scenario: str
     """A name from `luxloop list`, the path of a scenario file, or a staged scene, as
     `scenarios.study.staged:hidden_behind_truck`: a function that makes a scenario of its parameters."""
-    seeds: Annotated[int, Field(ge=1)] | list[Annotated[int, Field(ge=0)]] = 1
+    seeds: Annotated[int, Field(ge=1)] | Annotated[list[Seed], AfterValidator(_distinct)] = 1
     """How many, from 1 on, or which. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
@@ -92,6 +103,10 @@ class Study(Strict):
         keys = [vary.key for vary in self.vary]
         if len(set(keys)) < len(keys):
             raise ValueError("a key is varied twice; put all its values into one [[vary]]")
+        if twice := sorted({*keys} & {*self.fixed}):
+            raise ValueError(f"{twice[0]} is both varied and fixed; take it out of [fixed]")
+        if "seed" in (*keys, *self.fixed):
+            raise ValueError("seed is no parameter; every combination runs with each of `seeds`")
         for vary in self.vary:
             if self.samples is None and vary.values is None and vary.steps is None:
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
@@ -114,11 +129,9 @@ class Study(Strict):
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
         try:
-            document = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise StudyError(f"{path}: {error.strerror}; give a readable study file") from error
-        except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise StudyError(f"{path}: not TOML: {error}; correct it") from error
+            document = toml_file.read(path)
+        except ScenarioError as error:
+            raise StudyError(str(error)) from error
         try:
             study = cls.model_validate(document)
         except ValidationError as error:

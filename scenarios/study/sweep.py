@@ -7,6 +7,8 @@ import pandas as pd
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from scenarios import device
+from scenarios.errors import InputError
 from scenarios.study import engine
 from scenarios.study.design import runs
 from scenarios.study.rows import Rows
@@ -52,18 +54,23 @@ def sweep(
         Ctrl-C; all rows that came in are on disk.
     """
     wanted = runs(study, tracker)
-    rows = Rows(out, {vary.key: [run.parameters[vary.key] for run in wanted] for vary in study.vary})
+    device.load(tracker)  # that there is none should be told once, not by every row
     keys = [run.key for run in wanted]
-    todo = [run for run in wanted if run.key not in rows.keys]
-    try:
-        if todo:
-            with engine.connect(min(workers, len(todo)), scheduler) as client, _bar() as bar:
-                task = bar.add_task(study.path.stem, total=len(wanted), completed=len(wanted) - len(todo))
-                for some in engine.rows_of(client, todo, keep_at):
-                    rows.add(some)
-                    bar.advance(task, len(some))
-    finally:
-        table = rows.join(keys)
+    with Rows.opened(out, {vary.key: [run.parameters[vary.key] for run in wanted] for vary in study.vary}) as rows:
+        todo = [run for run in wanted if run.key not in rows.keys]
+        try:
+            if todo:
+                with engine.connect(min(workers, len(todo)), scheduler) as client, _bar() as bar:
+                    task = bar.add_task(study.path.stem, total=len(wanted), completed=len(wanted) - len(todo))
+                    for some in engine.rows_of(client, todo, keep_at):
+                        rows.add(some)
+                        bar.advance(task, len(some))
+        except (KeyboardInterrupt, InputError) as error:
+            done = len(rows.keys.intersection(keys))
+            told = f"{error or 'interrupted'}; {done} of {len(keys)} rows are in {out}, the same command goes on"
+            raise type(error)(told) from error
+        finally:
+            table = rows.join(keys)
     return Sweep(study, table, len(wanted))
 
 
