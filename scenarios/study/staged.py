@@ -5,13 +5,13 @@ of a team's own will do as well: parameters in, document out, ValueError for wha
 """
 
 import math
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from scenarios.study.shadow import outline, shadow
+from scenarios.study.props import CAR_M, car, motion_table, screen, wall
+from scenarios.study.shadow import cover, outline, shadow
 from sensor_model.rig import load_rig
 from sim.scripted.motions import LaneChange, Motion, Straight, state_at
 from sim.world import Floats
@@ -20,10 +20,9 @@ Json = dict[str, Any]
 Manoeuvre = Literal["keeps speed", "brakes", "changes lane"]
 
 RIG = "srx_six_lux"
-CAR_M = (4.6, 1.8, 1.5)
-START = np.array([4.0, 9.0, 0.0])
-"""Of a car that drives beside the ego, two lanes to the left: both its rear and its side can be seen, 10 m away."""
-WALL_Y_M, WALL_HEIGHT_M = 4.0, 4.0
+START = np.array([-6.0, 9.0, 0.0])
+"""Of a car that drives two lanes to the left of the ego, 11 m away and a little behind: it shows its front and side."""
+WALL_Y_M = 4.0
 BEFORE_S, AFTER_S = 3.0, 3.5
 """[s] The car is out in the open: time enough for a track to settle, and to be found again."""
 REMEMBERED_S = 4.5
@@ -62,24 +61,24 @@ def hidden_behind_wall(occlusion_s: float, speed_mps: float, manoeuvre: Manoeuvr
     """
     if not (occlusion_s > 0 and speed_mps > 0):
         raise ValueError(f"occlusion_s = {occlusion_s:g} and speed_mps = {speed_mps:g} must be positive")
-    hidden = _hidden_motions(occlusion_s, speed_mps, manoeuvre)
-    vanishes = START + [speed_mps * BEFORE_S, 0.0, 0.0]
+    rig, hidden = load_rig(RIG, Path()), _hidden_motions(occlusion_s, speed_mps, manoeuvre)
+    vanishes = START + np.array([speed_mps * BEFORE_S, 0.0, 0.0])
     reaches = []
     for time in np.linspace(0.0, occlusion_s, 51):
         ego = np.array([speed_mps * (BEFORE_S + time), 0.0])
         points = outline(state_at(hidden, vanishes, time).pose, CAR_M)
-        reaches.append(ego[0] + shadow(load_rig(RIG, Path()), points - ego, WALL_Y_M))
+        reaches.append(ego[0] + shadow(rig, points - ego, WALL_Y_M))
     left_m, right_m = float(np.min(reaches)), float(np.max(reaches))
     motions = [Straight("straight", speed_mps, duration_s=BEFORE_S), *hidden]
     return {
-        "description": f"A car at {speed_mps:g} m/s is hidden by a wall for {occlusion_s:g} s and {manoeuvre} meanwhile.",
+        "description": f"A car at {speed_mps:g} m/s {manoeuvre} while a wall hides it for {occlusion_s:g} s.",
         "duration_s": BEFORE_S + occlusion_s + AFTER_S,
         "traffic": {
             "kind": "scripted",
             **DRIVING_JITTER,
-            "ego": {"motion": [_table(Straight("straight", speed_mps))]},
-            "actor": [_car(START, motions)],
-            "obstacle": [_wall([[left_m, WALL_Y_M], [right_m, WALL_Y_M]])],
+            "ego": {"motion": [motion_table(Straight("straight", speed_mps))]},
+            "actor": [car(START, motions)],
+            "obstacle": [wall([[left_m, WALL_Y_M], [right_m, WALL_Y_M]])],
         },
         "grading": {"memory_s": REMEMBERED_S},
     }
@@ -91,7 +90,7 @@ def partly_hidden(visible_share: float, occlusion_s: float = 2.0, speed_mps: flo
     Parameters
     ----------
     visible_share
-        Of the car's shadow on the screen, the front part, that stays visible, 0 to 1.
+        Of the angle under which the LIDARS see the car, the front part, that stays visible, 0 to 1.
     occlusion_s
         How long the screen stays [s]; it takes about a second each to come and to go.
     speed_mps
@@ -107,28 +106,29 @@ def partly_hidden(visible_share: float, occlusion_s: float = 2.0, speed_mps: flo
             f"visible_share = {visible_share:g} must be from 0 to 1, occlusion_s = {occlusion_s:g} positive, "
             f"speed_mps = {speed_mps:g} above {SLIDE_MPS:g}"
         )
-    left_m, right_m = shadow(load_rig(RIG, Path()), outline(START, CAR_M), WALL_Y_M)
-    slide_m = (1.0 - visible_share) * (right_m - left_m)
+    rig, points = load_rig(RIG, Path()), outline(START, CAR_M)
+    left_m, right_m = shadow(rig, points, WALL_Y_M)
     length_m = right_m - left_m + 1.0
-    slide_s = slide_m / SLIDE_MPS
-    screen = [
+    away_m = left_m - 0.5  # where the screen ends before and after
+    slide_s = (cover(rig, points, WALL_Y_M, 1.0 - visible_share) - away_m) / SLIDE_MPS
+    slides = [
         Straight("straight", speed_mps, duration_s=BEFORE_S),
-        *([Straight("straight", speed_mps + SLIDE_MPS, duration_s=slide_s)] if slide_s else []),
+        Straight("straight", speed_mps + SLIDE_MPS, duration_s=slide_s),
         Straight("straight", speed_mps, duration_s=occlusion_s),
-        *([Straight("straight", speed_mps - SLIDE_MPS, duration_s=slide_s)] if slide_s else []),
+        Straight("straight", speed_mps - SLIDE_MPS, duration_s=slide_s),
         Straight("straight", speed_mps),
     ]
-    start = np.array([left_m - 0.5 * length_m, WALL_Y_M, 0.0])
-    both = [Straight("straight", speed_mps)]
+    start = np.array([away_m - 0.5 * length_m, WALL_Y_M, 0.0])
+    together = Straight("straight", speed_mps)
     return {
         "description": f"A car, of which a screen leaves {visible_share:.0%} visible for {occlusion_s:g} s.",
         "duration_s": BEFORE_S + 2.0 * slide_s + occlusion_s + AFTER_S,
         "traffic": {
             "kind": "scripted",
-            "ego": {"motion": [_table(motion) for motion in both]},
+            "ego": {"motion": [motion_table(together)]},
             "actor": [
-                _car(START, both),
-                _actor("screen", start, (length_m, 0.2, WALL_HEIGHT_M), screen) | {"kind": "obstacle"},
+                car(START, [together]),
+                screen(start, length_m, slides),
             ],
         },
         "grading": {"memory_s": REMEMBERED_S},
@@ -164,8 +164,8 @@ def standing_car(range_m: float = 15.0, aspect_deg: float = 30.0, visible_share:
         "traffic": {
             "kind": "scripted",
             **STANDING_JITTER,
-            "actor": [_car(pose, [])],
-            "obstacle": [_wall(_cover(pose, 1.0 - visible_share))] if visible_share < 1.0 else [],
+            "actor": [car(pose, [])],
+            "obstacle": [wall(_standing_wall(pose, 1.0 - visible_share))] if visible_share < 1.0 else [],
         },
     }
 
@@ -185,7 +185,7 @@ def _hidden_motions(occlusion_s: float, speed_mps: float, manoeuvre: str) -> lis
     raise ValueError(f'manoeuvre = "{manoeuvre}": should be "keeps speed", "brakes" or "changes lane"')
 
 
-def _cover(pose: Floats, hidden_share: float) -> list[list[float]]:
+def _standing_wall(pose: Floats, hidden_share: float) -> list[list[float]]:
     """Ends of a wall across the line of sight that hides the left part of a car at a pose (3,)."""
     rig = load_rig(RIG, Path())
     eye = np.array([max(mount.x_m for mount in rig.mounts) + rig.rear_axle_x_m, 0.0])
@@ -194,22 +194,3 @@ def _cover(pose: Floats, hidden_share: float) -> list[list[float]]:
     end = bearing.max() - hidden_share * np.ptp(bearing)
     away_m = 0.6 * (float(x.min()))  # nearer to the car, both would make one segment
     return [[eye[0] + away_m, away_m * math.tan(bearing.max()) + 2.0], [eye[0] + away_m, away_m * math.tan(end)]]
-
-
-def _car(start: Floats, motions: list[Straight]) -> Json:
-    return _actor("car", start, CAR_M, motions)
-
-
-def _actor(name: str, start: Floats, size_m: tuple[float, float, float], motions: list[Motion]) -> Json:
-    place = {"x_m": float(start[0]), "y_m": float(start[1]), "yaw_deg": math.degrees(start[2])}
-    drive = {"motion": [_table(motion) for motion in motions]} if motions else {}
-    return {"name": name, **place, "size_m": list(size_m), **drive}
-
-
-def _table(motion: Motion) -> Json:
-    """A motion as a scenario file has it."""
-    return {key: value for key, value in asdict(motion).items() if value is not None}
-
-
-def _wall(corners_m: list[list[float]]) -> Json:
-    return {"kind": "wall", "corners_m": corners_m, "height_m": WALL_HEIGHT_M}

@@ -73,8 +73,25 @@ class Curve(Strict):
     """The key of the parameter that is drawn to the right, or a metric that each run measured."""
     by: str | None = None
     """The key of a parameter that gives a curve to each of its values; with `map`, the one drawn upwards."""
+    panels: str | None = None
+    """The key of a parameter that gives a panel of the picture to each of its values."""
     kind: Literal["curve", "map"] = "curve"
-    """A curve with its 95 % interval, or a heat map over two parameters."""
+    """Curves with their 95 % intervals, or a heat map over two parameters."""
+    title: str = ""
+    """What the picture shows; the metric's meaning if left out."""
+
+    @property
+    def keys(self) -> list[str]:
+        """Columns that tell what is drawn where."""
+        return [key for key in (self.panels, self.by, self.against) if key is not None]
+
+    @model_validator(mode="after")
+    def _keys_differ(self) -> Self:
+        if len(set(self.keys)) < len(self.keys):
+            raise ValueError("against, by and panels must name different parameters")
+        if self.kind == "map" and self.by is None:
+            raise ValueError("a map has two axes; name a second parameter with by")
+        return self
 
 
 class Study(Strict):
@@ -112,8 +129,8 @@ class Study(Strict):
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
         for curve in self.curve:
             metric_name(curve.metric)
-            for key in filter(None, (curve.against, curve.by)):
-                if key not in keys and not (key == curve.against and curve.kind == "curve"):
+            for key in curve.keys:
+                if key not in keys and key != curve.against:
                     raise ValueError(f"curve over {key}: it is not varied; name one of {', '.join(keys)}")
                 if key not in keys:
                     metric_name(key)
