@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.compare import command as compare
+from scenarios.errors import Interrupted
 from scenarios.offline import commands
 from scenarios.oracle.stage import Stage
 from scenarios.study import commands_sweep
@@ -159,6 +160,8 @@ def main(arguments: list[str] | None = None) -> int:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
     except typer.TyperException as error:
         return _complain(error.format_message(), error.exit_code)
+    except Interrupted as error:
+        return _complain(str(error), INTERRUPTED)
     except Exception as error:
         code = _exit_code(error)
         if code == UNKNOWN:

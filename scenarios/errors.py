@@ -31,3 +31,7 @@ class OutputError(InputError):
 
 class TracksError(InputError):
     """A file of tracks cannot be read, or breaks the layout."""
+
+
+class Interrupted(Exception):
+    """Ctrl-C, where there is more to say than that."""

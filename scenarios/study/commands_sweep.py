@@ -1,7 +1,6 @@
 """`luxloop sweep` on the command line. What takes long to import is imported where it is needed."""
 
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,12 +9,9 @@ import typer
 if TYPE_CHECKING:
     from scenarios.study.sweep import Sweep
 
-INTERRUPTED = 130
-"""What a shell says of a command that Ctrl-C ended."""
-
 
 def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file, see docs/study-files.md.")],
+    study: Annotated[str, typer.Argument(metavar="STUDY", help="A shipped study's name, or the path of a .toml file.")],
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes of this computer, else one for each of its cores.")
     ] = None,
@@ -39,17 +35,14 @@ def sweep(
 
     from scenarios.device import SHIPPED
     from scenarios.errors import StudyError
-    from scenarios.study.study import Study
+    from scenarios.study.study import Study, find
     from scenarios.study.sweep import sweep as carry_out
 
     if workers and scheduler:
         raise StudyError("--workers and --scheduler are both given; the scheduler has workers of its own, give one")
-    out = out or Path("sweeps") / study.stem
-    try:
-        done = carry_out(Study.load(study), tracker or SHIPPED, out, workers or _cores(), scheduler, keep)
-    except KeyboardInterrupt as error:
-        print(f"luxloop: {str(error) or 'interrupted before anything ran'}", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from error
+    path = find(study)
+    out = out or Path("sweeps") / path.stem
+    done = carry_out(Study.load(path), tracker or SHIPPED, out, workers or _cores(), scheduler, keep)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
     else:

@@ -137,9 +137,7 @@ def _source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
         scene = _scene(study)
         name = study.scenario.partition(":")[2]
         return (lambda values: _staged(study, scene, values)), study.path.with_name(f"{name}.toml").absolute()
-    path = (
-        study.path.parent / listing.find(study.scenario)
-    ).absolute()  # paths start at the file
+    path = (study.path.parent / listing.find(study.scenario)).absolute()  # paths start at the file
     document = toml_file.read(path)
     return (lambda values: with_values(document, values)), path
 

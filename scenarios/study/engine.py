@@ -1,14 +1,16 @@
 """Carries out the runs of a study on a Dask cluster: processes of this computer, or any scheduler."""
 
+import asyncio
 import logging
 import signal
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed, rpc
 
 from scenarios.errors import InputError, StudyError
 from scenarios.study.design import Run
@@ -21,7 +23,6 @@ ANSWER_S = 5
 """[s] A scheduler that has not answered by then is none."""
 
 SETTINGS = {
-    "distributed.scheduler.allowed-failures": 4,  # deaths over one run before it is given up: it may be the cause
     "distributed.worker.profile.enabled": False,  # nobody looks at it, and it is work and memory in every worker
 }
 
@@ -35,7 +36,8 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     StudyError
         Nobody answers at the address.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a death is told by the rows, not by a traceback
+    for logger in ("distributed", "distributed.client"):  # a death is told in one line, not by a traceback
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS):
         if scheduler is None:
             with _local(workers) as cluster, Client(cluster, set_as_default=False) as client:
@@ -95,13 +97,14 @@ def _local(workers: int) -> Iterator[LocalCluster]:
 
     They, and those that replace the dead among them, inherit a signal mask from the threads that start here.
     """
+    resource_tracker.ensure_running()  # whichever thread starts it has its mask lifted, see CPython's resource_tracker
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         ) as cluster:
@@ -113,6 +116,13 @@ def _local(workers: int) -> Iterator[LocalCluster]:
 
 def _client_of(scheduler: str) -> Client:
     try:
+        asyncio.run(asyncio.wait_for(_ask_who_it_is(scheduler), ANSWER_S))  # Client itself waits for the mute for ever
         return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise StudyError(f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one") from error
+
+
+async def _ask_who_it_is(scheduler: str) -> None:
+    async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as there:
+        if (await there.identity())["type"] != "Scheduler":
+            raise ValueError("it is something else of Dask's")

@@ -1,4 +1,4 @@
-"""Keys of a scenario file as a study names them: `noise.dropout.random_rate`, `traffic.actor[hidden car].motion[0].x_m`."""
+"""Keys of a scenario file as a study names them: `noise.dropout.random_rate`, `traffic.actor[car].x_m`."""
 
 import copy
 import re
@@ -16,7 +16,9 @@ def parse(key: str) -> tuple[str, ...]:
     """Split a key into its steps; what stands in brackets is the number or the name of one of a list."""
     steps = tuple(f"[{match[2]}]" if match[2] else match[1] or match[3] for match in _STEP.finditer(key))
     if not steps or _spell(steps) != key.replace('"', ""):
-        raise StudyError(f"{key}: no key of a scenario file; write it as in noise.dropout.random_rate or traffic.actor[0].x_m")
+        raise StudyError(
+            f"{key}: no key of a scenario file; write it as in noise.dropout.random_rate or traffic.actor[0].x_m"
+        )
     return steps
 
 

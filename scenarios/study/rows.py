@@ -87,6 +87,9 @@ class Rows:
         """
         self._forget_a_torn_line()
         table = self._read().to_pandas().drop_duplicates("key").set_index("key", drop=False)
+        self.keys = set(
+            table.index
+        )  # Ctrl-C may have come between the writing of rows and the taking down of their keys
         place = {key: index for index, key in enumerate(wanted) if key in table.index}
         others = table.drop(index=list(place))
         if len(others) or (self._folder / EARLIER).exists():

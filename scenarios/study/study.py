@@ -9,6 +9,10 @@ from scenarios import toml_file
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.expect import metric_name
 from scenarios.explain import explain
+from scenarios.grading.metrics import METRICS
+
+STUDIES = Path(__file__).parents[1] / "studies"
+"""Studies that ship."""
 
 Json = dict[str, Any]
 Value = float | int | str | bool
@@ -21,8 +25,25 @@ def _distinct(values: list[T]) -> list[T]:
     if not values:
         raise ValueError("give one at least")
     if len(set(values)) < len(values):
-        raise ValueError("something stands in it twice; take it out once")
+        raise ValueError(f"{values}: something stands in it twice; take it out once")
     return values
+
+
+def find(name_or_path: str) -> Path:
+    """Return the file of a shipped study by its name, or of one given by its path (which ends in .toml).
+
+    Raises
+    ------
+    StudyError
+        There is none of that name.
+    """
+    if name_or_path.endswith(".toml"):
+        return Path(name_or_path)
+    shipped = {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
+    if name_or_path not in shipped:
+        there = ", ".join(shipped) or "none"
+        raise StudyError(f"{name_or_path}: no such study; these ship: {there} (a path must end in .toml)")
+    return shipped[name_or_path]
 
 
 class Strict(BaseModel):
@@ -37,8 +58,8 @@ class Vary(Strict):
     """One parameter."""
 
     key: str
-    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the name of
-    one of its parameters."""
+    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the
+    name of one of its parameters."""
     values: Annotated[list[Value], AfterValidator(_distinct)] | None = None
     """The values it takes; else a range."""
     low: float | None = None
@@ -67,7 +88,7 @@ class Vary(Strict):
 class Curve(Strict):
     """One picture of the report."""
 
-    metric: str
+    metric: Annotated[str, AfterValidator(metric_name)]
     """What is drawn, upwards."""
     against: str
     """The key of the parameter that is drawn to the right, or a metric that each run measured."""
@@ -100,10 +121,10 @@ class Study(Strict):
     description: Annotated[str, Field(min_length=1)]
     """One English sentence: what is varied, and what one wants to know."""
     scenario: str
-    """A name from `luxloop list`, the path of a scenario file, or a staged scene, as
-    `scenarios.study.staged:hidden_behind_truck`: a function that makes a scenario of its parameters."""
-    seeds: Annotated[int, Field(ge=1)] | Annotated[list[Seed], AfterValidator(_distinct)] = 1
-    """How many, from 1 on, or which. Every combination of parameters runs with the same seeds."""
+    """A name from `luxloop list`, the path of a scenario file (from the study file's folder on), or a staged scene:
+    `MODULE:FUNCTION`, a function that makes a scenario of its parameters."""
+    seeds: Annotated[int, Field(ge=1)] | list[Seed] = 1
+    """How many, from 1 on, or a list of which. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
     fixed: dict[str, Any] = {}
@@ -127,14 +148,19 @@ class Study(Strict):
         for vary in self.vary:
             if self.samples is None and vary.values is None and vary.steps is None:
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
+        if isinstance(self.seeds, list):
+            _distinct(self.seeds)
         for curve in self.curve:
-            metric_name(curve.metric)
-            for key in curve.keys:
-                if key not in keys and key != curve.against:
-                    raise ValueError(f"curve over {key}: it is not varied; name one of {', '.join(keys)}")
-                if key not in keys:
-                    metric_name(key)
+            self._check_axes(curve, keys)
         return self
+
+    @staticmethod
+    def _check_axes(curve: Curve, keys: list[str]) -> None:
+        """A picture is drawn over what is varied; a curve also over a metric that each run measured."""
+        for key in curve.keys:
+            measured = key == curve.against and curve.kind == "curve" and key in METRICS
+            if key not in keys and not measured:
+                raise ValueError(f"curve over {key}: it is neither varied nor a metric; name one of {', '.join(keys)}")
 
     @classmethod
     def load(cls, path: Path) -> Self:

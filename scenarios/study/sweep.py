@@ -1,5 +1,6 @@
 """`luxloop sweep`: all runs of a study, their rows on disk, and what is still missing after an interruption."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from scenarios import device
-from scenarios.errors import InputError
+from scenarios.errors import InputError, Interrupted, OutputError
 from scenarios.study import engine
 from scenarios.study.design import runs
 from scenarios.study.rows import Rows
@@ -50,7 +51,7 @@ def sweep(
     ------
     StudyError, OutputError
         As `runs`, `Rows` and `engine.connect`.
-    KeyboardInterrupt
+    Interrupted
         Ctrl-C; all rows that came in are on disk.
     """
     wanted = runs(study, tracker)
@@ -65,13 +66,18 @@ def sweep(
                     for some in engine.rows_of(client, todo, keep_at):
                         rows.add(some)
                         bar.advance(task, len(some))
-        except (KeyboardInterrupt, InputError) as error:
-            done = len(rows.keys.intersection(keys))
-            told = f"{error or 'interrupted'}; {done} of {len(keys)} rows are in {out}, the same command goes on"
-            raise type(error)(told) from error
-        finally:
-            table = rows.join(keys)
-    return Sweep(study, table, len(wanted))
+        except KeyboardInterrupt as error:
+            raise Interrupted(f"interrupted; {_state(rows, keys, out)}") from error
+        except InputError as error:
+            raise type(error)(f"{error}; {_state(rows, keys, out)}") from error
+        return Sweep(study, rows.join(keys), len(wanted))
+
+
+def _state(rows: Rows, keys: list[str], out: Path) -> str:
+    """Tidy up after a sweep that did not come to its end, and say what is there."""
+    with suppress(OutputError):  # where the disk is full, the journal has to do
+        rows.join(keys)
+    return f"{len(rows.keys.intersection(keys))} of {len(keys)} rows are in {out}, the same command goes on from there"
 
 
 def _bar() -> Progress:
