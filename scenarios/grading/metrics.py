@@ -58,6 +58,7 @@ def _dataset() -> Iterator[Definition]:
     yield Definition("dataset.frames", "count", "frames that were graded")
     yield Definition("dataset.observations_per_vehicle", "1", "observations over vehicles")
     yield Definition("dataset.observations_per_frame", "1", "observations over frames")
+    yield Definition("dataset.points_per_observation", "1", "points of a graded vehicle in a frame, mean")
     for view in SEEN:
         yield Definition(f"dataset.{view}.observations", "count", f"observations of view {view}")
         yield Definition(f"dataset.{view}.share", "1", f"share of view {view} in all observations")
