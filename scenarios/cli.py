@@ -9,6 +9,7 @@ import typer
 from scenarios.compare import command as compare
 from scenarios.offline import commands
 from scenarios.oracle.stage import Stage
+from scenarios.search import command as adversary
 
 if TYPE_CHECKING:
     from scenarios.result import Result
@@ -142,7 +143,9 @@ def schema() -> None:
     print(schema_text(), end="")
 
 
-for command in (compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap):
+for command in (
+    compare.compare, compare.baseline, commands.grade, commands.check_tracker, commands.mcap, adversary.search,
+):  # fmt: skip
     app.command()(command)
 
 

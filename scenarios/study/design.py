@@ -52,7 +52,7 @@ def runs(study: Study, tracker: str) -> list[Run]:
     StudyError
         A key leads nowhere, the scene is not there, or a combination makes no valid scenario.
     """
-    make, path = _source(study)
+    make, path = source(study)
     found = []
     for parameters in combinations(study):
         try:
@@ -83,7 +83,9 @@ def combinations(study: Study) -> list[dict[str, Value]]:
 def _grid(vary: Vary) -> list[Value]:
     if vary.values is not None:
         return vary.values
-    assert vary.low is not None and vary.high is not None and vary.steps is not None
+    assert vary.low is not None and vary.high is not None
+    if vary.steps is None:  # only a study that is searched may leave them out
+        raise StudyError(f"{vary.key}: a range without steps; give steps, or samples for the whole study, to sweep it")
     space = np.geomspace if vary.scale == "log" else np.linspace
     return [float(f"{value:.12g}") for value in space(vary.low, vary.high, vary.steps)]
 
@@ -98,7 +100,7 @@ def _drawn(vary: Vary, share: np.ndarray) -> list[Value]:
     return [float(value) for value in vary.low + (vary.high - vary.low) * share]
 
 
-def _source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
+def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
     """Return what makes a scenario's document of parameters, and the path it is to have."""
     if ":" in study.scenario:
         scene = _scene(study)
