@@ -70,9 +70,8 @@ def test_what_has_no_part_in_it_is_neutral_or_gone(hunted):
 def test_the_file_reproduces_the_failure_and_the_recording_ends_with_it(hunted, tmp_path, capsys):
     """Another seed, a path, a default that is lost in writing would change the trace."""
     out = tmp_path / "again"
-    code = main(
-        ["run", str(hunted / "planted.toml"), "--tracker", crossing_ids.SPEC, "--json", "--no-recording", "--out", str(out)]
-    )  # fmt: skip
+    options = ["--tracker", crossing_ids.SPEC, "--json", "--no-recording", "--out", str(out)]
+    code = main(["run", str(hunted / "planted.toml"), *options])
     result = json.loads(capsys.readouterr().out)
     kept = run_folder.read(hunted / RUN)
     assert code == 0
@@ -93,7 +92,7 @@ def test_a_second_start_repeats_no_run_and_finds_the_same(hunted, tmp_path):
     first.mkdir()
     (first / ANSWERS).write_text("".join(lines[:-1]) + lines[-1][:20])
     study = Study.load(crossing_ids.write(hunted.parent))
-    search(study, crossing_ids.SPEC, first, lambda line: None)
+    search(study, crossing_ids.SPEC, first, print)
     assert (first / ANSWERS).read_text().splitlines(keepends=True) == lines
     assert (first / "planted.toml").read_text() == (hunted / "planted.toml").read_text()
 
@@ -117,10 +116,8 @@ def test_what_fails_undisturbed_is_found_at_once(tmp_path):
 
 
 def test_a_scene_that_cannot_run_is_told_in_one_line(tmp_path):
-    with pytest.raises(StudyError, match="with nothing disturbed.*sigma_scale"):
-        search_with(
-            tmp_path, 'scenario = "scene.toml"', 'scenario = "scene.toml"\nfixed = { "noise.range.sigma_scale" = -1.0 }'
-        )
+    with pytest.raises(StudyError, match=r"with nothing disturbed.*sigma_scale"):
+        search_with(tmp_path, "seeds = 2", 'seeds = 2\nfixed = { "noise.range.sigma_scale" = -1.0 }')
 
 
 @pytest.mark.parametrize(

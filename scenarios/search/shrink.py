@@ -76,10 +76,10 @@ def _without_the_needless(document: Json, bench: Bench, tell: Tell) -> Json:
 
     while True:
         smaller = document
-        for cut in (trim.end(bench), trim.actors, trim.obstacles, trim.noise):
+        for cut in (trim.actors, trim.obstacles, trim.noise):
             smaller = cut(smaller, still_fails)
         if smaller == document:
-            return document
+            return trim.end(document, bench, still_fails)
         document = smaller
 
 

@@ -6,6 +6,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from scenarios import device, loop
+from scenarios.result import Result
 from scenarios.scenario import Scenario
 from scenarios.search.bench import Bench, Json
 from scenarios.worst import WorstFrame, worst_frames
@@ -14,13 +15,11 @@ from sensor_model.noise.config import NoiseConfig
 StillFails = Callable[[Json, str], bool]
 """Whether a smaller scenario still fails; the text says what was taken out."""
 
-Cut = Callable[[Json, StillFails], Json]
-
 ANYWHERE = Path("scenario.toml")
 """Of a scenario whose files are not looked at."""
 
-CUTS_OF_THE_END = 4
-"""Ends tried between the worst frame and the last one, if the worst is not enough."""
+FRAMES_TRIED = 5
+"""Of the frames in which the metric is worst, for the end."""
 
 
 def actors(document: Json, still_fails: StillFails) -> Json:
@@ -48,34 +47,28 @@ def noise(document: Json, still_fails: StillFails) -> Json:
     return document
 
 
-def end(bench: Bench) -> Cut:
-    """Return the cut that ends a scenario with the metric's worst frame, or as soon after it as it still fails."""
+def end(document: Json, bench: Bench, still_fails: StillFails) -> Json:
+    """End a scenario with the first of the metric's worst frames that is enough for it to fail.
 
-    def cut(document: Json, still_fails: StillFails) -> Json:
-        worst = failing_frame(document, bench)
-        if worst is None or worst.frame == 0:
-            return document
-        dt_s = worst.time_s / worst.frame
-        enough, too_few = round(document["duration_s"] / dt_s), worst.frame
-        tried = worst.frame + 1
-        for _ in range(CUTS_OF_THE_END):
-            if not too_few < tried < enough:
-                break
-            smaller = {**document, "duration_s": round(tried * dt_s, 3)}
-            if still_fails(smaller, f"ends at {smaller['duration_s']:g} s"):
-                document, enough = smaller, tried
-            else:
-                too_few = tried
-            tried = (too_few + enough) // 2
-        return document
-
-    return cut
+    Never with another one: a run that ends before a track comes back looks as if it had been lost.
+    """
+    for worst in sorted(worst_frames(_played(document, bench), bench.search.metric, FRAMES_TRIED)):
+        if worst.frame == 0:
+            continue
+        duration_s = round((worst.frame + 1) * worst.time_s / worst.frame, 3)
+        smaller = {**document, "duration_s": duration_s}
+        if duration_s < document["duration_s"] and still_fails(smaller, f"ends at {duration_s:g} s"):
+            return smaller
+    return document
 
 
 def failing_frame(document: Json, bench: Bench) -> WorstFrame | None:
     """Run a scenario and return the frame in which the metric is worst; None of a metric that has no frames."""
-    result = loop.run(Scenario.of(document, bench.path), device.load(bench.tracker))
-    return next(iter(worst_frames(result, bench.search.metric, count=1)), None)
+    return next(iter(worst_frames(_played(document, bench), bench.search.metric, count=1)), None)
+
+
+def _played(document: Json, bench: Bench) -> Result:
+    return loop.run(Scenario.of(document, bench.path), device.load(bench.tracker))
 
 
 def _without_items(document: Json, kind: str, still_fails: StillFails) -> Json:
