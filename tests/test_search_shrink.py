@@ -6,14 +6,17 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.stub_trackers import Forgetful
 
 from scenarios.expect import Limit
 from scenarios.listing import paths
 from scenarios.scenario import Scenario
 from scenarios.search import finding_file, trim
+from scenarios.search.bench import Bench
 from scenarios.search.objective import distance, score, size
 from scenarios.search.shrink import HALVINGS, towards_neutral
-from scenarios.study.study import Vary
+from scenarios.study.staged import hidden_behind_wall
+from scenarios.study.study import Search, Vary
 
 LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
 LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
@@ -138,3 +141,38 @@ def test_an_expectation_is_written_as_people_write_it():
     written = finding_file.expectation("track.id_switches", limit, "it fails")
     assert written == {"track.id_switches": {"max": 0, "unit": "count", "known_failure": "it fails"}}
     assert isinstance(written["track.id_switches"]["max"], int)
+
+
+def forgetful(config):
+    """A tracker that gives who comes back a new id."""
+    del config
+    return Forgetful()
+
+
+class Losing(Forgetful):
+    """Who was hidden is never reported again."""
+
+    def estimates(self, index):
+        return [e for e in super().estimates(index) if e.id < 10_000]
+
+
+def losing(config):
+    """The same for --tracker."""
+    del config
+    return Losing()
+
+
+@pytest.mark.parametrize("tracker", ["forgetful", "losing"])
+def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
+    """Ended while the car is back and not yet followed, any tracker would seem to have lost it."""
+    search = Search(metric="track.occlusion_survival", min=1.0)
+    bench = Bench(search, tmp_path / "x.toml", f"test_search_shrink:{tracker}", tmp_path / "answers")
+    document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
+    ended = trim.end(document, bench, lambda smaller, _: bench.fails(smaller))
+    assert bench.fails(ended)
+    if tracker == "losing":  # nothing is to be seen in any frame
+        assert ended == document
+        return
+    worst = trim.failing_frame(ended, bench)
+    assert "goes from track 1 to track 10001" in worst.what
+    assert ended["duration_s"] == pytest.approx(worst.time_s + 0.08)
