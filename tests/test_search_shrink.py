@@ -15,9 +15,11 @@ from scenarios.search import finding_file, trim
 from scenarios.search.bench import Bench
 from scenarios.search.objective import distance, score, size
 from scenarios.search.shrink import HALVINGS, towards_neutral
+from scenarios.study.design import source
 from scenarios.study.staged import hidden_behind_wall
-from scenarios.study.study import Search, Vary
+from scenarios.study.study import Search, Study, Vary
 
+STUDIES = Path(finding_file.__file__).parent / "studies"
 LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
 LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
 WORDS = Vary(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
@@ -153,7 +155,7 @@ class Losing(Forgetful):
     """Who was hidden is never reported again."""
 
     def estimates(self, index):
-        return [e for e in super().estimates(index) if e.id < 10_000]
+        return [e for e in super().estimates(index) if e.id < 20_000]  # it is out of range before, too
 
 
 def losing(config):
@@ -174,5 +176,18 @@ def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
         assert ended == document
         return
     worst = trim.failing_frame(ended, bench)
-    assert "goes from track 1 to track 10001" in worst.what
+    assert "goes from track 10001 to track 20001" in worst.what
     assert ended["duration_s"] == pytest.approx(worst.time_s + 0.08)
+
+
+@pytest.mark.parametrize(
+    "path", sorted(path for path in STUDIES.glob("*.toml") if "scene" not in path.stem), ids=lambda path: path.stem
+)
+def test_the_studies_that_ship_start_from_a_scenario(path):
+    """A key that leads nowhere, or a neutral value that no scenario takes, would end the search in its first run."""
+    study = Study.load(path)
+    make, at = source(study)
+    neutral = {vary.key: vary.neutral for vary in study.vary}
+    scenario = Scenario.of(make({**study.fixed, **neutral}), at)
+    assert study.search
+    assert scenario.duration_s < 10.0
