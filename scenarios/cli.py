@@ -4,7 +4,7 @@ import sys
 
 import typer
 
-from scenarios.commands import compare, listing, look, recorded, run, sweep
+from scenarios.commands import compare, listing, look, recorded, run, search, sweep
 from scenarios.commands.complaint import complain
 from scenarios.errors import Interrupted
 
@@ -16,7 +16,7 @@ app = typer.Typer(
 app.command("list")(listing.list_scenarios)
 for command in (
     run.run, look.view, look.report, run.blame, compare.compare, compare.baseline, recorded.grade,
-    recorded.check_tracker, recorded.mcap, sweep.sweep, listing.schema,
+    recorded.check_tracker, recorded.mcap, sweep.sweep, search.search, listing.schema,
 ):  # fmt: skip
     app.command()(command)
 

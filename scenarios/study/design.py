@@ -69,7 +69,7 @@ def runs(study: Study, tracker: str) -> list[Run]:
         A key leads nowhere, the scene is not there, or a combination makes no valid scenario.
     """
     _check_size(study)
-    make, path = _source(study)
+    make, path = source(study)
     found: list[Run] = []
     for parameters in combinations(study):
         try:
@@ -115,7 +115,8 @@ def _grid(vary: Vary) -> list[Value]:
         return vary.values
     assert vary.low is not None
     assert vary.high is not None
-    assert vary.steps is not None
+    if vary.steps is None:  # only a study that is searched may leave them out
+        raise StudyError(f"{vary.key}: a range without steps; give steps, or samples for the whole study, to sweep it")
     space = np.geomspace if vary.scale == "log" else np.linspace
     return [float(f"{value:.12g}") for value in space(vary.low, vary.high, vary.steps)]
 
@@ -131,7 +132,7 @@ def _drawn(vary: Vary, share: np.ndarray) -> list[Value]:
     return [float(value) for value in vary.low + (vary.high - vary.low) * share]
 
 
-def _source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
+def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
     """Return what makes a scenario's document of parameters, and the path it is to have."""
     if ":" in study.scenario:
         scene = _scene(study)

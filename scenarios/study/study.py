@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, 
 
 from scenarios import toml_file
 from scenarios.errors import ScenarioError, StudyError
-from scenarios.expect import metric_name
+from scenarios.expect import Limit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.metrics import METRICS
 
@@ -72,6 +72,8 @@ class Vary(Strict):
     """How the range is divided, or drawn from."""
     label: str = ""
     """What the axis of a picture says, with the unit; the key if left out."""
+    neutral: Value | None = None
+    """Its value where nothing is disturbed; a search needs it."""
 
     @model_validator(mode="after")
     def _values_or_a_range(self) -> Self:
@@ -82,6 +84,20 @@ class Vary(Strict):
             raise ValueError("give values, or a range: low below high")
         elif self.scale == "log" and self.low <= 0:
             raise ValueError(f"low = {self.low:g}: a logarithmic range starts above 0")
+        return self
+
+    @model_validator(mode="after")
+    def _neutral_is_among_them(self) -> Self:
+        if self.neutral is None:
+            return self
+        if self.values is not None:
+            if self.neutral not in self.values:
+                raise ValueError(f"neutral = {self.neutral} is none of the values; add it to them")
+            return self
+        assert self.low is not None
+        assert self.high is not None
+        if isinstance(self.neutral, str) or not self.low <= self.neutral <= self.high:
+            raise ValueError(f"neutral = {self.neutral} lies outside the range; widen it from low to high")
         return self
 
 
@@ -115,6 +131,32 @@ class Curve(Strict):
         return self
 
 
+class Search(Strict):
+    """What `luxloop search` looks for: the smallest disturbance with which a metric breaks its limit."""
+
+    metric: str
+    """The metric that is to fail."""
+    min: float | None = None
+    """It fails below this."""
+    max: float | None = None
+    """It fails above this."""
+    need: str = ""
+    """Who needs this limit, or where it comes from; goes into the scenario file that is found."""
+    trials: Annotated[int, Field(ge=1)] = 150
+    """Runs until the search ends; shrinking what was found takes some more."""
+
+    @model_validator(mode="after")
+    def _a_limit_of_a_metric(self) -> Self:
+        metric_name(self.metric)
+        Limit(self.min, self.max)
+        return self
+
+    @property
+    def limit(self) -> Limit:
+        """The limit, as in a scenario's `[expect]`."""
+        return Limit(self.min, self.max, METRICS[self.metric], self.need)
+
+
 class Study(Strict):
     """One study file."""
 
@@ -133,6 +175,8 @@ class Study(Strict):
     """What is varied."""
     curve: list[Curve] = []
     """What the report draws."""
+    search: Search | None = None
+    """What `luxloop search` looks for."""
 
     _path: Path = PrivateAttr()
 
@@ -146,7 +190,9 @@ class Study(Strict):
         if "seed" in (*keys, *self.fixed):
             raise ValueError("seed is no parameter; every combination runs with each of `seeds`")
         for vary in self.vary:
-            if self.samples is None and vary.values is None and vary.steps is None:
+            if self.search and vary.neutral is None:
+                raise ValueError(f"{vary.key}: give neutral, its value where nothing is disturbed, for the search")
+            if not (self.samples or self.search or vary.values or vary.steps):
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
         if isinstance(self.seeds, list):
             _distinct(self.seeds)
