@@ -4,8 +4,9 @@ import sys
 
 import typer
 
-from scenarios.commands import compare, listing, look, recorded, run
+from scenarios.commands import compare, listing, look, recorded, run, search, sweep
 from scenarios.commands.complaint import complain
+from scenarios.errors import Interrupted
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
@@ -15,7 +16,7 @@ app = typer.Typer(
 app.command("list")(listing.list_scenarios)
 for command in (
     run.run, look.view, look.report, run.blame, compare.compare, compare.baseline, recorded.grade,
-    recorded.check_tracker, recorded.mcap, listing.schema,
+    recorded.check_tracker, recorded.mcap, sweep.sweep, search.search, listing.schema,
 ):  # fmt: skip
     app.command()(command)
 
@@ -31,6 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
     except typer.TyperException as error:
         return complain(error.format_message(), error.exit_code)
+    except Interrupted as error:
+        return complain(str(error), INTERRUPTED)
     except Exception as error:
         code = _exit_code(error)
         if code == UNKNOWN:

@@ -2,6 +2,7 @@
 
 - `InputError`, of which there are
     - `ScenarioError`: the scenario file
+    - `StudyError`: the study file
     - `DeviceError`: the tracker named by --tracker
     - `OutputError`: the folder of results
     - `TracksError`: a file of tracks
@@ -16,6 +17,10 @@ class ScenarioError(InputError):
     """No such scenario, or its file is wrong."""
 
 
+class StudyError(InputError):
+    """The study file is wrong, or names what is not there."""
+
+
 class DeviceError(InputError):
     """What was named as a tracker cannot be imported, or is none."""
 
@@ -26,3 +31,7 @@ class OutputError(InputError):
 
 class TracksError(InputError):
     """A file of tracks cannot be read, or breaks the layout."""
+
+
+class Interrupted(Exception):
+    """Ctrl-C, where there is more to say than that."""

@@ -1,5 +1,6 @@
 """The progress bar of a run: on standard error, and only where that is a terminal."""
 
+import threading
 from collections.abc import Iterator
 
 from rich.console import Console
@@ -19,11 +20,15 @@ class _RealTimeFactor(ProgressColumn):
 
 
 def frames(count: int, dt: float, name: str) -> Iterator[int]:
-    """Yield 0 to `count` - 1 and show how far it has come; frames are `dt` [s] apart."""
+    """Yield 0 to `count` - 1 and show how far it has come; frames are `dt` [s] apart.
+
+    A run in a thread, as on a sweep's worker, shows nothing: whoever started it has a bar of his own.
+    """
     console = Console(stderr=True)
+    shown = console.is_terminal and threading.current_thread() is threading.main_thread()
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("frames"),
         _RealTimeFactor(dt), TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
         yield from bar.track(range(count), total=count, description=name)

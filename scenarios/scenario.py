@@ -116,7 +116,19 @@ class Scenario(BaseModel):
         ScenarioError
             The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
         """
-        document = toml_file.read(path) | dict(overrides or {})
+        return cls.of(toml_file.read(path) | dict(overrides or {}), path)
+
+    @classmethod
+    def of(cls, document: dict[str, Any], path: Path) -> Self:
+        """Make a scenario of what stands in its file, or would.
+
+        `path` gives it its name, and its folder is where the paths in it start.
+
+        Raises
+        ------
+        ScenarioError
+            A key is missing, unknown, or of a wrong type or value.
+        """
         if wrong := implausible(document):
             raise ScenarioError(f"{path}: {wrong}")
         try:

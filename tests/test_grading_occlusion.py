@@ -82,3 +82,15 @@ def test_short_occlusions_have_a_survival_of_their_own():
     assert survival(visible, tracks) == (0.5, 2)
     metric = grade_run([], Scripted([]))[0]["track.hidden_2s_survival"]
     assert (metric.value, metric.reason) == (None, "no followed vehicle was hidden and came back within 2 s")
+
+
+def test_how_soon_it_is_followed_again_and_how_far_off():
+    # Back in frame 15, followed from frame 18 on, 3 frames of 0.08 s later, by a track 0.5 m ahead.
+    hidden, lost = range(5, 15), range(5, 18)
+    scene = [[Body(0, 12.0, 4.0, visible=float(i not in hidden), points=20 * (i not in hidden))] for i in range(25)]
+    ahead = [0.5 if i >= lost.stop else 0.0 for i in range(25)]
+    script = [[] if i in lost else [follow(scene[i][0], track_id=4, x=12.0 + ahead[i])] for i in range(25)]
+    metrics = grade_run(scene, Scripted(script))[0]
+    assert metrics["track.reacquire_s"].value == pytest.approx(3 * DT)
+    assert metrics["track.reappearance_error_m"].value == pytest.approx(0.5)
+    assert metrics["track.occlusion_survival"].value == 1.0

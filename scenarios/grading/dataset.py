@@ -17,6 +17,7 @@ def grade(sheet: MetricSheet, observations: pd.DataFrame, frames: int) -> None:
         sheet.write(f"dataset.{name}", value, frames, NO_FRAME)
     sheet.rate("dataset.observations_per_vehicle", count, vehicles, NO_OBSERVATION)
     sheet.rate("dataset.observations_per_frame", count, frames, NO_FRAME)
+    sheet.mean("dataset.points_per_observation", observations["points"].to_numpy(np.float64), NO_OBSERVATION)
     for view in SEEN:
         of_view = int(np.count_nonzero(observations["view"] == view))
         sheet.write(f"dataset.{view}.observations", of_view, frames, NO_FRAME)

@@ -133,7 +133,7 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     mma.grade(sheet, tracks, config.nees_confidence)
     modes.grade(sheet, tracks)
     track.grade(sheet, truth, tracks, table["overlaps"], config)
-    occlusion.grade(sheet, truth, config)
+    occlusion.grade(sheet, truth, tracks, config)
     return sheet.metrics
 
 

@@ -58,6 +58,7 @@ def _dataset() -> Iterator[Definition]:
     yield Definition("dataset.frames", "count", "frames that were graded")
     yield Definition("dataset.observations_per_vehicle", "1", "observations over vehicles")
     yield Definition("dataset.observations_per_frame", "1", "observations over frames")
+    yield Definition("dataset.points_per_observation", "1", "points of a graded vehicle in a frame, mean")
     for view in SEEN:
         yield Definition(f"dataset.{view}.observations", "count", f"observations of view {view}")
         yield Definition(f"dataset.{view}.share", "1", f"share of view {view} in all observations")
@@ -129,6 +130,8 @@ def _track() -> Iterator[Definition]:
     yield Definition("track.false", "count", "tracks on no actor or doubled, summed over frames (CLEAR)")
     yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles that their track's id outlived")
     yield Definition("track.hidden_2s_survival", "1", "the same of occlusions of at most 2 s")
+    yield Definition("track.reacquire_s", "s", "mean time until a vehicle that was hidden is followed again")
+    yield Definition("track.reappearance_error_m", "m", "mean distance of its track's centre from the true one, then")
     yield Definition("track.heading_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving vehicles")
     yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
 

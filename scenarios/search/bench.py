@@ -1,0 +1,99 @@
+"""The bench on which a search tries scenarios. What came out is kept on disk: a second start repeats no run."""
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from scenarios.errors import OutputError
+from scenarios.search.objective import fails
+from scenarios.study.design import Run
+from scenarios.study.study import Search
+from scenarios.study.task import carry_out
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came out of one run."""
+
+    key: str
+    """Of the run, see `Run.key`."""
+    value: float | None
+    """Of the metric; None where the run did not come to its end, or the metric does not apply."""
+    trace_hash: str
+    error: str
+    """Why there is no value: of a run that failed or ended early."""
+
+
+class Bench:
+    """Runs scenarios for one metric.
+
+    Parameters
+    ----------
+    search
+        The metric and its limit.
+    path
+        Where the scenarios' file would be: its folder is where paths in them start.
+    tracker
+        MODULE:NAME of the device under test.
+    log
+        File of the answers, a line of JSON each; those of an earlier start are taken up.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be read, or holds something else.
+    """
+
+    def __init__(self, search: Search, path: Path, tracker: str, log: Path) -> None:
+        self.search, self.path, self.tracker = search, path, tracker
+        self._log = log
+        self._answers = _read(log)
+        self.runs = 0
+        """Scenarios tried so far, whether they had to be run or were known."""
+
+    def ask(self, document: Json) -> Answer:
+        """Run a scenario, unless it has been before."""
+        self.runs += 1
+        run = Run(self.runs, {}, document["seed"], document, self.path, self.tracker)
+        if run.key not in self._answers:
+            row = carry_out(run)
+            ended = row["status"] in ("error", "incomplete")
+            value = None if ended else row[self.search.metric]
+            self._keep(Answer(run.key, value, row["trace_hash"], row["error"]))
+        return self._answers[run.key]
+
+    def fails(self, document: Json) -> bool:
+        """Whether the metric breaks its limit in a scenario."""
+        return fails(self.search.limit, self.ask(document).value)
+
+    def _keep(self, answer: Answer) -> None:
+        self._answers[answer.key] = answer
+        try:
+            with self._log.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(answer)) + "\n")
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise OutputError(
+                f"{self._log}: cannot write there ({error.strerror}); what is done is kept: make room, start again"
+            ) from error
+
+
+def _read(log: Path) -> dict[str, Answer]:
+    """Read the answers; a last line that a kill cut short is dropped."""
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        text = log.read_text(encoding="utf-8") if log.exists() else ""
+        whole = text[: text.rfind("\n") + 1]
+        if whole != text:
+            log.write_text(whole, encoding="utf-8")
+        answers = [Answer(**json.loads(line)) for line in whole.splitlines()]
+    except OSError as error:
+        raise OutputError(f"{log}: {error.strerror}; choose another folder with --out") from error
+    except (ValueError, TypeError) as error:
+        raise OutputError(f"{log}: holds no answers of a search; choose a new folder with --out") from error
+    return {answer.key: answer for answer in answers}

@@ -1,0 +1,111 @@
+"""The hunt: optuna proposes disturbances, the smallest with which the metric fails is kept."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
+
+from scenarios.errors import ScenarioError, StudyError
+from scenarios.scenario import Scenario
+from scenarios.search.bench import Bench, Json
+from scenarios.search.objective import fails, score, size
+from scenarios.study.study import Study, Value, Vary
+
+if TYPE_CHECKING:
+    import optuna
+
+SAMPLING_SEED = 0
+"""Of optuna's sampler: the same study makes the same proposals, today and tomorrow."""
+
+Tell = Callable[[str], None]
+"""Is told a line of the story."""
+
+Make = Callable[[dict[str, Value], int], Json]
+"""Makes a scenario's document of parameters and a seed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A disturbance with which the metric fails."""
+
+    parameters: dict[str, Value]
+    seed: int
+    size: float
+    """See `objective.size`."""
+
+
+def hunt(study: Study, bench: Bench, make: Make, tell: Tell) -> Finding | None:
+    """Look for the smallest disturbance with which the metric fails; None if none was met.
+
+    First nothing is disturbed: what fails then needs no search. After that a tree-structured Parzen estimator (Bergstra
+    et al. 2011) proposes the parameters, and one of the study's seeds.
+
+    Raises
+    ------
+    StudyError
+        The undisturbed scenario is none that can be run, or does not show the metric.
+    """
+    neutral = Finding({vary.key: _neutral(vary) for vary in study.vary}, study.seed_list[0], 0.0)
+    if _undisturbed_fails(study, bench, make, neutral):
+        tell("it fails with nothing disturbed")
+        return neutral
+    best: Finding | None = None
+    proposals = _proposals()
+    for _ in range(bench.search.trials - 1):
+        trial = proposals.ask()
+        parameters = {vary.key: _propose(trial, vary) for vary in study.vary}
+        seed = trial.suggest_categorical("seed", study.seed_list)
+        disturbance = size(study.vary, parameters)
+        value = _value(bench, make, parameters, seed)
+        proposals.tell(trial, score(bench.search.limit, value, disturbance))
+        if fails(bench.search.limit, value) and (best is None or disturbance < best.size):
+            best = Finding(parameters, seed, disturbance)
+            tell(f"run {bench.runs}: fails at size {disturbance:.3f} with {spell(parameters)}, seed = {seed}")
+    return best
+
+
+def spell(parameters: dict[str, Value]) -> str:
+    """Write parameters in a line."""
+    return ", ".join(
+        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in parameters.items()
+    )
+
+
+def _undisturbed_fails(study: Study, bench: Bench, make: Make, neutral: Finding) -> bool:
+    try:
+        document = make(neutral.parameters, neutral.seed)
+        Scenario.of(document, bench.path)
+    except ScenarioError as error:
+        raise StudyError(f"{study.path}: with nothing disturbed: {error}") from error
+    answer = bench.ask(document)
+    if answer.error:
+        raise StudyError(f"{study.path}: with nothing disturbed: {answer.error}")
+    return fails(bench.search.limit, answer.value)
+
+
+def _value(bench: Bench, make: Make, parameters: dict[str, Value], seed: int) -> float | None:
+    """Run; what a staged scene refuses to stage shows nothing."""
+    try:
+        document = make(parameters, seed)
+    except StudyError:
+        return None
+    return bench.ask(document).value
+
+
+def _proposals() -> "optuna.Study":
+    import optuna  # slow to import
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    return optuna.create_study(sampler=optuna.samplers.TPESampler(seed=SAMPLING_SEED))
+
+
+def _propose(trial: "optuna.Trial", vary: Vary) -> Value:
+    if vary.values is not None:
+        return cast(Value, trial.suggest_categorical(vary.key, vary.values))
+    assert vary.low is not None
+    assert vary.high is not None
+    return trial.suggest_float(vary.key, vary.low, vary.high, log=vary.scale == "log")
+
+
+def _neutral(vary: Vary) -> Value:
+    assert vary.neutral is not None
+    return vary.neutral

@@ -1,0 +1,103 @@
+"""`luxloop search`: hunt, shrink, write the scenario file, and run it once more with a recording."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenarios import device
+from scenarios.errors import StudyError
+from scenarios.execute import Outcome, execute
+from scenarios.scenario import Scenario
+from scenarios.search import finding_file, trim
+from scenarios.search.bench import Bench, Json
+from scenarios.search.hunt import Tell, hunt
+from scenarios.search.shrink import shrink
+from scenarios.study.design import source
+from scenarios.study.study import Search, Study, Value
+
+ANSWERS, RUN = "answers.jsonl", "run"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The smallest failure that was found."""
+
+    file: Path
+    """The scenario file."""
+    outcome: Outcome
+    """Of its run."""
+    what: str
+    """What happens, and in which frame."""
+
+
+def search(study: Study, tracker: str, out: Path, tell: Tell) -> Found | None:
+    """Look for the smallest disturbance that makes the study's metric fail; None if none of the trials did.
+
+    Parameters
+    ----------
+    study
+        With a `[search]` table.
+    tracker
+        MODULE:NAME of the device under test.
+    out
+        Folder of the scenario file, its run and the answers of all trials; of an earlier start none is run again.
+    tell
+        Is told every step, a line each.
+
+    Raises
+    ------
+    StudyError
+        There is no `[search]`, the undisturbed scenario cannot be run, or the finding does not repeat itself.
+    OutputError
+        The folder cannot be written.
+    """
+    if study.search is None:
+        raise StudyError(f"{study.path}: no [search] table; add one with the metric that is to fail, and its limit")
+    wanted, (stage, path) = study.search, source(study)
+    bench = Bench(wanted, path, tracker, out / ANSWERS)
+
+    def make(parameters: dict[str, Value], seed: int) -> Json:
+        document = {**stage({**study.fixed, **parameters}), "seed": seed}
+        return {**document, "expect": finding_file.expectation(wanted.metric, wanted.limit, "")}
+
+    found = hunt(study, bench, make, tell)
+    if found is None:
+        tell(f"no failure in {bench.runs} runs: {wanted.metric} kept to {wanted.limit}")
+        return None
+    hunted = bench.runs
+    smallest = shrink(study, found, bench, make, tell)
+    tell(f"{hunted} runs to find it, {bench.runs - hunted} to shrink it")
+    return _reproduced(study, wanted, smallest, bench, out)
+
+
+def _reproduced(study: Study, wanted: Search, document: Json, bench: Bench, out: Path) -> Found:
+    """Write the file, and run it as anybody will."""
+    answer = bench.ask(document)
+    what = _tell_failure(wanted, document, bench)
+    file = out / f"{study.path.stem}.toml"
+    named = {
+        **document,
+        "description": f"Found by luxloop search in {study.path.name}, the smallest failure: {_scene(document)}.",
+        "reason": study.description,
+        "expect": finding_file.expectation(wanted.metric, wanted.limit, what),
+    }
+    finding_file.write(named, bench.path, file)
+    outcome = execute(Scenario.load(file), device.load(bench.tracker), out / RUN)
+    if outcome.result.trace_hash != answer.trace_hash:
+        raise StudyError(f"{file}: does not repeat itself: is {bench.tracker} deterministic? (luxloop check-tracker)")
+    return Found(file, outcome, what)
+
+
+def _tell_failure(wanted: Search, document: Json, bench: Bench) -> str:
+    """Say what is seen; why it is so is for a person to find out."""
+    value = bench.ask(document).value
+    worst = trim.failing_frame(document, bench)
+    where = f"; worst in {worst}" if worst else ""
+    return f"{value:.4g} where {wanted.limit} is wanted{where}"
+
+
+def _scene(document: Json) -> str:
+    """Count what is in it."""
+    traffic = document["traffic"]
+    counts = [(len(traffic.get(kind, [])), kind) for kind in ("actor", "obstacle")]
+    scene = " and ".join(f"{count} {kind}{'s' * (count > 1)}" for count, kind in counts if count)
+    return f"{scene or traffic['kind']} around the ego, {document['duration_s']:g} s long"

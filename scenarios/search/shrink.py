@@ -1,0 +1,88 @@
+"""Shrinking a finding: whatever can go while the metric still fails, goes. Every step is run with the same seed.
+
+First the parameters return to neutral, then the scene loses what it does not need.
+"""
+
+from collections.abc import Callable
+from itertools import chain, repeat
+
+from scenarios.errors import StudyError
+from scenarios.search import trim
+from scenarios.search.bench import Bench, Json
+from scenarios.search.hunt import Finding, Make, Tell, spell
+from scenarios.search.objective import distance, size
+from scenarios.study.study import Study, Value, Vary
+
+HALVINGS = 5
+"""Of the way back to neutral: what is left is at most a thirty-second of it too far."""
+
+
+def shrink(study: Study, finding: Finding, bench: Bench, make: Make, tell: Tell) -> Json:
+    """Return the smallest scenario to which a finding shrinks."""
+    parameters = dict(finding.parameters)
+    for vary in study.vary:
+        before = parameters[vary.key]
+
+        def still_fails(value: Value, key: str = vary.key) -> bool:
+            try:
+                return bench.fails(make({**parameters, key: value}, finding.seed))
+            except StudyError:  # no scene can be staged so
+                return False
+
+        parameters[vary.key] = towards_neutral(vary, before, still_fails)
+        if parameters[vary.key] != before:
+            tell(f"{spell({vary.key: parameters[vary.key]})} is enough" + _was(vary, parameters[vary.key], before))
+    tell(f"its size was {finding.size:.3f} and is {size(study.vary, parameters):.3f}")
+    return _without_the_needless(make(parameters, finding.seed), bench, tell)
+
+
+def towards_neutral(vary: Vary, value: Value, still_fails: Callable[[Value], bool]) -> Value:
+    """Return the value nearest to neutral, of those tried, with which it still fails; with `value` it does.
+
+    Of a range, neutral itself is tried, then the way between is halved, in numbers of three digits; of listed values,
+    all nearer ones are.
+    """
+    assert vary.neutral is not None
+    if value == vary.neutral or still_fails(vary.neutral):
+        return vary.neutral
+    if vary.values is not None:
+        nearer = [other for other in vary.values if 0.0 < distance(vary, other) < distance(vary, value)]
+        nearer.sort(key=lambda other: distance(vary, other))
+        return next(filter(still_fails, nearer), value)
+    return _halved(float(vary.neutral), float(value), still_fails)
+
+
+def _halved(passes: float, fails: float, still_fails: Callable[[float], bool]) -> float:
+    """Halve what lies between, after the number that fails was itself cut to three digits."""
+    for share in chain([1.0], repeat(0.5, HALVINGS)):
+        tried = float(f"{passes + share * (fails - passes):.3g}")
+        if tried in (passes, fails):
+            continue
+        if still_fails(tried):
+            fails = tried
+        elif share < 1.0:
+            passes = tried
+    return fails
+
+
+def _without_the_needless(document: Json, bench: Bench, tell: Tell) -> Json:
+    """Take out of a scene what it does not need to fail, again and again until all is needed."""
+
+    def still_fails(smaller: Json, what: str) -> bool:
+        if not bench.fails(smaller):
+            return False
+        tell(what)
+        return True
+
+    while True:
+        smaller = document
+        for cut in (trim.actors, trim.obstacles, trim.noise):
+            smaller = cut(smaller, still_fails)
+        if smaller == document:
+            return trim.end(document, bench, still_fails)
+        document = smaller
+
+
+def _was(vary: Vary, value: Value, before: Value) -> str:
+    told = spell({"": before}).removeprefix(" = ")
+    return f" ({told} was found" + ("; neutral)" if value == vary.neutral else ")")

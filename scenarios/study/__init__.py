@@ -1,0 +1,1 @@
+"""Studies: one scenario many times over, with parameters and seeds varied."""

@@ -1,0 +1,184 @@
+"""The pictures of a study: curves with their intervals, and maps of two parameters."""
+
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+
+from scenarios.errors import OutputError
+from scenarios.grading.metrics import REGISTRY
+from scenarios.html.figure import STYLE, Figure, draw, note
+from scenarios.html.palette import INK, PAGE, SERIES
+from scenarios.study.curves import estimates, is_yes_or_no, levels
+from scenarios.study.study import Curve, Study
+
+MARKERS = "osD^vP"
+PANEL_IN = (2.9, 3.3)
+"""[inch] Width and height of a panel with curves."""
+WIDE_IN = 6.0
+CELL_IN = (0.62, 0.42)
+"""[inch] Of a cell of a map."""
+PIXELS_PER_INCH = 110
+LETTERS_PER_INCH = 11
+"""Of a heading."""
+DODGE = 0.012
+"""Of the axis' length, from a curve to the next."""
+MAP_COLORS = "cividis"
+"""Even in lightness, and the same to the colour-blind (Nunez, Anderton and Renslow 2018)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One picture of a study, for a page or as a file."""
+
+    name: str
+    title: str
+    caption: str
+    size_in: tuple[float, float]
+    on: Callable[[Canvas], None]
+
+    def figure(self) -> Figure:
+        """Return the picture as a part of a page."""
+        return draw(self.name, self.title, self.caption, self.size_in, self.on, wide=self.size_in[0] > WIDE_IN)
+
+    def save(self, folder: Path) -> Path:
+        """Write it as `<name>.png`.
+
+        Raises
+        ------
+        OutputError
+            The folder cannot be written.
+        """
+        path = folder / f"{self.name}.png"
+        with matplotlib.rc_context(STYLE):
+            canvas = Canvas(figsize=self.size_in, layout="constrained", facecolor=PAGE)
+            self.on(canvas)
+            heading = textwrap.fill(self.title, int(LETTERS_PER_INCH * self.size_in[0]))
+            canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
+            try:
+                canvas.savefig(path, dpi=PIXELS_PER_INCH, metadata={"Software": None})
+            except OSError as error:
+                raise OutputError(
+                    f"{path}: cannot write there ({error.strerror}); make room, or choose another folder"
+                ) from error
+        return path
+
+
+def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
+    """Draw one `[[curve]]` of a study from the rows of its measured runs."""
+    found = estimates(rows, curve.metric, curve.keys)
+    found = found[found["n"] > 0]
+    panels = list(found.groupby(curve.panels, sort=True, observed=True)) if curve.panels else [("", found)]
+    columns = max(1, len(panels))
+
+    def on(canvas: Canvas) -> None:
+        if found.empty:
+            note(canvas.subplots(), "no run has a value")
+            return
+        grid = canvas.subplots(1, columns, sharey=True, sharex=curve.kind == "curve", squeeze=False)[0]
+        for axes, (level, shown) in zip(grid, panels, strict=False):
+            _map(axes, study, curve, shown) if curve.kind == "map" else _curves(axes, study, curve, shown)
+            if curve.panels:
+                axes.set_title(f"{label(study, curve.panels)}: {text(level)}")
+        grid[0].set_ylabel(label(study, curve.by if curve.kind == "map" and curve.by else curve.metric))
+        if curve.kind == "curve":
+            _limit(grid[0], curve.metric, found)
+            if curve.by:
+                canvas.legend(
+                    *grid[0].get_legend_handles_labels(), title=label(study, curve.by), loc="outside right upper"
+                )
+
+    title = curve.title or REGISTRY[curve.metric].meaning
+    return Picture(name, title[0].upper() + title[1:], _caption(study, rows, curve), _size(curve, rows, columns), on)
+
+
+def label(study: Study, key: str) -> str:
+    """What a parameter or a metric is called on an axis, with its unit."""
+    if key in REGISTRY:
+        unit = REGISTRY[key].unit
+        return key if unit == "1" else f"{key} [{unit}]"
+    return next((vary.label for vary in study.vary if vary.key == key), "") or key
+
+
+def text(level: object) -> str:
+    """A level of a parameter."""
+    return f"{level:g}" if isinstance(level, float | int) else str(level)
+
+
+def _curves(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
+    """Draw a curve for each level of `by`, side by side lest they cover each other."""
+    names = list(found[curve.against].cat.categories)
+    by_number = all(isinstance(name, float | int) for name in names)
+    is_log = any(vary.key == curve.against and vary.scale == "log" for vary in study.vary)
+    order = list(found[curve.by].cat.categories) if curve.by else [""]
+    step = DODGE * (np.ptp(np.array(names, dtype=np.float64)) if by_number else len(names) - 1) * (not is_log)
+    for level, line in found.groupby(curve.by, sort=True, observed=True) if curve.by else [("", found)]:
+        n = order.index(level)
+        at = line[curve.against].astype(float) if by_number else line[curve.against].cat.codes
+        _curve(axes, at + step * (n - 0.5 * (len(order) - 1)), line, n, text(level))
+    if not by_number:
+        axes.set_xticks(range(len(names)), [text(name) for name in names])
+    elif is_log:
+        axes.set_xscale("log")
+    axes.set_xlabel(label(study, curve.against))
+
+
+def _curve(axes: Axes, x: pd.Series, line: pd.DataFrame, n: int, name: str) -> None:
+    """Draw the n-th curve; a point is hollow where not every run has a value."""
+    color, marker = SERIES[n % len(SERIES)], MARKERS[n % len(MARKERS)]
+    axes.plot(x, line["mean"], f"-{marker}", color=color, ms=4.5, label=name)
+    axes.vlines(x, line["low"], line["high"], color=color, lw=1.2)
+    partial = line["n"] < line["runs"]
+    axes.plot(x[partial], line["mean"][partial], marker, color=color, mfc=PAGE, ms=4.5)
+
+
+def _limit(axes: Axes, metric: str, found: pd.DataFrame) -> None:
+    """Let all panels start at zero, and shares end at one."""
+    if found["mean"].min() < 0.0:
+        return
+    is_share = REGISTRY[metric].unit == "1" and found["mean"].max() <= 1.0
+    axes.set_ylim(*((-0.02, 1.02) if is_share else (0.0, 1.06 * found[["mean", "high"]].max().max() or 1.0)))
+
+
+def _map(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
+    """Colour the mean of each cell, and write it there; with a bracket where not every run has a value."""
+    assert curve.by is not None
+    table = found.set_index([curve.by, curve.against])
+    mean = table["mean"].unstack()
+    shade = axes.pcolormesh(np.ma.masked_invalid(mean.to_numpy()), cmap=MAP_COLORS, edgecolors=PAGE, lw=1.0)
+    middle = float(np.mean(shade.get_clim()))
+    for (upwards, right), cell in table.iterrows():
+        place = (mean.columns.get_loc(right) + 0.5, mean.index.get_loc(upwards) + 0.5)
+        told = f"{cell['mean']:.3g}" if cell["n"] == cell["runs"] else f"({cell['mean']:.3g})"
+        axes.text(*place, told, ha="center", va="center", fontsize=7.5, color=PAGE if cell["mean"] <= middle else INK)
+    axes.set_xticks(np.arange(len(mean.columns)) + 0.5, [text(name) for name in mean.columns])
+    axes.set_yticks(np.arange(len(mean.index)) + 0.5, [text(name) for name in mean.index])
+    axes.set_xlabel(label(study, curve.against))
+    axes.grid(visible=False)
+    axes.tick_params(length=0)
+
+
+def _caption(study: Study, rows: pd.DataFrame, curve: Curve) -> str:
+    rest = [label(study, vary.key) for vary in study.vary if vary.key not in curve.keys]
+    parts = [f"{label(study, curve.metric)}, mean over seeds" + (f" and over {', '.join(rest)}" if rest else "")]
+    if curve.kind == "curve":
+        of = "Wilson's, over runs" if is_yes_or_no(rows[curve.metric]) else "Student's, over seeds"
+        parts.append(f"whiskers are its 95 % interval ({of})")
+    if rows[curve.metric].isna().any():
+        how = "hollow" if curve.kind == "curve" else "in brackets"
+        parts.append(f"{how} where some runs have no value and the mean is of the others")
+    return "; ".join(parts) + "."
+
+
+def _size(curve: Curve, rows: pd.DataFrame, panels: int) -> tuple[float, float]:
+    if curve.kind == "curve":
+        return (1.6 + PANEL_IN[0] * panels, PANEL_IN[1])
+    assert curve.by is not None
+    across, up = (levels(rows[key]).cat.categories.size for key in (curve.against, curve.by))
+    return (1.3 + max(2.0, CELL_IN[0] * across) * panels, 1.2 + max(1.2, CELL_IN[1] * up))

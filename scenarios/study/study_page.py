@@ -1,0 +1,108 @@
+"""The report of a sweep: one self-contained page, and each of its pictures as a file."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from scenarios.errors import OutputError
+from scenarios.html import pages
+from scenarios.html.tables import Cell, PageTable, Row
+from scenarios.study.curves import BROKEN, LEVELS, differences, estimates, measured
+from scenarios.study.figures import Picture, label, picture, text
+from scenarios.study.study import Curve, Study
+from scenarios.study.sweep import Sweep
+
+REPORT = "report.html"
+PICTURES = "pictures"
+MOST_FAILED = 100
+"""Failed runs that the page lists; all are in the rows."""
+
+
+def report(sweep: Sweep, folder: Path) -> Path:
+    """Write `report.html` and `pictures/*.png` into a folder; return the page.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written.
+    """
+    study, rows = sweep.study, measured(sweep.rows)
+    pictures = [picture(study, rows, curve, _name(number, curve)) for number, curve in enumerate(study.curve, 1)]
+    try:
+        (folder / PICTURES).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder") from error
+    for one in pictures:
+        one.save(folder / PICTURES)
+    pages.write(folder / REPORT, page(sweep, pictures))
+    return folder / REPORT
+
+
+def page(sweep: Sweep, pictures: list[Picture]) -> str:
+    """Return the page of a sweep with these pictures, one for each `[[curve]]`."""
+    study, rows = sweep.study, measured(sweep.rows)
+    return pages.render(
+        "study.html.j2",
+        name=study.path.stem,
+        study=study,
+        sweep=sweep,
+        status=sweep.rows["status"].value_counts().to_dict(),
+        parameters=[(label(study, vary.key), ", ".join(map(text, _seen(rows, vary.key)))) for vary in study.vary],
+        shown=[(one.figure(), numbers(study, rows, curve)) for one, curve in zip(pictures, study.curve, strict=True)],
+        failed=failed(study, sweep.rows),
+        wall_s=float(sweep.rows["wall_s"].sum()),
+    )
+
+
+def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
+    """Return the numbers behind a picture, with the paired differences from its first curve."""
+    found = estimates(rows, curve.metric, curve.keys)
+    head = [*(label(study, key) for key in curve.keys), "mean", "95 %", "runs"]
+    cells = [[*(text(row[key]) for key in curve.keys), *_told(row), _runs(row)] for row in found.to_dict("records")]
+    if curve.by and 0 < rows[curve.by].nunique() <= LEVELS and study.samples is None:
+        first = found[curve.by].cat.categories[0]
+        change = differences(rows, curve.metric, curve.keys, curve.by, [vary.key for vary in study.vary])
+        of = {tuple(row[key] for key in curve.keys): row for row in change.to_dict("records")}
+        head += [f"minus {text(first)}", "95 %"]
+        for line, row in zip(cells, found.to_dict("records"), strict=True):
+            line += _told(of[place]) if (place := tuple(row[key] for key in curve.keys)) in of else ["", ""]
+    return _table(f"Numbers: {label(study, curve.metric)}", head, cells, left=len(curve.keys))
+
+
+def failed(study: Study, rows: pd.DataFrame) -> PageTable:
+    """Return the runs that are no measurement, with their parameters and errors."""
+    broken = rows[rows["status"].isin(BROKEN)].head(MOST_FAILED)
+    keys = [vary.key for vary in study.vary]
+    cells = [
+        [str(row["index"]), *(text(row[key]) for key in keys), str(row["seed"]), row["status"], row["error"]]
+        for row in broken.to_dict("records")
+    ]
+    head = ["run", *(label(study, key) for key in keys), "seed", "status", "error"]
+    return _table("Failed runs", head, cells, left=len(head))
+
+
+def _table(title: str, head: list[str], lines: list[list[str]], left: int) -> PageTable:
+    """All but the first `left` columns stand at the right."""
+    rows = [Row([Cell(told, n >= left) for n, told in enumerate(line)], "") for line in lines]
+    return PageTable(title, [Cell(told, n >= left) for n, told in enumerate(head)], rows)
+
+
+def _told(row: dict[str, float]) -> list[str]:
+    """The mean and the interval."""
+    if not row["n"]:
+        return ["-", ""]
+    return [f"{row['mean']:.3g}", f"{row['low']:.3g} to {row['high']:.3g}" if row["low"] == row["low"] else "one seed"]
+
+
+def _runs(row: dict[str, float]) -> str:
+    return f"{row['n']:g}" if row["n"] == row["runs"] else f"{row['n']:g} of {row['runs']:g}"
+
+
+def _seen(rows: pd.DataFrame, key: str) -> list[object]:
+    """Values of a parameter; of too many the lowest and the highest."""
+    values = list(pd.unique(rows[key]))
+    return values if len(values) <= LEVELS else [min(values), "...", max(values)]
+
+
+def _name(number: int, curve: Curve) -> str:
+    return f"{number:02d}-{curve.metric.split('.', 1)[1].replace('.', '_')}"

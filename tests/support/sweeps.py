@@ -1,0 +1,91 @@
+"""A small study, `luxloop sweep` as a process of its own, and what its rows should be."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pandas as pd
+from support.short_run import write
+
+from scenarios import device
+from scenarios.study.design import runs
+from scenarios.study.study import Study
+from scenarios.study.task import carry_out
+
+STUDY = """\
+description = "Dropout against a car that drives past."
+scenario = "short.toml"
+seeds = {seeds}
+
+[fixed]
+duration_s = 0.1
+
+[[vary]]
+key = "noise.dropout.random_rate"
+values = [0.0, 0.1, 0.2, 0.3]
+"""
+PATIENCE_S = 120
+
+
+def small_study(folder: Path, seeds: int = 2, more: str = "") -> Path:
+    """Write a study of four values and some seeds, and its scenario; return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write(folder)
+    path = folder / "small.toml"
+    path.write_text(STUDY.format(seeds=seeds) + more, encoding="utf-8")
+    return path
+
+
+def undisturbed(study: Path) -> list[str]:
+    """Trace hashes of all runs, one after the other in this process, without Dask."""
+    return [carry_out(run)["trace_hash"] for run in runs(Study.load(study), device.SHIPPED)]
+
+
+def start(study: Path, *options: str) -> subprocess.Popen[str]:
+    """Start `luxloop sweep`, in a process group of its own as a terminal would."""
+    command = [sys.executable, "-m", "scenarios", "sweep", study.name, "--out", "out", *options]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
+    return subprocess.Popen(
+        command, cwd=study.parent, env=environment, start_new_session=True, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def sweep(study: Path, *options: str) -> tuple[int, str, str]:
+    """Run `luxloop sweep` to its end; return exit code, standard output and standard error."""
+    process = start(study, *options)
+    try:
+        output, error = process.communicate(timeout=PATIENCE_S)
+    finally:
+        end(process)
+    return process.returncode, output, error
+
+
+def end(process: subprocess.Popen[str]) -> None:
+    """Kill what is left of a process group."""
+    with process, suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def rows_so_far(study: Path) -> int:
+    """Rows in the journal of a sweep that runs."""
+    path = study.parent / "out" / "runs.jsonl"
+    return path.read_bytes().count(b"\n") if path.is_file() else 0
+
+
+def wait_for_rows(study: Path, count: int, process: subprocess.Popen[str]) -> None:
+    """Wait until a sweep has so many rows more than when it started."""
+    last = time.monotonic() + PATIENCE_S
+    while rows_so_far(study) < count:
+        assert process.poll() is None, f"it ended: {process.communicate()}"
+        assert time.monotonic() < last, "no rows came"
+        time.sleep(0.02)
+
+
+def rows(study: Path) -> pd.DataFrame:
+    """The rows of a sweep."""
+    return pd.read_parquet(study.parent / "out" / "runs.parquet")

@@ -1,0 +1,193 @@
+"""The parts of the search, each by itself: sizes, scores, the way back to neutral, cuts, and files that move."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.stub_trackers import Forgetful
+
+from scenarios.expect import Limit
+from scenarios.listing import paths
+from scenarios.scenario import Scenario
+from scenarios.search import finding_file, trim
+from scenarios.search.bench import Bench
+from scenarios.search.objective import distance, score, size
+from scenarios.search.shrink import HALVINGS, towards_neutral
+from scenarios.study.design import source
+from scenarios.study.staged import hidden_behind_wall
+from scenarios.study.study import Search, Study, Vary
+
+STUDIES = Path(finding_file.__file__).parent / "studies"
+LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
+LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
+WORDS = Vary(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
+COUNTS = Vary(key="d", values=[0, 1, 4], neutral=0)
+
+
+def test_distances_by_hand():
+    """Scaled by the longer way to an end: 3 of -1 to 3 about 0, log 100 of 1 to 100 about 100."""
+    assert distance(LINEAR, -1.0) == pytest.approx(1 / 3)
+    assert distance(LINEAR, 3.0) == 1.0
+    assert distance(LOG, 10.0) == pytest.approx(0.5)
+    assert [distance(WORDS, word) for word in ("keeps", "brakes", "turns")] == [0.0, 1.0, 1.0]
+    assert [distance(COUNTS, count) for count in (0, 1, 4)] == [0.0, 0.25, 1.0]
+    assert size([LINEAR, WORDS], {"a": 1.5, "c": "brakes"}) == pytest.approx(0.75)
+
+
+@given(value=st.floats(-1e6, 1e6), other=st.floats(-1e6, 1e6), a=st.floats(0.01, 1.0), b=st.floats(0.01, 1.0))
+def test_what_fails_comes_before_what_does_not_and_that_before_what_shows_nothing(value, other, a, b):
+    limit = Limit(min=-3.0, max=5.0)
+    scores = {True: [], False: []}
+    for v, disturbance in ((value, a), (other, b)):
+        scores[limit.holds(v)].append(score(limit, v, disturbance))
+    assert all(s <= 1.0 for s in scores[False])
+    assert all(1.0 < s < score(limit, None, a) for s in scores[True] if a < 1.0 and b < 1.0)
+
+
+def test_a_metric_nearer_to_its_limit_leads_the_search():
+    limit = Limit(max=10.0)
+    assert score(limit, 9.0, 0.5) < score(limit, 2.0, 0.5)
+
+
+@given(threshold=st.floats(0.001, 2.9), found=st.floats(0.0, 1.0))
+def test_the_way_back_ends_just_beyond_what_it_takes(threshold, found):
+    """Where more fails, the result fails, and is off by no more than the last half and what three digits round off."""
+    value = threshold + found * (3.0 - threshold)
+    back = towards_neutral(LINEAR, value, lambda tried: tried >= threshold)
+    assert threshold <= back <= value + 0.005
+    assert back - threshold <= value / 2**HALVINGS + 0.015
+
+
+def test_nothing_is_disturbed_that_need_not_be():
+    assert towards_neutral(LINEAR, 2.0, always) == 0.0
+    assert towards_neutral(WORDS, "turns", lambda tried: tried == "turns") == "turns"
+
+
+def test_of_listed_values_the_nearest_that_fails_is_kept():
+    assert towards_neutral(COUNTS, 4, lambda tried: tried >= 1) == 1
+    assert towards_neutral(COUNTS, 4, lambda tried: tried >= 2) == 4
+
+
+def always(*tried):
+    del tried
+    return True
+
+
+def scene():
+    return tomllib.loads(
+        """
+        description = "x"
+        duration_s = 1.0
+        [traffic]
+        kind = "scripted"
+        actor = [{ name = "a", x_m = 9, y_m = 0 }, { x_m = -9, y_m = 0 }, { name = "c", x_m = 0, y_m = 9 }]
+        obstacle = [{ corners_m = [[1, 9], [2, 9]] }, { corners_m = [[5, 9], [6, 9]] }]
+        [noise.attitude]
+        enabled = true
+        pitch_deg = 1.0
+        """
+    )
+
+
+def test_of_actors_and_obstacles_only_the_needed_stay():
+    """Dropping by number from the front would drop another one than was tried."""
+    told = []
+
+    def needs_two(document, what):
+        ok = {9, 0} <= {actor["x_m"] for actor in document["traffic"]["actor"]}
+        return ok and not told.append(what)
+
+    left = trim.actors(scene(), needs_two)
+    assert [actor.get("name") for actor in left["traffic"]["actor"]] == ["a", "c"]
+    assert told == ["without actor 1"]
+    left = trim.obstacles(left, lambda document, _: document["traffic"]["obstacle"][:1] != [])
+    assert left["traffic"]["obstacle"] == [{"corners_m": [[1, 9], [2, 9]]}]
+
+
+def test_of_noise_only_the_needed_stays_on():
+    def needs_attitude(document, what):
+        del what
+        return document["noise"].get("attitude", {}).get("enabled")
+
+    left = Scenario.of(trim.noise(scene(), needs_attitude), Path("x.toml")).noise
+    on = [kind for kind in left.__slots__ if getattr(left, kind).enabled]
+    assert on == ["attitude"]
+    assert left.attitude.pitch_deg == 1.0
+    assert trim.noise(scene(), always)["noise"]["attitude"] == {"enabled": False}
+
+
+@pytest.mark.parametrize("name", ["sumo-crossing", "cruise-on-tracks", "replayed-crossing", "highway-v0", "ring"])
+def test_a_file_that_moves_still_finds_its_files(name, tmp_path):
+    """Paths in a scenario start at its folder: written elsewhere as they were, they would lead nowhere."""
+    before = tomllib.loads(paths()[name].read_text())
+    (tmp_path / "found").mkdir()
+    finding_file.write(before, paths()[name], tmp_path / "found" / "moved.toml")
+    moved, here = Scenario.load(tmp_path / "found" / "moved.toml"), Scenario.load(paths()[name])
+    assert moved.duration_s == here.duration_s
+    assert files(moved) == files(here)
+    assert moved.expect == here.expect
+
+
+def files(scenario):
+    traffic = scenario.model_dump(mode="json")["traffic"]
+    named = [*traffic.get("routes", []), *traffic.get("additional", []), traffic.get("net"), traffic.get("file")]
+    found = [(scenario.folder / name).resolve() for name in named if name]
+    assert all(path.is_file() for path in found)
+    return found
+
+
+def test_an_expectation_is_written_as_people_write_it():
+    limit = Limit(max=0.0, unit="count")
+    written = finding_file.expectation("track.id_switches", limit, "it fails")
+    assert written == {"track.id_switches": {"max": 0, "unit": "count", "known_failure": "it fails"}}
+    assert isinstance(written["track.id_switches"]["max"], int)
+
+
+def forgetful(config):
+    """A tracker that gives who comes back a new id."""
+    del config
+    return Forgetful()
+
+
+class Losing(Forgetful):
+    """Who was hidden is never reported again."""
+
+    def estimates(self, index):
+        return [e for e in super().estimates(index) if e.id < 20_000]  # it is out of range before, too
+
+
+def losing(config):
+    """The same for --tracker."""
+    del config
+    return Losing()
+
+
+@pytest.mark.parametrize("tracker", ["forgetful", "losing"])
+def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
+    """Ended while the car is back and not yet followed, any tracker would seem to have lost it."""
+    search = Search(metric="track.occlusion_survival", min=1.0)
+    bench = Bench(search, tmp_path / "x.toml", f"test_search_shrink:{tracker}", tmp_path / "answers")
+    document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
+    ended = trim.end(document, bench, lambda smaller, _: bench.fails(smaller))
+    assert bench.fails(ended)
+    if tracker == "losing":  # nothing is to be seen in any frame
+        assert ended == document
+        return
+    worst = trim.failing_frame(ended, bench)
+    assert "goes from track 10001 to track 20001" in worst.what
+    assert ended["duration_s"] == pytest.approx(worst.time_s + 0.08)
+
+
+@pytest.mark.parametrize(
+    "path", sorted(path for path in STUDIES.glob("*.toml") if "scene" not in path.stem), ids=lambda path: path.stem
+)
+def test_the_studies_that_ship_start_from_a_scenario(path):
+    """A key that leads nowhere, or a neutral value that no scenario takes, would end the search in its first run."""
+    study = Study.load(path)
+    make, at = source(study)
+    neutral = {vary.key: vary.neutral for vary in study.vary}
+    scenario = Scenario.of(make({**study.fixed, **neutral}), at)
+    assert study.search
+    assert scenario.duration_s < 10.0
