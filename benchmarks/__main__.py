@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import bench_fit, bench_loop, bench_sensor, bench_tracker, bench_traffic
+from benchmarks import bench_fit, bench_loop, bench_sensor, bench_sweep, bench_tracker, bench_traffic
 
 OUT = Path(__file__).parent / "latest.json"
 
@@ -17,10 +17,12 @@ OUT = Path(__file__).parent / "latest.json"
 def main() -> None:
     """Run every benchmark, then print and write the rows."""
     rows = {}
-    for bench in (bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop):
+    for bench in (bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_sweep):
         rows.update(bench.rows())
     OUT.write_text(json.dumps(rows, indent=2) + "\n")
-    table = Table("benchmark", "value", "unit", "peer", "ratio", title="luxloop, one core, kernels compiled")
+    table = Table(
+        "benchmark", "value", "unit", "peer", "ratio", title="luxloop, kernels compiled, one core but for two workers"
+    )
     for name, row in rows.items():
         ratio = "" if row["ratio"] is None else f"{row['ratio']:.1f}"
         table.add_row(name, f"{row['value']:.3g}", row["unit"], row["peer"] or "", ratio)

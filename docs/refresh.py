@@ -19,10 +19,12 @@ from typing import Any, NamedTuple
 
 from scenarios import listing, run_folder
 from scenarios.scenario import Scenario
+from scenarios.study.study import Study
 
 DOCS = Path(__file__).parent
 README = DOCS.parent / "README.md"
 SCENARIO_FILES = DOCS / "scenario-files.md"
+STUDY_PAGES = (DOCS / "study-files.md", DOCS / "search.md")
 LIBRARY = DOCS / "library.md"
 CATALOG = DOCS / "catalog.md"
 EXAMPLE = (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv")
@@ -60,6 +62,8 @@ def main() -> None:
     """Refresh the tables of keys and the example's output, and with run folders the reports of these."""
     text = SCENARIO_FILES.read_text(encoding="utf-8")
     SCENARIO_FILES.write_text(with_keys(text, Scenario.model_json_schema()), encoding="utf-8")
+    for page in STUDY_PAGES:
+        page.write_text(with_keys(page.read_text(encoding="utf-8"), Study.model_json_schema()), encoding="utf-8")
     CATALOG.write_text(with_scenarios(CATALOG.read_text(encoding="utf-8")), encoding="utf-8")
     output = subprocess.run([sys.executable, *EXAMPLE], capture_output=True, text=True, check=True).stdout
     LIBRARY.write_text(with_text(LIBRARY.read_text(encoding="utf-8"), "output", output.strip()), encoding="utf-8")
@@ -79,7 +83,7 @@ def quote(run: Path) -> None:
 
 def with_keys(text: str, schema: Json) -> str:
     """Return a page with every table of keys written anew from the JSON schema."""
-    definitions = {"Scenario": schema, **schema["$defs"]}
+    definitions = {schema["title"]: schema, **schema["$defs"]}
     return re.sub(
         r"(<!-- keys of (\w+) -->\n).*?(<!-- end -->)",
         lambda match: match[1] + key_table(definitions[match[2]], definitions) + match[3],

@@ -3,12 +3,15 @@
 import tomllib
 from difflib import get_close_matches
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from scenarios.errors import ScenarioError
 
 CATALOG = Path(__file__).parent / "catalog"
 """`<family>/<name>.toml`."""
+
+STUDIES = Path(__file__).parent / "studies"
+"""`<name>.toml`; the scenarios that some of them start from are in its folder `scenes`."""
 
 
 class Entry(NamedTuple):
@@ -26,10 +29,21 @@ def paths() -> dict[str, Path]:
 
 def entries() -> list[Entry]:
     """Every shipped scenario with its sentence."""
+    return [Entry(path.parent.name, name, _document(path)["description"]) for name, path in paths().items()]
+
+
+def study_entries() -> list[Entry]:
+    """Every shipped study, with the command that it is for in the place of a family."""
+    documents = {name: _document(path) for name, path in studies().items()}
     return [
-        Entry(path.parent.name, name, tomllib.loads(path.read_text(encoding="utf-8"))["description"])
-        for name, path in paths().items()
+        Entry("search" if "search" in document else "sweep", name, document["description"])
+        for name, document in documents.items()
     ]
+
+
+def studies() -> dict[str, Path]:
+    """Files of the shipped studies by name."""
+    return {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
 
 
 def find(name_or_path: str) -> Path:
@@ -48,3 +62,7 @@ def find(name_or_path: str) -> Path:
         hint = f"did you mean {', '.join(close)}?" if close else "see luxloop list"
         raise ScenarioError(f"{name_or_path}: no such scenario; {hint} (a path must end in .toml)")
     return shipped[name_or_path]
+
+
+def _document(path: Path) -> dict[str, Any]:
+    return tomllib.loads(path.read_text(encoding="utf-8"))

@@ -1,10 +1,20 @@
-"""The progress bar of a run: on standard error, and only where that is a terminal."""
+"""Progress bars, of a run and of many: on standard error, and only where that is a terminal."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 
@@ -32,3 +42,19 @@ def frames(count: int, dt: float, name: str) -> Iterator[int]:
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
         yield from bar.track(range(count), total=count, description=name)
+
+
+@contextmanager
+def runs(name: str, count: int, done: int = 0) -> Iterator[Callable[[int], None]]:
+    """Show how many of `count` runs are done, and for how long the others will still take.
+
+    Gives a function that takes how many more are.
+    """
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("runs"),
+        TimeElapsedColumn(), TextColumn("still"), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(name, total=count, completed=done)
+        yield lambda more: bar.advance(task, more)

@@ -155,6 +155,6 @@ class Scenario(BaseModel):
         return self._path.parent
 
 
-def schema_text() -> str:
-    """The JSON schema of scenario files, as committed in `scenarios/schema/`."""
-    return json.dumps(Scenario.model_json_schema(), indent=2, ensure_ascii=False) + "\n"
+def schema_text(model: type[BaseModel] = Scenario) -> str:
+    """The JSON schema of scenario files, or of those of another model, as committed in `scenarios/schema/`."""
+    return json.dumps(model.model_json_schema(), indent=2, ensure_ascii=False) + "\n"

@@ -10,7 +10,7 @@ from scenarios.expect import METRICS
 from scenarios.scenario import Scenario
 
 SHIPPED = {name: Scenario.load(path) for name, path in listing.paths().items()}
-FAMILIES = {"highway", "urban", "occlusion", "faults", "noise", "fitting"}
+FAMILIES = {"highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary"}
 
 each = pytest.mark.parametrize("scenario", SHIPPED.values(), ids=SHIPPED)
 

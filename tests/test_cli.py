@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -299,6 +300,14 @@ def test_list_tells_every_scenario_with_its_family(capfd):
     for entry in listing.entries():
         assert entry.name in out
         assert entry.family in out
+
+
+def test_list_tells_every_study_with_its_command(capfd):
+    assert main(["list", "--studies"]) == 0
+    out = capfd.readouterr().out
+    for command, study in (("sweep", "occlusion"), ("search", "lost-behind-wall")):
+        assert re.search(rf"^{command} +{study} ", out, re.MULTILINE)
+    assert all(name in out for name in listing.studies())
 
 
 def test_without_arguments_it_helps(capfd, monkeypatch):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.stub_trackers import Forgetful
 
 from scenarios.expect import Limit
-from scenarios.listing import paths
+from scenarios.listing import paths, studies
 from scenarios.scenario import Scenario
 from scenarios.search import finding_file, trim
 from scenarios.search.bench import Bench
@@ -19,7 +19,6 @@ from scenarios.study.design import source
 from scenarios.study.staged import hidden_behind_wall
 from scenarios.study.study import Search, Study, Vary
 
-STUDIES = Path(finding_file.__file__).parent / "studies"
 LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
 LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
 WORDS = Vary(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
@@ -181,13 +180,11 @@ def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "path", sorted(path for path in STUDIES.glob("*.toml") if "scene" not in path.stem), ids=lambda path: path.stem
+    "study", filter(lambda study: study.search, map(Study.load, studies().values())), ids=lambda study: study.path.stem
 )
-def test_the_studies_that_ship_start_from_a_scenario(path):
+def test_the_searches_that_ship_start_from_a_scenario(study):
     """A key that leads nowhere, or a neutral value that no scenario takes, would end the search in its first run."""
-    study = Study.load(path)
     make, at = source(study)
     neutral = {vary.key: vary.neutral for vary in study.vary}
     scenario = Scenario.of(make({**study.fixed, **neutral}), at)
-    assert study.search
     assert scenario.duration_s < 10.0

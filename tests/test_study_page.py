@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from scenarios import device
+from scenarios.scenario import schema_text
 from scenarios.study import rows
 from scenarios.study.design import runs
 from scenarios.study.study import Study
@@ -18,15 +19,18 @@ refresh = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(refresh)
 
 
-def with_keys(text: str) -> str:
-    """The page with its tables as the code has them."""
-    schema = Study.model_json_schema()
-    return refresh.with_keys(text, {**schema, "$defs": {**schema["$defs"], "Study": schema}})
-
-
 def test_the_tables_of_keys_are_those_of_the_code():
-    assert with_keys(TEXT) == TEXT
-    assert re.findall(r"<!-- keys of (\w+) -->", TEXT) == ["Study", "Vary", "Curve"]
+    """Else: `python docs/refresh.py`."""
+    schema = Study.model_json_schema()
+    pages = {page: page.read_text(encoding="utf-8") for page in refresh.STUDY_PAGES}
+    assert {page: refresh.with_keys(text, schema) for page, text in pages.items()} == pages
+    told = re.findall(r"<!-- keys of (\w+) -->", "".join(pages.values()))
+    assert sorted(told) == sorted(["Study", *schema["$defs"]]), "give a new table its place by hand"
+
+
+def test_the_committed_schema_is_current():
+    """Else: `luxloop schema --study > scenarios/schema/study.schema.json`."""
+    assert (DOCS.parent / "scenarios" / "schema" / "study.schema.json").read_text() == schema_text(Study)
 
 
 def test_the_example_is_as_many_runs_as_it_says(tmp_path: Path):

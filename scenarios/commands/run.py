@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, overrides
+from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, Tracker, overrides
 from scenarios.commands.complaint import complain
 from scenarios.oracle.stage import Stage
 
@@ -18,9 +18,7 @@ def run(
     seed: Seed = None,
     duration: Duration = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results, else runs/SCENARIO-seedN.")] = None,
-    tracker: Annotated[
-        str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/device.py.")
-    ] = None,
+    tracker: Tracker = None,
     oracle: Annotated[
         list[Stage] | None,
         typer.Option(help="Replace this stage of the shipped tracker by the truth; repeat for more."),

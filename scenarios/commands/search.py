@@ -5,13 +5,15 @@ from typing import Annotated
 
 import typer
 
+from scenarios.commands.arguments import Scheduler, StudyName, Tracker, Workers, worker_count
+
 
 def search(
-    study: Annotated[Path, typer.Argument(metavar="STUDY", help="A study file with a [search] table.")],
+    study: StudyName,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option(help="Folder of what is found, else searches/STUDY.")] = None,
-    tracker: Annotated[
-        str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/device.py.")
-    ] = None,
+    tracker: Tracker = None,
 ) -> None:
     """Look for the smallest disturbance that breaks the tracker, and shrink it to a scenario file.
 
@@ -20,9 +22,11 @@ def search(
     from scenarios import report
     from scenarios.device import SHIPPED
     from scenarios.search.search import search as look
-    from scenarios.study.study import Study
+    from scenarios.study.study import Study, find
 
-    found = look(Study.load(study), tracker or SHIPPED, out or Path("searches") / study.stem, _tell)
+    path, count = find(study), worker_count(workers, scheduler)
+    out = out or Path("searches") / path.stem
+    found = look(Study.load(path), tracker or SHIPPED, out, _tell, count, scheduler)
     if found is None:
         return
     report.show(found.outcome.report)

@@ -87,7 +87,7 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
         **_positions(rows, judged),
         **_headings(rows, judged),
         **_segmentation(rows, graded, tables["segments"], config),
-        **_occlusions(rows, truth, config),
+        **_occlusions(rows, tables, config),
     }
     column = np.column_stack([sums[name] for name in SUMS])
     return VehicleSums(rows.vehicle, _rounded(column), matches)
@@ -156,12 +156,11 @@ def _segmentation(
     }
 
 
-def _occlusions(rows: _Rows, truth: pd.DataFrame, config: GradingConfig) -> dict[str, Floats]:
+def _occlusions(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, Floats]:
     """Occlusions, and how many of them the track outlived."""
     found = [
-        (vehicle, survived)
-        for vehicle, life in truth.sort_values("frame", kind="stable").groupby("actor_id")
-        for _, survived in occlusion.episodes(life, config)
+        (vehicle, episode.survived)
+        for vehicle, episode in occlusion.by_vehicle(tables["truth"], tables["tracks"], config)
     ]
     vehicle, survived = np.reshape(found, (-1, 2)).T
     return {"occlusions": rows.sum(vehicle), "survived": rows.sum(vehicle, survived)}

@@ -30,13 +30,7 @@ class Episode(NamedTuple):
 
 def grade(sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> None:
     """Enter the survival rates, how soon a vehicle is followed again, and where its track then is."""
-    place = ["frame", "track_id", "x_world_m", "y_world_m"]
-    tracked = truth.merge(tracks[place], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
-    found = [
-        episode
-        for _, vehicle in tracked.sort_values("frame", kind="stable").groupby("actor_id")
-        for episode in episodes(vehicle, config)
-    ]
+    found = [episode for _, episode in by_vehicle(truth, tracks, config)]
     for name, longest_s in (("occlusion_survival", config.memory_s), ("hidden_2s_survival", SHORT_S)):
         survived = np.array([episode.survived for episode in found if episode.gap_s <= longest_s], dtype=np.bool_)
         why = f"no followed vehicle was hidden and came back within {longest_s:g} s"
@@ -47,8 +41,17 @@ def grade(sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, config:
     sheet.mean("track.reappearance_error_m", np.array([episode.error_m for episode in again]), why)
 
 
-def episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Episode]:
-    """Each occlusion of one vehicle, its rows in the order of time.
+def by_vehicle(truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> Iterator[tuple[int, Episode]]:
+    """Yield the actor id and each of its occlusions, of the tables `truth` and `tracks` of a run."""
+    place = ["frame", "track_id", "x_world_m", "y_world_m"]
+    tracked = truth.merge(tracks[place], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
+    for actor_id, vehicle in tracked.sort_values("frame", kind="stable").groupby("actor_id"):
+        for episode in _episodes(vehicle, config):
+            yield int(actor_id), episode
+
+
+def _episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Episode]:
+    """Each occlusion of one vehicle: rows of `truth` in the order of time, joined with those of their tracks.
 
     An occlusion is a gap in the vehicle's grading of at most `memory_s`, in which it showed no more than
     `hidden_fraction_max` of itself, though alone it would have been seen. The track before it is the last that

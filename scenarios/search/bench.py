@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,12 @@ from scenarios.errors import OutputError
 from scenarios.search.objective import fails
 from scenarios.study.design import Run
 from scenarios.study.study import Search
-from scenarios.study.task import carry_out
+from scenarios.study.task import Row, carry_out
 
 Json = dict[str, Any]
+
+CarryOut = Callable[[list[Run]], Iterable[list[Row]]]
+"""Carries out runs, and gives their rows as they come."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +45,8 @@ class Bench:
         MODULE:NAME of the device under test.
     log
         File of the answers, a line of JSON each; those of an earlier start are taken up.
+    carry_out
+        As `engine.rows_of` with its client; one run after the other in this process, if left out.
 
     Raises
     ------
@@ -48,27 +54,38 @@ class Bench:
         The file cannot be read, or holds something else.
     """
 
-    def __init__(self, search: Search, path: Path, tracker: str, log: Path) -> None:
+    def __init__(self, search: Search, path: Path, tracker: str, log: Path, carry_out: CarryOut | None = None) -> None:
         self.search, self.path, self.tracker = search, path, tracker
-        self._log = log
+        self._log, self._carry_out = log, carry_out or _here
         self._answers = _read(log)
         self.runs = 0
         """Scenarios tried so far, whether they had to be run or were known."""
 
     def ask(self, document: Json) -> Answer:
         """Run a scenario, unless it has been before."""
-        self.runs += 1
-        run = Run(self.runs, {}, document["seed"], document, self.path, self.tracker)
-        if run.key not in self._answers:
-            row = carry_out(run)
-            ended = row["status"] in ("error", "incomplete")
-            value = None if ended else row[self.search.metric]
-            self._keep(Answer(run.key, value, row["trace_hash"], row["error"]))
-        return self._answers[run.key]
+        (answer,) = self.ask_all([document])
+        return answer
+
+    def ask_all(self, documents: list[Json]) -> list[Answer]:
+        """Run scenarios side by side, but for those that have been run before; their answers in the same order."""
+        runs = [
+            Run(self.runs + n, {}, document["seed"], document, self.path, self.tracker)
+            for n, document in enumerate(documents, 1)
+        ]
+        self.runs += len(runs)
+        new = {run.key: run for run in runs if run.key not in self._answers}
+        for rows in self._carry_out(list(new.values())) if new else ():
+            for row in rows:
+                self._keep(self._answer(row))
+        return [self._answers[run.key] for run in runs]
 
     def fails(self, document: Json) -> bool:
         """Whether the metric breaks its limit in a scenario."""
         return fails(self.search.limit, self.ask(document).value)
+
+    def _answer(self, row: Row) -> Answer:
+        ended = row["status"] in ("error", "incomplete")
+        return Answer(row["key"], None if ended else row[self.search.metric], row["trace_hash"], row["error"])
 
     def _keep(self, answer: Answer) -> None:
         self._answers[answer.key] = answer
@@ -81,6 +98,11 @@ class Bench:
             raise OutputError(
                 f"{self._log}: cannot write there ({error.strerror}); what is done is kept: make room, start again"
             ) from error
+
+
+def _here(runs: list[Run]) -> Iterable[list[Row]]:
+    for run in runs:
+        yield [carry_out(run)]
 
 
 def _read(log: Path) -> dict[str, Answer]:

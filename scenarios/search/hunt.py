@@ -1,9 +1,11 @@
 """The hunt: optuna proposes disturbances, the smallest with which the metric fails is kept."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
+from scenarios import progress
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.scenario import Scenario
 from scenarios.search.bench import Bench, Json
@@ -25,7 +27,7 @@ Make = Callable[[dict[str, Value], int], Json]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A disturbance with which the metric fails."""
+    """A disturbance, proposed to fail or found to."""
 
     parameters: dict[str, Value]
     seed: int
@@ -37,7 +39,8 @@ def hunt(study: Study, bench: Bench, make: Make, tell: Tell) -> Finding | None:
     """Look for the smallest disturbance with which the metric fails; None if none was met.
 
     First nothing is disturbed: what fails then needs no search. After that a tree-structured Parzen estimator (Bergstra
-    et al. 2011) proposes the parameters, and one of the study's seeds.
+    et al. 2011) proposes the parameters, and one of the study's seeds, for `at_once` runs at a time. Which runs these
+    are depends on the answers alone, not on who runs them or in which order they end.
 
     Raises
     ------
@@ -50,16 +53,17 @@ def hunt(study: Study, bench: Bench, make: Make, tell: Tell) -> Finding | None:
         return neutral
     best: Finding | None = None
     proposals = _proposals()
-    for _ in range(bench.search.trials - 1):
-        trial = proposals.ask()
-        parameters = {vary.key: _propose(trial, vary) for vary in study.vary}
-        seed = trial.suggest_categorical("seed", study.seed_list)
-        disturbance = size(study.vary, parameters)
-        value = _value(bench, make, parameters, seed)
-        proposals.tell(trial, score(bench.search.limit, value, disturbance))
-        if fails(bench.search.limit, value) and (best is None or disturbance < best.size):
-            best = Finding(parameters, seed, disturbance)
-            tell(f"run {bench.runs}: fails at size {disturbance:.3f} with {spell(parameters)}, seed = {seed}")
+    count, at_once = bench.search.trials, bench.search.at_once
+    with progress.runs(study.path.stem, count, done=1) as advance:
+        for done in range(1, count, at_once):
+            trials = [proposals.ask() for _ in range(min(at_once, count - done))]
+            proposed = [_propose(trial, study) for trial in trials]
+            for trial, one, value in zip(trials, proposed, _values(bench, make, proposed), strict=True):
+                proposals.tell(trial, score(bench.search.limit, value, one.size))
+                if fails(bench.search.limit, value) and (best is None or one.size < best.size):
+                    best = one
+                    tell(f"fails at size {one.size:.3f} with {spell(one.parameters)}, seed = {one.seed}")
+            advance(len(trials))
     return best
 
 
@@ -82,23 +86,33 @@ def _undisturbed_fails(study: Study, bench: Bench, make: Make, neutral: Finding)
     return fails(bench.search.limit, answer.value)
 
 
-def _value(bench: Bench, make: Make, parameters: dict[str, Value], seed: int) -> float | None:
-    """Run; what a staged scene refuses to stage shows nothing."""
-    try:
-        document = make(parameters, seed)
-    except StudyError:
-        return None
-    return bench.ask(document).value
+def _values(bench: Bench, make: Make, proposed: list[Finding]) -> list[float | None]:
+    """Run what was proposed; what a staged scene refuses to stage shows nothing."""
+    documents: dict[int, Json] = {}
+    for n, one in enumerate(proposed):
+        with suppress(StudyError):
+            documents[n] = make(one.parameters, one.seed)
+    answers = dict(zip(documents, bench.ask_all(list(documents.values())), strict=True))
+    return [answers[n].value if n in answers else None for n in range(len(proposed))]
 
 
 def _proposals() -> "optuna.Study":
     import optuna  # slow to import
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    return optuna.create_study(sampler=optuna.samplers.TPESampler(seed=SAMPLING_SEED))
+    sampler = optuna.samplers.TPESampler(
+        seed=SAMPLING_SEED, constant_liar=True
+    )  # of those proposed at once, one expects little
+    return optuna.create_study(sampler=sampler)
 
 
-def _propose(trial: "optuna.Trial", vary: Vary) -> Value:
+def _propose(trial: "optuna.Trial", study: Study) -> Finding:
+    parameters = {vary.key: _propose_value(trial, vary) for vary in study.vary}
+    seed = trial.suggest_categorical("seed", study.seed_list)
+    return Finding(parameters, seed, size(study.vary, parameters))
+
+
+def _propose_value(trial: "optuna.Trial", vary: Vary) -> Value:
     if vary.values is not None:
         return cast(Value, trial.suggest_categorical(vary.key, vary.values))
     assert vary.low is not None

@@ -1,16 +1,20 @@
 """`luxloop search`: hunt, shrink, write the scenario file, and run it once more with a recording."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from scenarios import device
-from scenarios.errors import StudyError
+from scenarios.errors import Interrupted, StudyError
 from scenarios.execute import Outcome, execute
 from scenarios.scenario import Scenario
 from scenarios.search import finding_file, trim
-from scenarios.search.bench import Bench, Json
+from scenarios.search.bench import Bench, CarryOut, Json
 from scenarios.search.hunt import Tell, hunt
 from scenarios.search.shrink import shrink
+from scenarios.study import engine
 from scenarios.study.design import source
 from scenarios.study.study import Search, Study, Value
 
@@ -29,7 +33,9 @@ class Found:
     """What happens, and in which frame."""
 
 
-def search(study: Study, tracker: str, out: Path, tell: Tell) -> Found | None:
+def search(
+    study: Study, tracker: str, out: Path, tell: Tell, workers: int = 1, scheduler: str | None = None
+) -> Found | None:
     """Look for the smallest disturbance that makes the study's metric fail; None if none of the trials did.
 
     Parameters
@@ -42,6 +48,10 @@ def search(study: Study, tracker: str, out: Path, tell: Tell) -> Found | None:
         Folder of the scenario file, its run and the answers of all trials; of an earlier start none is run again.
     tell
         Is told every step, a line each.
+    workers
+        Processes of this computer, unless
+    scheduler
+        names a Dask scheduler.
 
     Raises
     ------
@@ -49,24 +59,42 @@ def search(study: Study, tracker: str, out: Path, tell: Tell) -> Found | None:
         There is no `[search]`, the undisturbed scenario cannot be run, or the finding does not repeat itself.
     OutputError
         The folder cannot be written.
+    Interrupted
+        Ctrl-C; all answers that came in are on disk.
     """
     if study.search is None:
         raise StudyError(f"{study.path}: no [search] table; add one with the metric that is to fail, and its limit")
     wanted, (stage, path) = study.search, source(study)
-    bench = Bench(wanted, path, tracker, out / ANSWERS)
+    device.load(tracker)  # that there is none should be told once, not by every answer
 
     def make(parameters: dict[str, Value], seed: int) -> Json:
         document = {**stage({**study.fixed, **parameters}), "seed": seed}
         return {**document, "expect": finding_file.expectation(wanted.metric, wanted.limit, "")}
 
-    found = hunt(study, bench, make, tell)
-    if found is None:
-        tell(f"no failure in {bench.runs} runs: {wanted.metric} kept to {wanted.limit}")
-        return None
-    hunted = bench.runs
-    smallest = shrink(study, found, bench, make, tell)
-    tell(f"{hunted} runs to find it, {bench.runs - hunted} to shrink it")
-    return _reproduced(study, wanted, smallest, bench, out)
+    with _side_by_side(min(workers, wanted.at_once), scheduler) as carry_out:
+        bench = Bench(wanted, path, tracker, out / ANSWERS, carry_out)
+        try:
+            found = hunt(study, bench, make, tell)
+            if found is None:
+                tell(f"no failure in {bench.runs} runs: {wanted.metric} kept to {wanted.limit}")
+                return None
+            hunted = bench.runs
+            smallest = shrink(study, found, bench, make, tell)
+        except KeyboardInterrupt as error:
+            told = f"interrupted; {bench.runs} answers are in {out / ANSWERS}, the same command goes on from there"
+            raise Interrupted(told) from error
+        tell(f"{hunted} runs to find it, {bench.runs - hunted} to shrink it")
+        return _reproduced(study, wanted, smallest, bench, out)
+
+
+@contextmanager
+def _side_by_side(workers: int, scheduler: str | None) -> Iterator[CarryOut | None]:
+    """Give what carries out runs on workers; nothing, where this process is enough."""
+    if workers == 1 and scheduler is None:
+        yield None
+    else:
+        with engine.connect(workers, scheduler) as client:
+            yield partial(engine.rows_of, client)
 
 
 def _reproduced(study: Study, wanted: Search, document: Json, bench: Bench, out: Path) -> Found:

@@ -5,14 +5,11 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 
-from scenarios import toml_file
+from scenarios import listing, toml_file
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.expect import Limit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.metrics import METRICS
-
-STUDIES = Path(__file__).parents[1] / "studies"
-"""Studies that ship."""
 
 Json = dict[str, Any]
 Value = float | int | str | bool
@@ -39,10 +36,9 @@ def find(name_or_path: str) -> Path:
     """
     if name_or_path.endswith(".toml"):
         return Path(name_or_path)
-    shipped = {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
+    shipped = listing.studies()
     if name_or_path not in shipped:
-        there = ", ".join(shipped) or "none"
-        raise StudyError(f"{name_or_path}: no such study; these ship: {there} (a path must end in .toml)")
+        raise StudyError(f"{name_or_path}: no such study; these ship: {', '.join(shipped)} (a path ends in .toml)")
     return shipped[name_or_path]
 
 
@@ -144,6 +140,8 @@ class Search(Strict):
     """Who needs this limit, or where it comes from; goes into the scenario file that is found."""
     trials: Annotated[int, Field(ge=1)] = 150
     """Runs until the search ends; shrinking what was found takes some more."""
+    at_once: Annotated[int, Field(ge=1)] = 4
+    """Runs that are proposed together, without knowing of each other: so many can run side by side."""
 
     @model_validator(mode="after")
     def _a_limit_of_a_metric(self) -> Self:

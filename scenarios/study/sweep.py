@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from scenarios import device
+from scenarios import device, progress
 from scenarios.errors import InputError, Interrupted, OutputError
 from scenarios.study import engine
 from scenarios.study.design import runs
@@ -61,11 +59,13 @@ def sweep(
         todo = [run for run in wanted if run.key not in rows.keys]
         try:
             if todo:
-                with engine.connect(min(workers, len(todo)), scheduler) as client, _bar() as bar:
-                    task = bar.add_task(study.path.stem, total=len(wanted), completed=len(wanted) - len(todo))
+                with (
+                    engine.connect(min(workers, len(todo)), scheduler) as client,
+                    progress.runs(study.path.stem, len(wanted), len(wanted) - len(todo)) as advance,
+                ):
                     for some in engine.rows_of(client, todo, keep_at):
                         rows.add(some)
-                        bar.advance(task, len(some))
+                        advance(len(some))
         except KeyboardInterrupt as error:
             raise Interrupted(f"interrupted; {_state(rows, keys, out)}") from error
         except InputError as error:
@@ -78,12 +78,3 @@ def _state(rows: Rows, keys: list[str], out: Path) -> str:
     with suppress(OutputError):  # where the disk is full, the journal has to do
         rows.join(keys)
     return f"{len(rows.keys.intersection(keys))} of {len(keys)} rows are in {out}, the same command goes on from there"
-
-
-def _bar() -> Progress:
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("runs"),
-        TimeElapsedColumn(), TextColumn("still"), TimeRemainingColumn(),
-    )  # fmt: skip
-    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
