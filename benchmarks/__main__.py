@@ -24,7 +24,7 @@ def main() -> None:
         "benchmark", "value", "unit", "peer", "ratio", title="luxloop, kernels compiled, one core but for two workers"
     )
     for name, row in rows.items():
-        ratio = "" if row["ratio"] is None else f"{row['ratio']:.1f}"
+        ratio = "" if row["ratio"] is None else f"{row['ratio']:.2f}"
         table.add_row(name, f"{row['value']:.3g}", row["unit"], row["peer"] or "", ratio)
     Console().print(table)
 

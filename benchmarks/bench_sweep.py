@@ -1,9 +1,14 @@
 """A sweep of short runs: what Dask adds to a run, and what a second worker gains."""
 
 import time
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from distributed import Client
 
 from scenarios import device
 from scenarios.study import engine
@@ -11,47 +16,55 @@ from scenarios.study.design import Run, runs
 from scenarios.study.study import Study
 from scenarios.study.task import carry_out
 
+Floats = npt.NDArray[np.float64]
+
 STUDY = """\
 description = "Dropout behind a truck, in short runs."
 scenario = "truck-shadow"
-seeds = 10
+seeds = 12
 fixed = { duration_s = 2.0 }
 vary = [{ key = "noise.dropout.random_rate", low = 0.0, high = 0.3, steps = 4 }]
 """
-WARM = 8
-"""Runs before the clock starts: each process imports, and loads its kernels."""
+WARM, ROUND = 8, 8
+"""Runs before the clock starts, as each process imports and loads its kernels; and runs of each way in turn, for the
+computer's own speed changes within minutes."""
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    """Time the same runs one after the other in this process, on one worker and on two."""
+    """Time runs one after the other in this process, on one worker and on two, in turn."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "bench.toml"
         path.write_text(STUDY, encoding="utf-8")
         todo = runs(Study.load(path), device.SHIPPED)
-    bare_ms = _bare_ms(todo)
-    one_ms, two_ms = (_swept_ms(todo, workers) for workers in (1, 2))
+    with engine.connect(1, None) as one, engine.connect(2, None) as two:
+        ways = (_bare, partial(_swept, one), partial(_swept, two))
+        for way in ways:
+            way(todo[:WARM])
+        rounds = [todo[first : first + ROUND] for first in range(WARM, len(todo), ROUND)]
+        bare_ms, one_ms, two_ms = (1e3 * np.array([[way(some) for way in ways] for some in rounds]) / ROUND).T
     return {
-        "sweep.run_ms": {"value": one_ms, "unit": "ms", "peer": "the bare loop", "ratio": one_ms / bare_ms},
-        "sweep.run_ms_two_workers": {"value": two_ms, "unit": "ms", "peer": "one worker", "ratio": one_ms / two_ms},
+        "sweep.run_ms": _row(one_ms, bare_ms / one_ms, "the bare loop"),
+        "sweep.run_ms_two_workers": _row(two_ms, one_ms / two_ms, "one worker"),
     }
 
 
-def _bare_ms(todo: list[Run]) -> float:
-    """Wall time per run."""
-    for run in todo[:WARM]:
-        carry_out(run)
+def _bare(some: list[Run]) -> float:
+    """Seconds that the runs take."""
     begin = time.perf_counter()
-    for run in todo[WARM:]:
+    for run in some:
         carry_out(run)
-    return 1e3 * (time.perf_counter() - begin) / len(todo[WARM:])
+    return time.perf_counter() - begin
 
 
-def _swept_ms(todo: list[Run], workers: int) -> float:
-    """Wall time per run."""
-    with engine.connect(workers, None) as client:
-        for _ in engine.rows_of(client, todo[:WARM]):
-            pass
-        begin = time.perf_counter()
-        for _ in engine.rows_of(client, todo[WARM:]):
-            pass
-        return 1e3 * (time.perf_counter() - begin) / len(todo[WARM:])
+def _swept(client: Client, some: list[Run]) -> float:
+    """Seconds that the runs take."""
+    begin = time.perf_counter()
+    for _ in engine.rows_of(client, some):
+        pass
+    return time.perf_counter() - begin
+
+
+def _row(milliseconds: Floats, times_faster: Floats, peer: str) -> dict[str, Any]:
+    return {
+        "value": float(np.median(milliseconds)), "unit": "ms", "peer": peer, "ratio": float(np.median(times_faster)),
+    }  # fmt: skip

@@ -11,6 +11,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+import tomli_w
 from support import short_run
 
 from scenarios import listing, report, run_folder
@@ -65,14 +66,30 @@ def section_tree(page: Path, title: str) -> str:
 
 
 def follow(command: list[str]) -> int:
-    """Carry out a `luxloop` command, shipped scenarios cut short; a viewer would need a screen."""
+    """Carry out a `luxloop` command, what ships cut short; a viewer would need a screen."""
     _, verb, *rest = command
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
-    long = verb == "run" and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name))
-    shortened = ["--duration", SHORT_S] if long else []
-    code = main([verb, *rest, *shortened])
-    return 0 if shortened and code == 1 else code  # in so short a time an expectation may fail
+    if verb in ("sweep", "search"):
+        shortened = [cut_short(rest[0]), *rest[1:]]
+    elif verb == "run" and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
+        shortened = [*rest, "--duration", SHORT_S]
+    else:
+        shortened = rest
+    code = main([verb, *shortened])
+    return 0 if shortened != rest and code == 1 else code  # in so short a time an expectation may fail
+
+
+def cut_short(study: str) -> str:
+    """Write a shipped study with one run, or with two trials of a search, into the current folder."""
+    document = tomllib.loads(listing.studies()[study].read_text(encoding="utf-8")) | {"seeds": 1}
+    if "search" in document:
+        document["search"]["trials"] = 2
+    else:
+        document["vary"] = [vary | {"values": vary["values"][:1]} for vary in document["vary"]]
+    path = Path(f"{study}.toml")
+    path.write_text(tomli_w.dumps(document), encoding="utf-8")
+    return str(path)
 
 
 @pytest.fixture(scope="module")

@@ -197,15 +197,15 @@ def test_a_study_without_a_single_measured_run_has_a_page(study, rows, tmp_path)
 
 
 def test_shipped_studies_are_valid_and_small_enough():
-    """All together at most ten minutes on two cores: 1.5 s a run of a drive and 0.5 s of a standing car, measured."""
+    """Each at most ten minutes on two cores: seconds of processor time a run, measured, with a quarter to spare."""
+    from scenarios import listing
     from scenarios.study import design
 
-    seconds = {"hidden_behind_wall": 1.2, "partly_hidden": 1.5, "standing_car": 0.4, "fault-free": 4.0}
-    folder = Path(design.__file__).parents[1] / "studies"
-    total = 0.0
-    for path in sorted(folder.glob("*.toml")):
+    seconds = {"hidden_behind_wall": 1.3, "partly_hidden": 1.4, "standing_car": 0.4, "fault-free": 3.8}
+    for path in listing.studies().values():
         shipped = Study.load(path)
+        if shipped.search:
+            continue
         assert shipped.curve
         runs = design.runs(shipped, "tracker.tracker:Tracker")
-        total += len(runs) * seconds[shipped.scenario.rpartition(":")[2]]
-    assert 0.0 < total / 2 < 600.0
+        assert len(runs) * seconds[shipped.scenario.rpartition(":")[2]] / 2 < 600.0
