@@ -2,6 +2,7 @@
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -13,13 +14,15 @@ from scenarios.listing import paths, studies
 from scenarios.scenario import Scenario
 from scenarios.search import finding_file, trim
 from scenarios.search.bench import Bench
+from scenarios.search.hunt import Finding
 from scenarios.search.objective import distance, score, size
-from scenarios.search.shrink import HALVINGS, towards_neutral
+from scenarios.search.shrink import HALVINGS, shrink, towards_neutral
 from scenarios.study.design import source
 from scenarios.study.staged import hidden_behind_wall
 from scenarios.study.study import Search, Study, Vary
 
 LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
+SPEED = Vary(key="b", low=0.0, high=100.0, neutral=0.0)
 LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
 WORDS = Vary(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
 COUNTS = Vary(key="d", values=[0, 1, 4], neutral=0)
@@ -90,31 +93,58 @@ def scene():
     )
 
 
-def test_of_actors_and_obstacles_only_the_needed_stay():
+def test_an_actor_or_obstacle_is_cut_by_its_place():
     """Dropping by number from the front would drop another one than was tried."""
-    told = []
-
-    def needs_two(document, what):
-        ok = {9, 0} <= {actor["x_m"] for actor in document["traffic"]["actor"]}
-        return ok and not told.append(what)
-
-    left = trim.actors(scene(), needs_two)
+    told, left = cut_down(scene(), trim.actors, lambda smaller: {9, 0} <= places(smaller))
     assert [actor.get("name") for actor in left["traffic"]["actor"]] == ["a", "c"]
     assert told == ["without actor 1"]
-    left = trim.obstacles(left, lambda document, _: document["traffic"]["obstacle"][:1] != [])
+    _, left = cut_down(left, trim.obstacles, lambda smaller: smaller["traffic"]["obstacle"][:1] != [])
     assert left["traffic"]["obstacle"] == [{"corners_m": [[1, 9], [2, 9]]}]
 
 
 def test_of_noise_only_the_needed_stays_on():
-    def needs_attitude(document, what):
-        del what
-        return document["noise"].get("attitude", {}).get("enabled")
-
-    left = Scenario.of(trim.noise(scene(), needs_attitude), Path("x.toml")).noise
-    on = [kind for kind in left.__slots__ if getattr(left, kind).enabled]
+    _, left = cut_down(scene(), trim.noise, lambda smaller: smaller["noise"].get("attitude", {}).get("enabled"))
+    noise = Scenario.of(left, Path("x.toml")).noise
+    on = [kind for kind in noise.__slots__ if getattr(noise, kind).enabled]
     assert on == ["attitude"]
-    assert left.attitude.pitch_deg == 1.0
-    assert trim.noise(scene(), always)["noise"]["attitude"] == {"enabled": False}
+    assert noise.attitude.pitch_deg == 1.0
+    told, left = cut_down(scene(), trim.noise, always)
+    assert told == ["without any noise"]
+    assert left["noise"]["attitude"] == {"enabled": False}
+
+
+def places(document):
+    return {actor["x_m"] for actor in document["traffic"]["actor"]}
+
+
+def cut_down(document, kind, still_fails):
+    """Make every cut of a kind after which it still fails."""
+    told = []
+    for cut in kind(document):
+        smaller = cut.apply(document)
+        if smaller != document and still_fails(smaller):
+            document = smaller
+            told.append(cut.what)
+    return told, document
+
+
+def test_a_parameter_is_tried_again_in_the_smaller_scene(monkeypatch):
+    """With the bystanders it takes both parameters to fail, without them one: a single pass would keep both."""
+
+    def make(parameters, seed):
+        return {**scene(), "duration_s": 2.0 + parameters["a"], "sensor": {"power": parameters["b"]}, "seed": seed}
+
+    def fails(document):
+        crowded = len(document["traffic"]["actor"]) == 3
+        return document["duration_s"] >= 3.0 and (document["sensor"]["power"] >= 50.0 or not crowded)
+
+    study = Study.model_construct(vary=[LINEAR, SPEED])
+    monkeypatch.setattr(trim, "end", lambda document, *_: document)
+    monkeypatch.setattr(trim, "KINDS", (trim.actors, trim.obstacles))
+    found = shrink(study, Finding({"a": 3.0, "b": 80.0}, 1, 1.0), SimpleNamespace(fails=fails), make, print)
+    assert 3.0 <= found["duration_s"] < 3.1
+    assert found["sensor"]["power"] == 0.0
+    assert found["traffic"]["actor"] == []
 
 
 @pytest.mark.parametrize("name", ["sumo-crossing", "cruise-on-tracks", "replayed-crossing", "highway-v0", "ring"])
@@ -169,7 +199,7 @@ def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
     search = Search(metric="track.occlusion_survival", min=1.0)
     bench = Bench(search, tmp_path / "x.toml", f"test_search_shrink:{tracker}", tmp_path / "answers")
     document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
-    ended = trim.end(document, bench, lambda smaller, _: bench.fails(smaller))
+    ended = trim.end(document, bench, print)
     assert bench.fails(ended)
     if tracker == "losing":  # nothing is to be seen in any frame
         assert ended == document

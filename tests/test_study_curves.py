@@ -2,7 +2,6 @@
 
 import math
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pandas as pd

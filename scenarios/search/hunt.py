@@ -10,6 +10,7 @@ from scenarios.errors import ScenarioError, StudyError
 from scenarios.scenario import Scenario
 from scenarios.search.bench import Bench, Json
 from scenarios.search.objective import fails, score, size
+from scenarios.search.tries import ends
 from scenarios.study.study import Study, Value, Vary
 
 if TYPE_CHECKING:
@@ -38,9 +39,10 @@ class Finding:
 def hunt(study: Study, bench: Bench, make: Make, tell: Tell) -> Finding | None:
     """Look for the smallest disturbance with which the metric fails; None if none was met.
 
-    First nothing is disturbed: what fails then needs no search. After that a tree-structured Parzen estimator (Bergstra
-    et al. 2011) proposes the parameters, and one of the study's seeds, for `at_once` runs at a time. Which runs these
-    are depends on the answers alone, not on who runs them or in which order they end.
+    First nothing is disturbed: what fails then needs no search. Then one and two parameters go to the ends of their
+    ranges (`tries.ends`). After that a tree-structured Parzen estimator (Bergstra et al. 2011), which has seen all
+    that, proposes the parameters, with one of the study's seeds and `at_once` runs at a time: which runs these are
+    depends on the answers alone, not on who runs them or in which order they end.
 
     Raises
     ------
@@ -53,6 +55,8 @@ def hunt(study: Study, bench: Bench, make: Make, tell: Tell) -> Finding | None:
         return neutral
     best: Finding | None = None
     proposals = _proposals()
+    for first in ends(study, bench.search.trials):
+        proposals.enqueue_trial(first)
     count, at_once = bench.search.trials, bench.search.at_once
     with progress.runs(study.path.stem, count, done=1) as advance:
         for done in range(1, count, at_once):

@@ -1,6 +1,6 @@
 """Shrinking a finding: whatever can go while the metric still fails, goes. Every step is run with the same seed.
 
-First the parameters return to neutral, then the scene loses what it does not need.
+The parameters return to neutral, and the scene loses what it does not need; again and again, until nothing more can go.
 """
 
 from collections.abc import Callable
@@ -19,21 +19,40 @@ HALVINGS = 5
 
 def shrink(study: Study, finding: Finding, bench: Bench, make: Make, tell: Tell) -> Json:
     """Return the smallest scenario to which a finding shrinks."""
-    parameters = dict(finding.parameters)
-    for vary in study.vary:
-        before = parameters[vary.key]
+    parameters, cuts = dict(finding.parameters), list[trim.Cut]()
 
-        def still_fails(value: Value, key: str = vary.key) -> bool:
-            try:
-                return bench.fails(make({**parameters, key: value}, finding.seed))
-            except StudyError:  # no scene can be staged so
-                return False
+    def scene() -> Json:
+        return trim.carry_out(cuts, make(parameters, finding.seed))
 
-        parameters[vary.key] = towards_neutral(vary, before, still_fails)
-        if parameters[vary.key] != before:
-            tell(f"{spell({vary.key: parameters[vary.key]})} is enough" + _was(vary, parameters[vary.key], before))
+    while True:
+        before = (dict(parameters), len(cuts))
+        for vary in study.vary:
+            _calm(vary, parameters, lambda: bench.fails(scene()), tell)
+        for cut in (cut for kind in trim.KINDS for cut in kind(scene())):
+            smaller = cut.apply(scene())
+            if smaller != scene() and bench.fails(smaller):
+                cuts.append(cut)
+                tell(cut.what)
+        if before == (parameters, len(cuts)):
+            break
     tell(f"its size was {finding.size:.3f} and is {size(study.vary, parameters):.3f}")
-    return _without_the_needless(make(parameters, finding.seed), bench, tell)
+    return trim.end(scene(), bench, tell)
+
+
+def _calm(vary: Vary, parameters: dict[str, Value], fails: Callable[[], bool], tell: Tell) -> None:
+    """Bring one of the parameters as near to neutral as it still fails."""
+    before = parameters[vary.key]
+
+    def still_fails(value: Value) -> bool:
+        parameters[vary.key] = value
+        try:
+            return fails()
+        except StudyError:  # no scene can be staged so
+            return False
+
+    parameters[vary.key] = towards_neutral(vary, before, still_fails)
+    if parameters[vary.key] != before:
+        tell(f"{spell({vary.key: parameters[vary.key]})} is enough" + _was(vary, parameters[vary.key], before))
 
 
 def towards_neutral(vary: Vary, value: Value, still_fails: Callable[[Value], bool]) -> Value:
@@ -65,24 +84,6 @@ def _halved(passes: float, fails: float, still_fails: Callable[[float], bool]) -
     return fails
 
 
-def _without_the_needless(document: Json, bench: Bench, tell: Tell) -> Json:
-    """Take out of a scene what it does not need to fail, again and again until all is needed."""
-
-    def still_fails(smaller: Json, what: str) -> bool:
-        if not bench.fails(smaller):
-            return False
-        tell(what)
-        return True
-
-    while True:
-        smaller = document
-        for cut in (trim.actors, trim.obstacles, trim.noise):
-            smaller = cut(smaller, still_fails)
-        if smaller == document:
-            return trim.end(document, bench, still_fails)
-        document = smaller
-
-
 def _was(vary: Vary, value: Value, before: Value) -> str:
     told = spell({"": before}).removeprefix(" = ")
-    return f" ({told} was found" + ("; neutral)" if value == vary.neutral else ")")
+    return f" (it was {told}" + ("; neutral)" if value == vary.neutral else ")")

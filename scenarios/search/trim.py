@@ -1,19 +1,18 @@
-"""Cuts: each takes one sort of thing out of a scenario, as far as it still fails."""
+"""Cuts: each takes one thing out of a scenario, which may then still fail."""
 
 import copy
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 
 from scenarios import device, loop
 from scenarios.result import Result
 from scenarios.scenario import Scenario
 from scenarios.search.bench import Bench, Json
+from scenarios.search.hunt import Tell
 from scenarios.worst import WorstFrame, worst_frames
 from sensor_model.noise.config import NoiseConfig
-
-StillFails = Callable[[Json, str], bool]
-"""Whether a smaller scenario still fails; the text says what was taken out."""
 
 ANYWHERE = Path("scenario.toml")
 """Of a scenario whose files are not looked at."""
@@ -22,32 +21,48 @@ FRAMES_TRIED = 5
 """Of the frames in which the metric is worst, for the end."""
 
 
-def actors(document: Json, still_fails: StillFails) -> Json:
-    """Drop actors of a script one by one."""
-    return _without_items(document, "actor", still_fails)
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """One thing that a scenario can lose."""
+
+    what: str
+    """For people."""
+    apply: Callable[[Json], Json]
+    """Returns the scenario without it."""
 
 
-def obstacles(document: Json, still_fails: StillFails) -> Json:
-    """Drop obstacles one by one."""
-    return _without_items(document, "obstacle", still_fails)
-
-
-def noise(document: Json, still_fails: StillFails) -> Json:
-    """Switch all noise off, or else kind by kind."""
-    settings = Scenario.of(document, ANYWHERE).noise
-    on = [field.name for field in fields(NoiseConfig) if getattr(settings, field.name).enabled]
-    if not on:
-        return document
-    if len(on) > 1 and still_fails(silent := _without_noise(document, on), "without any noise"):
-        return silent
-    for kind in on:
-        smaller = _without_noise(document, [kind])
-        if still_fails(smaller, f"without noise.{kind}"):
-            document = smaller
+def carry_out(cuts: Iterable[Cut], document: Json) -> Json:
+    """Return a scenario without what was cut, in the order of the cuts."""
+    for cut in cuts:
+        document = cut.apply(document)
     return document
 
 
-def end(document: Json, bench: Bench, still_fails: StillFails) -> Json:
+def actors(document: Json) -> Iterator[Cut]:
+    """Actors of a script, one by one."""
+    yield from _items(document, "actor")
+
+
+def obstacles(document: Json) -> Iterator[Cut]:
+    """Obstacles of a script, one by one."""
+    yield from _items(document, "obstacle")
+
+
+def noise(document: Json) -> Iterator[Cut]:
+    """All noise that is on, then kind by kind."""
+    settings = Scenario.of(document, ANYWHERE).noise
+    on = [field.name for field in fields(NoiseConfig) if getattr(settings, field.name).enabled]
+    if len(on) > 1:
+        yield Cut("without any noise", partial(_without_noise, on))
+    for kind in on:
+        yield Cut(f"without noise.{kind}", partial(_without_noise, [kind]))
+
+
+KINDS = (actors, obstacles, noise)
+"""In the order in which they are tried."""
+
+
+def end(document: Json, bench: Bench, tell: Tell) -> Json:
     """End a scenario with the first of the metric's worst frames that is enough for it to fail.
 
     Never with another one: a run that ends before a track comes back looks as if it had been lost.
@@ -57,7 +72,8 @@ def end(document: Json, bench: Bench, still_fails: StillFails) -> Json:
             continue
         duration_s = round((worst.frame + 1) * worst.time_s / worst.frame, 3)
         smaller = {**document, "duration_s": duration_s}
-        if duration_s < document["duration_s"] and still_fails(smaller, f"ends at {duration_s:g} s"):
+        if duration_s < document["duration_s"] and bench.fails(smaller):
+            tell(f"ends at {duration_s:g} s")
             return smaller
     return document
 
@@ -71,15 +87,21 @@ def _played(document: Json, bench: Bench) -> Result:
     return loop.run(Scenario.of(document, bench.path), device.load(bench.tracker))
 
 
-def _without_items(document: Json, kind: str, still_fails: StillFails) -> Json:
+def _items(document: Json, kind: str) -> Iterator[Cut]:
     """Go through a list of the traffic from its end: what is dropped then moves nothing that is still to be tried."""
-    for index in reversed(range(len(document["traffic"].get(kind, [])))):
-        smaller = copy.deepcopy(document)
-        item = smaller["traffic"][kind].pop(index)
-        if still_fails(smaller, f"without {kind} {item.get('name') or index}"):
-            document = smaller
-    return document
+    items = document["traffic"].get(kind, [])
+    for index in reversed(range(len(items))):
+        yield Cut(f"without {kind} {items[index].get('name') or index}", partial(_without_item, kind, index))
 
 
-def _without_noise(document: Json, kinds: list[str]) -> Json:
-    return {**document, "noise": {**document.get("noise", {}), **{kind: {"enabled": False} for kind in kinds}}}
+def _without_item(kind: str, index: int, document: Json) -> Json:
+    smaller = copy.deepcopy(document)
+    smaller["traffic"][kind].pop(index)
+    return smaller
+
+
+def _without_noise(kinds: list[str], document: Json) -> Json:
+    """Switch kinds off; one that is off already stays as it is, however it is written."""
+    settings = Scenario.of(document, ANYWHERE).noise
+    off = {kind: {"enabled": False} for kind in kinds if getattr(settings, kind).enabled}
+    return {**document, "noise": {**document.get("noise", {}), **off}} if off else document
