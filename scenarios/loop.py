@@ -1,15 +1,13 @@
 """The run loop: traffic, LIDARs, tracker, grader, recorder."""
 
 import math
-import platform
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from scenarios import device, progress
+from scenarios import device, progress, versions
 from scenarios.control import safety
 from scenarios.control.drive import TrackDriver, drive_by_truth
 from scenarios.control.safety import SafetyLog
@@ -38,9 +36,6 @@ from sim.sumo.config import SumoTraffic
 from sim.sumo.source import SumoSource
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
-
-PACKAGES = ("luxloop", "numpy", "numba", "scipy", "filterpy", "trackeval", "libsumo", "highway-env")
-"""Whose versions can change a result."""
 
 
 def run(
@@ -114,7 +109,7 @@ def run(
         metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt)},
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device),
-        versions={"python": platform.python_version(), **{package: version(package) for package in PACKAGES}},
+        versions=versions.installed(),
     )
 
 

@@ -17,9 +17,11 @@ from scenarios.search.bench import Bench
 from scenarios.search.hunt import Finding
 from scenarios.search.objective import distance, score, size
 from scenarios.search.shrink import HALVINGS, shrink, towards_neutral
+from scenarios.search.tries import ends
 from scenarios.study.design import source
 from scenarios.study.staged import hidden_behind_wall
-from scenarios.study.study import Search, Study, Vary
+from scenarios.study.study import Search, Study
+from scenarios.study.vary import Vary
 
 LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
 SPEED = Vary(key="b", low=0.0, high=100.0, neutral=0.0)
@@ -218,3 +220,23 @@ def test_the_searches_that_ship_start_from_a_scenario(study):
     neutral = {vary.key: vary.neutral for vary in study.vary}
     scenario = Scenario.of(make({**study.fixed, **neutral}), at)
     assert scenario.duration_s < 10.0
+
+
+def test_first_one_parameter_goes_to_its_end_then_two():
+    """By hand: a has the ends -1 and 3, at sizes 1/9 and 1/3; b one end, c two words, both at 1/3."""
+    study = Study.model_construct(vary=[LINEAR, LOG, WORDS])
+    neutral = {"a": 0.0, "b": 100.0, "c": "keeps"}
+    ones = [{"a": -1.0}, {"a": 3.0}, {"b": 1.0}, {"c": "brakes"}, {"c": "turns"}]
+    twos = [
+        *({"a": -1.0} | other for other in ones[2:]),
+        *({"a": 3.0} | other for other in ones[2:]),
+        *({"b": 1.0} | other for other in ones[3:]),
+    ]
+    assert ends(study, 150) == [neutral | some for some in (*ones, *twos)]
+    assert len(ends(study, 150)) == 13
+    assert ends(study, 8) == [neutral | one for one in ones[:4]]
+
+
+def test_ends_of_listed_numbers_are_the_outer_ones():
+    study = Study.model_construct(vary=[COUNTS])
+    assert ends(study, 150) == [{"d": 4}]

@@ -10,7 +10,8 @@ from scenarios import device
 from scenarios.errors import InputError, OutputError, StudyError
 from scenarios.study.design import runs
 from scenarios.study.study import Study
-from scenarios.study.task import carry_out, versions
+from scenarios.study.task import carry_out
+from scenarios.versions import installed
 
 TRACKER = """\
 import os, signal
@@ -101,7 +102,7 @@ def test_a_place_that_cannot_keep_runs_ends_the_sweep_at_once(tmp_path: Path):
 def test_a_worker_with_other_versions_is_refused(tmp_path: Path):
     run = runs(Study.load(small_study(tmp_path)), device.SHIPPED)[0]
     with pytest.raises(StudyError, match=r"has numpy 2[.\d]+, this sweep 1\.0; install the same there"):
-        carry_out(run, need={**versions(), "numpy": "1.0"})
+        carry_out(run, need={**installed(), "numpy": "1.0"})
 
 
 def test_a_full_disk_under_a_run_is_no_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -52,6 +52,7 @@ def document(done: "Sweep", out: Path) -> dict[str, Any]:
     return {
         "study": done.study.path.stem,
         "runs": done.count,
+        "taken_up": done.taken_up,
         "status": {str(name): int(count) for name, count in done.rows["status"].value_counts().sort_index().items()},
         "errors": sorted(set(done.rows.loc[done.rows["status"] == "error", "error"])),
         "out": str(out),
@@ -64,5 +65,6 @@ def _told(done: "Sweep", out: Path) -> str:
     """Return what a person reads."""
     told = document(done, out)
     counts = ", ".join(f"{count} {name}" for name, count in told["status"].items())
-    lines = [f"{done.count} runs: {counts}.", *(f"error: {error}" for error in told["errors"][:5])]
+    earlier = f" {done.taken_up} of them were there from an earlier start." if done.taken_up else ""
+    lines = [f"{done.count} runs: {counts}.{earlier}", *(f"error: {error}" for error in told["errors"][:5])]
     return "\n".join([*lines, f"A row per run is in {told['rows']}, curves in {told['report']}"])

@@ -1,20 +1,17 @@
 """Grading a run that is on disk, without simulating: from its tables, or from its scans and other tracks."""
 
-import platform
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from scenarios import device, warm_up
+from scenarios import device, versions, warm_up
 from scenarios.device import Device, DeviceFactory
 from scenarios.errors import ScenarioError
 from scenarios.grading import grader
 from scenarios.grading.bound import Ranging
 from scenarios.grading.metrics import GRADED
-from scenarios.loop import PACKAGES
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.offline.track_file import TrackFile
@@ -24,7 +21,7 @@ from scenarios.speed import Stopwatch
 from scenarios.trace import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
-"""Of `PACKAGES`: no part of grading."""
+"""No part of grading."""
 
 
 class Regrader:
@@ -118,7 +115,7 @@ class Regrader:
             "expect": {name: asdict(limit) for name, limit in self._expect.items()},
             "device": tracked_by,
         }
-        here = {package: version(package) for package in PACKAGES if package not in SIMULATORS}
+        here = {name: version for name, version in versions.installed().items() if name not in SIMULATORS}
         return Result(
             scenario=run.scenario,
             seed=run.seed,
@@ -129,5 +126,5 @@ class Regrader:
             metrics=metrics,
             tables=tables,
             config=config,
-            versions={**run.versions, "python": platform.python_version(), **here},
+            versions={**run.versions, **here},
         )

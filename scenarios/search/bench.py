@@ -61,6 +61,11 @@ class Bench:
         self.runs = 0
         """Scenarios tried so far, whether they had to be run or were known."""
 
+    @property
+    def known(self) -> int:
+        """Scenarios whose answer is there."""
+        return len(self._answers)
+
     def ask(self, document: Json) -> Answer:
         """Run a scenario, unless it has been before."""
         (answer,) = self.ask_all([document])

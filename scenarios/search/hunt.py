@@ -11,7 +11,8 @@ from scenarios.scenario import Scenario
 from scenarios.search.bench import Bench, Json
 from scenarios.search.objective import fails, score, size
 from scenarios.search.tries import ends
-from scenarios.study.study import Study, Value, Vary
+from scenarios.study.study import Study
+from scenarios.study.vary import Value, Vary
 
 if TYPE_CHECKING:
     import optuna

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from scenarios.expect import Limit
-from scenarios.study.study import Value, Vary
+from scenarios.study.vary import Value, Vary
 
 NOTHING_SHOWN = 3.0
 """Score of a run that says nothing of the metric: worse than all that do."""

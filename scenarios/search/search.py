@@ -16,7 +16,8 @@ from scenarios.search.hunt import Tell, hunt
 from scenarios.search.shrink import shrink
 from scenarios.study import engine
 from scenarios.study.design import source
-from scenarios.study.study import Search, Study, Value
+from scenarios.study.study import Search, Study
+from scenarios.study.vary import Value
 
 ANSWERS, RUN = "answers.jsonl", "run"
 
@@ -73,6 +74,8 @@ def search(
 
     with _side_by_side(min(workers, wanted.at_once), scheduler) as carry_out:
         bench = Bench(wanted, path, tracker, out / ANSWERS, carry_out)
+        if bench.known:
+            tell(f"{bench.known} answers of an earlier start are taken up")
         try:
             found = hunt(study, bench, make, tell)
             if found is None:

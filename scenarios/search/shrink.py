@@ -11,7 +11,8 @@ from scenarios.search import trim
 from scenarios.search.bench import Bench, Json
 from scenarios.search.hunt import Finding, Make, Tell, spell
 from scenarios.search.objective import distance, size
-from scenarios.study.study import Study, Value, Vary
+from scenarios.study.study import Study
+from scenarios.study.vary import Value, Vary
 
 HALVINGS = 5
 """Of the way back to neutral: what is left is at most a thirty-second of it too far."""

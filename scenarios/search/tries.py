@@ -7,7 +7,8 @@ Software Engineering 30, 418), and disturbances of one or two parameters are the
 from itertools import combinations, product
 
 from scenarios.search.objective import size
-from scenarios.study.study import Study, Value, Vary
+from scenarios.study.study import Study
+from scenarios.study.vary import Value, Vary
 
 SHARE = 0.5
 """Of the trials of a search, at most; the others are the sampler's."""

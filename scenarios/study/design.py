@@ -19,7 +19,9 @@ from scenarios.errors import ScenarioError, StudyError
 from scenarios.listing import CATALOG
 from scenarios.scenario import Scenario
 from scenarios.study.keys import with_values
-from scenarios.study.study import Json, Study, Value, Vary
+from scenarios.study.study import Json, Study
+from scenarios.study.vary import Value, Vary
+from scenarios.versions import installed
 
 SAMPLING_SEED = 0
 """Of the Latin hypercube: the same study has the same combinations, today and tomorrow."""
@@ -46,8 +48,9 @@ class Run:
 
     @property
     def key(self) -> str:
-        """Tells the run from every other one: the same key means the same scenario, seed and tracker."""
-        text = json.dumps([self.document, self.tracker, str(_from_catalog(self.path))], sort_keys=True, default=str)
+        """Tells the run from every other one: the same key means the same scenario, seed, tracker and versions."""
+        what = [self.document, self.tracker, str(_from_catalog(self.path)), installed()]
+        text = json.dumps(what, sort_keys=True, default=str)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     def portable(self) -> Self:

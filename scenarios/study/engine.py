@@ -14,7 +14,8 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 
 from scenarios.errors import InputError, StudyError
 from scenarios.study.design import Run
-from scenarios.study.task import Row, carry_out, failed, first_columns, versions
+from scenarios.study.task import Row, carry_out, failed, first_columns
+from scenarios.versions import installed
 
 AT_ONCE = 4000
 """Runs that the scheduler knows of: some for each of a thousand workers, and few enough that memory does not grow."""
@@ -68,7 +69,7 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
         some = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
         run_of.update(some)
         return [
-            client.submit(carry_out, run.portable(), keep_at, versions(), key=key, pure=False)
+            client.submit(carry_out, run.portable(), keep_at, installed(), key=key, pure=False)
             for key, run in some.items()
         ]
 

@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
+from scenarios import whole_file
 from scenarios.errors import OutputError
 from scenarios.grading.metrics import REGISTRY
 from scenarios.html.figure import STYLE, Figure, draw, note
@@ -62,7 +63,8 @@ class Picture:
             heading = textwrap.fill(self.title, int(LETTERS_PER_INCH * self.size_in[0]))
             canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
             try:
-                canvas.savefig(path, dpi=PIXELS_PER_INCH, metadata={"Software": None})
+                with whole_file.create(path) as partial:
+                    canvas.savefig(partial, dpi=PIXELS_PER_INCH, format="png", metadata={"Software": None})
             except OSError as error:
                 raise OutputError(
                     f"{path}: cannot write there ({error.strerror}); make room, or choose another folder"

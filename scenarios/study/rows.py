@@ -9,7 +9,6 @@
 import fcntl
 import json
 import os
-import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +19,7 @@ import pyarrow as pa
 import pyarrow.json
 import pyarrow.parquet as pq
 
+from scenarios import whole_file
 from scenarios.errors import OutputError
 from scenarios.grading.metrics import METRICS
 from scenarios.study.task import FIXED_COLUMNS, Row
@@ -132,15 +132,12 @@ class Rows:
     def _write(self, frame: pd.DataFrame, name: str) -> None:
         """Write beside, then rename."""
         table = pa.Table.from_pandas(frame, self._schema, preserve_index=False)
-        partial = self._folder / f".{name}.{secrets.token_hex(4)}"
         try:
-            with partial.open("wb") as file:
+            with whole_file.create(self._folder / name) as partial, partial.open("wb") as file:
                 pq.write_table(table, file, compression="zstd")
                 file.flush()
                 os.fsync(file.fileno())
-            partial.rename(self._folder / name)
         except OSError as error:
-            partial.unlink(missing_ok=True)
             raise _cannot_write(self._folder, error) from error
 
 

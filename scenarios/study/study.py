@@ -1,29 +1,19 @@
 """Study files: a scenario, what to vary in it, and with which seeds."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from scenarios import listing, toml_file
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.expect import Limit, metric_name
 from scenarios.explain import explain
 from scenarios.grading.metrics import METRICS
+from scenarios.study.vary import Strict, Vary, distinct
 
 Json = dict[str, Any]
-Value = float | int | str | bool
 Seed = Annotated[int, Field(ge=0)]
-T = TypeVar("T")
-
-
-def _distinct(values: list[T]) -> list[T]:
-    """Refuse to run the same twice."""
-    if not values:
-        raise ValueError("give one at least")
-    if len(set(values)) < len(values):
-        raise ValueError(f"{values}: something stands in it twice; take it out once")
-    return values
 
 
 def find(name_or_path: str) -> Path:
@@ -40,61 +30,6 @@ def find(name_or_path: str) -> Path:
     if name_or_path not in shipped:
         raise StudyError(f"{name_or_path}: no such study; these ship: {', '.join(shipped)} (a path ends in .toml)")
     return shipped[name_or_path]
-
-
-class Strict(BaseModel):
-    """Forbids what it does not know."""
-
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
-
-
-class Vary(Strict):
-    """One parameter."""
-
-    key: str
-    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the
-    name of one of its parameters."""
-    values: Annotated[list[Value], AfterValidator(_distinct)] | None = None
-    """The values it takes; else a range."""
-    low: float | None = None
-    """Lower end of the range."""
-    high: float | None = None
-    """Upper end of the range."""
-    steps: Annotated[int, Field(ge=2)] | None = None
-    """Values on the range, both ends included; a study with `samples` draws from all of it instead."""
-    scale: Literal["linear", "log"] = "linear"
-    """How the range is divided, or drawn from."""
-    label: str = ""
-    """What the axis of a picture says, with the unit; the key if left out."""
-    neutral: Value | None = None
-    """Its value where nothing is disturbed; a search needs it."""
-
-    @model_validator(mode="after")
-    def _values_or_a_range(self) -> Self:
-        if self.values is not None:
-            if (self.low, self.high, self.steps) != (None, None, None):
-                raise ValueError("give values, or low and high of a range, not both")
-        elif self.low is None or self.high is None or self.low >= self.high:
-            raise ValueError("give values, or a range: low below high")
-        elif self.scale == "log" and self.low <= 0:
-            raise ValueError(f"low = {self.low:g}: a logarithmic range starts above 0")
-        return self
-
-    @model_validator(mode="after")
-    def _neutral_is_among_them(self) -> Self:
-        if self.neutral is None:
-            return self
-        if self.values is not None:
-            if self.neutral not in self.values:
-                raise ValueError(f"neutral = {self.neutral} is none of the values; add it to them")
-            return self
-        assert self.low is not None
-        assert self.high is not None
-        if isinstance(self.neutral, str) or not self.low <= self.neutral <= self.high:
-            raise ValueError(f"neutral = {self.neutral} lies outside the range; widen it from low to high")
-        return self
 
 
 class Curve(Strict):
@@ -167,11 +102,11 @@ class Study(Strict):
     """How many, from 1 on, or a list of which. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
     """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
-    fixed: dict[str, Any] = {}
+    fixed: dict[str, Any] = Field(default_factory=dict)
     """Keys of the scenario file (or parameters of the scene) that have another value in the whole study."""
     vary: Annotated[list[Vary], Field(min_length=1)]
     """What is varied."""
-    curve: list[Curve] = []
+    curve: list[Curve] = Field(default_factory=list)
     """What the report draws."""
     search: Search | None = None
     """What `luxloop search` looks for."""
@@ -193,7 +128,7 @@ class Study(Strict):
             if not (self.samples or self.search or vary.values or vary.steps):
                 raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
         if isinstance(self.seeds, list):
-            _distinct(self.seeds)
+            distinct(self.seeds)
         for curve in self.curve:
             self._check_axes(curve, keys)
         return self

@@ -23,6 +23,8 @@ class Sweep:
     """A row per run that is done, in the order of the study."""
     count: int
     """Runs of the whole study."""
+    taken_up: int = 0
+    """Of them, runs whose rows were there from an earlier start."""
 
 
 def sweep(
@@ -70,7 +72,7 @@ def sweep(
             raise Interrupted(f"interrupted; {_state(rows, keys, out)}") from error
         except InputError as error:
             raise type(error)(f"{error}; {_state(rows, keys, out)}") from error
-        return Sweep(study, rows.join(keys), len(wanted))
+        return Sweep(study, rows.join(keys), len(wanted), len(wanted) - len(todo))
 
 
 def _state(rows: Rows, keys: list[str], out: Path) -> str:

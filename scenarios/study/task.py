@@ -1,12 +1,9 @@
 """What a worker does: one run in, one row out."""
 
 import errno
-import platform
 import socket
 import time
 import traceback
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,6 +11,7 @@ from typing import Any
 from scenarios.errors import InputError, OutputError, StudyError
 from scenarios.listing import CATALOG
 from scenarios.study.design import Run
+from scenarios.versions import Versions, installed
 
 Row = dict[str, Any]
 """`index`, `key`, `seed`, `tracker`, the parameters by their keys, `status`, `error`, `trace_hash`, `frames`, `wall_s`,
@@ -21,18 +19,8 @@ and the value of every metric by its name."""
 
 FIXED_COLUMNS = ("index", "key", "seed", "tracker", "status", "error", "trace_hash", "frames", "wall_s")
 
-Versions = dict[str, str]
-
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """What a full disk says, whoever writes on it."""
-
-
-@cache
-def versions() -> Versions:
-    """Of what can change a result, here."""
-    from scenarios.loop import PACKAGES
-
-    return {"Python": platform.python_version(), **{package: version(package) for package in PACKAGES}}
 
 
 def carry_out(run: Run, keep_at: str | None = None, need: Versions | None = None) -> Row:
@@ -54,7 +42,7 @@ def carry_out(run: Run, keep_at: str | None = None, need: Versions | None = None
     OutputError
         The run's folder cannot be kept, or a disk is full: no other run would fare better.
     """
-    if need and need != versions():
+    if need and need != installed():
         raise StudyError(f"the worker on {socket.gethostname()} has {_other_than(need)}; install the same there")
     start = time.perf_counter()
     row = first_columns(run)
@@ -122,5 +110,5 @@ def _put(folder: Path, url: str) -> None:
 def _other_than(need: Versions) -> str:
     """Tell what is installed here and what was wanted."""
     return ", ".join(
-        f"{name} {here}, this sweep {need.get(name)}" for name, here in versions().items() if here != need.get(name)
+        f"{name} {here}, this sweep {need.get(name)}" for name, here in installed().items() if here != need.get(name)
     )
