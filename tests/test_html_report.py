@@ -17,6 +17,7 @@ from scenarios import device, report_paper
 from scenarios.cli import main
 from scenarios.execute import execute
 from scenarios.html.birdseye import kind_of
+from scenarios.html.figure import draw
 from scenarios.html.fit_figures import AGAINST, errors_against, observations
 from scenarios.html.palette import TONES
 from scenarios.html.probabilities import most_eventful
@@ -198,6 +199,15 @@ def test_a_run_page_holds_the_numbers_of_the_printed_tables(runs):
         for tag, cell in zip(["td"] * 20, best.cells[1:], strict=False)
     )
     assert cells in text
+
+
+def test_figures_shorten_places_and_never_what_is_written():
+    def on(canvas):
+        canvas.subplots().text(0.123456, 0.5, "0.139 of 2.71828")
+
+    svg = draw("a", "A figure", "With a text", (3.0, 2.0), on).svg
+    assert "0.139 of 2.71828" in svg
+    assert not re.search(r'="[^"]*\d\.\d{3}', svg)
 
 
 def test_a_run_page_tells_how_to_do_it_again(runs):
