@@ -9,6 +9,7 @@ from scenarios.scenario import schema_text
 from scenarios.study import rows
 from scenarios.study.design import runs
 from scenarios.study.study import Study
+from scenarios.study.study_page import REPORT
 from scenarios.study.task import FIXED_COLUMNS
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -44,5 +45,5 @@ def test_the_example_is_as_many_runs_as_it_says(tmp_path: Path):
 
 
 def test_the_page_names_every_file_and_column():
-    for name in (rows.RUNS, rows.EARLIER, rows.JOURNAL, *FIXED_COLUMNS):
+    for name in (rows.RUNS, rows.EARLIER, rows.JOURNAL, REPORT, *FIXED_COLUMNS):
         assert f"`{name}`" in TEXT, name
