@@ -130,7 +130,7 @@ def test_one_frame_late_is_off_by_what_a_car_drives_in_a_frame(world, perfect):
     assert late.value["mma.mma.moving_target.x_abs_mean_m"] == pytest.approx(driven.mean(), rel=0.01)  # all drive along
     assert late.value["track.hota"] == pytest.approx(hota_if_late(late.graded), abs=0.01)
     assert late.value["track.missed"] == late.value["track.false"] == (overlap_if_late(late.graded) < 0.5).sum()
-    hit_or_miss = of("track", "mota", "idf1", "missed", "false", "heading_abs_mean_deg")
+    hit_or_miss = of("track", "mota", "idf1", "missed", "false", "heading_abs_mean_deg", "reappearance_error_m")
     assert moved(late, perfect) <= POSITIONS | of("track", "hota", "deta", "assa", "loca") | hit_or_miss
     assert late.value["track.id_switches"] == 0
 

@@ -43,7 +43,9 @@ def moody_study(folder: Path, values: str) -> Path:
 def test_a_run_that_fails_is_a_row_with_its_error(tmp_path: Path):
     study = moody_study(tmp_path, "3, 4")
     keep = tmp_path / "kept"
-    code, output, error = sweep(study, "--tracker", "moody_tracker:moody", "--keep", keep.as_uri(), "--json")
+    code, output, error = sweep(
+        study, "--tracker", "moody_tracker:moody", "--keep", keep.as_uri(), "--json", "--workers", "1"
+    )
     assert (code, error) == (1, "")
     told = json.loads(output)
     assert told["status"] == {"error": 1, "passed": 1}
@@ -92,7 +94,7 @@ def test_no_such_tracker_is_told_once(tmp_path: Path):
 def test_a_place_that_cannot_keep_runs_ends_the_sweep_at_once(tmp_path: Path):
     study = small_study(tmp_path)
     (tmp_path / "file").write_text("")
-    code, output, error = sweep(study, "--keep", str(tmp_path / "file" / "kept"))
+    code, output, error = sweep(study, "--keep", str(tmp_path / "file" / "kept"), "--workers", "1")
     assert (code, output) == (2, "")
     assert error.startswith(f"luxloop: error: --keep {tmp_path}/file/kept/")
     assert error.endswith("; 0 of 8 rows are in out, the same command goes on from there\n")

@@ -14,6 +14,9 @@ import pytest
 from support.processes import until
 from support.sweeps import end, rows, small_study, start, sweep, undisturbed, wait_for_rows
 
+from scenarios.cli import main
+from scenarios.study import engine
+
 
 @contextmanager
 def dask(*arguments: str) -> Iterator[subprocess.Popen[str]]:
@@ -46,6 +49,7 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, subprocess.Popen[
         yield json.loads(told.read_text())["address"], scheduler
 
 
+@pytest.mark.slow
 def test_two_workers_of_another_cluster_make_the_same_rows_until_its_scheduler_dies(tmp_path: Path):
     study = small_study(tmp_path / "study", seeds=5)
     with cluster(tmp_path, workers=2) as (address, scheduler):
@@ -69,22 +73,23 @@ def test_two_workers_of_another_cluster_make_the_same_rows_until_its_scheduler_d
 
 
 @pytest.mark.parametrize("listens", [False, True])
-def test_no_scheduler_answers(tmp_path: Path, listens: bool):
-    study = small_study(tmp_path)
+def test_no_scheduler_answers(tmp_path: Path, monkeypatch, capfd, listens: bool):
+    monkeypatch.chdir(small_study(tmp_path).parent)
+    monkeypatch.setattr(engine, "ANSWER_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as server:
-        port = server.getsockname()[1]
+        address = f"127.0.0.1:{server.getsockname()[1]}"
         if not listens:
             server.close()
-        code, _, error = sweep(study, "--scheduler", f"127.0.0.1:{port}")
-    assert code == 2
-    assert error.startswith(
-        f"luxloop: error: --scheduler 127.0.0.1:{port}: no Dask scheduler answers there; give host:port of one"
-    )
+        assert main(["sweep", "small.toml", "--scheduler", address]) == 2
+    error = capfd.readouterr().err
+    told = f"luxloop: error: --scheduler {address}: no Dask scheduler answers there; give host:port of one"
+    assert error.startswith(told)
     assert error.count("\n") == 1
 
 
-def test_an_address_that_is_none(tmp_path: Path):
-    code, _, error = sweep(small_study(tmp_path), "--scheduler", "the cluster")
-    assert code == 2
+def test_an_address_that_is_none(tmp_path: Path, monkeypatch, capfd):
+    monkeypatch.chdir(small_study(tmp_path).parent)
+    assert main(["sweep", "small.toml", "--scheduler", "the cluster"]) == 2
+    error = capfd.readouterr().err
     assert error.startswith("luxloop: error: --scheduler the cluster: no Dask scheduler answers there")
     assert error.count("\n") == 1
