@@ -1,6 +1,7 @@
 """Carries out the runs of a study on a Dask cluster: processes of this computer, or any scheduler."""
 
 import asyncio
+import json
 import logging
 import signal
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 
 from scenarios.errors import InputError, StudyError
 from scenarios.study.design import Run
-from scenarios.study.task import Row, carry_out, failed, first_columns
+from scenarios.study.task import Row, carry_out_as_text, failed, first_columns
 from scenarios.versions import installed
 
 AT_ONCE = 4000
@@ -28,6 +29,8 @@ SETTINGS = {
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "10s",
+    # Without Dask's MALLOC_TRIM_THRESHOLD_, which makes workers ask for the same memory anew, scan after scan.
+    "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
 }
 
 
@@ -64,12 +67,12 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
     waiting = iter(runs)
     run_of: dict[str, Run] = {}
 
-    def submit(count: int) -> list[Future[Row]]:
+    def submit(count: int) -> list[Future[str]]:
         # with the client's id in its name, two sweeps on one scheduler share no task
         some = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
         run_of.update(some)
         return [
-            client.submit(carry_out, run.portable(), keep_at, installed(), key=key, pure=False)
+            client.submit(carry_out_as_text, run.portable(), keep_at, installed(), key=key, pure=False)
             for key, run in some.items()
         ]
 
@@ -79,19 +82,18 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
         done.update(submit(len(futures)))
 
 
-def _rows(client: Client, run_of: dict[Future[Row], Run]) -> list[Row]:
+def _rows(client: Client, run_of: dict[Future[str], Run]) -> list[Row]:
     """Return the rows of ended runs, fetched in one go: one by one it is a round trip each."""
     try:
-        rows: list[Row] = client.gather(list(run_of))
-        return rows
+        return [json.loads(text) for text in client.gather(list(run_of))]
     except Exception:  # of one among them: ask each
         return [_row(run, future) for future, run in run_of.items()]
 
 
-def _row(run: Run, future: Future[Row]) -> Row:
+def _row(run: Run, future: Future[str]) -> Row:
     """Return the row of a finished run; of one that killed its workers, that it did."""
     try:
-        row: Row = future.result()
+        row: Row = json.loads(future.result())
         return row
     except InputError:
         raise
