@@ -90,7 +90,7 @@ class Bench:
 
     def _answer(self, row: Row) -> Answer:
         ended = row["status"] in ("error", "incomplete")
-        return Answer(row["key"], None if ended else row[self.search.metric], row["trace_hash"], row["error"])
+        return Answer(row["key"], None if ended else row.get(self.search.metric), row["trace_hash"], row["error"])
 
     def _keep(self, answer: Answer) -> None:
         self._answers[answer.key] = answer
