@@ -114,6 +114,27 @@ def test_a_sound_tracker_passes_the_search(tmp_path, capsys):
     assert not (tmp_path / "out" / "planted.toml").exists()
 
 
+class InterruptedOnce:
+    """A sound tracker, but in the third run (one more is made to warm up) somebody presses Ctrl-C."""
+
+    made = 0
+
+    def __new__(cls, config):
+        InterruptedOnce.made += 1
+        if InterruptedOnce.made == 4:
+            raise KeyboardInterrupt
+        return sound(config)
+
+
+def test_ctrl_c_tells_how_many_answers_there_are_and_the_next_start_takes_them_up(tmp_path, capfd):
+    study = changed(tmp_path, "trials = 25", "trials = 4")
+    options = ["--tracker", "test_search:InterruptedOnce", "--out", str(tmp_path / "out"), "--workers", "1"]
+    assert main(["search", str(study), *options]) == 130
+    assert f"interrupted; 2 answers are in {tmp_path}/out/{ANSWERS}, the same command" in capfd.readouterr().err
+    assert main(["search", str(study), *options]) == 0
+    assert capfd.readouterr().out.startswith("2 answers of an earlier start are taken up\nno failure in 4 runs")
+
+
 def test_what_fails_undisturbed_is_found_at_once(tmp_path):
     """The first run has size 0: a hunt that starts at random would report a larger one."""
     study = Study.load(changed(tmp_path, LIMIT, 'metric = "track.hota"\nmax = 0.5\n'))

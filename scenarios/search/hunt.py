@@ -105,9 +105,8 @@ def _proposals() -> "optuna.Study":
     import optuna  # slow to import
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    sampler = optuna.samplers.TPESampler(
-        seed=SAMPLING_SEED, constant_liar=True
-    )  # of those proposed at once, one expects little
+    # A liar takes runs that are not back yet for bad ones, and so proposes unlike runs at once.
+    sampler = optuna.samplers.TPESampler(seed=SAMPLING_SEED, constant_liar=True)
     return optuna.create_study(sampler=sampler)
 
 

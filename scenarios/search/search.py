@@ -84,7 +84,7 @@ def search(
             hunted = bench.runs
             smallest = shrink(study, found, bench, make, tell)
         except KeyboardInterrupt as error:
-            told = f"interrupted; {bench.runs} answers are in {out / ANSWERS}, the same command goes on from there"
+            told = f"interrupted; {bench.known} answers are in {out / ANSWERS}, the same command goes on from there"
             raise Interrupted(told) from error
         tell(f"{hunted} runs to find it, {bench.runs - hunted} to shrink it")
         return _reproduced(study, wanted, smallest, bench, out)
