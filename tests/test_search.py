@@ -115,13 +115,13 @@ def test_a_sound_tracker_passes_the_search(tmp_path, capsys):
 
 
 class InterruptedOnce:
-    """A sound tracker, but in the third run (one more is made to warm up) somebody presses Ctrl-C."""
+    """A sound tracker, but in the third run (each makes two, one to warm up) somebody presses Ctrl-C."""
 
     made = 0
 
     def __new__(cls, config):
         InterruptedOnce.made += 1
-        if InterruptedOnce.made == 4:
+        if InterruptedOnce.made == 5:
             raise KeyboardInterrupt
         return sound(config)
 
