@@ -61,10 +61,16 @@ def document(done: "Sweep", out: Path) -> dict[str, Any]:
     }
 
 
+WORDS = {
+    "passed": "passed", "failed": "broke an expectation", "incomplete": "ended early", "error": "without a result",
+}  # fmt: skip
+"""For a status."""
+
+
 def _told(done: "Sweep", out: Path) -> str:
     """Return what a person reads."""
     told = document(done, out)
-    counts = ", ".join(f"{count} {name}" for name, count in told["status"].items())
+    counts = ", ".join(f"{count} {WORDS[name]}" for name, count in told["status"].items())
     earlier = f" {done.taken_up} of them were there from an earlier start." if done.taken_up else ""
     lines = [f"{done.count} runs: {counts}.{earlier}", *(f"error: {error}" for error in told["errors"][:5])]
     return "\n".join([*lines, f"A row per run is in {told['rows']}, curves in {told['report']}"])
