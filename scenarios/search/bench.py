@@ -1,7 +1,6 @@
 """The bench on which a search tries scenarios. What came out is kept on disk: a second start repeats no run."""
 
 import json
-import os
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -9,9 +8,10 @@ from typing import Any
 
 from scenarios.errors import OutputError
 from scenarios.search.objective import fails
+from scenarios.study import journal
 from scenarios.study.design import Run
 from scenarios.study.study import Search
-from scenarios.study.task import Row, carry_out
+from scenarios.study.task import BROKEN, Row, carry_out
 
 Json = dict[str, Any]
 
@@ -89,16 +89,13 @@ class Bench:
         return fails(self.search.limit, self.ask(document).value)
 
     def _answer(self, row: Row) -> Answer:
-        ended = row["status"] in ("error", "incomplete")
+        ended = row["status"] in BROKEN
         return Answer(row["key"], None if ended else row.get(self.search.metric), row["trace_hash"], row["error"])
 
     def _keep(self, answer: Answer) -> None:
         self._answers[answer.key] = answer
         try:
-            with self._log.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(asdict(answer)) + "\n")
-                file.flush()
-                os.fsync(file.fileno())
+            journal.append(self._log, json.dumps(asdict(answer)) + "\n")
         except OSError as error:
             raise OutputError(
                 f"{self._log}: cannot write there ({error.strerror}); what is done is kept: make room, start again"
@@ -114,11 +111,9 @@ def _read(log: Path) -> dict[str, Answer]:
     """Read the answers; a last line that a kill cut short is dropped."""
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
-        text = log.read_text(encoding="utf-8") if log.exists() else ""
-        whole = text[: text.rfind("\n") + 1]
-        if whole != text:
-            log.write_text(whole, encoding="utf-8")
-        answers = [Answer(**json.loads(line)) for line in whole.splitlines()]
+        journal.forget_a_torn_line(log)
+        lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+        answers = [Answer(**json.loads(line)) for line in lines]
     except OSError as error:
         raise OutputError(f"{log}: {error.strerror}; choose another folder with --out") from error
     except (ValueError, TypeError) as error:

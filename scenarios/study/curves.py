@@ -18,11 +18,11 @@ import numpy.typing as npt
 import pandas as pd
 from scipy import stats
 
+from scenarios.study.task import BROKEN
+
 Floats = npt.NDArray[np.float64]
 
 CONFIDENCE = 0.95
-BROKEN = ("error", "incomplete")
-"""Status of runs that are no measurement: they failed, or measured less time than the others."""
 LEVELS = 12
 """A column with more different numbers than that is divided into `BINS`."""
 BINS = 8

@@ -22,6 +22,7 @@ import pyarrow.parquet as pq
 from scenarios import whole_file
 from scenarios.errors import OutputError
 from scenarios.grading.metrics import METRICS
+from scenarios.study import journal
 from scenarios.study.task import FIXED_COLUMNS, Row
 
 RUNS, EARLIER, JOURNAL, LOCK = "runs.parquet", "earlier.parquet", "runs.jsonl", ".lock"
@@ -50,7 +51,7 @@ class Rows:
         texts = {key for key, values in parameters.items() if any(isinstance(value, bool | str) for value in values)}
         columns = (*FIXED_COLUMNS[:4], *parameters, *FIXED_COLUMNS[4:], *METRICS)
         self._schema = pa.schema([(name, _type(name, name in texts, name in parameters)) for name in columns])
-        self._forget_a_torn_line()
+        journal.forget_a_torn_line(self._folder / JOURNAL)
         self.keys: set[str] = set(self._read()["key"].to_pylist())
         """Runs that have a row."""
 
@@ -72,10 +73,7 @@ class Rows:
         lines = [{field.name: _plain(row.get(field.name), field.type) for field in self._schema} for row in rows]
         text = "".join(json.dumps(_without_nulls(line), allow_nan=False) + "\n" for line in lines)
         try:
-            with (self._folder / JOURNAL).open("ab") as journal:
-                journal.write(text.encode())
-                journal.flush()
-                os.fsync(journal.fileno())
+            journal.append(self._folder / JOURNAL, text)
         except OSError as error:
             raise _cannot_write(self._folder, error) from error
         self.keys.update(row["key"] for row in rows)
@@ -85,7 +83,7 @@ class Rows:
 
         Rows of other runs, as of more seeds in an earlier start, go to `earlier.parquet`.
         """
-        self._forget_a_torn_line()
+        journal.forget_a_torn_line(self._folder / JOURNAL)
         table = self._read().to_pandas().drop_duplicates("key").set_index("key", drop=False)
         self.keys = set(
             table.index
@@ -120,14 +118,6 @@ class Rows:
         except pa.ArrowInvalid as error:
             told = str(error).splitlines()[0]
             raise OutputError(f"{path}: cannot be read as rows of this study ({told}); choose a new --out") from error
-
-    def _forget_a_torn_line(self) -> None:
-        """Cut off what a killed process, or a full disk, left of a last row."""
-        path = self._folder / JOURNAL
-        if path.is_file():
-            with path.open("rb") as journal:
-                whole = sum(len(line) for line in journal if line.endswith(b"\n"))
-            os.truncate(path, whole)
 
     def _write(self, frame: pd.DataFrame, name: str) -> None:
         """Write beside, then rename."""

@@ -7,10 +7,11 @@ import pandas as pd
 from scenarios.errors import OutputError
 from scenarios.html import pages
 from scenarios.html.tables import Cell, PageTable, Row
-from scenarios.study.curves import BROKEN, LEVELS, differences, estimates, measured
+from scenarios.study.curves import LEVELS, differences, estimates, measured
 from scenarios.study.figures import Picture, label, picture, text
 from scenarios.study.study import Curve, Study
 from scenarios.study.sweep import Sweep
+from scenarios.study.task import BROKEN
 
 REPORT = "report.html"
 PICTURES = "pictures"

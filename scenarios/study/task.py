@@ -20,6 +20,9 @@ and the value of every metric by its name; without one it may be missing."""
 
 FIXED_COLUMNS = ("index", "key", "seed", "tracker", "status", "error", "trace_hash", "frames", "wall_s")
 
+BROKEN = ("error", "incomplete")
+"""Status of runs that are no measurement: they failed, or measured less time than the others."""
+
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """What a full disk says, whoever writes on it."""
 
