@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from tracker.detection.tlinkage import LinkageConfig, link
 from tracker.records import Segments
-from tracker.tlinkage import LinkageConfig, link
 
 POINTS = 150
 REPEATS = 300

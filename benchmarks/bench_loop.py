@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import find
 from scenarios.grading.grader import Grader
-from scenarios.listing import find
-from scenarios.scenario import Scenario
 from sensor_model.lidar import Lidar
-from sensor_model.rig import load_rig
-from sim.sumo.source import SumoSource
+from sensor_model.rig.rig import load_rig
+from sim.sumo.sumo_source import SumoSource
 from tracker.tracker import Tracker
 
 VEHICLES = 30

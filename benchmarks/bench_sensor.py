@@ -9,16 +9,16 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable, beam_table
-from sensor_model.bodies import Bodies, BodyShop
-from sensor_model.cast import Caster
+from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.shapes import SHAPES
+from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
-from sensor_model.rig import load_rig
-from sensor_model.sensor import SensorConfig
-from sensor_model.shapes import SHAPES
-from sensor_model.sweep import Setting
-from sensor_model.walls import walls_of
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.raycaster import Caster
+from sensor_model.rig.beams import BeamTable, beam_table
+from sensor_model.rig.rig import load_rig
+from sensor_model.scan_context import Setting
+from sensor_model.sensor_config import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))  # the meshes are those of the tests' oracle

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from distributed import Client
 
-from scenarios import device
-from scenarios.study import engine
+from scenarios.run import device
+from scenarios.study import dask_runs
 from scenarios.study.design import Run, runs
-from scenarios.study.study import Study
-from scenarios.study.task import carry_out
+from scenarios.study.study_file import Study
+from scenarios.study.worker import carry_out
 
 Floats = npt.NDArray[np.float64]
 
@@ -36,7 +36,7 @@ def rows() -> dict[str, dict[str, Any]]:
         path = Path(folder) / "bench.toml"
         path.write_text(STUDY, encoding="utf-8")
         todo = runs(Study.load(path), device.SHIPPED)
-    with engine.connect(1, None) as one, engine.connect(2, None) as two:
+    with dask_runs.connect(1, None) as one, dask_runs.connect(2, None) as two:
         ways = (_bare, partial(_swept, one), partial(_swept, two))
         for way in ways:
             way(todo[:WARM])
@@ -59,7 +59,7 @@ def _bare(some: list[Run]) -> float:
 def _swept(client: Client, some: list[Run]) -> float:
     """Seconds that the runs take."""
     begin = time.perf_counter()
-    for _ in engine.rows_of(client, some):
+    for _ in dask_runs.rows_of(client, some):
         pass
     return time.perf_counter() - begin
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.listing import find
-from scenarios.scenario import Scenario
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import find
 from sensor_model.lidar import Lidar
-from sensor_model.rig import load_rig
+from sensor_model.rig.rig import load_rig
 from sim.scripted.script import ScriptedActor, ScriptedEgo
-from sim.scripted.source import ScriptedSource, ScriptedTraffic
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from tracker.tracker import Tracker
 
 FRAMES = 200

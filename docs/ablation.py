@@ -17,15 +17,16 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios import device, loop, paper
-from scenarios.grading.metrics import VIEWS
-from scenarios.listing import find
-from scenarios.scenario import Scenario
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import find
+from scenarios.grading.metric_names import VIEWS
+from scenarios.report import paper_figures
+from scenarios.run import device, loop
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
-from sensor_model.rig import load_rig
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.rig.rig import load_rig
 from sensor_model.truth import Cause
-from sim.scripted.source import ScriptedSource
+from sim.scripted.scripted_source import ScriptedSource
 
 PAGE = Path(__file__).parent / "ablation.md"
 PICTURE = Path(__file__).parent / "pictures" / "ablation.png"
@@ -82,7 +83,7 @@ TOGETHER = [
 ON_BASE = [Row(" + ".join(BASE), BASE)] + [Row(f"+ {kind}", (*BASE, kind)) for kind in KINDS if kind not in BASE]
 OTHER_SEEDS = [Row(f"{row.name.partition(':')[0]}, seed {seed}", row.kinds, seed)
                for row in (NONE, TOGETHER[1]) for seed in SEEDS]  # fmt: skip
-PAPERS_OWN = ["the paper's recordings", *(f"{paper.HEADING_ABS_DEG[name][0]:.3f}" for name in CRITERIA), "5353"]
+PAPERS_OWN = ["the paper's recordings", *(f"{paper_figures.HEADING_ABS_DEG[name][0]:.3f}" for name in CRITERIA), "5353"]
 
 
 def main() -> None:

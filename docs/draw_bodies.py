@@ -12,11 +12,11 @@ import numpy.typing as npt
 from matplotlib.patches import Patch
 from PIL import Image
 
-from sensor_model.bending import turned_boxes, turned_planes
-from sensor_model.body import Body, Look, build
-from sensor_model.materials import Glass
-from sensor_model.proportions import Draw
-from sensor_model.shapes import SHAPES
+from sensor_model.bodies.articulation import turned_boxes, turned_planes
+from sensor_model.bodies.body import Body, Look, build
+from sensor_model.bodies.materials import Glass
+from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.shapes import SHAPES
 from sensor_model.truth import Part
 from sim.articulation import hitch
 from sim.world import Kind

@@ -9,12 +9,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from scenarios.listing import find
-from scenarios.scenario import Scenario
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import find
 from sensor_model.lidar import Lidar
-from sensor_model.rig import load_rig
+from sensor_model.rig.rig import load_rig
 from sensor_model.truth import Cause, ScanTruth
-from sim.scripted.source import ScriptedSource
+from sim.scripted.scripted_source import ScriptedSource
 from sim.world import WorldFrame
 from tracker.records import METHODS, StepTrace
 from tracker.scan import Scan

@@ -17,9 +17,10 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scenarios import listing, run_folder
-from scenarios.scenario import Scenario
-from scenarios.study.study import Study
+from scenarios.files import shipped as listing
+from scenarios.files.scenario import Scenario
+from scenarios.run import run_folder
+from scenarios.study.study_file import Study
 
 DOCS = Path(__file__).parent
 README = DOCS.parent / "README.md"

@@ -4,8 +4,8 @@ import sys
 
 import typer
 
-from scenarios.commands import compare, listing, look, recorded, run, search, sweep
-from scenarios.commands.complaint import complain
+from scenarios.commands import compare, grade, list_scenarios, run, search, sweep, view
+from scenarios.commands.error_line import complain
 from scenarios.errors import Interrupted
 
 app = typer.Typer(
@@ -13,10 +13,10 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("list")(listing.list_scenarios)
+app.command("list")(list_scenarios.list_scenarios)
 for command in (
-    run.run, look.view, look.report, run.blame, compare.compare, compare.baseline, recorded.grade,
-    recorded.check_tracker, recorded.mcap, sweep.sweep, search.search, listing.schema,
+    run.run, view.view, view.report, run.blame, compare.compare, compare.baseline, grade.grade,
+    grade.check_tracker, grade.mcap, sweep.sweep, search.search, list_scenarios.schema,
 ):  # fmt: skip
     app.command()(command)
 
@@ -53,7 +53,7 @@ UNKNOWN = -1
 def _exit_code(error: BaseException) -> int:
     """Exit code of an error that people can mend themselves, or have made."""
     from scenarios.errors import InputError
-    from sensor_model.rig import RigError
+    from sensor_model.rig.rig import RigError
     from sim.source import SimulatorFailedError, TrafficError
 
     if isinstance(error, SimulatorFailedError):

@@ -7,13 +7,15 @@ from pathlib import Path
 
 from rich.console import RenderableType
 
-from scenarios import dataset, loop, report, run_folder
-from scenarios.dataset import DatasetWriter
-from scenarios.device import DeviceFactory
-from scenarios.expect import Check, Verdict, check, verdict
-from scenarios.grading.frame import FrameGrade
+from scenarios.dataset import writer as dataset
+from scenarios.dataset.writer import DatasetWriter
+from scenarios.files.expect import Check, Verdict, check, verdict
+from scenarios.files.scenario import Scenario
+from scenarios.grading.frame_grade import FrameGrade
+from scenarios.report import text as report
 from scenarios.result import Result
-from scenarios.scenario import Scenario
+from scenarios.run import loop, run_folder
+from scenarios.run.device import DeviceFactory
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.scan import Scan
@@ -56,7 +58,7 @@ def execute(
     Parameters
     ----------
     scenario, make_device
-        As `scenarios.loop.run`.
+        As `scenarios.run.loop.run`.
     out
         The folder; an earlier run there is replaced.
     record
@@ -64,14 +66,14 @@ def execute(
     record_scans
         Whether the folder also holds the scans and their truth, as a data set, for `luxloop grade`.
     dataset_to
-        Folder of a data set, see `scenarios.dataset`.
+        Folder of a data set, see `scenarios.dataset.writer`.
 
     Raises
     ------
     OutputError
         A folder cannot be written, or must stay.
     Exception
-        As `scenarios.loop.run`; then nothing is written.
+        As `scenarios.run.loop.run`; then nothing is written.
     """
     with ExitStack() as stack:
         folder = stack.enter_context(run_folder.create(out))

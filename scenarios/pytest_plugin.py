@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scenarios import toml_file
 from scenarios.errors import InputError
-from scenarios.pytest_report import FOLDER, SuiteReport
+from scenarios.files import toml_file
+from scenarios.report.pytest_report import FOLDER, SuiteReport
 
 if TYPE_CHECKING:
     from scenarios.execute import Outcome
@@ -24,7 +24,7 @@ _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
 """Tells a scenario from other TOML files even where it is broken: it must not go unnoticed."""
 
 DEFAULT_SEED = 1
-"""As in `scenarios.scenario`, which is not light."""
+"""As in `scenarios.files.scenario`, which is not light."""
 
 
 class FailedRunError(Exception):
@@ -105,9 +105,9 @@ class ScenarioItem(pytest.Item):
 
     def runtest(self) -> None:
         """Run the scenario, keep its folder, and tell JUnit what came out."""
-        from scenarios import device
         from scenarios.execute import execute
-        from scenarios.scenario import Scenario
+        from scenarios.files.scenario import Scenario
+        from scenarios.run import device
 
         option = self.config.getoption
         scenario = Scenario.load(self.path, {} if self.seed is None else {"seed": self.seed})
@@ -135,8 +135,8 @@ class ScenarioItem(pytest.Item):
 
     def _explain(self, outcome: "Outcome") -> str:
         """Say which expectations failed, by how much and where, and how to look at it."""
-        from scenarios.report_cells import unit_of, value_of
-        from scenarios.worst import worst_frames
+        from scenarios.grading.worst_frames import worst_frames
+        from scenarios.report.cells import unit_of, value_of
 
         result = outcome.result
         lines = [f"{result.scenario}: {result.config['description']}"]

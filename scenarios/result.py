@@ -35,7 +35,7 @@ class Result:
     """Frames that were run and graded."""
     metrics: dict[str, Metric]
     tables: dict[str, pd.DataFrame] = field(repr=False)
-    """Per-frame tables by name, as in `scenarios/grading/tables.py`."""
+    """Per-frame tables by name, as in `scenarios/grading/frame_tables.py`."""
     config: dict[str, Any] = field(repr=False)
     """The effective scenario, defaults filled in."""
     versions: dict[str, str] = field(repr=False)

@@ -4,20 +4,20 @@ from functools import partial
 
 import numpy as np
 
-from sensor_model.beams import BeamTable
-from sensor_model.bodies import Bodies
-from sensor_model.cast import Caster, Echoes
-from sensor_model.draws import Draws
-from sensor_model.noise.clutter import Clutter, merge
-from sensor_model.noise.config import NoiseConfig
+from sensor_model.bodies.scene import Bodies
+from sensor_model.bodies.walls import Walls
+from sensor_model.noise.clutter_mixing import Clutter, merge
 from sensor_model.noise.false_alarms import false_alarms
 from sensor_model.noise.ghosts import Mirrors
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.rain import drops
+from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.spray import clusters, spray_echoes
 from sensor_model.noise.thresholds import Thresholds
+from sensor_model.raycaster import Caster, Echoes
 from sensor_model.returns import Returns
-from sensor_model.sweep import Setting
-from sensor_model.walls import Walls
+from sensor_model.rig.beams import BeamTable
+from sensor_model.scan_context import Setting
 from sim.world import WorldFrame
 
 

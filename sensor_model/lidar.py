@@ -3,26 +3,26 @@
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import beam_table
-from sensor_model.bodies import Bodies, BodyShop
-from sensor_model.cast import Caster, Echoes
+from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.walls import Vicinity, walls_of
 from sensor_model.clutter import Clutterer
-from sensor_model.draws import Draws
 from sensor_model.noise.attitude import Attitude
 from sensor_model.noise.calibration import doubled, sync_jitter, true_mounts
-from sensor_model.noise.config import NoiseConfig
 from sensor_model.noise.detection import Detection, why_lost
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.rain import extinction
+from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.ranging import Measured, measured
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
+from sensor_model.raycaster import Caster, Echoes
 from sensor_model.returns import NOTHING, Returns
-from sensor_model.rig import Rig
-from sensor_model.sensor import SensorConfig
-from sensor_model.sweep import Setting, displacement, over_ground
+from sensor_model.rig.beams import beam_table
+from sensor_model.rig.rig import Rig
+from sensor_model.scan_context import Setting, displacement, over_ground
+from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import NO_ACTOR, Cause, Loss, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
-from sensor_model.walls import Vicinity, walls_of
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.bodies import relative_pose
-from sensor_model.draws import Draws, Purpose
-from sensor_model.noise.odometry import OdometryNoise
+from sensor_model.bodies.scene import relative_pose
+from sensor_model.noise.odometry_drift import OdometryNoise
+from sensor_model.noise.random_draws import Draws, Purpose
 
 Floats = npt.NDArray[np.float64]
 

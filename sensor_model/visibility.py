@@ -3,8 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.bodies import Bodies
-from sensor_model.cast import Echoes
+from sensor_model.bodies.scene import Bodies
+from sensor_model.raycaster import Echoes
 from sensor_model.returns import GROUND, Returns
 from sensor_model.truth import Cause, Face, Part, View
 from sim.world import Actors

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sim.cast import Member
+from sim.roster import Member
 from sim.world import Floats
 
 

@@ -5,24 +5,24 @@ from itertools import combinations
 
 import numpy as np
 
-from tracker import extent, orientation
-from tracker.association import AssociationConfig, assign, score
-from tracker.belief import LifeConfig
-from tracker.detector import CLOCK_DIGITS, Detector, DetectorConfig
-from tracker.extent import ExtentConfig
-from tracker.filters import FilterConfig, motion
+from tracker.detection.deskew import Movers
+from tracker.detection.detector import CLOCK_DIGITS, Detector, DetectorConfig
 from tracker.geometry import inside, rotate
-from tracker.mma import MmaConfig
-from tracker.observations import Observations, observe
-from tracker.orientation import OrientationConfig
-from tracker.reading import Pairing, Predictions, ReadingConfig, pair
+from tracker.merging import Pieces, hull, one_vehicle
 from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
-from tracker.report import report
 from tracker.scan import Scan
-from tracker.sighting import first_sighting, sighting
-from tracker.sweep import Movers
-from tracker.track import CornerConfig, Track, TrackConfig
-from tracker.union import Pieces, hull, one_vehicle
+from tracker.tracking import extent, orientation
+from tracker.tracking.association import AssociationConfig, assign, score
+from tracker.tracking.confirmation import LifeConfig
+from tracker.tracking.extent import ExtentConfig
+from tracker.tracking.filters import FilterConfig, motion
+from tracker.tracking.hypotheses import Pairing, Predictions, ReadingConfig, pair
+from tracker.tracking.mma import MmaConfig
+from tracker.tracking.observations import Observations, observe
+from tracker.tracking.orientation import OrientationConfig
+from tracker.tracking.output import report
+from tracker.tracking.track import CornerConfig, Track, TrackConfig
+from tracker.tracking.track_observation import first_sighting, sighting
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Who is offered the boxes first; the list of previously confirmed tracks comes before those not yet believed."""

@@ -16,7 +16,7 @@ from motion_pictures.stage import (
 )
 
 from sim.kinematics import wrap_angle
-from sim.physical.config import PhysicalConfig
+from sim.physical.physical_config import PhysicalConfig
 
 HARD = 10.0
 """[m/s^2] that no vehicle reaches."""

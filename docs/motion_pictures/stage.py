@@ -10,17 +10,17 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import find
 from scenarios.grading.articulated import parts
-from scenarios.listing import find
-from scenarios.scenario import Scenario
-from sim.cast import Cast, Member
 from sim.kinematics import Kinematics, RawFrame
-from sim.physical.config import PhysicalConfig
 from sim.physical.layer import PhysicalTruth
-from sim.sumo.config import SumoTraffic
+from sim.physical.physical_config import PhysicalConfig
+from sim.roster import Cast, Member
 from sim.sumo.ego import await_ego
-from sim.sumo.input import sumo_command
+from sim.sumo.input_checks import sumo_command
 from sim.sumo.reader import SumoReader
+from sim.sumo.sumo_config import SumoTraffic
 
 Floats = npt.NDArray[np.float64]
 

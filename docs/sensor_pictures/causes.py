@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from sensor_pictures.stage import CAUSE_COLORS, SRX, Scene, label, noise, outline, save, scene, sense, sheet
 
 from sensor_model.noise.calibration import CalibrationError
-from sensor_model.noise.config import NoiseConfig
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.truth import Cause
 from sim.scripted.script import ScriptedActor, ScriptedObstacle
 

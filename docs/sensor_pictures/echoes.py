@@ -19,9 +19,9 @@ from sensor_pictures.stage import (
     sheet,
 )
 
-from sensor_model.sensor import SensorConfig
+from sensor_model.rig.unit import UnitModel
+from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Part
-from sensor_model.unit import UnitModel
 from sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 EDGE_DEG = 3.4

@@ -19,8 +19,8 @@ from sensor_pictures.stage import (
     sheet,
 )
 
-from sensor_model.sensor import SensorConfig
-from sensor_model.unit import Fan, UnitModel
+from sensor_model.rig.unit import Fan, UnitModel
+from sensor_model.sensor_config import SensorConfig
 from sim.scripted.script import ScriptedActor
 
 DISTANCE_M = 20.0

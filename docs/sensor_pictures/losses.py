@@ -5,15 +5,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import LUX, SRX, Scene, cast, label, noise, one_unit, save, scene, sense
 
-from sensor_model.beams import beam_table
-from sensor_model.draws import Draws
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
 from sensor_model.noise.dirt import Dirt
 from sensor_model.noise.dropout import Dropout
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.outage import FixedOutage, Outage, Outages
+from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.sun import Sun
-from sensor_model.sensor import SensorConfig
+from sensor_model.rig.beams import beam_table
+from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Loss, Part
 from sim.scripted.script import ScriptedActor, ScriptedObstacle
 

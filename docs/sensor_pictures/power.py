@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from sensor_pictures.stage import LUX, Scene, cast, label, noise, one_unit, only_beam, save, scene, sense, sheet
 
 from sensor_model.noise.dropout import Dropout
-from sensor_model.rig import Rig
+from sensor_model.rig.rig import Rig
+from sensor_model.rig.unit import Fan
 from sensor_model.truth import Part
-from sensor_model.unit import Fan
 from sim.scripted.script import ScriptedObstacle
 
 PAINTS = {"black": 0.04, "dark metallic": 0.1, "silver": 0.4, "white": 0.7}

@@ -8,10 +8,10 @@ from sensor_pictures.attitude import LAYER_COLORS
 from sensor_pictures.stage import CAUSE_COLORS, LUX, Floats, label, noise, one_unit, save, scene, sheet
 
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.outliers import Outliers
-from sensor_model.rig import Rig
-from sensor_model.sensor import SensorConfig
+from sensor_model.rig.rig import Rig
+from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Cause, Part
 from sim.scripted.script import ScriptedObstacle
 

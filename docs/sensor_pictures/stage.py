@@ -9,19 +9,19 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sensor_model.beams import BeamTable, beam_table
-from sensor_model.bodies import Bodies, BodyShop
-from sensor_model.cast import Caster, Echoes
+from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
-from sensor_model.rig import SHIPPED, Mount, Rig, load_rig, load_unit
-from sensor_model.sensor import SensorConfig
-from sensor_model.sweep import Setting
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.raycaster import Caster, Echoes
+from sensor_model.rig.beams import BeamTable, beam_table
+from sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
+from sensor_model.rig.unit import UnitModel
+from sensor_model.scan_context import Setting
+from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Cause, Part, ScanTruth
-from sensor_model.unit import UnitModel
-from sensor_model.walls import walls_of
 from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
-from sim.scripted.source import ScriptedSource, ScriptedTraffic
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 

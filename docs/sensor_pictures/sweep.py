@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from sensor_pictures.stage import SRX, Scene, label, one_unit, outline, save, scene, sense, sheet
 
-from sensor_model.beams import beam_table
-from sensor_model.rig import SHIPPED, load_unit
-from sensor_model.sensor import SensorConfig
+from sensor_model.rig.beams import beam_table
+from sensor_model.rig.rig import SHIPPED, load_unit
+from sensor_model.sensor_config import SensorConfig
 from sim.scripted.motions import Arc, Straight
 from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 

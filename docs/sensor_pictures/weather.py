@@ -22,7 +22,7 @@ from sensor_pictures.stage import (
 from sensor_model.lidar import Lidar
 from sensor_model.noise.rain import Rain, extinction
 from sensor_model.noise.spray import Spray
-from sensor_model.sensor import SensorConfig
+from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Cause, Part
 from sim.scripted.motions import Straight
 from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle

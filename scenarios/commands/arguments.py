@@ -16,7 +16,7 @@ StudyName = Annotated[
     str, typer.Argument(metavar="STUDY", help="A name from `luxloop list --studies`, or the path of a .toml file.")
 ]
 Tracker = Annotated[
-    str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/device.py.")
+    str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/run/device.py.")
 ]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes of this computer, else one for each of its cores.")]
 Scheduler = Annotated[

@@ -18,15 +18,16 @@ def compare(
     """Compare runs of the same scenarios and seeds, and exit with 1 if HEAD is worse or newly fails."""
     import json
 
-    from scenarios import report
-    from scenarios.compare import pairing, reading, table, verdict
-    from scenarios.compare.document import document
+    from scenarios.compare import comparison as verdict
+    from scenarios.compare import comparison_table, run_pairs, sides
+    from scenarios.compare.comparison_json import document
+    from scenarios.report import text
 
-    comparison = verdict.compare(pairing.pair(reading.read(base), reading.read(head)))
+    comparison = verdict.compare(run_pairs.pair(sides.read(base), sides.read(head)))
     if as_json:
         print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))
     else:
-        report.show(table.report(comparison))
+        text.show(comparison_table.report(comparison))
     raise typer.Exit(1 if comparison.failed or comparison.verdict == "worse" else 0)
 
 
@@ -35,11 +36,11 @@ def baseline(
     out: Annotated[Path, typer.Option(help="The file, to be committed; an earlier baseline there is replaced.")],
 ) -> None:
     """Write a baseline file for `luxloop compare`: the only way in which one ever changes."""
-    from scenarios.compare import baseline as file
-    from scenarios.compare import reading
-    from scenarios.compare.pairing import listed
+    from scenarios.compare import baseline_file as file
+    from scenarios.compare import sides
+    from scenarios.compare.run_pairs import listed
 
-    side = reading.read_runs(runs)
+    side = sides.read_runs(runs)
     before = {run.key: run for run in file.read(out)} if out.exists() else {}
     file.write(out, list(side.runs.values()))
     changed = [key for key in side.runs if key in before and side.runs[key].trace_hash != before[key].trace_hash]

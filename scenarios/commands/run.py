@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, Tracker, overrides
-from scenarios.commands.complaint import complain
+from scenarios.commands.error_line import complain
 from scenarios.oracle.stage import Stage
 
 if TYPE_CHECKING:
@@ -35,12 +35,14 @@ def run(
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
 
-    from scenarios import listing, report, run_folder
     from scenarios.execute import execute, usual_folder
-    from scenarios.oracle.factory import choose
-    from scenarios.scenario import Scenario
+    from scenarios.files import shipped
+    from scenarios.files.scenario import Scenario
+    from scenarios.oracle.device_choice import choose
+    from scenarios.report import text
+    from scenarios.run import run_folder
 
-    chosen = Scenario.load(listing.find(scenario), overrides(seed, duration))
+    chosen = Scenario.load(shipped.find(scenario), overrides(seed, duration))
     make_device = choose(tracker, oracle or [])
     out = out or usual_folder(chosen, oracle or [])
     outcome = execute(
@@ -50,7 +52,7 @@ def run(
     if as_json:
         print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
     else:
-        report.show(outcome.report)
+        text.show(outcome.report)
         print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
         if dataset_to:
             print(f"The data set is in {dataset_to}")
@@ -63,16 +65,17 @@ def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, 
     """Tell which stage of the shipped tracker costs what, by putting the truth in the place of each in turn."""
     import json
 
-    from scenarios import listing, report
-    from scenarios.blame import document, find_out
-    from scenarios.report_blame import tell
-    from scenarios.scenario import Scenario
+    from scenarios.files import shipped
+    from scenarios.files.scenario import Scenario
+    from scenarios.oracle.stage_blame import document, find_out
+    from scenarios.report import text
+    from scenarios.report.blame_tables import tell
 
-    found = find_out(Scenario.load(listing.find(scenario), overrides(seed, duration)))
+    found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
     if as_json:
         print(json.dumps(document(found), allow_nan=False))
     else:
-        report.show(tell(found))
+        text.show(tell(found))
     code, result = 0, found.shipped
     if not result.complete:
         code = _complain_of_the_end(result, f"the figures are of the {result.frames} frames until then")

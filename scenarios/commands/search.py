@@ -19,17 +19,17 @@ def search(
 
     Exit with 1 if one is found. A second start repeats no run of an earlier one.
     """
-    from scenarios import report
-    from scenarios.device import SHIPPED
-    from scenarios.search.search import search as look
-    from scenarios.study.study import Study, find
+    from scenarios.report import text
+    from scenarios.run.device import SHIPPED
+    from scenarios.search.adversary import search as look
+    from scenarios.study.study_file import Study, find
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("searches") / path.stem
     found = look(Study.load(path), tracker or SHIPPED, out, _tell, count, scheduler)
     if found is None:
         return
-    report.show(found.outcome.report)
+    text.show(found.outcome.report)
     print(f"{found.file} fails: {found.what}")
     print(f"To run it: luxloop run {found.file}; to watch it: luxloop view {found.outcome.out}")
     raise typer.Exit(1)

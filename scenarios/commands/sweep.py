@@ -8,7 +8,7 @@ import typer
 from scenarios.commands.arguments import AsJson, Scheduler, StudyName, Tracker, Workers, worker_count
 
 if TYPE_CHECKING:
-    from scenarios.study.sweep import Sweep
+    from scenarios.study.sweep_runs import Sweep
 
 
 def sweep(
@@ -28,10 +28,10 @@ def sweep(
     """
     import json
 
-    from scenarios.device import SHIPPED
-    from scenarios.study.study import Study, find
+    from scenarios.run.device import SHIPPED
+    from scenarios.study.study_file import Study, find
     from scenarios.study.study_page import report
-    from scenarios.study.sweep import sweep as carry_out
+    from scenarios.study.sweep_runs import sweep as carry_out
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
@@ -46,7 +46,7 @@ def sweep(
 
 def document(done: "Sweep", out: Path) -> dict[str, Any]:
     """Return what `--json` prints."""
-    from scenarios.study.rows import RUNS
+    from scenarios.study.row_store import RUNS
     from scenarios.study.study_page import REPORT
 
     return {

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from scenarios import run_folder
 from scenarios.compare.sums import VehicleSums, vehicle_sums
 from scenarios.errors import OutputError
-from scenarios.expect import Limit, Outcome, check
-from scenarios.grading.config import GradingConfig
+from scenarios.files.expect import Limit, Outcome, check
+from scenarios.grading.grading_config import GradingConfig
 from scenarios.result import Result
+from scenarios.run import run_folder
 
 PROSE = ("description", "reason", "suite")
 """Keys of a scenario that change nothing in its runs."""

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.compare.headline import Headline
+from scenarios.compare.compared_metrics import Headline
 from scenarios.grading.bootstrap import QUANTILES
-from scenarios.grading.geometry import Floats
+from scenarios.grading.plane_geometry import Floats
 
 RESAMPLES = 2000
 SEED = 0

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.compare.matching import ALPHAS, match
-from scenarios.grading import occlusion, track
-from scenarios.grading.config import GradingConfig
-from scenarios.grading.geometry import Floats, Ints
+from scenarios.compare.vehicle_sums import ALPHAS, match
+from scenarios.grading import occlusion_metrics, track_metrics
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.plane_geometry import Floats, Ints
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODELS
 
@@ -69,7 +69,7 @@ class _Rows(NamedTuple):
 
 
 def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> VehicleSums:
-    """Add up the tables of a run, `scenarios/grading/tables.py`, by vehicle.
+    """Add up the tables of a run, `scenarios/grading/frame_tables.py`, by vehicle.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
 
 def _follow(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> tuple[dict[str, Floats], Ints]:
     """Whom the tracks follow; a track on a graded vehicle is reported of it, any other one of nobody."""
-    sequence = track.sequence(tables["truth"], tables["tracks"], tables["overlaps"])
+    sequence = track_metrics.sequence(tables["truth"], tables["tracks"], tables["overlaps"])
     matching, vehicle = match(sequence, config.hit_iou_min), sequence["actor_ids"]
     reported = tables["tracks"]
     reported = reported[reported["verdict"].isin(["graded", "false"])]
@@ -160,7 +160,7 @@ def _occlusions(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: Grading
     """Occlusions, and how many of them the track outlived."""
     found = [
         (vehicle, episode.survived)
-        for vehicle, episode in occlusion.by_vehicle(tables["truth"], tables["tracks"], config)
+        for vehicle, episode in occlusion_metrics.by_vehicle(tables["truth"], tables["tracks"], config)
     ]
     vehicle, survived = np.reshape(found, (-1, 2)).T
     return {"occlusions": rows.sum(vehicle), "survived": rows.sum(vehicle, survived)}

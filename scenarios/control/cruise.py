@@ -7,7 +7,7 @@ Physical Review E 62 (2000) 1805.
 import math
 from dataclasses import dataclass
 
-from scenarios.control.config import CruiseConfig
+from scenarios.control.control_config import CruiseConfig
 from scenarios.control.corridor import Lead, lead_of
 from scenarios.control.surroundings import Surroundings
 

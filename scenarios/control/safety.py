@@ -8,9 +8,9 @@ import pandas as pd
 
 from scenarios.control.corridor import lead_of
 from scenarios.control.surroundings import truth_around
-from scenarios.grading.geometry import iou_table, turned
-from scenarios.grading.metrics import DRIVERS, SAFETY
-from scenarios.grading.sheet import MetricSheet
+from scenarios.grading.metric_names import DRIVERS, SAFETY
+from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.plane_geometry import iou_table, turned
 from scenarios.result import Metric
 from sim.world import WorldFrame
 

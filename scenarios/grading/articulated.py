@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scenarios.grading.geometry import Floats, Ints, turned
+from scenarios.grading.plane_geometry import Floats, Ints, turned
 from sim.articulation import hitch
 
 

@@ -8,7 +8,7 @@ Application, section 3.8). The interval is the percentiles', of as many vehicles
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.grading.geometry import Floats, Ints
+from scenarios.grading.plane_geometry import Floats, Ints
 
 RESAMPLES = 1000
 SEED = 0

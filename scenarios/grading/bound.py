@@ -22,10 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.grading.geometry import Floats, Ints
-from scenarios.grading.instant import Instant
-from sensor_model.noise.config import NoiseConfig
-from sensor_model.rig import Rig
+from scenarios.grading.frame_truth import Instant
+from scenarios.grading.plane_geometry import Floats, Ints
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.rig.rig import Rig
 from sensor_model.truth import Cause
 from sensor_model.visibility import MAX_CLEAN_DEPTH
 from sim.world import Kind

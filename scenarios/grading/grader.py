@@ -5,19 +5,29 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from scenarios.grading import dataset, fit, mma, modes, occlusion, outliers, segmentation, tables, track
+from scenarios.grading import (
+    dataset_statistics,
+    fit_metrics,
+    frame_tables,
+    mma_metrics,
+    mode_metrics,
+    occlusion_metrics,
+    outlier_metrics,
+    segmentation_metrics,
+    track_metrics,
+)
 from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.bound import Ranging
-from scenarios.grading.config import GradingConfig
-from scenarios.grading.following import Following
-from scenarios.grading.frame import FrameGrade
-from scenarios.grading.geometry import QUARTER, Floats, Ints, wrap
-from scenarios.grading.instant import Instant
+from scenarios.grading.frame_grade import FrameGrade
+from scenarios.grading.frame_tables import TableBuilder
+from scenarios.grading.frame_truth import Instant
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.matching import Pairer
+from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.ownership import NOBODY, Ownership
-from scenarios.grading.pairing import Pairer
-from scenarios.grading.sheet import MetricSheet
+from scenarios.grading.plane_geometry import QUARTER, Floats, Ints, wrap
 from scenarios.grading.snapshots import Snapshots
-from scenarios.grading.tables import TableBuilder
+from scenarios.grading.track_matches import Following
 from scenarios.result import Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.world import WorldFrame
@@ -46,12 +56,12 @@ class Grader:
         self._ranging = ranging
         self._frames = 0
         self._pairer = Pairer(config)
-        self._truth = TableBuilder(tables.TRUTH)
-        self._tracks = TableBuilder(tables.TRACKS)
-        self._overlaps = TableBuilder(tables.OVERLAPS)
-        self._fits = TableBuilder(tables.FITS)
-        self._segments = TableBuilder(tables.SEGMENTS)
-        self._outliers = TableBuilder(tables.OUTLIERS)
+        self._truth = TableBuilder(frame_tables.TRUTH)
+        self._tracks = TableBuilder(frame_tables.TRACKS)
+        self._overlaps = TableBuilder(frame_tables.OVERLAPS)
+        self._fits = TableBuilder(frame_tables.FITS)
+        self._segments = TableBuilder(frame_tables.SEGMENTS)
+        self._outliers = TableBuilder(frame_tables.OUTLIERS)
         self._snapshots = Snapshots()
 
     def add(
@@ -96,10 +106,10 @@ class Grader:
     def _add_stages(self, now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
         """Enter the rows of segmentation, outlier removal and fitting; return the actors' segment shares."""
         share_min = self._config.part_share_min
-        self._segments.add(now.frame, segmentation.rows(now.actors.id, now.graded, ownership, share_min))
-        self._outliers.add(now.frame, outliers.rows(now.point_row, now.truth.cause, ownership, trace))
-        self._fits.add(now.frame, fit.rows(now, ownership, trace, self._ranging))
-        return segmentation.actor_shares(ownership, now.points, share_min)
+        self._segments.add(now.frame, segmentation_metrics.rows(now.actors.id, now.graded, ownership, share_min))
+        self._outliers.add(now.frame, outlier_metrics.rows(now.point_row, now.truth.cause, ownership, trace))
+        self._fits.add(now.frame, fit_metrics.rows(now, ownership, trace, self._ranging))
+        return segmentation_metrics.actor_shares(ownership, now.points, share_min)
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
         """Return every metric of `metrics.GRADED` by name, and the tables behind them."""
@@ -107,7 +117,7 @@ class Grader:
             "truth": self._truth.build(),
             "tracks": self._tracks.build(),
             "overlaps": self._overlaps.build(),
-            "fits": fit.measure(self._fits.build()),
+            "fits": fit_metrics.measure(self._fits.build()),
             "segments": self._segments.build(),
             "outliers": self._outliers.build(),
             **self._snapshots.tables(),
@@ -123,17 +133,17 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     truth, tracks = table["truth"], table["tracks"]
     traced = len(table["outliers"]) > 0  # every frame with a trace has a row per cause
     observations = truth[truth["graded"]]
-    no_vehicle = track.NO_TRUTH if traced else NO_TRACE
+    no_vehicle = track_metrics.NO_TRUTH if traced else NO_TRACE
     no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
     sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
-    dataset.grade(sheet, observations, frames)
-    fit.grade(sheet, table["fits"], len(observations) if traced else 0, no_segment)
-    segmentation.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
-    outliers.grade(sheet, table["outliers"], NO_TRACE)
-    mma.grade(sheet, tracks, config.nees_confidence)
-    modes.grade(sheet, tracks)
-    track.grade(sheet, truth, tracks, table["overlaps"], config)
-    occlusion.grade(sheet, truth, tracks, config)
+    dataset_statistics.grade(sheet, observations, frames)
+    fit_metrics.grade(sheet, table["fits"], len(observations) if traced else 0, no_segment)
+    segmentation_metrics.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
+    outlier_metrics.grade(sheet, table["outliers"], NO_TRACE)
+    mma_metrics.grade(sheet, tracks, config.nees_confidence)
+    mode_metrics.grade(sheet, tracks)
+    track_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
+    occlusion_metrics.grade(sheet, truth, tracks, config)
     return sheet.metrics
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.grading.geometry import Ints
+from scenarios.grading.plane_geometry import Ints
 from sensor_model.truth import NO_ACTOR
 from tracker.records import Segments
 

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.grading.following import Following
-from scenarios.grading.geometry import Floats, Ints
-from scenarios.grading.instant import Instant
-from scenarios.grading.pairing import NO_TRACK, Verdict
-from scenarios.grading.tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
+from scenarios.grading.frame_tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
+from scenarios.grading.frame_truth import Instant
+from scenarios.grading.matching import NO_TRACK, Verdict
+from scenarios.grading.plane_geometry import Floats, Ints
+from scenarios.grading.track_matches import Following
 from sensor_model.truth import NO_ACTOR
 from sim.world import Mode
 from tracker.records import Tracks

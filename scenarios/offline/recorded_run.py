@@ -8,14 +8,15 @@ from pathlib import Path
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
-from scenarios import run_folder, whole_folder
 from scenarios.errors import OutputError
-from scenarios.grading import tables
-from scenarios.grading.tables import Schema
+from scenarios.files import atomic_folder
+from scenarios.files.scenario import Scenario
+from scenarios.grading import frame_tables
+from scenarios.grading.frame_tables import Schema
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.result import Result
-from scenarios.scenario import Scenario
-from sensor_model.rig import Rig
+from scenarios.run import run_folder
+from sensor_model.rig.rig import Rig
 
 NOT_OF_THE_SCENARIO = ("rig", "device")
 """Keys of the effective config that a scenario file has not, or not like this."""
@@ -40,10 +41,10 @@ class RecordedRun:
         OutputError
             The folder holds no run, not the whole of one, or one whose settings or tables have changed since.
         """
-        if whole_folder.is_unfinished(folder):
+        if atomic_folder.is_unfinished(folder):
             raise OutputError(f"{folder}: was left by a run that was killed; run the scenario again")
         result = run_folder.read(folder)
-        restored = {name: _restore(folder, result, name, schema) for name, schema in tables.SCHEMAS.items()}
+        restored = {name: _restore(folder, result, name, schema) for name, schema in frame_tables.SCHEMAS.items()}
         settings = {key: value for key, value in result.config.items() if key not in NOT_OF_THE_SCENARIO}
         try:
             scenario = Scenario.model_validate_json(json.dumps(settings))

@@ -6,19 +6,19 @@ from typing import Any
 
 import pandas as pd
 
-from scenarios import device, versions, warm_up
-from scenarios.device import Device, DeviceFactory
 from scenarios.errors import ScenarioError
+from scenarios.files.scenario import Scenario
 from scenarios.grading import grader
 from scenarios.grading.bound import Ranging
-from scenarios.grading.metrics import GRADED
+from scenarios.grading.metric_names import GRADED
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.offline.track_file import TrackFile
 from scenarios.result import Metric, Result
-from scenarios.scenario import Scenario
-from scenarios.speed import Stopwatch
-from scenarios.trace import TraceHash
+from scenarios.run import device, versions, warm_up
+from scenarios.run.device import Device, DeviceFactory
+from scenarios.run.stopwatch import Stopwatch
+from scenarios.run.trace_hash import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
 """No part of grading."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 import pyarrow.parquet as pq
 
-from scenarios.dataset_columns import Column
+from scenarios.dataset.dataset_columns import Column
 from scenarios.errors import TracksError
 from tracker.records import Status
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.errors import TracksError
-from scenarios.grading.geometry import Floats, Ints, into_frame, nearest_sign, turned
+from scenarios.grading.plane_geometry import Floats, Ints, into_frame, nearest_sign, turned
 from scenarios.offline import track_columns
 from tracker.records import MODELS, Tracks
 from tracker.scan import Scan

@@ -9,10 +9,10 @@ from typing import Any
 
 import tomli_w
 
-from scenarios import whole_file
 from scenarios.errors import OutputError
-from scenarios.expect import Limit
-from scenarios.search.bench import Json
+from scenarios.files import atomic_file
+from scenarios.files.expect import Limit
+from scenarios.search.evaluator import Json
 
 HEAD = ("description", "reason", "suite", "seed", "duration_s", "traffic")
 """The order in which a person reads a scenario; what else there is follows, `[expect]` last."""
@@ -48,7 +48,7 @@ def write(document: Json, made_at: Path, path: Path) -> None:
     last = [key for key in moved if key not in (*HEAD, "expect")]
     ordered = {key: moved[key] for key in (*HEAD, *last, "expect") if key in moved}
     try:
-        with whole_file.create(path) as partial:
+        with atomic_file.create(path) as partial:
             partial.write_text(_text(ordered), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another folder with --out") from error

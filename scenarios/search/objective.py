@@ -3,8 +3,8 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from scenarios.expect import Limit
-from scenarios.study.vary import Value, Vary
+from scenarios.files.expect import Limit
+from scenarios.study.parameter import Value, Vary
 
 NOTHING_SHOWN = 3.0
 """Score of a run that says nothing of the metric: worse than all that do."""

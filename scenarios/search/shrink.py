@@ -7,12 +7,12 @@ from collections.abc import Callable
 from itertools import chain, repeat
 
 from scenarios.errors import StudyError
-from scenarios.search import trim
-from scenarios.search.bench import Bench, Json
-from scenarios.search.hunt import Finding, Make, Tell, spell
+from scenarios.search import reductions
+from scenarios.search.evaluator import Bench, Json
 from scenarios.search.objective import distance, size
-from scenarios.study.study import Study
-from scenarios.study.vary import Value, Vary
+from scenarios.search.optimise import Finding, Make, Tell, spell
+from scenarios.study.parameter import Value, Vary
+from scenarios.study.study_file import Study
 
 HALVINGS = 5
 """Of the way back to neutral: what is left is at most a thirty-second of it too far."""
@@ -20,16 +20,16 @@ HALVINGS = 5
 
 def shrink(study: Study, finding: Finding, bench: Bench, make: Make, tell: Tell) -> Json:
     """Return the smallest scenario to which a finding shrinks."""
-    parameters, cuts = dict(finding.parameters), list[trim.Cut]()
+    parameters, cuts = dict(finding.parameters), list[reductions.Cut]()
 
     def scene() -> Json:
-        return trim.carry_out(cuts, make(parameters, finding.seed))
+        return reductions.carry_out(cuts, make(parameters, finding.seed))
 
     while True:
         before = (dict(parameters), len(cuts))
         for vary in study.vary:
             _calm(vary, parameters, lambda: bench.fails(scene()), tell)
-        for cut in (cut for kind in trim.KINDS for cut in kind(scene())):
+        for cut in (cut for kind in reductions.KINDS for cut in kind(scene())):
             smaller = cut.apply(scene())
             if smaller != scene() and bench.fails(smaller):
                 cuts.append(cut)
@@ -37,7 +37,7 @@ def shrink(study: Study, finding: Finding, bench: Bench, make: Make, tell: Tell)
         if before == (parameters, len(cuts)):
             break
     tell(f"its size was {finding.size:.3f} and is {size(study.vary, parameters):.3f}")
-    return trim.end(scene(), bench, tell)
+    return reductions.end(scene(), bench, tell)
 
 
 def _calm(vary: Vary, parameters: dict[str, Value], fails: Callable[[], bool], tell: Tell) -> None:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy import stats
 
-from scenarios.study.task import BROKEN
+from scenarios.study.worker import BROKEN
 
 Floats = npt.NDArray[np.float64]
 

@@ -14,14 +14,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from scenarios import listing, toml_file
 from scenarios.errors import ScenarioError, StudyError
-from scenarios.listing import CATALOG
-from scenarios.scenario import Scenario
+from scenarios.files import shipped, toml_file
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import CATALOG
+from scenarios.run.versions import installed
 from scenarios.study.keys import with_values
-from scenarios.study.study import Json, Study
-from scenarios.study.vary import Value, Vary
-from scenarios.versions import installed
+from scenarios.study.parameter import Value, Vary
+from scenarios.study.study_file import Json, Study
 
 SAMPLING_SEED = 0
 """Of the Latin hypercube: the same study has the same combinations, today and tomorrow."""
@@ -141,7 +141,7 @@ def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
         scene = _scene(study)
         name = study.scenario.partition(":")[2]
         return (lambda values: _staged(study, scene, values)), study.path.with_name(f"{name}.toml").absolute()
-    path = (study.path.parent / listing.find(study.scenario)).absolute()  # paths start at the file
+    path = (study.path.parent / shipped.find(study.scenario)).absolute()  # paths start at the file
     document = toml_file.read(path)
     return (lambda values: with_values(document, values)), path
 

@@ -11,13 +11,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
 
-from scenarios import whole_file
 from scenarios.errors import OutputError
-from scenarios.grading.metrics import REGISTRY
-from scenarios.html.figure import STYLE, Figure, draw, note
-from scenarios.html.palette import INK, PAGE, SERIES
+from scenarios.files import atomic_file
+from scenarios.grading.metric_names import REGISTRY
+from scenarios.report.html.palette import INK, PAGE, SERIES
+from scenarios.report.html.svg_figure import STYLE, Figure, draw, note
 from scenarios.study.curves import estimates, is_yes_or_no, levels
-from scenarios.study.study import Curve, Study
+from scenarios.study.study_file import Curve, Study
 
 MARKERS = "osD^vP"
 PANEL_IN = (2.9, 3.3)
@@ -63,7 +63,7 @@ class Picture:
             heading = textwrap.fill(self.title, int(LETTERS_PER_INCH * self.size_in[0]))
             canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
             try:
-                with whole_file.create(path) as partial:
+                with atomic_file.create(path) as partial:
                     canvas.savefig(partial, dpi=PIXELS_PER_INCH, format="png", metadata={"Software": None})
             except OSError as error:
                 raise OutputError(

@@ -5,13 +5,13 @@ from pathlib import Path
 import pandas as pd
 
 from scenarios.errors import OutputError
-from scenarios.html import pages
-from scenarios.html.tables import Cell, PageTable, Row
+from scenarios.report.html import pages
+from scenarios.report.html.page_tables import Cell, PageTable, Row
 from scenarios.study.curves import LEVELS, differences, estimates, measured
 from scenarios.study.figures import Picture, label, picture, text
-from scenarios.study.study import Curve, Study
-from scenarios.study.sweep import Sweep
-from scenarios.study.task import BROKEN
+from scenarios.study.study_file import Curve, Study
+from scenarios.study.sweep_runs import Sweep
+from scenarios.study.worker import BROKEN
 
 REPORT = "report.html"
 PICTURES = "pictures"

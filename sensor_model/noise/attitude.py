@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from sensor_model.draws import Draws, Purpose
+from sensor_model.noise.random_draws import Draws, Purpose
 
 Floats = npt.NDArray[np.float64]
 

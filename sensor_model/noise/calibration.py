@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from sensor_model.beams import UnitTable
-from sensor_model.draws import Draws, Purpose
+from sensor_model.noise.random_draws import Draws, Purpose
+from sensor_model.rig.beams import UnitTable
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

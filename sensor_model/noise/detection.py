@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable
-from sensor_model.draws import Draws
-from sensor_model.noise.config import NoiseConfig
 from sensor_model.noise.dirt import window_transmission
 from sensor_model.noise.dropout import Sensitivity
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.outage import Outages
+from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.sun import Glare
 from sensor_model.noise.thresholds import Thresholds
+from sensor_model.rig.beams import BeamTable
 from sensor_model.truth import Loss
 
 Floats = npt.NDArray[np.float64]

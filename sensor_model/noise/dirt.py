@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable
-from sensor_model.noise.names import ALL_UNITS, rows_of
+from sensor_model.rig.beams import BeamTable
+from sensor_model.rig.unit_names import ALL_UNITS, rows_of
 
 Floats = npt.NDArray[np.float64]
 

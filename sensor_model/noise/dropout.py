@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import logit
 
-from sensor_model.beams import BeamTable
-from sensor_model.draws import Draws, Purpose
 from sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
+from sensor_model.noise.random_draws import Draws, Purpose
+from sensor_model.rig.beams import BeamTable
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]

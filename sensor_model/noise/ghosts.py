@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable
-from sensor_model.bodies import Bodies
+from sensor_model.bodies.scene import Bodies
 from sensor_model.kernels.mirrors import bright_mirrors
-from sensor_model.noise.clutter import Clutter, unit_directions
+from sensor_model.noise.clutter_mixing import Clutter, unit_directions
 from sensor_model.returns import Returns
-from sensor_model.sweep import Setting
+from sensor_model.rig.beams import BeamTable
+from sensor_model.scan_context import Setting
 from sensor_model.truth import Cause, Part
 
 Floats = npt.NDArray[np.float64]

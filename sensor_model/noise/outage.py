@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.draws import Draws, Purpose
 from sensor_model.kernels import noise as kernels
-from sensor_model.noise.names import rows_of
+from sensor_model.noise.random_draws import Draws, Purpose
+from sensor_model.rig.unit_names import rows_of
 
 Bools = npt.NDArray[np.bool_]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.draws import Draws, Purpose
+from sensor_model.noise.random_draws import Draws, Purpose
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable
-from sensor_model.draws import Draws
-from sensor_model.noise.config import NoiseConfig
+from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.outliers import gross_error
+from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.range_error import range_error
+from sensor_model.rig.beams import BeamTable
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable
-from sensor_model.bodies import Bodies
-from sensor_model.draws import Draws, Purpose
+from sensor_model.bodies.scene import Bodies
 from sensor_model.kernels.clusters import cluster_echoes
-from sensor_model.noise.clutter import Clutter, droplets, unit_directions
+from sensor_model.noise.clutter_mixing import Clutter, droplets, unit_directions
+from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
-from sensor_model.sweep import Setting
+from sensor_model.rig.beams import BeamTable
+from sensor_model.scan_context import Setting
 from sensor_model.truth import Cause
 
 Floats = npt.NDArray[np.float64]

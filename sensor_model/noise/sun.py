@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.beams import BeamTable
+from sensor_model.rig.beams import BeamTable
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]

@@ -5,15 +5,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim.cast import Member
 from sim.kinematics import Kinematics, RawFrame
-from sim.physical.config import PhysicalConfig
-from sim.physical.kernels.note import note
-from sim.physical.kernels.settle import settle
+from sim.physical.body_tables import Tables
+from sim.physical.kernels.frame_motion import settle
+from sim.physical.kernels.poses_in import note
 from sim.physical.lane_change import LaneChange
 from sim.physical.limits import BEHIND_S
+from sim.physical.physical_config import PhysicalConfig
 from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
-from sim.physical.tables import Tables
+from sim.roster import Member
 from sim.world import Ints
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sim.obstacles import Prism
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
-from sim.street import Prism
 from sim.world import Floats
 
 ROOT = "commonRoad"

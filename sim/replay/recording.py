@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from sim.obstacles import Prism
 from sim.scripted.script import SIZE_BY_KIND, KindName, Size
 from sim.source import TrafficInputError
-from sim.street import Prism
 from sim.world import Floats, Ints, Kind
 
 KIND_BY_NAME = {kind.name.lower().replace("_", "-"): kind for kind in Kind}

@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from sim.obstacles import Prism, StreetKind, build
 from sim.scripted.motions import Motion, Spin, Static, require_sequence
-from sim.street import Prism, StreetKind, build
 from sim.world import Floats, Kind
 
 KindName = Literal[

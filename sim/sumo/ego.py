@@ -23,7 +23,7 @@ def await_ego(sumo: Any, ego: str, until: float) -> str:
     sumo
         The libsumo module, running.
     ego
-        Whom to wait for, see `sim.sumo.config.SumoTraffic`.
+        Whom to wait for, see `sim.sumo.sumo_config.SumoTraffic`.
     until
         When to give up, on SUMO's clock [s].
 

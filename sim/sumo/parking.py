@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sim.paint import actor_rng
-from sim.sumo.input import input_files, is_left_hand, text_of
-from sim.sumo.places import Place, places_of
+from sim.reflectivity import actor_rng
+from sim.sumo.input_checks import input_files, is_left_hand, text_of
+from sim.sumo.parking_places import Place, places_of
 from sim.world import Kind
 
 DEFAULT_CAR = (5.0, 1.8, 1.5)
@@ -19,7 +19,7 @@ SHORTEST, NARROWEST = 3.0, 1.4
 """[m] Places that are smaller are not for cars, and stay empty."""
 
 _PARKING_STREAM = 3
-"""Of the counter-based draws; the others are in `sim.paint` and `sim.redraw`."""
+"""Of the counter-based draws; the others are in `sim.reflectivity` and `sim.default_sizes`."""
 _SENT_TO = re.compile(r"""parkingArea\s*=\s*["']([^"']+)|<parkingAreaReroute\s[^>]*?id\s*=\s*["']([^"']+)""")
 
 
@@ -45,7 +45,7 @@ def parked_cars(command: Sequence[str], lanes: Any, fill: float, seed: int) -> l
     Parameters
     ----------
     command
-        SUMO's command line, by `sim.sumo.input.sumo_command`. Its route and additional files are read.
+        SUMO's command line, by `sim.sumo.input_checks.sumo_command`. Its route and additional files are read.
     lanes
         libsumo's domain of lanes.
     fill

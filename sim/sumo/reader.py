@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from sim.cast import EGO_ID, Cast, Member
 from sim.kinematics import RawFrame
 from sim.origin import origin_near
-from sim.sumo.bodies import kind_of_shape
-from sim.sumo.lives import Body, Lives, Parking, Point
+from sim.roster import EGO_ID, Cast, Member
+from sim.sumo.parked_cars import Pose, Standing
 from sim.sumo.parking import ParkedCar
-from sim.sumo.standing import Pose, Standing
+from sim.sumo.teleports import Body, Lives, Parking, Point
+from sim.sumo.vehicle_kinds import kind_of_shape
 from sim.world import Floats, Kind
 
 MARGIN = 60.0

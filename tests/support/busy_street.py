@@ -6,8 +6,8 @@ from pathlib import Path
 
 from support import short_run
 
-from scenarios import blame
-from scenarios.scenario import Scenario
+from scenarios.files.scenario import Scenario
+from scenarios.oracle import stage_blame
 
 TEXT = """\
 description = "A car stops and goes, one comes towards the ego, and two are parked too near each other."
@@ -67,6 +67,6 @@ def scenario(text: str = TEXT) -> Scenario:
 
 
 @cache
-def blamed() -> blame.Blame:
+def blamed() -> stage_blame.Blame:
     """The shipped tracker and its oracles on the street, run once for all tests that only look at them."""
-    return blame.find_out(scenario())
+    return stage_blame.find_out(scenario())

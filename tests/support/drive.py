@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.grading.frame import FrameGrade
+from scenarios.grading.frame_grade import FrameGrade
 from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth
 from sim.world import Actors, Ego, Kind, Mode, Obstacles, WorldFrame
 from tracker.records import METHODS, Boxes, Candidates, Linkage, Segments, Status, StepTrace, Tracks

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenarios.oracle.detector import OracleDetector
-from scenarios.oracle.tracker import OracleTracker
-from tracker.bank import SelectedBank
-from tracker.detector import Detector
+from scenarios.oracle.oracle_detector import OracleDetector
+from scenarios.oracle.oracle_tracker import OracleTracker
+from tracker.detection.detector import Detector
+from tracker.detection.segmentation import SegmentationConfig, segment
 from tracker.geometry import fold
 from tracker.records import MODELS
-from tracker.segmentation import SegmentationConfig, segment
 from tracker.tracker import Tracker
+from tracker.tracking.filter_bank import SelectedBank
 
 REACH_M = 4.0
 BIAS_RAD = np.radians(5.0)

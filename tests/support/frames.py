@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenarios import device
-from scenarios.grading.config import GradingConfig
 from scenarios.grading.grader import Grader
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.run import device
 from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
 from sim.world import Actors, Ego, Kind, Mode, WorldFrame
 from tracker.records import (

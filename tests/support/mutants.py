@@ -13,12 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scenarios import listing
-from scenarios.grading.metrics import METRICS
-from scenarios.scenario import Scenario
+from scenarios.files import shipped
+from scenarios.files.scenario import Scenario
+from scenarios.grading.metric_names import METRICS
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
-ORIGINALS = tuple(path for folder in (listing.CATALOG, EXAMPLES) for path in sorted(folder.rglob("*.toml")))
+ORIGINALS = tuple(path for folder in (shipped.CATALOG, EXAMPLES) for path in sorted(folder.rglob("*.toml")))
 SHORT_S = 0.16
 """[s] Two frames."""
 LONGEST_S = 86_400.0

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from support.naive_caster import Ray, everything, meet_body, nearest, pose_at, scene_at
 
-from sensor_model.cast import GROUND_REFLECTIVITY
+from sensor_model.raycaster import GROUND_REFLECTIVITY
 from sensor_model.returns import GROUND, WALL
 
 

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of `tracker.kernels.faces`, `corners` and `outline`: numpy where the kernel has a loop."""
+"""Slow, obvious twins of `tracker.detection.kernels.faces`, `corners` and `outline`: numpy where the kernel has a loop."""
 
 import itertools
 

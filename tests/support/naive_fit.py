@@ -1,4 +1,4 @@
-"""Slow, obvious twins of `tracker.kernels`: every pair, every matrix, numpy where the kernel has a loop."""
+"""Slow, obvious twins of `tracker.detection.kernels`: every pair, every matrix, numpy where the kernel has a loop."""
 
 import math
 

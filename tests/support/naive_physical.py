@@ -8,6 +8,7 @@ import numpy as np
 
 from sim.articulation import hitch
 from sim.kinematics import Kinematics, wrap_angle
+from sim.physical.body_tables import REAR_AXLE, SHORTEST_LEAD
 from sim.physical.lane_change import LaneChange
 from sim.physical.limits import (
     AHEAD_S,
@@ -41,7 +42,6 @@ from sim.physical.limits import (
     YAW_RATE_ON_WHEELS,
 )
 from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
-from sim.physical.tables import REAR_AXLE, SHORTEST_LEAD
 from sim.world import Kind
 
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sim.sumo.config import SumoTraffic
-from sim.sumo.source import SumoSource
+from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.sumo_source import SumoSource
 
 NETS = Path(__file__).parents[1] / "nets"
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor_model.beams import beam_table
-from sensor_model.draws import Draws
-from sensor_model.noise.config import Dropout, NoiseConfig
 from sensor_model.noise.detection import Detection
+from sensor_model.noise.noise_config import Dropout, NoiseConfig
+from sensor_model.noise.random_draws import Draws
 from sensor_model.returns import Returns
-from sensor_model.rig import load_rig
-from sensor_model.sweep import Setting
+from sensor_model.rig.beams import beam_table
+from sensor_model.rig.rig import load_rig
+from sensor_model.scan_context import Setting
 
 RIG = load_rig("srx_six_lux", Path())
 BEAMS = beam_table(RIG)

@@ -9,17 +9,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scenarios import listing, loop
 from scenarios.compare.digest import RunDigest, digest
-from scenarios.grading import tables
-from scenarios.grading.following import Following
-from scenarios.grading.geometry import turned
+from scenarios.files import shipped
+from scenarios.files.scenario import Scenario
+from scenarios.grading import frame_tables
+from scenarios.grading.frame_tables import TableBuilder
+from scenarios.grading.frame_truth import Instant
 from scenarios.grading.grader import Grader
-from scenarios.grading.instant import Instant
-from scenarios.grading.pairing import Pairer
-from scenarios.grading.tables import TableBuilder
+from scenarios.grading.matching import Pairer
+from scenarios.grading.plane_geometry import turned
+from scenarios.grading.track_matches import Following
 from scenarios.result import Result
-from scenarios.scenario import Scenario
+from scenarios.run import loop
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
@@ -98,7 +99,7 @@ class Recorded:
         What they have no part in, the stages before, stays as it is; `name` stands for the trace hash.
         """
         pairer = Pairer(self.scenario.grading)
-        tracks, overlaps, track_id = TableBuilder(tables.TRACKS), TableBuilder(tables.OVERLAPS), []
+        tracks, overlaps, track_id = TableBuilder(frame_tables.TRACKS), TableBuilder(frame_tables.OVERLAPS), []
         for frame, now, before in zip(self.frames, self.instants, self.followed, strict=True):
             changed = change(frame, *before)
             following = Following.of(now, changed, pairer)
@@ -125,7 +126,7 @@ def runs() -> list[Recorded]:
         street = Path(folder) / "street.toml"
         street.write_text(STREET, encoding="utf-8")
         streets = [Recorded.of(Scenario.load(street, {"seed": seed})) for seed in (1, 2, 3)]
-    crossing = Scenario.load(listing.find("sumo-crossing"), {"duration_s": 6.0})
+    crossing = Scenario.load(shipped.find("sumo-crossing"), {"duration_s": 6.0})
     return [*streets, Recorded.of(crossing)]
 
 

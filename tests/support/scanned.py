@@ -3,12 +3,12 @@
 from contextlib import closing
 from functools import cache
 
-from scenarios import loop
-from scenarios.grading.instant import Instant
-from scenarios.listing import paths
-from scenarios.scenario import Scenario
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import paths
+from scenarios.grading.frame_truth import Instant
+from scenarios.run import loop
 from sensor_model.lidar import Lidar
-from sensor_model.rig import load_rig
+from sensor_model.rig.rig import load_rig
 
 
 def load(name, seed=None):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tracker.geometry import rotate
-from tracker.observations import Observations
+from tracker.tracking.observations import Observations
 
 CORNERS = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
 

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor_model.beams import beam_table
-from sensor_model.bodies import BodyShop
+from sensor_model.bodies.scene import BodyShop
+from sensor_model.bodies.shapes import SHAPES
+from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
-from sensor_model.noise.config import NoiseConfig
-from sensor_model.rig import Mount, Rig, load_rig
-from sensor_model.sensor import SensorConfig
-from sensor_model.shapes import SHAPES
-from sensor_model.sweep import Setting
-from sensor_model.unit import Fan, UnitModel
-from sensor_model.walls import walls_of
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.rig.beams import beam_table
+from sensor_model.rig.rig import Mount, Rig, load_rig
+from sensor_model.rig.unit import Fan, UnitModel
+from sensor_model.scan_context import Setting
+from sensor_model.sensor_config import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 

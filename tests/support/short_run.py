@@ -4,9 +4,9 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from scenarios import device, loop
+from scenarios.files.scenario import Scenario
 from scenarios.result import Result
-from scenarios.scenario import Scenario
+from scenarios.run import device, loop
 
 FRAMES = 10
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tracker import boxes, rectangles, segmentation, selection, tlinkage
+from tracker.detection import boxes, rectangles, segmentation, selection, tlinkage
 from tracker.records import Boxes, Candidates, Linkage, Segments
 
 

@@ -1,4 +1,4 @@
-"""Trackers with one known fault each, to test the grader with. They are told the truth: `scenarios.device.Oracle`."""
+"""Trackers with one known fault each, to test the grader with. They are told the truth: `scenarios.run.device.Oracle`."""
 
 import math
 from dataclasses import dataclass, field, replace

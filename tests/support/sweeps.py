@@ -11,10 +11,10 @@ from pathlib import Path
 import pandas as pd
 from support.short_run import write
 
-from scenarios import device
+from scenarios.run import device
 from scenarios.study.design import runs
-from scenarios.study.study import Study
-from scenarios.study.task import carry_out
+from scenarios.study.study_file import Study
+from scenarios.study.worker import carry_out
 
 STUDY = """\
 description = "Dropout against a car that drives past."

@@ -1,0 +1,104 @@
+"""`luxloop grade`, `luxloop check-tracker` and `luxloop mcap`: what needs no simulator."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.commands.arguments import AsJson, RunFolder
+
+if TYPE_CHECKING:
+    from scenarios.files.expect import Check
+    from scenarios.files.scenario import Scenario
+    from scenarios.offline.recorded_run import RecordedRun
+    from scenarios.result import Result
+
+
+def grade(
+    run: RunFolder,
+    tracks: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Tracks that another program made of the run's scans.")
+    ] = None,
+    tracker: Annotated[
+        str | None, typer.Option(metavar="MODULE:NAME", help="A tracker to follow the run's scans now.")
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(metavar="SCENARIO", help="Whose [grading] and [expect] count, else the run's.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results, else they are only printed.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Grade a run again without simulating: its own tracks, or others of its scans."""
+    from scenarios.errors import InputError
+    from scenarios.files import shipped
+    from scenarios.files.expect import check, verdict
+    from scenarios.files.scenario import Scenario
+    from scenarios.offline.recorded_run import RecordedRun
+
+    if tracks and tracker:
+        raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
+    recorded = RecordedRun.open(run)
+    if out:
+        recorded.refuse_to_write_to(out)
+    rules = Scenario.load(shipped.find(scenario)) if scenario else recorded.scenario
+    result = _graded(recorded, rules, tracks, tracker)
+    checks = check(result.metrics, rules.expect)
+    _deliver(result, checks, out, as_json)
+    raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
+
+
+def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":
+    from scenarios.offline.regrade import Regrader
+    from scenarios.run import device
+
+    regrader = Regrader(recorded, rules)
+    if tracks:
+        return regrader.track_file(tracks)
+    if tracker:
+        return regrader.tracker(device.load(tracker), tracker)
+    return regrader.tables()
+
+
+def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json: bool) -> None:
+    """Write the folder if there is to be one, and print the document or the report."""
+    import json
+
+    from scenarios.report import text
+    from scenarios.run import run_folder
+
+    printed = text.report(result, checks)
+    if out:
+        with run_folder.create(out) as folder:
+            run_folder.write(folder, result, checks, text.as_text(printed))
+    if as_json:
+        print(json.dumps({**run_folder.document(result, checks), "out": out and str(out)}, allow_nan=False))
+    else:
+        text.show(printed)
+        print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
+
+
+def check_tracker(
+    tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as in `luxloop run --tracker`.")],
+) -> None:
+    """Check whether a tracker keeps the contract, with real and odd scans."""
+    from scenarios.check_tracker.check_drives import drives
+    from scenarios.check_tracker.findings_table import table
+    from scenarios.check_tracker.sequence_checks import examine
+    from scenarios.report import text
+    from scenarios.run import device
+
+    findings = examine(device.load(tracker), drives())
+    text.show(table(findings, tracker))
+    raise typer.Exit(0 if findings.passed else 1)
+
+
+def mcap(
+    run: RunFolder,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
+) -> None:
+    """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""
+    from scenarios.offline.mcap.export import export
+    from scenarios.offline.recorded_run import RecordedRun
+
+    frames = export(RecordedRun.open(run), file)
+    print(f"{frames} frames are in {file}")

@@ -1,0 +1,35 @@
+"""`luxloop list` and `luxloop schema`."""
+
+from typing import Annotated
+
+import typer
+
+
+def list_scenarios(
+    folder: Annotated[bool, typer.Option("--folder", help="Print the folder they are in, for pytest.")] = False,
+    studies: Annotated[bool, typer.Option("--studies", help="List the studies instead.")] = False,
+) -> None:
+    """List the scenarios that ship, with a sentence on each."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from scenarios.files import shipped
+
+    if folder:
+        print(shipped.STUDIES if studies else shipped.CATALOG)
+        return
+    columns = ("command", "name", "what it asks") if studies else ("family", "name", "what happens")
+    table = Table(*columns, box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for entry in shipped.study_entries() if studies else shipped.entries():
+        table.add_row(*entry)
+    Console().print(table)
+
+
+def schema(
+    study: Annotated[bool, typer.Option("--study", help="Of study files instead.")] = False,
+) -> None:
+    """Print the JSON schema of scenario files, for editors."""
+    from scenarios.files.scenario import Scenario, schema_text
+    from scenarios.study.study_file import Study
+
+    print(schema_text(Study if study else Scenario), end="")

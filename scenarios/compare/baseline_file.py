@@ -1,0 +1,109 @@
+"""A baseline: the runs that others are held against, in one file small enough to be committed.
+
+JSON Lines: a line that says what the file is, then a line per run in the order of scenario and seed, so that a
+difference of two versions of the file tells which runs have changed. Equal runs give equal bytes.
+"""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenarios.compare.digest import Expectation, Key, RunDigest
+from scenarios.compare.sums import SUMS, VehicleSums
+from scenarios.compare.vehicle_sums import ALPHAS
+from scenarios.errors import OutputError
+from scenarios.files import atomic_file, atomic_folder
+
+FORMAT = 1
+"""Goes up when files of before can no longer be read."""
+HEADER = {"luxloop_baseline": FORMAT, "sums": ["vehicle", *SUMS]}
+
+MEND = "write it anew with luxloop baseline"
+
+
+def write(path: Path, runs: list[RunDigest]) -> None:
+    """Write a baseline file; it appears as a whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written there.
+    """
+    documents = [HEADER, *(_document(run) for run in sorted(runs, key=lambda run: run.key))]
+    lines = [json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) for document in documents]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_file.create(path) as temporary:
+            temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise atomic_folder.cannot_write(path, "--out", error) from error
+
+
+def read(path: Path) -> list[RunDigest]:
+    """Read a baseline file.
+
+    Raises
+    ------
+    OutputError
+        It is none, or one of another version.
+    """
+    try:
+        header, *documents = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    except OSError as error:
+        raise OutputError(f"{path}: {error.strerror}; give a folder of runs or a baseline file") from error
+    except ValueError as error:
+        raise OutputError(f"{path}: no baseline file ({error}); {MEND}") from error
+    if header != HEADER:
+        raise OutputError(f"{path}: no baseline file of this version; {MEND}")
+    runs = []
+    for number, document in enumerate(documents, start=2):
+        try:
+            runs.append(_run(document))
+        except (KeyError, TypeError, ValueError, IndexError) as error:
+            raise OutputError(f"{path}: line {number} holds no run ({error!r}); {MEND}") from error
+    return runs
+
+
+def _document(run: RunDigest) -> dict[str, Any]:
+    vehicles = run.vehicles
+    sums = [
+        [vehicle, *map(_short, row)]
+        for vehicle, row in zip(vehicles.vehicle.tolist(), vehicles.sums.tolist(), strict=True)
+    ]
+    return {
+        "scenario": run.key.scenario,
+        "seed": run.key.seed,
+        "trace_hash": run.trace_hash,
+        "truth_hash": run.truth_hash,
+        "ended_early": run.ended_early,
+        "device": run.device,
+        "sections": run.sections,
+        "versions": run.versions,
+        "expectations": {name: asdict(expectation) for name, expectation in run.expectations.items()},
+        "sums": sums,
+        "matches": vehicles.matches.tolist(),
+    }
+
+
+def _short(value: float) -> float:
+    """The shortest number for a sum; most are whole."""
+    return int(value) if value.is_integer() else value
+
+
+def _run(document: dict[str, Any]) -> RunDigest:
+    sums = np.array(document["sums"], dtype=np.float64).reshape(-1, 1 + len(SUMS))
+    matches = np.array(document["matches"], dtype=np.int64).reshape(-1, 2 + len(ALPHAS))
+    return RunDigest(
+        key=Key(document["scenario"], document["seed"]),
+        trace_hash=document["trace_hash"],
+        truth_hash=document["truth_hash"],
+        ended_early=document["ended_early"],
+        device=document["device"],
+        sections=document["sections"],
+        versions=document["versions"],
+        expectations={name: Expectation(**entry) for name, entry in document["expectations"].items()},
+        vehicles=VehicleSums(sums[:, 0].astype(np.int64), sums[:, 1:], matches),
+    )

@@ -1,0 +1,57 @@
+"""One side of a comparison: a folder of runs, a single run, or a baseline file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenarios.compare import baseline_file
+from scenarios.compare.digest import Key, RunDigest, read_run
+from scenarios.errors import OutputError
+from scenarios.run import run_folder
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """Runs by scenario and seed."""
+
+    path: Path
+    runs: dict[Key, RunDigest]
+    unfinished: list[str]
+    """Names of folders that no run has finished, which were left out."""
+
+
+def read(path: Path) -> Side:
+    """Read BASE or HEAD.
+
+    Raises
+    ------
+    OutputError
+        There is no run in it, one of them is damaged, or two are of the same scenario and seed.
+    """
+    return read_runs(path) if path.is_dir() else _side(path, [(run, path) for run in baseline_file.read(path)], [])
+
+
+def read_runs(folder: Path) -> Side:
+    """Read all runs in a folder and below it, or the one that it is itself.
+
+    Raises
+    ------
+    OutputError
+        As for `read`.
+    """
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: no such folder; give one that holds runs of luxloop run or pytest")
+    unfinished = sorted(path.name for path in folder.rglob(".*.partial"))
+    return _side(folder, [(read_run(run), run) for run in run_folder.found_in(folder)], unfinished)
+
+
+def _side(path: Path, runs: list[tuple[RunDigest, Path]], unfinished: list[str]) -> Side:
+    """Put the runs, each with the place it is from, in the order of scenario and seed."""
+    if not runs:
+        raise OutputError(f"{path}: no run in it; give a folder that luxloop run or pytest wrote runs into")
+    by_key: dict[Key, RunDigest] = {}
+    places: dict[Key, Path] = {}
+    for run, place in sorted(runs, key=lambda entry: entry[0].key):
+        if run.key in by_key:
+            raise OutputError(f"{path}: two runs of {run.key}, {places[run.key]} and {place}; keep one of them")
+        by_key[run.key], places[run.key] = run, place
+    return Side(path, by_key, unfinished)

@@ -1,0 +1,1 @@
+"""Scans and labels of a run as a data set."""

@@ -1,0 +1,1 @@
+"""Files of scenarios, and how files are read and written."""

@@ -1,0 +1,68 @@
+"""The scenarios that ship, and how one is found by its name. Light to import: `luxloop list` needs nothing else."""
+
+import tomllib
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from scenarios.errors import ScenarioError
+
+CATALOG = Path(__file__).parents[1] / "catalog"
+"""`<family>/<name>.toml`."""
+
+STUDIES = Path(__file__).parents[1] / "studies"
+"""`<name>.toml`; the scenarios that some of them start from are in its folder `scenes`."""
+
+
+class Entry(NamedTuple):
+    """One line of `luxloop list`."""
+
+    family: str
+    name: str
+    description: str
+
+
+def paths() -> dict[str, Path]:
+    """Files of the shipped scenarios by name, in the order of family and name."""
+    return {path.stem: path for path in sorted(CATALOG.glob("*/*.toml"))}
+
+
+def entries() -> list[Entry]:
+    """Every shipped scenario with its sentence."""
+    return [Entry(path.parent.name, name, _document(path)["description"]) for name, path in paths().items()]
+
+
+def study_entries() -> list[Entry]:
+    """Every shipped study, with the command that it is for in the place of a family."""
+    documents = {name: _document(path) for name, path in studies().items()}
+    return [
+        Entry("search" if "search" in document else "sweep", name, document["description"])
+        for name, document in documents.items()
+    ]
+
+
+def studies() -> dict[str, Path]:
+    """Files of the shipped studies by name."""
+    return {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
+
+
+def find(name_or_path: str) -> Path:
+    """Return the file of a scenario named as in `luxloop list`, or given by its path (which ends in .toml).
+
+    Raises
+    ------
+    ScenarioError
+        There is none of that name.
+    """
+    if name_or_path.endswith(".toml"):
+        return Path(name_or_path)
+    shipped = paths()
+    if name_or_path not in shipped:
+        close = get_close_matches(name_or_path, shipped, n=3, cutoff=0.4)
+        hint = f"did you mean {', '.join(close)}?" if close else "see luxloop list"
+        raise ScenarioError(f"{name_or_path}: no such scenario; {hint} (a path must end in .toml)")
+    return shipped[name_or_path]
+
+
+def _document(path: Path) -> dict[str, Any]:
+    return tomllib.loads(path.read_text(encoding="utf-8"))

@@ -1,0 +1,195 @@
+"""The tables that grading fills: their columns, and how rows of single frames become one data frame.
+
+Every table starts with `frame` and `time_s`. Enumerations are categories by name; -1 stands for "no actor", "no track".
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from scenarios.grading.matching import Verdict
+from scenarios.grading.metric_names import CANDIDATES, ESTIMATES, VIEWS
+from sensor_model.truth import Cause, View
+from sim.world import Kind, WorldFrame
+from tracker.records import MODELS, Status
+
+Schema = Mapping[str, type | tuple[str, ...]]
+"""Column name to dtype, or to the names of its categories in the order of their codes."""
+
+VIEW_NAMES = tuple(VIEWS.get(view, view.name.lower()) for view in View)
+
+TRUTH: Schema = {
+    "actor_id": np.int64,
+    "name": np.str_,
+    "kind": tuple(kind.name.lower() for kind in Kind),
+    "x_world_m": np.float64,
+    "y_world_m": np.float64,
+    "yaw_world_rad": np.float64,
+    "length_m": np.float64,
+    "width_m": np.float64,
+    "articulation_rad": np.float64,
+    "vx_world_mps": np.float64,
+    "vy_world_mps": np.float64,
+    "mode": MODELS,
+    "deviation_along_m": np.float64,
+    "deviation_across_m": np.float64,
+    "changes_lane": np.bool_,
+    "range_m": np.float64,
+    "points": np.int64,
+    "hits": np.int64,
+    "hits_alone": np.int64,
+    "visible_fraction": np.float64,
+    "view": VIEW_NAMES,
+    "graded": np.bool_,
+    "track_id": np.int64,
+    "segments": np.int64,
+    "largest_segment_share": np.float64,
+}
+"""One row per actor and frame. `segments` counts those with a fair share of its points; the largest share is NaN
+where the tracker gave no trace. `mode` is the true `Mode`, by the name of the model that fits it."""
+
+TRACKS: Schema = {
+    "track_id": np.int64,
+    "status": tuple(status.name.lower() for status in Status),
+    "x_world_m": np.float64,
+    "y_world_m": np.float64,
+    "yaw_world_rad": np.float64,
+    "length_m": np.float64,
+    "width_m": np.float64,
+    "model": MODELS,
+    **{f"probability_{model}": np.float64 for model in MODELS},
+    "verdict": tuple(verdict.name.lower() for verdict in Verdict),
+    "actor_id": np.int64,
+    "true_mode": MODELS,
+    "iou": np.float64,
+    "heading_error_deg": np.float64,
+    "judged": np.bool_,
+    **{f"{estimate}_{axis}_error_m": np.float64 for estimate in ESTIMATES for axis in "xy"},
+    "nees": np.float64,
+    **{f"{model}_{measure}": np.float64 for measure in ("nees", "nis") for model in MODELS},
+}
+"""One row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN where
+a track follows nobody. A track is `judged` when it is confirmed and on a graded vehicle; the errors of its corner (ego
+axes), its NEES and those and the NIS of its models are NaN otherwise."""
+
+OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
+"""Every overlap of an actor with a reported track."""
+
+FITS: Schema = {
+    "segment": np.int64,
+    "actor_id": np.int64,
+    "view": VIEW_NAMES,
+    "range_m": np.float64,
+    "points": np.int64,
+    "heading_bound_deg": np.float64,
+    "method": CANDIDATES,
+    "cost": np.float64,
+    "best": np.bool_,
+    "x_ego_m": np.float64,
+    "y_ego_m": np.float64,
+    "heading_ego_rad": np.float64,
+    "length_m": np.float64,
+    "width_m": np.float64,
+    "true_x_ego_m": np.float64,
+    "true_y_ego_m": np.float64,
+    "true_yaw_ego_rad": np.float64,
+    "true_length_m": np.float64,
+    "true_width_m": np.float64,
+}
+"""One row per fit observation and candidate, the candidates of one observation in a row. The rectangle is NaN where a
+method fitted none; a baseline then has no row. `heading_bound_deg` is the observation's Cramer-Rao bound, NaN where it
+has none. The errors are added at the end, all at once: `heading_error_deg`, `position_error_m`, `iou`, `oracle`."""
+
+SEGMENTS: Schema = {
+    "segment": np.int64,
+    "points": np.int64,
+    "actor_id": np.int64,
+    "share": np.float64,
+    "second_share": np.float64,
+}
+"""One row per segment that holds a fair share of a graded vehicle: what it holds most of, and what second most."""
+
+OUTLIERS: Schema = {
+    "cause": tuple(cause.name.lower() for cause in Cause),
+    "points": np.int64,
+    "removed": np.int64,
+    "clean_removed_beside": np.int64,
+}
+"""One row per cause: points in the segments of graded vehicles, how many of them T-linkage removed, and how many
+clean points it removed in the segments that hold such points."""
+
+SCHEMAS: Mapping[str, Schema] = {
+    "truth": TRUTH,
+    "tracks": TRACKS,
+    "overlaps": OVERLAPS,
+    "fits": FITS,
+    "segments": SEGMENTS,
+    "outliers": OUTLIERS,
+}
+"""Of every table, by name."""
+
+
+SNAPSHOT_KINDS = ("detection", "identity", "track_heading", "fit_heading")
+"""What may be wrong in a frame."""
+
+SNAPSHOTS: Schema = {
+    "kind": SNAPSHOT_KINDS,
+    "badness": np.float64,
+    "what": np.str_,
+    "x_ego_m": np.float64,
+    "y_ego_m": np.float64,
+    "ego_x_world_m": np.float64,
+    "ego_y_world_m": np.float64,
+    "ego_yaw_world_rad": np.float64,
+    "ego_length_m": np.float64,
+    "ego_width_m": np.float64,
+}
+"""One row per frame that was kept for being among the worst of its kind: how bad, what is wrong, and where."""
+
+SNAPSHOT_POINTS: Schema = {
+    "x_ego_m": np.float32,
+    "y_ego_m": np.float32,
+    "actor_id": np.int64,
+    "cause": tuple(cause.name.lower() for cause in Cause),
+}
+"""One row per scan point of these frames."""
+
+
+class TableBuilder:
+    """Gathers the rows of one table, frame by frame, as arrays; nothing is copied until `build`."""
+
+    def __init__(self, schema: Schema) -> None:
+        self._schema = schema
+        self._parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in schema}
+        self._frames: list[int] = []
+        self._times: list[float] = []
+        self._rows: list[int] = []
+
+    def add(self, frame: WorldFrame, columns: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Append the rows of one frame, one array per column of the schema, enumerations as codes."""
+        if columns.keys() != self._parts.keys():
+            raise ValueError(f"columns {sorted(columns.keys() ^ self._parts.keys())} are missing or not in the schema")
+        for name, values in columns.items():
+            self._parts[name].append(values)
+        self._frames.append(frame.index)
+        self._times.append(frame.time)
+        self._rows.append(len(values))
+
+    def build(self) -> pd.DataFrame:
+        """Join all rows; a table without rows keeps its columns and their types."""
+        rows = np.array(self._rows, dtype=np.int64)
+        columns: dict[str, Any] = {
+            "frame": np.repeat(np.array(self._frames, dtype=np.int64), rows),
+            "time_s": np.repeat(np.array(self._times, dtype=np.float64), rows),
+        }
+        for name, kind in self._schema.items():
+            parts = self._parts[name]
+            if isinstance(kind, tuple):
+                codes = np.concatenate(parts) if parts else np.empty(0, np.int8)
+                columns[name] = pd.Categorical.from_codes(codes.astype(np.int8), list(kind))
+            else:
+                columns[name] = np.concatenate(parts).astype(kind) if parts else np.empty(0, kind)
+        return pd.DataFrame(columns)

@@ -1,0 +1,112 @@
+"""The truth of one frame as the grader needs it: in the ego frame, points counted, and who is graded."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.grading.articulated import tractors, trailers
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.ownership import point_rows
+from scenarios.grading.plane_geometry import Floats, Ints, into_frame, iou_table
+from sensor_model.truth import ScanTruth
+from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
+from tracker.scan import Scan
+
+IS_VEHICLE = np.array([kind in VEHICLE_KINDS for kind in Kind])
+"""By `Kind`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Instant:
+    """One frame of N points and A actors."""
+
+    frame: WorldFrame
+    scan: Scan
+    truth: ScanTruth
+    boxes_ego: Floats
+    """(A, 5) true boxes in the ego frame."""
+    range_m: Floats
+    """(A,) from the ego's centre to the actor's."""
+    point_row: Ints
+    """(N,) row of the actor each point lies on, -1 for none."""
+    points: Ints
+    """(A,) points of its own."""
+    bent: npt.NDArray[np.bool_]
+    """(A,) no rectangle describes it: it is articulated and bent."""
+    graded: npt.NDArray[np.bool_]
+    """(A,)."""
+
+    @property
+    def actors(self) -> Actors:
+        """The frame's actors."""
+        return self.frame.actors
+
+    @classmethod
+    def of(cls, frame: WorldFrame, scan: Scan, truth: ScanTruth, config: GradingConfig) -> "Instant":
+        """Look at one frame."""
+        actors = frame.actors
+        pose_ego = into_frame(actors.pose_world, frame.ego.pose_world)
+        range_m = np.hypot(pose_ego[:, 0], pose_ego[:, 1])
+        row = point_rows(truth.actor_id, actors.id)
+        points = np.bincount(row[row >= 0], minlength=len(actors))
+        bent = np.abs(actors.articulation) > np.deg2rad(config.bent_deg)
+        gradable = IS_VEHICLE[actors.kind] & ~bent
+        return cls(
+            frame=frame,
+            scan=scan,
+            truth=truth,
+            boxes_ego=np.column_stack([pose_ego, actors.size[:, :2]]),
+            range_m=range_m,
+            point_row=row,
+            points=points,
+            bent=bent,
+            graded=gradable & (range_m <= config.range_max_m) & (points >= config.points_min),
+        )
+
+    def overlap(self, boxes_ego: Floats) -> Floats:
+        """(A, T) intersection over union with boxes (T, 5); of a bent truck, with the best of its whole and its parts.
+
+        So a track on the tractor alone is on the truck, and a truck keeps its track while it bends.
+        """
+        table = iou_table(self.boxes_ego, boxes_ego)
+        bent = np.flatnonzero(self.bent)
+        if not len(bent):
+            return table
+        pose, size = np.split(self.boxes_ego[bent], [3], axis=1)
+        for part in (trailers(pose, size), tractors(pose, size, self.actors.articulation[bent])):
+            table[bent] = np.maximum(table[bent], iou_table(np.hstack(part), boxes_ego))
+        return table
+
+    def rows(self, track_id: Ints, segments: Ints, largest_share: Floats) -> dict[str, npt.NDArray[Any]]:
+        """Rows of the truth table; per actor (A,) its track, its segments, and the largest one's share of it."""
+        actors, truth = self.actors, self.truth
+        x, y, yaw = actors.pose_world.T
+        return {
+            "actor_id": actors.id,
+            "name": actors.name,
+            "kind": actors.kind,
+            "x_world_m": x,
+            "y_world_m": y,
+            "yaw_world_rad": yaw,
+            "length_m": actors.size[:, 0],
+            "width_m": actors.size[:, 1],
+            "articulation_rad": actors.articulation,
+            "vx_world_mps": actors.velocity_world[:, 0],
+            "vy_world_mps": actors.velocity_world[:, 1],
+            "mode": actors.mode,
+            "deviation_along_m": actors.deviation[:, 0],
+            "deviation_across_m": actors.deviation[:, 1],
+            "changes_lane": actors.changes_lane,
+            "range_m": self.range_m,
+            "points": self.points,
+            "hits": truth.hits,
+            "hits_alone": truth.hits_alone,
+            "visible_fraction": truth.visible_fraction,
+            "view": truth.view,
+            "graded": self.graded,
+            "track_id": track_id,
+            "segments": segments,
+            "largest_segment_share": largest_share,
+        }

@@ -1,0 +1,88 @@
+"""Who follows whom: tracks against actors, one frame at a time."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import linear_sum_assignment
+
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.plane_geometry import Floats, Ints
+from sensor_model.truth import NO_ACTOR
+
+NO_TRACK = -1
+
+CONTINUITY = 1000.0
+"""Bonus of last frame's pair, far above any sum of overlaps: identities are kept first, as CLEAR does
+(Bernardin and Stiefelhagen 2008, section 2.1.3)."""
+
+
+class Verdict(IntEnum):
+    """What a track is to the grader in one frame."""
+
+    GRADED = 0
+    """Follows a graded vehicle."""
+    UNGRADED = 1
+    """On an actor that is not graded: neither right nor wrong."""
+    FALSE = 2
+    """On no actor, or one too many on a graded vehicle."""
+    OUTSIDE = 3
+    """Beyond the graded range and following nobody: neither right nor wrong."""
+    UNREPORTED = 4
+    """Tentative, coasting or dead: the tracker does not claim to see it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairing:
+    """Reported tracks (T) against actors (A)."""
+
+    actor_row: Ints
+    """(T,) row of the actor each track follows, -1 for none."""
+    verdict: npt.NDArray[np.int8]
+    """(T,) `Verdict`."""
+
+
+class Pairer:
+    """Pairs tracks with actors by overlap and keeps pairs together from frame to frame."""
+
+    def __init__(self, config: GradingConfig) -> None:
+        self._config = config
+        self._followed: dict[int, int] = {}
+        """Actor that each track followed in the last frame."""
+
+    def pair(
+        self,
+        actor_id: Ints,
+        overlap: Floats,
+        graded: npt.NDArray[np.bool_],
+        track_id: Ints,
+        track_boxes: Floats,
+    ) -> Pairing:
+        """Pair reported tracks, boxes (T, 5) in the ego frame, with all actors by their overlap (A, T)."""
+        before = np.array([self._followed.get(track, NO_ACTOR) for track in track_id.tolist()], dtype=np.int64)
+        score = overlap + CONTINUITY * (actor_id[:, None] == before)
+        score[overlap < self._config.match_iou_min] = 0.0
+        row, column = linear_sum_assignment(score, maximize=True)
+        paired = score[row, column] > 0.0
+        actor_row = np.full(len(track_id), -1, dtype=np.int64)
+        actor_row[column[paired]] = row[paired]
+        self._followed = dict(zip(track_id[column[paired]].tolist(), actor_id[row[paired]].tolist(), strict=True))
+        far = np.hypot(track_boxes[:, 0], track_boxes[:, 1]) > self._config.range_max_m
+        return Pairing(actor_row, _verdicts(overlap, actor_row, graded, far))
+
+
+def _verdicts(
+    overlap: Floats, actor_row: Ints, graded: npt.NDArray[np.bool_], far: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.int8]:
+    """(T,) verdicts; a track that is not paired is on the actor it overlaps most."""
+    if not len(graded):
+        return np.where(far, Verdict.OUTSIDE, Verdict.FALSE).astype(np.int8)
+    paired = actor_row >= 0
+    on = np.where(paired, actor_row, overlap.argmax(axis=0))
+    touches = paired | (overlap.max(axis=0) > 0.0)
+    return np.select(
+        [paired & graded[on], touches & ~graded[on], far],
+        [Verdict.GRADED, Verdict.UNGRADED, Verdict.OUTSIDE],
+        default=Verdict.FALSE,
+    ).astype(np.int8)

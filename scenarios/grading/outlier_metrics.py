@@ -1,0 +1,60 @@
+"""How well T-linkage told noise from body: precision and recall for each cause of noise."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from scenarios.grading.metric_names import CAUSES
+from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.ownership import NOBODY, Ownership
+from scenarios.grading.plane_geometry import Ints
+from sensor_model.truth import ON_NOTHING, Cause
+from tracker.records import StepTrace
+
+
+def rows(
+    row: Ints, cause: npt.NDArray[np.uint8], ownership: Ownership, trace: StepTrace
+) -> dict[str, npt.NDArray[Any]]:
+    """Count the points of one frame, and those removed, by cause.
+
+    Only points in segments that a graded vehicle owns, and only those that are its own or on nothing (ghosts, rain): a
+    neighbour's points are segmentation's mistake, and no verdict on them is fair.
+    """
+    label = trace.segments.label
+    used = np.flatnonzero(label >= 0)
+    owner = ownership.owner[label[used]]
+    fair = (owner != NOBODY) & ((row[used] == owner) | np.isin(cause[used], ON_NOTHING))
+    point = used[fair]
+    points = _count(label[point], cause[point], trace.segments.count)
+    lost = point[trace.linkage.line[point] < 0]
+    removed = _count(label[lost], cause[lost], trace.segments.count)
+    return {
+        "cause": np.arange(len(Cause)),
+        "points": points.sum(axis=0),
+        "removed": removed.sum(axis=0),
+        "clean_removed_beside": removed[:, Cause.CLEAN] @ (points > 0),
+    }
+
+
+def _count(segment: Ints, cause: npt.NDArray[np.uint8], segments: int) -> Ints:
+    """(segments, causes) table of points."""
+    cell = segment * len(Cause) + cause
+    return np.bincount(cell, minlength=segments * len(Cause)).reshape(segments, len(Cause))
+
+
+def grade(sheet: MetricSheet, outliers: pd.DataFrame, why_none: str) -> None:
+    """Enter the `outliers` metrics.
+
+    Recall: removed points of a cause over all points of it. Precision: removed points of a cause over removed points
+    that are of it or clean, as if it were the only noise (to remove another kind as well is no mistake), in the
+    segments that hold such points: vehicles without mirrors tell nothing about how mirrors are removed.
+    """
+    total = outliers.groupby("cause", observed=False)[["points", "removed", "clean_removed_beside"]].sum()
+    for cause in CAUSES.values():
+        points, removed, clean = (int(total[column][cause]) for column in total)
+        why = f"no {cause} point in a graded vehicle's segment" if len(outliers) else why_none
+        sheet.rate(f"outliers.{cause}.recall", removed, points, why)
+        why = f"no point was removed, {points} were {cause}" if points else why
+        sheet.rate(f"outliers.{cause}.precision", removed, removed + clean, why)

@@ -1,0 +1,74 @@
+"""The frames that a metric is worst in: where to look first."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import pandas as pd
+
+from scenarios.grading import frame_badness
+from scenarios.grading.frame_badness import Rated
+from scenarios.grading.metric_names import DRIVERS
+from scenarios.result import Result
+
+IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
+"""What of `track.*` is of identities: it is bad where a vehicle goes from one track to another."""
+_MODES = ("mode_accuracy", "stationary_accuracy", "confusion", "switch_latency_frames")
+
+
+class WorstFrame(NamedTuple):
+    """One frame to look at."""
+
+    frame: int
+    time_s: float
+    what: str
+
+    def __str__(self) -> str:
+        return f"frame {self.frame} ({self.time_s:.2f} s): {self.what}"
+
+
+def worst_frames(result: Result, metric: str, count: int = 3) -> list[WorstFrame]:
+    """Return up to `count` frames in which a metric is worst, the worst first.
+
+    There are none of a metric without a value, and of one that tells nothing of single frames: of data set and time.
+    """
+    known = result.metrics.get(metric)
+    rated = _rated(result.tables, metric) if known and known.value is not None else None
+    if rated is None:
+        return []
+    rows = rated.rows.assign(badness=rated.badness.fillna(0.0))
+    bad = rows[rows["badness"] > 0].sort_values(["badness", "frame"], ascending=[False, True], kind="stable")
+    worst = bad.drop_duplicates("frame").head(count)
+    return [WorstFrame(row["frame"], row["time_s"], rated.tell(row)) for row in worst.to_dict("records")]
+
+
+def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> Rated | None:
+    """Choose the rows that a metric is made of, and how bad each is, by the metric's name."""
+    match metric.split("."):
+        case ["fit", *view, method, measure]:
+            return frame_badness.fits(tables["fits"], view, method, measure)
+        case ["mma", measure, *_] if measure in _MODES:
+            return frame_badness.modes(tables["tracks"], standing_only=measure == "stationary_accuracy")
+        case ["mma", *model, measure] if measure.startswith(("nees", "nis")):
+            return frame_badness.consistency(tables["tracks"], "_".join([*model, measure.partition("_")[0]]))
+        case ["mma", "gain", target]:
+            return frame_badness.positions(tables["tracks"], "mma", target, "xy")
+        case ["mma", estimate, target, measure]:
+            return frame_badness.positions(tables["tracks"], estimate, target, measure[0])
+        case ["segmentation", "under_rate"]:
+            return frame_badness.merged(tables["segments"])
+        case ["segmentation", _]:
+            return frame_badness.split(tables["truth"])
+        case ["outliers", cause, _]:
+            return frame_badness.outliers(tables["outliers"], cause)
+        case ["control", measure]:
+            driver = "truth" if measure.startswith(DRIVERS["truth"]) else "tracks"
+            return frame_badness.control(tables["control"], driver, measure.removeprefix(DRIVERS[driver]))
+        case ["track", measure] if measure.startswith("heading"):
+            return frame_badness.headings(tables["tracks"])
+        case ["track", measure] if measure in IDENTITIES:
+            return frame_badness.identities(tables["truth"])
+        case ["track", "loca"]:
+            return frame_badness.overlaps(tables["tracks"])
+        case ["track", _]:
+            return frame_badness.detections(tables["truth"], tables["tracks"])
+    return None

@@ -1,0 +1,41 @@
+"""Templates and style, which become one file."""
+
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from scenarios.errors import OutputError
+from scenarios.files import atomic_file
+from scenarios.grading.metric_names import REGISTRY
+from scenarios.report.html.palette import TONES
+from scenarios.report.html.reported_run import interval, with_unit
+
+
+def render(template: str, **values: Any) -> str:
+    """Fill in a template; what stands in a run is text, never markup."""
+    environment = Environment(
+        loader=PackageLoader("scenarios.report.html"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals.update(tones=TONES, registry=REGISTRY, with_unit=with_unit, interval=interval)
+    return environment.get_template(template).render(**values)
+
+
+def write(out: Path, page: str) -> None:
+    """Write a page; it appears as a whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with atomic_file.create(out) as temporary:
+            temporary.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{out}: cannot write there ({error.strerror}); choose another file with --out") from error

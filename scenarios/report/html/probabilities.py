@@ -1,0 +1,61 @@
+"""Which motion model the filters believe in, and how the vehicle truly moves."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from scenarios.report.html.palette import BLUE, GREEN, ORANGE
+from scenarios.report.html.svg_figure import Figure, draw, note
+from tracker.records import MODELS
+
+VEHICLES = 4
+"""Shown: those whose true mode changes most often."""
+COLORS = dict(zip(MODELS, (ORANGE, BLUE, GREEN), strict=True))
+SHORTEST = 12
+"""Frames that a vehicle must be followed for to be shown."""
+
+
+def model_probabilities(tracks: pd.DataFrame) -> Figure:
+    """Probabilities of the models over time, of the most eventful vehicles."""
+    judged = tracks[tracks["judged"]].sort_values(["actor_id", "frame"], kind="stable")
+    chosen = most_eventful(judged)
+
+    def on(canvas: Canvas) -> None:
+        rows = canvas.subplots(max(len(chosen), 1), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+        for axes, actor in zip(rows, chosen, strict=False):
+            _draw(axes, judged[judged["actor_id"] == actor])
+            axes.set_title(f"vehicle {actor}", fontsize=8)
+        if not chosen:
+            note(rows[0], "no confirmed track followed a graded vehicle for long")
+        rows[-1].set(xlabel="time [s]", ylim=(-0.02, 1.02))
+        lines = [Line2D([], [], color=color, label=f"probability of {model}") for model, color in COLORS.items()]
+        patches = [Patch(facecolor=color, alpha=0.22, label=f"truly {model}") for model, color in COLORS.items()]
+        canvas.legend(handles=[*lines, *patches], loc="outside upper left", ncols=6)
+
+    caption = "Equation (12), of the vehicles whose true mode changes most often; the ground shows the true mode."
+    size = (12.0, 0.9 + 1.25 * max(len(chosen), 1))
+    return draw("probabilities", "Probability of each motion model", caption, size, on, wide=True)
+
+
+def most_eventful(judged: pd.DataFrame) -> list[int]:
+    """Vehicles whose true mode changes most often, those followed longer first where it is as often."""
+    mode = judged["true_mode"].cat.codes
+    same = judged["actor_id"].eq(judged["actor_id"].shift())
+    events = judged.assign(change=same & mode.ne(mode.shift())).groupby("actor_id")["change"].agg(["sum", "size"])
+    ranked = events[events["size"] >= SHORTEST].sort_values(["sum", "size"], ascending=False, kind="stable")
+    return [int(actor) for actor in ranked.index[:VEHICLES]]
+
+
+def _draw(axes: Axes, rows: pd.DataFrame) -> None:
+    time, mode = rows["time_s"].to_numpy(), rows["true_mode"].to_numpy()
+    step = float(np.median(np.diff(time)))
+    gaps = np.flatnonzero(np.diff(time) > 1.5 * step) + 1
+    for part in np.split(np.arange(len(time)), gaps):
+        for model, color in COLORS.items():
+            axes.plot(time[part], rows[f"probability_{model}"].to_numpy()[part], color=color, lw=1.3)
+    changes = np.union1d(np.flatnonzero(mode[1:] != mode[:-1]) + 1, gaps)
+    for part in np.split(np.arange(len(time)), changes):
+        axes.axvspan(time[part[0]], time[part[-1]] + step, color=COLORS[mode[part[0]]], alpha=0.22, lw=0)

@@ -1,0 +1,79 @@
+"""The report of one run."""
+
+import json
+from pathlib import Path
+
+from scenarios.report import paper_tables
+from scenarios.report import tables as printed
+from scenarios.report.html.birdseye import birdseye
+from scenarios.report.html.fit_figures import AGAINST, errors_against, heading_distribution, observations
+from scenarios.report.html.page_tables import PageTable, page_table
+from scenarios.report.html.pages import render
+from scenarios.report.html.probabilities import model_probabilities
+from scenarios.report.html.reported_run import Run
+from scenarios.report.html.svg_figure import Figure
+from scenarios.report.html.timelines import timelines
+from scenarios.report.text import STAGES
+from scenarios.result import Result
+
+
+def run_page(folder: Path) -> str:
+    """Return the page of the run in a folder.
+
+    Raises
+    ------
+    OutputError
+        It holds no run.
+    """
+    run = Run.read(folder)
+    return render(
+        "run.html.j2",
+        run=run,
+        pictures=birdseye(run.result, run.result.scenario, run.unmet),
+        fit_figures=fit_figures(run.result),
+        fit_tables=fit_tables(run.result),
+        track_figures=[track_figure(run.result)],
+        model_figures=[model_probabilities(run.result.tables["tracks"])],
+        model_tables=model_tables(run.result),
+        stage_tables=stage_tables(run.result),
+        config=json.dumps(run.result.config, indent=2, ensure_ascii=False),
+    )
+
+
+def fit_figures(result: Result) -> list[Figure]:
+    """Figures on single fits."""
+    observed = observations(result.tables["fits"], result.tables["truth"])
+    return [heading_distribution(result.tables["fits"]), *(errors_against(observed, what) for what in AGAINST)]
+
+
+def track_figure(result: Result) -> Figure:
+    """The timelines."""
+    return timelines(result.tables["truth"], result.config["grading"]["hidden_fraction_max"])
+
+
+def fit_tables(result: Result) -> list[PageTable]:
+    """The paper's tables I to III, and the views."""
+    tables = (
+        paper_tables.dataset(result),
+        paper_tables.heading_error(result),
+        paper_tables.heading_distribution(result),
+        paper_tables.heading_by_view(result),
+    )
+    return [page_table(table) for table in tables]
+
+
+def model_tables(result: Result) -> list[PageTable]:
+    """The paper's table IV, and what is behind it."""
+    return [page_table(table(result)) for table in (paper_tables.position_error, printed.modes, printed.consistency)]
+
+
+def stage_tables(result: Result) -> list[PageTable]:
+    """Tracking, the stages before it, and speed."""
+    tables = [
+        printed.one_by_one("Tracking", result, ("track.",)),
+        printed.one_by_one("Stages of the tracker", result, STAGES),
+        printed.outliers(result),
+        *([printed.control(result)] if result.config["control"] else []),
+        printed.speed(result),
+    ]
+    return [page_table(table) for table in tables]

@@ -1,0 +1,82 @@
+"""The report of many runs: a table of all, and the essentials of each."""
+
+import os
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from scenarios.errors import OutputError
+from scenarios.files.expect import Verdict
+from scenarios.report.html.birdseye import birdseye
+from scenarios.report.html.pages import render
+from scenarios.report.html.reported_run import HEADLINES, Run
+from scenarios.report.html.svg_figure import Figure
+from scenarios.run import run_folder
+
+PICTURES: dict[Verdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
+"""Of a run, by its verdict."""
+ORDER: tuple[Verdict, ...] = ("failed", "incomplete", "passed")
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """A scenario that left no run: its file is wrong, or something failed."""
+
+    name: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """What the page keeps of a run, whose tables are let go."""
+
+    name: str
+    """Its folder, from where all are."""
+    run: Run
+    pictures: list[Figure]
+
+    @classmethod
+    def read(cls, folder: Path, name: str) -> "Section":
+        """Read a run and draw it."""
+        run = Run.read(folder)
+        pictures = birdseye(run.result, name, run.unmet, most=PICTURES[run.verdict])
+        return cls(name, replace(run, result=replace(run.result, tables={})), pictures)
+
+
+def find_runs(folder: Path) -> list[Path]:
+    """Return the runs under a folder.
+
+    Raises
+    ------
+    OutputError
+        There is none.
+    """
+    runs = run_folder.found_in(folder)
+    if not runs:
+        raise OutputError(f"{folder}: no run in it; give the folder of a run, or one of runs")
+    return runs
+
+
+def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
+    """Return the page of the runs in these folders, the failed ones first.
+
+    Raises
+    ------
+    OutputError
+        One holds no run.
+    """
+    paths = {folder: folder.resolve() for folder in folders}
+    above = os.path.commonpath([path.parent for path in paths.values()]) if paths else ""
+    sections = [Section.read(folder, path.relative_to(above).as_posix()) for folder, path in paths.items()]
+    sections.sort(
+        key=lambda section: (ORDER.index(section.run.verdict), -section.run.known, section.run.family, section.name)
+    )
+    return render(
+        "suite.html.j2",
+        sections=sections,
+        broken=list(broken),
+        count=Counter(section.run.verdict for section in sections),
+        known=[(one, check) for one in sections for check in one.run.checks if check.outcome == "known failure"],
+        headlines=list(HEADLINES.values()),
+    )

@@ -1,0 +1,93 @@
+"""Figures as SVG that lives in a page: small, in its colours and in its type."""
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib
+from markupsafe import Markup, escape
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Canvas
+
+from scenarios.report.html import palette
+
+STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "font.size": 9.0,
+    "axes.edgecolor": palette.FAINT,
+    "axes.labelcolor": palette.MUTED,
+    "axes.titlecolor": palette.INK,
+    "axes.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": palette.LINE,
+    "grid.linewidth": 0.6,
+    "xtick.color": palette.MUTED,
+    "ytick.color": palette.MUTED,
+    "text.color": palette.INK,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "lines.linewidth": 1.6,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure of a page."""
+
+    name: str
+    """Its anchor."""
+    title: str
+    caption: str
+    """What it shows, and how to read it."""
+    svg: Markup
+    wide: bool = False
+    """It needs the page's whole width, and scrolls in a box of its own where that is too narrow."""
+
+
+def draw(
+    name: str, title: str, caption: str, size_in: tuple[float, float], on: Callable[[Canvas], None], wide: bool = False
+) -> Figure:
+    """Draw a figure.
+
+    Parameters
+    ----------
+    name
+        Its anchor, the only one of that name in the page.
+    title, caption
+        Shown with it, and read out instead of it.
+    size_in
+        Width and height [inch], 72 pixels of the page each.
+    on
+        Draws on an empty canvas.
+    """
+    with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
+        canvas = Canvas(figsize=size_in, layout="constrained", facecolor="none")
+        on(canvas)
+        for axes in canvas.axes:
+            axes.set_facecolor("none")
+        text = io.StringIO()
+        canvas.savefig(text, format="svg", metadata={"Date": None})
+    return Figure(name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide)
+
+
+def note(axes: Axes, text: str) -> None:
+    """Say on empty axes why they are empty."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=palette.MUTED)
+
+
+def _embed(svg: str, alternative: str, size_in: tuple[float, float]) -> Markup:
+    """Make a file a part of a page: no prolog, no ids that repeat, no more digits than pixels can show."""
+    body = svg[svg.index("<g id=") : svg.rindex("</svg>")]
+    body = re.sub(r'<style type="text/css">.*?</style>', "", body, flags=re.DOTALL)
+    body = re.sub(r'<g id="[^"]*"', "<g", body)
+    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), body)  # what is written stays
+    body = re.sub(r"M ([\d.]+) ([\d.]+) \nL \1 \2 ?\n?", r"M\1 \2h0", body)  # dots
+    width, height = (72.0 * side for side in size_in)
+    opening = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(alternative)}">'
+    return Markup(opening + palette.by_reference(body) + "</svg>")

@@ -1,0 +1,95 @@
+"""The paper's four tables with simulated truth, its own figures beside them."""
+
+from itertools import product
+
+from rich.table import Table
+
+from scenarios.grading.metric_names import ESTIMATES, FIT_METHODS, SEEN, TARGETS, VIEWS
+from scenarios.report import paper_figures
+from scenarios.report.cells import interval_of, percent_of, table_of, value_of
+from scenarios.result import Result
+from tracker.records import BASELINES
+
+
+def dataset(result: Result) -> Table:
+    """The paper's table I."""
+    table = table_of("What there was to see", "category", "here", "share", "paper", "share")
+    for name, number in paper_figures.DATASET.items():
+        table.add_row(
+            name.replace("_", " "), value_of(result.metrics[f"dataset.{name}"], digits=1), "", f"{number}", ""
+        )
+    for view in SEEN:
+        count, share = (result.metrics[f"dataset.{view}.{name}"] for name in ("observations", "share"))
+        published = paper_figures.VIEWS.get(view)
+        cells = [f"{published}", f"{published / sum(paper_figures.VIEWS.values()):.1%}"] if published else []
+        table.add_row(f"view: {view.replace('_', '-')}", value_of(count), percent_of(share), *cells)
+    return table
+
+
+def heading_error(result: Result) -> Table:
+    """The paper's table II."""
+    columns = ("mean", "STD", "mean |e|", "95 %", "STD |e|", "n")
+    table = table_of("Heading error by method, modulo 90 degrees [deg]", "method", *columns)
+    for method in _methods(result):
+        metrics = [
+            result.metrics[f"fit.{method}.heading_{name}_deg"] for name in ("mean", "std", "abs_mean", "abs_std")
+        ]
+        mean, std, abs_mean, abs_std = map(value_of, metrics)
+        interval, n = interval_of(metrics[2]), str(metrics[0].n)
+        table.add_row(method, mean, std, abs_mean, interval, abs_std, n, style=_emphasis(method))
+    for method, published in paper_figures.HEADING_ABS_DEG.items():
+        both = (*paper_figures.HEADING_DEG[method], *published)
+        mean, std, abs_mean, abs_std = ("" if value is None else f"{value:.3f}" for value in both)
+        table.add_row(f"paper: {method}", mean, std, abs_mean, "", abs_std, style="dim")
+    return table
+
+
+def heading_distribution(result: Result) -> Table:
+    """The paper's table III, and the interval of each share."""
+    title = "Share of heading errors of at most, with its 95 % interval"
+    table = table_of(title, "method", *(f"{limit} deg" for limit in range(1, 6)))
+    for method in _methods(result):
+        shares = [result.metrics[f"fit.{method}.within_{limit}deg"] for limit in range(1, 6)]
+        cells = [f"{percent_of(share)} {interval_of(share, percent=True)}" for share in shares]
+        table.add_row(method, *cells, style=_emphasis(method))
+    for method, published in paper_figures.WITHIN.items():
+        table.add_row(f"paper: {method}", *(f"{share:.1%}" for share in published), style="dim")
+    return table
+
+
+def heading_by_view(result: Result) -> Table:
+    """How the error depends on what is seen of a vehicle."""
+    counts = {view: result.metrics[f"fit.{view}.best.heading_abs_mean_deg"].n for view in VIEWS.values()}
+    columns = (f"{view.replace('_', '-')}, n = {count}" for view, count in counts.items())
+    table = table_of("Mean absolute heading error by view [deg]", "method", *columns)
+    for method in _methods(result):
+        metrics = [result.metrics[f"fit.{view}.{method}.heading_abs_mean_deg"] for view in counts]
+        table.add_row(method, *map(value_of, metrics), style=_emphasis(method))
+    return table
+
+
+def position_error(result: Result) -> Table:
+    """The paper's table IV. Its single model is not named; here every model stands alone."""
+    columns = ("targets", "x mean", "95 %", "x STD", "y mean", "95 %", "y STD", "n")
+    table = table_of("Absolute error of the tracked corner, on the ego's axes [m]", "model", *columns)
+    for target, estimate in product(TARGETS, ESTIMATES):
+        cells = []
+        for axis in "xy":
+            prefix = f"mma.{estimate}.{target}.{axis}_abs"
+            mean, std = result.metrics[f"{prefix}_mean_m"], result.metrics[f"{prefix}_std_m"]
+            cells += [value_of(mean), interval_of(mean), value_of(std)]
+        style = "bold" if estimate == "mma" else ""
+        table.add_row(estimate, target.split("_")[0], *cells, str(mean.n), style=style)
+    for (model, targets), published in paper_figures.POSITION_ABS_M.items():
+        x_mean, x_std, y_mean, y_std = (f"{value:.3f}" for value in published)
+        table.add_row(f"paper: {model}", targets, x_mean, "", x_std, y_mean, "", y_std, style="dim")
+    return table
+
+
+def _methods(result: Result) -> list[str]:
+    """Return what fits are shown of: all but the baselines that are off."""
+    return [m for m in FIT_METHODS if m not in BASELINES or result.metrics[f"fit.{m}.heading_mean_deg"].n]
+
+
+def _emphasis(method: str) -> str:
+    return {"best": "bold", "oracle": "dim"}.get(method, "")

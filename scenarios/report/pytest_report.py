@@ -1,0 +1,42 @@
+"""Writes the suite's report at the end of a pytest session, of all runs of all its workers."""
+
+from pathlib import Path
+
+import pytest
+
+FOLDER = "folder"
+"""User property of a test that tells where its run is."""
+
+
+class SuiteReport:
+    """A plug-in of the process that gathers the reports of all tests: the only one, or the workers' controller.
+
+    Parameters
+    ----------
+    out
+        The page.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self._out = out
+        self._folders: list[Path] = []
+        self._broken: list[tuple[str, str]] = []
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Note where a run is, or why there is none."""
+        if report.when != "call" or ".toml::" not in report.nodeid:
+            return
+        folder = dict(report.user_properties).get(FOLDER)
+        if folder is not None:
+            self._folders.append(Path(str(folder)))
+        elif report.failed:
+            self._broken.append((report.nodeid, report.longreprtext))
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Write the page, and say where it is."""
+        from scenarios.report.html import pages
+        from scenarios.report.html.suite_page import Broken, suite_page
+
+        if self._folders or self._broken:
+            pages.write(self._out, suite_page(self._folders, [Broken(*one) for one in self._broken]))
+            terminalreporter.write_line(f"The report is in {self._out}")

@@ -1,0 +1,95 @@
+"""The report of a run: the paper's four tables with simulated truth, tracking, speed, and the verdict."""
+
+import io
+import sys
+from typing import Any
+
+from rich.console import Console, Group, RenderableType
+from rich.padding import Padding
+from rich.text import Text
+
+from scenarios.files.expect import Check, Verdict, verdict
+from scenarios.report import paper_tables, tables
+from scenarios.result import Result
+from scenarios.run.device import SHIPPED
+
+WIDTH = 100
+"""Characters in a line where no terminal says otherwise."""
+
+STAGES = (
+    "segmentation.",
+    "fit.best.regret",
+    "fit.best.bound",
+    "mma.gain",
+    "mma.mode",
+    "mma.stationary_acc",
+    "mma.switch",
+)
+"""Beginnings of the names of metrics on the tracker's stages that are in none of the other tables."""
+
+COLORS: dict[Verdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
+
+
+def report(result: Result, checks: list[Check]) -> Group:
+    """Everything a person wants to know of a run, the verdict last."""
+    sections: list[RenderableType] = [
+        header(result),
+        paper_tables.dataset(result),
+        paper_tables.heading_error(result),
+        paper_tables.heading_distribution(result),
+        paper_tables.heading_by_view(result),
+        paper_tables.position_error(result),
+        tables.modes(result),
+        tables.consistency(result),
+        tables.outliers(result),
+        tables.one_by_one("Stages of the tracker", result, STAGES),
+        tables.one_by_one("Tracking", result, ("track.",)),
+        *([tables.control(result)] if result.config["control"] else []),
+        tables.speed(result),
+        limits(result.config["grading"]),
+        *([tables.expectations(checks)] if checks else []),
+        conclusion(result, checks),
+    ]
+    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
+
+
+def show(report: RenderableType) -> None:
+    """Print on standard output, in colour where that is a terminal."""
+    Console(width=None if sys.stdout.isatty() else WIDTH).print(report)
+
+
+def as_text(report: RenderableType) -> str:
+    """The report without colours, for a file."""
+    text = io.StringIO()
+    Console(file=text, width=WIDTH, color_system=None).print(report)
+    return text.getvalue()
+
+
+def header(result: Result) -> Text:
+    """What was run, and by which device if it was not the shipped tracker."""
+    device = result.config["device"]
+    return Text.assemble(
+        (result.scenario, "bold"),
+        f": {result.config['description']}\n",
+        (f"seed {result.seed}, {result.frames} frames, trace {result.trace_hash}", "dim"),
+        *([] if device == SHIPPED else [("\ndevice ", "dim"), (device, "bold")]),
+    )
+
+
+def limits(grading: dict[str, Any]) -> Text:
+    """What was graded: numbers without these mean nothing."""
+    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in grading.items()), style="dim")
+
+
+def conclusion(result: Result, checks: list[Check]) -> Text:
+    """The verdict, and whether the run got to its end."""
+    outcome = verdict(checks, result.complete)
+    text = Text(outcome.upper(), style=f"bold {COLORS[outcome]}")
+    held = sum(check.holds for check in checks)
+    text.append(f": {held} of {len(checks)} expectations hold", style="not bold default")
+    known = sum(check.outcome == "known failure" for check in checks)
+    if known:
+        text.append(f", {known} are known to fail", style="not bold yellow")
+    if not result.complete:
+        text.append(f" so far; it ended early: {result.ended_early}", style="not bold yellow")
+    return text

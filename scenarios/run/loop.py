@@ -1,0 +1,190 @@
+"""The run loop: traffic, LIDARs, tracker, grader, recorder."""
+
+import math
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from scenarios.control import safety
+from scenarios.control.ego_driver import TrackDriver, drive_by_truth
+from scenarios.control.safety import SafetyLog
+from scenarios.errors import ScenarioError
+from scenarios.files.scenario import Scenario
+from scenarios.grading.bound import Ranging
+from scenarios.grading.frame_grade import FrameGrade
+from scenarios.grading.grader import Grader
+from scenarios.recording.recorder import NullRecorder, Recorder
+from scenarios.result import Result
+from scenarios.run import device, progress, versions
+from scenarios.run.device import DeviceFactory
+from scenarios.run.stopwatch import RECORDING, Stopwatch
+from scenarios.run.trace_hash import TraceHash
+from scenarios.run.warm_up import warm_up
+from sensor_model.lidar import Lidar
+from sensor_model.rig.rig import Rig, RigError, load_rig
+from sensor_model.truth import ScanTruth
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+from sim.process.process_source import AHEAD, ApartSource
+from sim.replay.replay_config import ReplayTraffic
+from sim.replay.replay_source import ReplaySource
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
+from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.sumo_source import SumoSource
+from sim.world import Obstacles, WorldFrame
+from tracker.scan import Scan
+
+
+def run(
+    scenario: Scenario,
+    make_device: DeviceFactory,
+    record_to: Path | None = None,
+    export: Callable[[WorldFrame, Scan, ScanTruth, FrameGrade], None] | None = None,
+) -> Result:
+    """Run a scenario and grade it.
+
+    Parameters
+    ----------
+    scenario
+        What to run.
+    make_device
+        Makes the tracker, see `scenarios.run.device`.
+    record_to
+        File of the recording; without it there is none.
+    export
+        Is shown every frame, for a data set.
+
+    Raises
+    ------
+    ScenarioError
+        What the scenario names does not exist or is out of range.
+    SimulatorFailedError, TrafficEndedError
+        There was not a single frame. Traffic that fails or ends later makes an incomplete result.
+    DeviceError
+        The tracker returned no tracks.
+    """
+    rig = _rig(scenario)
+    stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
+    end: TrafficError | None = None
+    with closing(_source(scenario, rig)) as source:
+        obstacles = _reset(source, scenario)
+        lidar = _lidar(rig, scenario, source.dt, obstacles)
+        warm_up(rig, scenario.noise, scenario.sensor, make_device(scenario.tracker))
+        tracker = make_device(scenario.tracker)
+        grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise))
+        driver = TrackDriver(scenario.control, source) if scenario.control else None
+        recorder = _recorder(scenario, record_to, obstacles)
+        with closing(recorder):
+            try:
+                for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
+                    frame = stopwatch.time("sim", source.step)
+                    scan, truth = stopwatch.time("sensor", lidar.scan, frame)
+                    device.tell_truth(tracker, frame, truth)
+                    tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
+                    grade = grader.add(frame, scan, truth, tracks, trace)
+                    trace_hash.add(frame, scan, truth, tracks)
+                    frames += 1
+                    decision = driver.drive(frame, scan, tracks) if driver else None
+                    stopwatch.time(RECORDING, recorder.log, frame, scan, truth, tracks, trace, grade, decision)
+                    if export:
+                        stopwatch.time(RECORDING, export, frame, scan, truth, grade)
+            except (TrafficEndedError, SimulatorFailedError) as error:
+                if not frames:
+                    raise
+                end = error
+    metrics, tables = grader.finish()
+    drives, end_by_truth = _drives(scenario, rig, driver, frames)
+    control_metrics, control_tables = safety.grade(drives)
+    end = end or end_by_truth
+    return Result(
+        scenario=scenario.name,
+        seed=scenario.seed,
+        trace_hash=trace_hash.hexdigest(),
+        ended_early=" ".join(str(end).split()) if end else "",
+        simulator_failed=isinstance(end, SimulatorFailedError),
+        frames=frames,
+        metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt)},
+        tables={**tables, **control_tables},
+        config=_effective_config(scenario, rig, make_device),
+        versions=versions.installed(),
+    )
+
+
+def _rig(scenario: Scenario) -> Rig:
+    """Read the rig; its file is named in complaints, and so is the scenario that asked for it."""
+    try:
+        return load_rig(str(scenario.rig), scenario.folder)
+    except RigError as error:
+        key = "name" if scenario.rig.name else "file"
+        raise ScenarioError(f'{scenario.path}: rig.{key} = "{scenario.rig}": {error}') from error
+
+
+def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
+    """Make the traffic source of a scenario; it delivers whom the farthest seeing unit can see."""
+    range_m = max(mount.model.range_max_m for mount in rig.mounts)
+    match scenario.traffic:
+        case SumoTraffic() as config:
+            ahead = 0 if config.ego_control else AHEAD
+            return ApartSource(SumoSource(config, scenario.folder, range_m), "SUMO", ahead)
+        case HighwayTraffic() as config:
+            return HighwaySource(config, scenario.folder, range_m)
+        case ScriptedTraffic() as config:
+            return ScriptedSource(config, scenario.folder, range_m)
+        case ReplayTraffic() as config:
+            return ReplaySource(config, scenario.folder, range_m)
+
+
+def _drives(
+    scenario: Scenario, rig: Rig, driver: TrackDriver | None, frames: int
+) -> tuple[dict[str, SafetyLog], TrafficError | None]:
+    """Drive again, by the truth. Return both drives, and why the second ended early if it did."""
+    if not (scenario.control and driver):
+        return {}, None
+    by_truth = SafetyLog()
+    drives = {"tracks": driver.log, "truth": by_truth}
+    try:
+        with closing(_source(scenario, rig)) as source:
+            _reset(source, scenario)
+            drive_by_truth(scenario.control, source, by_truth, frames)
+    except (TrafficEndedError, SimulatorFailedError) as end:
+        return drives, end
+    return drives, None
+
+
+def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
+    """Start the traffic; the source does not know which file it was asked by, so a complaint is told with its name."""
+    try:
+        return source.reset(scenario.seed)
+    except TrafficInputError as error:
+        raise ScenarioError(f"{scenario.path}: traffic: {error}") from error
+
+
+def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles) -> Recorder | NullRecorder:
+    if record_to is None:
+        return NullRecorder()
+    return Recorder(record_to, scenario.name, obstacles, controlled=scenario.control is not None)
+
+
+def _lidar(rig: Rig, scenario: Scenario, dt: float, obstacles: Obstacles) -> Lidar:
+    """Mount the LIDARs; they scan once a frame, so that the traffic must step at their pace."""
+    if not math.isclose(dt * rig.scan_rate_hz, 1.0):
+        raise ScenarioError(
+            f"{scenario.path}: traffic steps {dt} s, but rig {scenario.rig} scans at {rig.scan_rate_hz} Hz; "
+            f"step {1.0 / rig.scan_rate_hz!r} s (traffic.dt_s), or choose another rig"
+        )
+    try:
+        return Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, obstacles)
+    except ValueError as error:
+        raise ScenarioError(f"{scenario.path}: noise: {error}") from error
+
+
+def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
+    return max(1, round(scenario.duration_s / source.dt))
+
+
+def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
+    """Everything that the run followed, defaults and the rig's files filled in."""
+    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}

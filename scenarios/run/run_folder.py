@@ -1,0 +1,171 @@
+"""The folder a run leaves behind. It appears as a whole or not at all; a run that ended early says so in it.
+
+- `result.json`: metrics, verdict, trace hash, effective config, versions
+- `report.txt`: what was printed
+- `tables/*.parquet`: per-frame tables
+- `recording.rrd`: for `luxloop view`, unless switched off
+- `scans/`: a data set, see `scenarios.dataset.writer`, if asked for
+"""
+
+import json
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from scenarios.dataset import writer as dataset
+from scenarios.errors import OutputError
+from scenarios.files import atomic_folder
+from scenarios.files.expect import Check, verdict
+from scenarios.result import Metric, Result
+
+RESULT = "result.json"
+REPORT = "report.txt"
+RECORDING = "recording.rrd"
+TABLES = "tables"
+SCANS = "scans"
+
+
+def create(out: Path) -> AbstractContextManager[Path]:
+    """Give a temporary folder to write into; it becomes `out`, and replaces an earlier run there.
+
+    Raises
+    ------
+    OutputError
+        `out` cannot be written, or is something else than an earlier run.
+    """
+    return atomic_folder.create(out, "--out", _refuse_to_replace_what_is_no_run)
+
+
+@contextmanager
+def scans(folder: Path) -> Iterator[dataset.DatasetWriter]:
+    """Give a writer of the run's scans; `folder` is the temporary one.
+
+    Raises
+    ------
+    OutputError
+        The disk is full, or the like.
+    """
+    try:
+        (folder / SCANS).mkdir()
+    except OSError as error:
+        raise atomic_folder.cannot_write(folder, "--out", error) from error
+    with dataset.write_into(folder / SCANS, "--out") as writer:
+        yield writer
+
+
+def document(result: Result, checks: list[Check]) -> dict[str, Any]:
+    """Everything of a result but its tables, for JSON; a metric that does not apply is null, with the reason."""
+    return {
+        "scenario": result.scenario,
+        "seed": result.seed,
+        "trace_hash": result.trace_hash,
+        "verdict": verdict(checks, result.complete),
+        "failed": [check.name for check in checks if check.outcome == "failed"],
+        "known_failures": [check.name for check in checks if check.outcome == "known failure"],
+        "unexpected_passes": [check.name for check in checks if check.outcome == "unexpected pass"],
+        "complete": result.complete,
+        "ended_early": result.ended_early,
+        "simulator_failed": result.simulator_failed,
+        "frames": result.frames,
+        "metrics": {name: _metric(metric) for name, metric in result.metrics.items()},
+        "config": result.config,
+        "versions": result.versions,
+    }
+
+
+def write(folder: Path, result: Result, checks: list[Check], report: str) -> None:
+    """Write all but the recording.
+
+    Raises
+    ------
+    OutputError
+        The disk is full, or the like.
+    """
+    try:
+        text = json.dumps(document(result, checks), indent=2, ensure_ascii=False, allow_nan=False)
+        (folder / REPORT).write_text(report, encoding="utf-8")
+        (folder / TABLES).mkdir()
+        for name, table in result.tables.items():
+            table.to_parquet(folder / TABLES / f"{name}.parquet", index=False)
+        (folder / RESULT).write_text(text + "\n", encoding="utf-8")  # last: where it is, all is
+    except OSError as error:
+        raise atomic_folder.cannot_write(folder, "--out", error) from error
+
+
+def read(folder: Path) -> Result:
+    """Read a run back.
+
+    Raises
+    ------
+    OutputError
+        The folder holds no run, or a damaged one.
+    """
+    try:
+        document = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        return Result(
+            scenario=document["scenario"],
+            seed=document["seed"],
+            trace_hash=document["trace_hash"],
+            ended_early=document["ended_early"],
+            simulator_failed=document["simulator_failed"],
+            frames=document["frames"],
+            metrics={name: _read_metric(metric) for name, metric in document["metrics"].items()},
+            tables={path.stem: pd.read_parquet(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
+            config=document["config"],
+            versions=document["versions"],
+        )
+    except FileNotFoundError as error:
+        raise _no_run(folder) from error
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        # What is no JSON, and what is no Parquet, is a ValueError.
+        why = "the run in it is damaged, or of another version of luxloop; run the scenario again"
+        raise OutputError(f"{folder}: {why}") from error
+
+
+def found_in(folder: Path) -> list[Path]:
+    """Every run in a folder and below it, or the one that it is itself, by path; what killed runs left is none."""
+    found = sorted(path.parent for path in folder.rglob(RESULT))
+    return [run for run in found if not any(part.startswith(".") for part in run.relative_to(folder).parts)]
+
+
+def recording(folder: Path) -> Path:
+    """Path of a run's recording.
+
+    Raises
+    ------
+    OutputError
+        The run has none, or the folder holds no run.
+    """
+    if not (folder / RESULT).is_file():
+        raise _no_run(folder)
+    path = folder / RECORDING
+    if not path.is_file():
+        raise OutputError(f"{folder}: no {RECORDING} in it; run the scenario again without --no-recording")
+    return path
+
+
+def _no_run(folder: Path) -> OutputError:
+    return OutputError(f"{folder}: no {RESULT} of a run in it; give a folder that luxloop run wrote")
+
+
+def _metric(metric: Metric) -> dict[str, Any]:
+    """The reason is told only where there is no value."""
+    return {key: value for key, value in asdict(metric).items() if key != "reason" or value}
+
+
+def _read_metric(document: dict[str, Any]) -> Metric:
+    interval = document.get("interval")
+    return Metric(**{**document, "interval": tuple(interval) if interval else None})
+
+
+def _refuse_to_replace_what_is_no_run(out: Path) -> None:
+    if out.is_dir():
+        names = {path.name for path in out.iterdir()}
+        if names and not {RESULT} <= names <= {RESULT, REPORT, RECORDING, TABLES, SCANS}:
+            raise OutputError(f"{out}: holds other things than a run; choose a new or an empty folder with --out")
+    elif out.exists():
+        raise OutputError(f"{out}: is a file; choose another folder with --out")

@@ -1,0 +1,54 @@
+"""Compile the kernels before the clock starts: numba does so when they are first called."""
+
+import numpy as np
+
+from scenarios.run import device
+from scenarios.run.device import Device
+from sensor_model.lidar import Lidar
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.rig.rig import Rig
+from sensor_model.sensor_config import SensorConfig
+from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+
+FRAMES = 3
+"""Enough for a track to be started, followed and confirmed or not."""
+
+
+def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, throw_away: Device) -> None:
+    """Let a LIDAR and a device that nobody uses again see one car for a few frames."""
+    wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
+    lidar = Lidar(rig, noise, sensor, seed=0, obstacles=Obstacles.from_polygons([wall], [3.0]))
+    for index in range(FRAMES):
+        frame = _car_ahead(index)
+        scan, truth = lidar.scan(frame)
+        device.tell_truth(throw_away, frame, truth)
+        device.step(throw_away, scan)
+
+
+def _car_ahead(index: int) -> WorldFrame:
+    """A car that turns off, 8 m in front of a standing ego."""
+    ego = Ego(
+        pose_world=np.zeros(3),
+        velocity_world=np.zeros(2),
+        acceleration_world=np.zeros(2),
+        yaw_rate=0.0,
+        size=np.array([4.8, 1.9, 1.7]),
+        changes_lane=False,
+        deviation=np.zeros(2),
+    )
+    car = Actors(
+        id=np.array([1]),
+        name=np.array(["car"]),
+        kind=np.array([Kind.CAR], dtype=np.uint8),
+        pose_world=np.array([[8.0 + 0.5 * index, 2.0, 0.5]]),
+        velocity_world=np.array([[6.0, 0.0]]),
+        acceleration_world=np.zeros((1, 2)),
+        yaw_rate=np.zeros(1),
+        articulation=np.zeros(1),
+        mode=np.zeros(1, np.uint8),
+        changes_lane=np.zeros(1, np.bool_),
+        deviation=np.zeros((1, 2)),
+        size=np.array([[4.5, 1.8, 1.5]]),
+        reflectivity=np.array([0.5]),
+    )
+    return WorldFrame(index, 0.08 * index, ego, car)

@@ -1,0 +1,1 @@
+"""Scenes for studies, generated from parameters."""

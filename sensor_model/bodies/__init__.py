@@ -1,0 +1,1 @@
+"""Bodies and obstacles that beams meet."""

@@ -1,0 +1,98 @@
+"""One actor as a convex body: its solids, stretched to its size, in flat arrays."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
+from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.shapes import SHAPES
+from sensor_model.bodies.solids import Solid, Vector
+from sim.world import Kind
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What decides an actor's body, beside the switches of the `BodyShop`."""
+
+    actor_id: int
+    kind: Kind
+    size: Vector
+    """Length, width, height [m]."""
+    paint: float
+    """Diffuse reflectivity, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """P solids and Q planes in the frame of their body; see `Bodies`, which holds these fields of all actors."""
+
+    bounds: Floats
+    """(2, 3)"""
+    planes_of_solid: Ints
+    """(P,) how many planes each solid has."""
+    solid_bounds: Floats
+    """(P, 2, 3)"""
+    solid_inner: npt.NDArray[np.bool_]
+    """(P,)"""
+    solid_tractor: npt.NDArray[np.bool_]
+    """(P,)"""
+    planes: Floats
+    """(Q, 4)"""
+    plane_part: npt.NDArray[np.uint8]
+    """(Q,)"""
+    plane_reflectivity: Floats
+    """(Q,)"""
+    plane_transmission: Floats
+    """(Q,)"""
+
+
+def build(look: Look, draw: Draw, glass: Glass, *, mirrors: bool, as_prism: bool) -> Body:
+    """Build the body of an actor.
+
+    Parameters
+    ----------
+    draw
+        Of its proportions.
+    glass
+        Of its windows.
+    mirrors
+        Whether it has its side mirrors.
+    as_prism
+        Whether the rest of it is its bounding prism; an articulated vehicle has two.
+    """
+    shape = SHAPES[look.kind]
+    size = np.clip(look.size, shape.smallest, shape.largest)
+    length, width, height = size.tolist()
+    solids = shape.make((length, width, height), draw, glass)
+    if as_prism:
+        solids = [*shape.plain((length, width, height)), *(solid for solid in solids if solid.is_mirror)]
+    if not mirrors:
+        solids = [solid for solid in solids if not solid.is_mirror]
+    return _flat(solids, np.array(look.size) / size, look.paint, glass)
+
+
+def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> Body:
+    """Flatten solids, stretched along the axes: planes n . p <= d become (n / stretch) . p <= d, normalised."""
+    flat = [plane for solid in solids for plane in solid.planes]
+    planes = np.array([(*plane.normal, plane.offset) for plane in flat])
+    planes[:, :3] /= stretch
+    planes /= np.sqrt((planes[:, :3] ** 2).sum(axis=1, keepdims=True))
+    part = np.array([plane.part for plane in flat], dtype=np.uint8)
+    low = np.array([solid.low for solid in solids]) * stretch
+    high = np.array([solid.high for solid in solids]) * stretch
+    return Body(
+        bounds=np.array([low.min(axis=0), high.max(axis=0)]),
+        planes_of_solid=np.array([len(solid.planes) for solid in solids], dtype=np.int64),
+        solid_bounds=np.stack([low, high], axis=1),
+        solid_inner=np.array([solid.inner for solid in solids]),
+        solid_tractor=np.array([solid.tractor for solid in solids]),
+        planes=planes,
+        plane_part=part,
+        plane_reflectivity=plane_reflectivity(part, paint, glass),
+        plane_transmission=plane_transmission(part, glass),
+    )

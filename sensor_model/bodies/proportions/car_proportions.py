@@ -1,0 +1,130 @@
+"""Proportions of sedans, sport utility vehicles and vans."""
+
+from dataclasses import dataclass
+
+from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.proportions.fitting_proportions import Glazing, MirrorBox
+
+
+@dataclass(frozen=True, slots=True)
+class CarProportions:
+    """Passenger cars and vans. Lengths [m], heights [m] above the ground."""
+
+    clearance: float
+    wheel_radius: float
+    front_overhang: float
+    """Front bumper to front axle."""
+    rear_overhang: float
+    """Rear axle to rear bumper."""
+    bumper_bottom: float
+    bumper_top: float
+    nose: float
+    """How far the front edge of the hood stands behind the bumper."""
+    hood_front: float
+    hood_rear: float
+    """Height of the hood's rear edge, at the foot of the windscreen."""
+    hood_share: float
+    """Front bumper to the foot of the windscreen, as a share of the length."""
+    deck: float
+    """Foot of the rear window to rear bumper; a van has none."""
+    deck_height: float
+    tail: float
+    """How far the rear edge of the deck stands before the bumper."""
+    front_radius: float
+    """Of the corners in plan."""
+    rear_radius: float
+    glazing: Glazing
+    mirror: MirrorBox
+
+
+def sedan(draw: Draw) -> CarProportions:
+    """Draw a sedan, 4.4 to 5.0 m long."""
+    return CarProportions(
+        clearance=draw(0.13, 0.17),
+        wheel_radius=draw(0.31, 0.33),
+        front_overhang=draw(0.85, 0.95),
+        rear_overhang=draw(0.95, 1.05),
+        bumper_bottom=draw(0.32, 0.38),
+        bumper_top=draw(0.60, 0.64),
+        nose=draw(0.08, 0.12),
+        hood_front=draw(0.67, 0.73),
+        hood_rear=draw(0.93, 0.96),
+        hood_share=draw(0.27, 0.29),
+        deck=draw(0.55, 0.70),
+        deck_height=draw(0.98, 1.02),
+        tail=draw(0.05, 0.10),
+        front_radius=draw(0.32, 0.40),
+        rear_radius=draw(0.30, 0.36),
+        glazing=Glazing(
+            windscreen_deg=draw(28.0, 32.0),
+            backlight_deg=draw(28.0, 35.0),
+            tumblehome_deg=draw(16.0, 19.0),
+            shoulder=draw(0.04, 0.06),
+            front_pillar=draw(0.09, 0.12),
+            rear_pillar=draw(0.20, 0.30),
+            frame=draw(0.08, 0.12),
+        ),
+        mirror=MirrorBox(draw(0.12, 0.17), draw(0.13, 0.18), draw(0.14, 0.17), draw(0.98, 1.02), draw(0.15, 0.17)),
+    )
+
+
+def suv(draw: Draw) -> CarProportions:
+    """Draw a sport utility vehicle or a tall hatchback, 4.3 to 4.9 m long."""
+    return CarProportions(
+        clearance=draw(0.18, 0.22),
+        wheel_radius=draw(0.34, 0.38),
+        front_overhang=draw(0.85, 0.95),
+        rear_overhang=draw(0.90, 1.00),
+        bumper_bottom=draw(0.36, 0.44),
+        bumper_top=draw(0.72, 0.78),
+        nose=draw(0.07, 0.11),
+        hood_front=draw(0.89, 0.95),
+        hood_rear=draw(1.06, 1.09),
+        hood_share=draw(0.26, 0.28),
+        deck=draw(0.06, 0.12),
+        deck_height=draw(1.09, 1.11),
+        tail=draw(0.03, 0.05),
+        front_radius=draw(0.27, 0.35),
+        rear_radius=draw(0.25, 0.33),
+        glazing=Glazing(
+            windscreen_deg=draw(30.0, 38.0),
+            backlight_deg=draw(57.0, 73.0),
+            tumblehome_deg=draw(12.0, 15.0),
+            shoulder=draw(0.03, 0.05),
+            front_pillar=draw(0.10, 0.13),
+            rear_pillar=draw(0.15, 0.25),
+            frame=draw(0.08, 0.12),
+        ),
+        mirror=MirrorBox(draw(0.12, 0.17), draw(0.14, 0.20), draw(0.15, 0.19), draw(1.13, 1.17), draw(0.17, 0.19)),
+    )
+
+
+def van(draw: Draw) -> CarProportions:
+    """Draw a van, 4.7 to 6.5 m long; its rear pillars stand behind the doors of the cab."""
+    return CarProportions(
+        clearance=draw(0.16, 0.20),
+        wheel_radius=draw(0.32, 0.36),
+        front_overhang=draw(0.90, 1.05),
+        rear_overhang=draw(0.95, 1.15),
+        bumper_bottom=draw(0.33, 0.38),
+        bumper_top=draw(0.72, 0.78),
+        nose=draw(0.08, 0.12),
+        hood_front=draw(0.93, 0.98),
+        hood_rear=draw(1.13, 1.17),
+        hood_share=draw(0.14, 0.17),
+        deck=0.0,
+        deck_height=draw(1.18, 1.19),
+        tail=draw(0.01, 0.03),
+        front_radius=draw(0.18, 0.25),
+        rear_radius=draw(0.05, 0.10),
+        glazing=Glazing(
+            windscreen_deg=draw(41.0, 49.0),
+            backlight_deg=draw(84.0, 89.0),
+            tumblehome_deg=draw(3.5, 7.5),
+            shoulder=draw(0.03, 0.04),
+            front_pillar=draw(0.10, 0.14),
+            rear_pillar=draw(0.08, 0.12),
+            frame=draw(0.08, 0.12),
+        ),
+        mirror=MirrorBox(draw(0.13, 0.17), draw(0.16, 0.21), draw(0.22, 0.28), draw(1.28, 1.38), draw(0.28, 0.31)),
+    )

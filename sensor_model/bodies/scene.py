@@ -1,0 +1,185 @@
+"""All actors as convex bodies: what they are made of, and where they stand in the ego frame."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.bodies.articulation import turned_boxes, turned_planes, turned_points, turned_vectors
+from sensor_model.bodies.body import Body, Look, build
+from sensor_model.bodies.materials import Glass
+from sensor_model.bodies.proportions import Draw
+from sim.articulation import hitch
+from sim.world import Actors, Ego, Kind, WorldFrame
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bodies:
+    """A bodies in the ego frame, flat: P solids and Q planes in all.
+
+    The frame of an articulated body is its trailer's. A sweep lasts milliseconds: during it, the body keeps its bend.
+    """
+
+    pose_ego: Floats
+    """(A, 3) x [m], y [m], yaw [rad]."""
+    velocity_ego: Floats
+    """(A, 2) over ground, along the axes of the ego frame [m/s]."""
+    acceleration_ego: Floats
+    """(A, 2) likewise [m/s^2]."""
+    yaw_rate: Floats
+    """(A,) over ground [rad/s]."""
+    bounds: Floats
+    """(A, 2, 3) box around all of a body's solids, mirrors included, in the body's frame [m]."""
+    kingpin: Floats
+    """(A,) x of the place about which the body bends, in its frame [m]; of use where it does."""
+    body_solid: Ints
+    """(A + 1,) body a has solids body_solid[a] to body_solid[a + 1]."""
+    solid_plane: Ints
+    """(P + 1,) solid p has planes solid_plane[p] to solid_plane[p + 1]."""
+    solid_bounds: Floats
+    """(P, 2, 3) box around the solid, in the body's frame [m]."""
+    solid_inner: npt.NDArray[np.bool_]
+    """(P,) the solid is behind glass: only beams that pass a pane of its own body meet it."""
+    solid_tractor: npt.NDArray[np.bool_]
+    """(P,) the solid is a part of an articulated body's tractor."""
+    planes: Floats
+    """(Q, 4) outward unit normal and offset, in the body's frame [m]."""
+    plane_turn: Floats
+    """(Q,) by which the plane has been turned with a tractor, counter-clockwise [rad]."""
+    plane_part: npt.NDArray[np.uint8]
+    """(Q,) `Part`."""
+    plane_reflectivity: Floats
+    """(Q,) diffuse, 0 to 1; the actor's own paint where the plane is painted."""
+    plane_transmission: Floats
+    """(Q,) two-way power transmission, 0 for what is opaque."""
+
+    def __len__(self) -> int:
+        return len(self.pose_ego)
+
+    def straight_points(self, body: Ints, plane: Ints, points_body: Floats) -> Floats:
+        """(N, 2) where points on planes (N,) of bodies (N,) would be in their frames if no body were bent [m]."""
+        turn = self.plane_turn[plane]
+        on_turned = np.flatnonzero(turn)
+        points = points_body.copy()
+        kingpin = self.kingpin[body[on_turned]]
+        points[on_turned] = turned_points(points_body[on_turned], kingpin, -turn[on_turned])
+        return points
+
+    def straight_normals(self, plane: Ints) -> Floats:
+        """(N, 3) outward normals of planes (N,) if no body were bent."""
+        return turned_vectors(self.planes[plane, :3], -self.plane_turn[plane])
+
+
+class BodyShop:
+    """Builds the bodies of a frame's actors; unchanged actors are not built again.
+
+    Parameters
+    ----------
+    mirrors
+        Whether vehicles have their side mirrors, which alone stick out of length x width x height.
+    plain
+        Whether a body is the bounding prism from the ground to its height (side mirrors stay).
+    glass
+        Of the windows.
+    seed
+        Of proportions, which are drawn for each actor; None builds everybody in the middle of all ranges.
+    """
+
+    def __init__(self, *, mirrors: bool, plain: bool, glass: Glass, seed: int | None) -> None:
+        self._mirrors = mirrors
+        self._plain = plain
+        self._glass = glass
+        self._seed = seed
+        self._looks = np.empty((0, 6))
+        self._built: dict[tuple[float, ...], Body] = {}
+        self._straight = _pack([])
+
+    def place(self, frame: WorldFrame) -> Bodies:
+        """Return the bodies of a frame's actors, in their order, as seen from the ego."""
+        actors, ego = frame.actors, frame.ego
+        looks = np.column_stack([actors.id, actors.kind, actors.size, actors.reflectivity])
+        if not np.array_equal(looks, self._looks):
+            rows = [tuple(row) for row in looks.tolist()]
+            self._built = {row: self._built.get(row) or self._build(*row) for row in rows}
+            self._straight = _pack([self._built[row] for row in rows])
+            self._looks = looks
+        return _placed(_bent(self._straight, actors) if actors.articulation.any() else self._straight, actors, ego)
+
+    def _build(self, id: float, kind: float, length: float, width: float, height: float, paint: float) -> Body:
+        look = Look(int(id), Kind(int(kind)), (length, width, height), paint)
+        draw = Draw(self._seed, look.actor_id)
+        return build(look, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
+
+
+def _pack(bodies: list[Body]) -> Bodies:
+    """Flatten bodies, each standing at the origin."""
+    count, no_counts = len(bodies), np.empty(0, np.int64)
+    return Bodies(
+        pose_ego=np.zeros((count, 3)),
+        velocity_ego=np.zeros((count, 2)),
+        acceleration_ego=np.zeros((count, 2)),
+        yaw_rate=np.zeros(count),
+        bounds=np.array([body.bounds for body in bodies]).reshape(count, 2, 3),
+        kingpin=np.zeros(count),
+        body_solid=_offsets(np.array([len(body.solid_inner) for body in bodies], dtype=np.int64)),
+        solid_plane=_offsets(np.concatenate([no_counts, *(body.planes_of_solid for body in bodies)])),
+        solid_bounds=np.concatenate([np.empty((0, 2, 3)), *(body.solid_bounds for body in bodies)]),
+        solid_inner=np.concatenate([np.empty(0, np.bool_), *(body.solid_inner for body in bodies)]),
+        solid_tractor=np.concatenate([np.empty(0, np.bool_), *(body.solid_tractor for body in bodies)]),
+        planes=np.concatenate([np.empty((0, 4)), *(body.planes for body in bodies)]),
+        plane_turn=np.zeros(sum(len(body.planes) for body in bodies)),
+        plane_part=np.concatenate([np.empty(0, np.uint8), *(body.plane_part for body in bodies)]),
+        plane_reflectivity=np.concatenate([np.empty(0), *(body.plane_reflectivity for body in bodies)]),
+        plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
+    )
+
+
+def _offsets(counts: Ints) -> Ints:
+    return np.concatenate([[0], np.cumsum(counts)])
+
+
+def _bent(straight: Bodies, actors: Actors) -> Bodies:
+    """Turn the tractors against their trailers."""
+    solids, planes = np.diff(straight.body_solid), np.diff(straight.solid_plane)
+    kingpin = 0.5 * actors.size[:, 0] - hitch(actors.size[:, 0]).kingpin
+    solid_turn = np.repeat(actors.articulation, solids) * straight.solid_tractor
+    plane_turn = np.repeat(solid_turn, planes)
+    solid, plane = np.flatnonzero(solid_turn), np.flatnonzero(plane_turn)
+    solid_kingpin = np.repeat(kingpin, solids)
+    plane_kingpin = np.repeat(solid_kingpin, planes)
+    bent_bounds, bent_planes = straight.solid_bounds.copy(), straight.planes.copy()
+    bent_bounds[solid] = turned_boxes(bent_bounds[solid], solid_kingpin[solid], solid_turn[solid])
+    bent_planes[plane] = turned_planes(bent_planes[plane], plane_kingpin[plane], plane_turn[plane])
+    low, high = bent_bounds[:, 0], bent_bounds[:, 1]
+    first = straight.body_solid[:-1]
+    return replace(
+        straight,
+        bounds=np.stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)], axis=1),
+        kingpin=kingpin,
+        solid_bounds=bent_bounds,
+        planes=bent_planes,
+        plane_turn=plane_turn,
+    )
+
+
+def _placed(bodies: Bodies, actors: Actors, ego: Ego) -> Bodies:
+    cos, sin = math.cos(ego.pose_world[2]), math.sin(ego.pose_world[2])
+    R_world_ego = np.array([[cos, -sin], [sin, cos]])
+    return replace(
+        bodies,
+        pose_ego=relative_pose(actors.pose_world, ego.pose_world),
+        velocity_ego=actors.velocity_world @ R_world_ego,
+        acceleration_ego=actors.acceleration_world @ R_world_ego,
+        yaw_rate=actors.yaw_rate,
+    )
+
+
+def relative_pose(pose_world: Floats, ego_pose_world: Floats) -> Floats:
+    """Poses (..., 3) of the world frame in the ego frame: x, y [m], yaw [rad], not wrapped."""
+    x, y = np.moveaxis(pose_world[..., :2] - ego_pose_world[:2], -1, 0)
+    cos, sin = np.cos(ego_pose_world[2]), np.sin(ego_pose_world[2])
+    return np.stack([cos * x + sin * y, cos * y - sin * x, pose_world[..., 2] - ego_pose_world[2]], axis=-1)

@@ -1,0 +1,110 @@
+"""What each kind of road user looks like: how its solids are made, and in which sizes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sensor_model.bodies.materials import Glass
+from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions, rider_proportions
+from sensor_model.bodies.shapes import car_shapes, heavy_shapes, rider_shapes
+from sensor_model.bodies.solids import Solid, Vector, box
+from sensor_model.truth import Part
+from sim.articulation import LONGEST_M, SHORTEST_M, hitch
+from sim.world import Kind
+
+
+def plain(size: Vector) -> list[Solid]:
+    """Make the bounding prism from the ground to the top."""
+    return [_prism(size, -size[0] / 2, size[0] / 2)]
+
+
+def plain_articulated(size: Vector) -> list[Solid]:
+    """Make two bounding prisms, of the tractor and of the trailer; straight, they fill one."""
+    end = size[0] / 2
+    trailer_front = end - float(hitch(np.array(size[:1])).trailer_front[0])
+    return [_prism(size, -end, trailer_front), replace(_prism(size, trailer_front, end), tractor=True)]
+
+
+def _prism(size: Vector, rear: float, front: float) -> Solid:
+    return box(Part.BODY, (rear, front), (-size[1] / 2, size[1] / 2), (0.0, size[2]))
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """One kind of road user. Sizes are length, width and height [m]."""
+
+    size: Vector
+    """A usual one."""
+    smallest: Vector
+    largest: Vector
+    """Between these, angles and heights are those of the proportions. Any other size is the nearest one, stretched."""
+    make: Callable[[Vector, Draw, Glass], list[Solid]]
+    """Its solids, from a size, a draw of its proportions, and the glass that tells how deep its interior lies."""
+    plain: Callable[[Vector], list[Solid]] = plain
+    """What encloses them."""
+
+
+SHAPES = {
+    Kind.CAR: Shape(
+        size=(4.70, 1.82, 1.46),
+        smallest=(4.40, 1.60, 1.40),
+        largest=(5.10, 2.00, 1.52),
+        make=lambda size, draw, glass: car_shapes.sedan(size, car_proportions.sedan(draw), glass),
+    ),
+    Kind.SUV: Shape(
+        size=(4.60, 1.88, 1.70),
+        smallest=(4.10, 1.70, 1.55),
+        largest=(5.10, 2.05, 1.85),
+        make=lambda size, draw, glass: car_shapes.suv(size, car_proportions.suv(draw), glass),
+    ),
+    Kind.VAN: Shape(
+        size=(5.50, 2.00, 2.30),
+        smallest=(4.60, 1.80, 1.70),
+        largest=(7.00, 2.20, 2.90),
+        make=lambda size, draw, glass: car_shapes.van(size, car_proportions.van(draw), glass),
+    ),
+    Kind.TRUCK: Shape(
+        size=(8.00, 2.50, 3.20),
+        smallest=(6.50, 2.20, 2.40),
+        largest=(12.00, 2.60, 4.00),
+        make=lambda size, draw, glass: heavy_shapes.truck(size, heavy_proportions.truck(draw), glass),
+    ),
+    Kind.TRAILER_TRUCK: Shape(
+        size=(16.50, 2.55, 4.00),
+        smallest=(SHORTEST_M, 2.40, 3.20),
+        largest=(LONGEST_M, 2.60, 4.30),
+        make=lambda size, draw, glass: heavy_shapes.trailer_truck(size, heavy_proportions.trailer_truck(draw), glass),
+        plain=plain_articulated,
+    ),
+    Kind.BUS: Shape(
+        size=(12.00, 2.50, 3.40),
+        smallest=(9.00, 2.30, 2.80),
+        largest=(19.00, 2.60, 4.20),
+        make=lambda size, draw, glass: heavy_shapes.bus(size, heavy_proportions.bus(draw), glass),
+    ),
+    Kind.MOTORCYCLE: Shape(
+        size=(2.20, 0.80, 1.50),
+        smallest=(2.00, 0.70, 1.45),
+        largest=(2.30, 0.95, 1.75),
+        make=lambda size, draw, _glass: rider_shapes.motorcycle(size, rider_proportions.motorcycle(draw)),
+    ),
+    Kind.BICYCLE: Shape(
+        size=(1.60, 0.65, 1.70),
+        smallest=(1.55, 0.50, 1.60),
+        largest=(1.90, 0.70, 1.90),
+        make=lambda size, draw, _glass: rider_shapes.bicycle(size, rider_proportions.bicycle(draw)),
+    ),
+    Kind.PEDESTRIAN: Shape(
+        size=(0.30, 0.48, 1.72),
+        smallest=(0.20, 0.38, 1.40),
+        largest=(0.60, 0.70, 2.00),
+        make=lambda size, draw, _glass: rider_shapes.pedestrian(size, rider_proportions.pedestrian(draw)),
+    ),
+    Kind.OBSTACLE: Shape(
+        size=(1.0, 1.0, 1.0),
+        smallest=(0.1, 0.1, 0.1),
+        largest=(50.0, 50.0, 50.0),
+        make=lambda size, _draw, _glass: plain(size),
+    ),
+}

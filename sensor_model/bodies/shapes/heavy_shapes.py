@@ -1,0 +1,174 @@
+"""Box trucks, articulated trucks and buses. Beneath their load bodies one looks through, past wheels and frame."""
+
+from dataclasses import replace
+
+from sensor_model.bodies.materials import Glass
+from sensor_model.bodies.proportions.fitting_proportions import Glazing
+from sensor_model.bodies.proportions.heavy_proportions import BusProportions, TruckProportions
+from sensor_model.bodies.shapes.fitting_shapes import greenhouse, side_mirrors, side_pillar, wheels
+from sensor_model.bodies.solids import Solid, Vector, bevel, box, mirrored, prism, rounded
+from sensor_model.truth import Part
+from sim.articulation import AXLE_SPACING_M, WHEELBASE_M
+
+_MIRROR_ROOT = 0.03
+"""[m] How deep the mirrors' arms begin inside the side."""
+_WHEEL_WIDTH, _TWIN_WIDTH = 0.32, 0.58
+"""[m] Of single and of twin wheels."""
+_WHEEL_INSET = 0.02
+"""[m] Of the tyres' outer faces."""
+_FRAME = 0.43
+"""[m] Half the width of the ladder frame, a standard 0.86 m."""
+_FRAME_DEPTH = 0.30
+"""[m]"""
+_GUARD_BOTTOM = 0.50
+"""[m] Lower edges of side guards and underrun bar; at most 0.55 m by UN Regulations 73 and 58."""
+_GUARD_INSET = 0.03
+"""[m]"""
+_BAND_INSET = 0.02
+"""[m] How far the windows of a bus stand inside the sheet metal below."""
+_GAP = 0.10
+"""[m] Between cab and load body of a box truck."""
+_TRAILER_GAP = 0.65
+"""[m] Between cab and trailer, where it swings."""
+_TAIL = 0.75
+"""[m] From the drive axle of a tractor to the end of its frame."""
+
+
+def truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
+    """Cab, box on a frame, side guards between the axles, underrun bar, twin wheels in the rear."""
+    length, width, height = size
+    front, rear = length / 2, -length / 2
+    box_front = front - p.cab - _GAP
+    front_axle, rear_axle = front - p.front_overhang, rear + p.rear_overhang
+    outer = width / 2 - _WHEEL_INSET
+    return [
+        *_cab(size, p, glass),
+        _load_body(rear, box_front, width / 2, p.floor, height),
+        _across(rear + 0.3, front - 0.5, _FRAME, p.floor - _FRAME_DEPTH, p.floor),
+        _across(rear, rear + 0.1, width / 2 - 0.1, _GUARD_BOTTOM, _GUARD_BOTTOM + 0.12),
+        *_side_guards(rear_axle + p.wheel_radius + 0.2, front_axle - p.wheel_radius - 0.3, width / 2, p.floor - 0.1),
+        *side_mirrors(p.mirror, length, width / 2, _MIRROR_ROOT),
+        *wheels(front_axle, p.wheel_radius, outer, _WHEEL_WIDTH),
+        *wheels(rear_axle, p.wheel_radius, outer, _TWIN_WIDTH),
+    ]
+
+
+def trailer_truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
+    """Two-axle tractor and a trailer with three axles and side guards before them, in line.
+
+    The frames of both overlap from the trailer's front to the end of the tractor's.
+    """
+    length, width, height = size
+    front, rear = length / 2, -length / 2
+    outer = width / 2 - _WHEEL_INSET
+    trailer_front = front - p.cab - _TRAILER_GAP
+    drive_axle = front - p.front_overhang - WHEELBASE_M
+    axles = [rear + p.rear_overhang + n * AXLE_SPACING_M for n in range(3)]
+    frame = (_FRAME, p.floor - _FRAME_DEPTH, p.floor)
+    tractor = [
+        *_cab(size, p, glass),
+        _across(drive_axle - _TAIL, front - 0.8, *frame),
+        *side_mirrors(p.mirror, length, width / 2, _MIRROR_ROOT),
+        *wheels(front - p.front_overhang, p.wheel_radius, outer, _WHEEL_WIDTH),
+        *wheels(drive_axle, p.wheel_radius, outer, _TWIN_WIDTH),
+    ]
+    trailer = [
+        _load_body(rear, trailer_front, width / 2, p.floor, height),
+        _across(rear + 0.3, trailer_front, *frame),
+        _across(rear, rear + 0.1, width / 2 - 0.1, _GUARD_BOTTOM, _GUARD_BOTTOM + 0.12),
+        *_side_guards(axles[-1] + p.wheel_radius + 0.2, drive_axle - p.wheel_radius - 0.3, width / 2, p.floor - 0.2),
+        *(wheel for axle in axles for wheel in wheels(axle, p.wheel_radius, outer, _WHEEL_WIDTH)),
+    ]
+    return [*(replace(solid, tractor=True) for solid in tractor), *trailer]
+
+
+def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
+    """Sheet metal to the beltline, a band of windows, a roof; the engine behind a closed rear."""
+    length, width, height = size
+    front, rear = length / 2, -length / 2
+    belt, outer = p.belt, width / 2 - _WHEEL_INSET
+    lower = prism(
+        Part.BODY,
+        [
+            (rear + 0.2, p.clearance),
+            (front - 0.1, p.clearance),
+            (front, 0.45),
+            (front, belt),
+            (rear, belt),
+            (rear, 0.45),
+        ],
+        width / 2,
+    )
+    corners = [*rounded(Part.BODY, front, width / 2, p.radius), *rounded(Part.BODY, rear, width / 2, p.radius)]
+    glazing = Glazing(
+        windscreen_deg=p.windscreen_deg,
+        backlight_deg=88.0,
+        tumblehome_deg=1.0,
+        shoulder=_BAND_INSET,
+        front_pillar=0.12,
+        rear_pillar=0.20,
+        frame=0.25,
+    )
+    half_width = width / 2 - _BAND_INSET
+    upper = greenhouse(
+        glazing, glass, (rear + _BAND_INSET, belt), (front - _BAND_INSET, belt), half_width, height, Part.BODY
+    )
+    doors = [side_pillar(upper[0], share, 0.15) for share in (0.10, 0.55)]
+    return [
+        lower.cut(corners),
+        *upper,
+        *doors,
+        *side_mirrors(p.mirror, length, width / 2, _MIRROR_ROOT + _BAND_INSET),
+        *wheels(front - p.front_overhang, p.wheel_radius, outer, _WHEEL_WIDTH),
+        *wheels(rear + p.rear_overhang, p.wheel_radius, outer, _TWIN_WIDTH),
+    ]
+
+
+def _side_guards(rear: float, front: float, side: float, top: float) -> list[Solid]:
+    """A plate between the axles on each side, as UN Regulation 73 asks of trucks and trailers alike."""
+    guard = box(Part.BODY, (rear, front), (side - _GUARD_INSET - 0.05, side - _GUARD_INSET), (_GUARD_BOTTOM, top))
+    return [guard, mirrored(guard)]
+
+
+def _cab(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
+    """A cab over the engine: lower part with the bumper, and a glazed upper part with a closed rear wall."""
+    length, width, height = size
+    front, back = length / 2, length / 2 - p.cab
+    half_width = width / 2 - 0.01
+    roof = p.cab_share * height
+    belt = min(1.45, 0.62 * roof)
+    lower = prism(
+        Part.BODY,
+        [
+            (back, p.clearance),
+            (front - 0.1, p.clearance),
+            (front, 0.42),
+            (front, 0.9),
+            (front - 0.06, belt),
+            (back, belt),
+        ],
+        half_width,
+    )
+    glazing = Glazing(
+        windscreen_deg=p.windscreen_deg,
+        backlight_deg=90.0,
+        tumblehome_deg=2.0,
+        shoulder=0.0,
+        front_pillar=0.16,
+        rear_pillar=0.10,
+        frame=0.20,
+    )
+    upper = greenhouse(glazing, glass, (back, belt), (front - 0.07, belt), half_width - 0.01, roof, Part.BODY)
+    # Behind the doors is sheet metal.
+    return [lower.cut(rounded(Part.BODY, front, half_width, p.radius)), *upper, side_pillar(upper[0], 0.8, 0.3 * p.cab)]
+
+
+def _load_body(rear: float, front: float, half_width: float, floor: float, top: float) -> Solid:
+    body = _across(rear, front, half_width, floor, top)
+    left, right, roof = body.planes[2], body.planes[3], body.planes[5]
+    return body.cut(bevel(Part.BODY, side, roof, 0.08) for side in (left, right))
+
+
+def _across(rear: float, front: float, half_width: float, bottom: float, top: float) -> Solid:
+    """Make a box symmetric about the middle of the vehicle."""
+    return box(Part.BODY, (rear, front), (-half_width, half_width), (bottom, top))

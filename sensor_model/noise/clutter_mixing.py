@@ -1,0 +1,168 @@
+"""Echoes that come from no surface, and how they mix with those that do."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.kernels.noise import separate_echoes
+from sensor_model.noise.thresholds import Thresholds
+from sensor_model.returns import NOTHING, Returns
+from sensor_model.rig.beams import BeamTable
+from sensor_model.truth import Cause, Part
+from tracker.scan import PointFlag
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Clutter:
+    """C echoes, in no order."""
+
+    beam: Ints
+    """(C,) row of the beam table."""
+    range: Floats
+    """(C,) [m]."""
+    width: Floats
+    """(C,) of the pulse over the threshold [m]."""
+    power: Floats
+    """(C,) as in `Returns` [1/m^2]."""
+    part: npt.NDArray[np.uint8]
+    """(C,) `Part`: DROPLET, which a surface on the way hides, or NONE."""
+    cause: npt.NDArray[np.uint8]
+    """(C,) `Cause`."""
+    flags: npt.NDArray[np.uint16]
+    """(C,) `PointFlag`."""
+
+    def __len__(self) -> int:
+        return len(self.beam)
+
+
+def faint(
+    beam: Ints, range_: Floats, part: Part, cause: Cause, labelled: Bools, beams: BeamTable, thresholds: Thresholds
+) -> Clutter:
+    """Clutter that barely reaches the unit's own threshold, as short as its pulse; none of beams that do not fire.
+
+    Parameters
+    ----------
+    beam, range_, labelled
+        (C,) rows of the beam table, ranges [m], and whether the unit itself takes the echo for clutter.
+    """
+    firing = thresholds.firing[beam]
+    beam, range_, labelled = beam[firing], range_[firing], labelled[firing]
+    return Clutter(
+        beam=beam,
+        range=range_,
+        width=beams.units.pulse_length[beams.unit[beam]],
+        power=thresholds.own[beam],
+        part=np.full(len(beam), part, dtype=np.uint8),
+        cause=np.full(len(beam), cause, dtype=np.uint8),
+        flags=np.where(labelled, PointFlag.CLUTTER, PointFlag(0)).astype(np.uint16),
+    )
+
+
+def droplets(
+    beam: Ints, range_: Floats, cause: Cause, labelled: float, chance: Floats, beams: BeamTable, thresholds: Thresholds
+) -> Clutter:
+    """Echoes of drops, which barely reach the unit's own threshold: of a raised one, own / threshold of them do.
+
+    Parameters
+    ----------
+    beam, range_
+        (C,) rows of the beam table, and ranges [m].
+    labelled
+        Share of them that the unit itself takes for clutter.
+    chance
+        (2, C) independent draws in (0, 1): for the label, and for being seen.
+    """
+    seen = chance[1] * thresholds.threshold[beam] < thresholds.own[beam]
+    beam, range_, by_unit = beam[seen], range_[seen], chance[0, seen] < labelled
+    return faint(beam, range_, Part.DROPLET, cause, by_unit, beams, thresholds)
+
+
+def unit_beams(beams: BeamTable) -> Ints:
+    """(U + 1,) unit u has beams unit_beams[u] to unit_beams[u + 1] of the table."""
+    return np.searchsorted(beams.unit, np.arange(len(beams.units) + 1)).astype(np.int64)
+
+
+def unit_directions(beams: BeamTable) -> Floats:
+    """(B, 3) unit vectors along the beams in the frames of their units."""
+    directions: Floats = np.einsum("bji,bj->bi", beams.units.R_ego_unit[beams.unit], beams.direction_ego)
+    return directions
+
+
+def merge(returns: Returns, clutter: Sequence[Clutter], free_range: Floats, beams: BeamTable) -> Returns:
+    """Put clutter among the returns, as the units tell the echoes of a beam apart.
+
+    Droplets behind a surface are not seen. Of echoes that start nearer to each other than the unit's echo separation
+    the nearest stands for all of them, widened to their common end; at most `echoes_max` remain, the nearest.
+
+    Parameters
+    ----------
+    returns
+        From surfaces.
+    free_range
+        (B,) range of the first surface in each beam's way, infinite where there is none [m].
+    """
+    visible = [_visible(some, free_range, beams) for some in clutter if len(some)]
+    if not any(len(some) for some in visible):
+        return returns
+    both = _joined(returns, visible)
+    # One number to sort by, as the returns come in order: a stable sort then has little left to do.
+    order = np.argsort(both.beam * (both.range.max() + 1.0) + both.range, kind="stable")
+    both = _taken(both, order, both.width[order])
+    unit = beams.unit[both.beam]
+    kept, width = separate_echoes(
+        both.beam, both.range, both.width, beams.units.echo_separation[unit], beams.units.echoes_max[unit]
+    )
+    rows = np.flatnonzero(kept)
+    return _taken(both, rows, width[rows])
+
+
+def _visible(clutter: Clutter, free_range: Floats, beams: BeamTable) -> Clutter:
+    unit = beams.unit[clutter.beam]
+    seen = (clutter.range >= beams.units.range_min[unit]) & (clutter.range <= beams.units.range_max[unit])
+    seen &= (clutter.part != Part.DROPLET) | (clutter.range < free_range[clutter.beam])
+    return Clutter(
+        beam=clutter.beam[seen],
+        range=clutter.range[seen],
+        width=clutter.width[seen],
+        power=clutter.power[seen],
+        part=clutter.part[seen],
+        cause=clutter.cause[seen],
+        flags=clutter.flags[seen],
+    )
+
+
+def _joined(returns: Returns, clutter: list[Clutter]) -> Returns:
+    count = sum(map(len, clutter))
+    return Returns(
+        beam=np.concatenate([returns.beam, *(some.beam for some in clutter)]),
+        range=np.concatenate([returns.range, *(some.range for some in clutter)]),
+        width=np.concatenate([returns.width, *(some.width for some in clutter)]),
+        power=np.concatenate([returns.power, *(some.power for some in clutter)]),
+        target=np.concatenate([returns.target, np.full(count, NOTHING, dtype=np.int64)]),
+        surface=np.concatenate([returns.surface, np.zeros(count, dtype=np.int64)]),
+        part=np.concatenate([returns.part, *(some.part for some in clutter)]),
+        cause=np.concatenate([returns.cause, *(some.cause for some in clutter)]),
+        point_body=np.concatenate([returns.point_body, np.zeros((count, 2))]),
+        flags=np.concatenate([returns.flags, *(some.flags for some in clutter)]),
+    )
+
+
+def _taken(returns: Returns, rows: Ints, width: Floats) -> Returns:
+    return Returns(
+        beam=returns.beam[rows],
+        range=returns.range[rows],
+        width=width,
+        power=returns.power[rows],
+        target=returns.target[rows],
+        surface=returns.surface[rows],
+        part=returns.part[rows],
+        cause=returns.cause[rows],
+        point_body=returns.point_body.take(rows, axis=0),
+        flags=returns.flags[rows],
+    )

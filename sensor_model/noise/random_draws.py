@@ -1,0 +1,87 @@
+"""Random numbers that depend on nothing but what they are for.
+
+Philox is a function of a key and a counter (Salmon et al., SC 2011). The key is the run's seed; the counter names
+frame, unit, beam and purpose. So a draw does not change when a unit, an actor or another kind of noise comes or goes,
+and it does not matter in which order frames are asked for.
+"""
+
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.kernels.noise import beam_pairs, counter_pairs
+from sensor_model.rig.beams import BeamTable
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_WORD = 0xFFFFFFFF
+_NUMBER = 256  # purposes are fewer
+
+
+class Purpose(IntEnum):
+    """What a draw is for. The numbers are part of every recorded run: add new ones at the end."""
+
+    RANGE = 0
+    DROPOUT = 1
+    OUTAGE = 2
+    OUTLIER = 3
+    FALSE_ALARM = 4
+    FALSE_ALARM_RANGE = 5
+    RAIN = 6
+    RAIN_RANGE = 7
+    RAIN_LABEL = 8
+    SPRAY_BIRTH = 9
+    SPRAY_PLACE = 10
+    SPRAY_HEIGHT = 11
+    SPRAY_RADIUS = 12
+    SPRAY_ECHO = 13
+    SPRAY_LABEL = 14
+    MOUNT = 15
+    SYNC = 16
+    PITCH = 17
+    ROLL = 18
+    ODOMETRY = 19
+    YAW_WALK = 20
+
+
+class Draws:
+    """The draws of one run.
+
+    Parameters
+    ----------
+    seed
+        Taken modulo 2^64.
+    """
+
+    def __init__(self, seed: int, beams: BeamTable) -> None:
+        self.key = np.array([seed & _WORD, (seed >> 32) & _WORD], dtype=np.uint32)
+        self._beams = beams
+
+    def uniform(self, frame: int, beam: Ints, purpose: Purpose, number: Ints | int = 0) -> Floats:
+        """(2, H) independent draws in (0, 1) for H beams of the table; `number` tells several of a beam apart."""
+        of = np.empty(len(beam), dtype=np.int64)
+        of[:] = purpose + _NUMBER * number
+        pairs: Floats = beam_pairs(self.key, frame, self._beams.unit, self._beams.index, beam, of)
+        return pairs
+
+    def normal(self, frame: int, beam: Ints, purpose: Purpose, number: Ints | int = 0) -> Floats:
+        """(H,) standard normal draws for H beams of the table; `number` tells several of a beam apart."""
+        return _normal(self.uniform(frame, beam, purpose, number))
+
+    def uniform_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
+        """(2, N) independent draws in (0, 1) for things named by up to three integers, which broadcast to (N,)."""
+        names = np.broadcast_arrays(np.atleast_1d(frame), first, second, int(purpose))
+        pairs: Floats = counter_pairs(self.key, *((name & _WORD).astype(np.int64) for name in names))
+        return pairs
+
+    def normal_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
+        """(N,) standard normal draws for things named by up to three integers."""
+        return _normal(self.uniform_of(frame, first, second, purpose))
+
+
+def _normal(uniform: Floats) -> Floats:
+    """(N,) standard normal numbers from two uniform ones each (2, N), by Box and Muller (1958)."""
+    normal: Floats = np.sqrt(-2.0 * np.log(uniform[0])) * np.cos(2.0 * np.pi * uniform[1])
+    return normal

@@ -1,0 +1,194 @@
+"""Beams against the world: the echoes of each beam, without noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.bodies.scene import Bodies
+from sensor_model.bodies.walls import Walls
+from sensor_model.kernels import echoes as kernel
+from sensor_model.kernels import records
+from sensor_model.kernels.culling import reach_of_rig
+from sensor_model.kernels.points import points_on_bodies
+from sensor_model.kernels.rig_scan import cast_rig
+from sensor_model.kernels.secondary_rays import cast_rays
+from sensor_model.noise.ghosts import Mirrored
+from sensor_model.rig.beams import BeamTable
+from sensor_model.scan_context import Setting
+from sensor_model.sensor_config import SensorConfig
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+GROUND_REFLECTIVITY = 0.2
+"""Diffuse reflectivity of dry asphalt at 905 nm; an estimate."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Echoes:
+    """N echoes, ordered by beam and from near to far, and L beams that met something and have none."""
+
+    beam: Ints
+    """(N,) row of the beam table."""
+    range: Floats
+    """(N,) leading edge [m]."""
+    width: Floats
+    """(N,) of the pulse over the threshold [m]."""
+    power: Floats
+    """(N,) highest power [1/m^2]."""
+    target: Ints
+    """(N,) row of the actor, or `GROUND`, `WALL`."""
+    surface: Ints
+    """(N,) plane of `Bodies` on actors, wall of `Walls` on walls, 0 on the ground."""
+    point_body: Floats
+    """(N, 2) the point, on the centre of its beam, in the frame of the actor it is on [m]; zero elsewhere."""
+    lost_beam: Ints
+    """(L,) row of the beam table."""
+    lost_power: Floats
+    """(L,) the most that came back at once [1/m^2]."""
+    lost_range: Floats
+    """(L,) from where it did [m]; 0 if all that the beam met is nearer than the unit measures."""
+    free_range: Floats
+    """(B,) how far each beam gets, infinite where it meets nothing; (0,) unless asked for [m]."""
+    unit_hits: npt.NDArray[np.int32]
+    """(A, U) rays that end on each actor."""
+    unit_hits_alone: npt.NDArray[np.int32]
+    """(A, U) rays that would, were it alone on the ground."""
+
+
+class Caster:
+    """Casts a rig's beams, each as a grid of rays over its footprint. The ground is the plane z = 0."""
+
+    def __init__(self, beams: BeamTable, sensor: SensorConfig) -> None:
+        self._beams = beams
+        self._unit = beams.unit.astype(np.int64)
+        self._fans = records.Fans(beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.fan_turn, beams.row_beam)
+        self._grid = _grid(beams, sensor.footprint)
+        self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
+        self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
+        self._longest = float(np.abs(self._time).max())
+        # Written anew in each scan: memory that the system has to hand out first costs more than a cast body.
+        room = len(beams) * int(beams.units.echoes_max.max())
+        self._echo, self._echo_id = np.empty((3, room)), np.empty((3, room), dtype=np.int64)
+        self._lost_beam, self._lost_echo = np.empty(len(beams), dtype=np.int64), np.empty((2, len(beams)))
+
+    def firing_time(self, setting: Setting) -> Floats:
+        """(B,) when each beam really fires, from the frame's time [s]."""
+        if not setting.time_jitter.any():
+            return self._time
+        return self._time + setting.time_jitter[self._unit]
+
+    def reach(self, setting: Setting) -> float:
+        """Return how far from the ego a thing that stands may be and still count [m].
+
+        That holds for ghosts too: no unit reports one beyond its range, and a way by a mirror is no shorter.
+        """
+        time = self._longest + float(np.abs(setting.time_jitter).max())
+        return reach_of_rig(setting.origin_ego, self._beams.units.range_max, time, setting.drive)
+
+    def cast(self, bodies: Bodies, walls: Walls, setting: Setting, *, free_range: bool = False) -> Echoes:
+        """Find what comes back to every beam.
+
+        Parameters
+        ----------
+        bodies, walls
+            In the ego frame.
+        free_range
+            Whether the result should tell how far beams get.
+        """
+        free = np.full(len(self._beams) if free_range else 0, np.inf)
+        hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
+        beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), setting.drive
+        found, lost = cast_rig(
+            self._fans, self._grid, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
+            self._echo, self._echo_id, self._lost_beam, self._lost_echo, free, hits, hits_alone,
+        )  # fmt: skip
+        echo, echo_id, lost_echo = (
+            buffer[:, :count].copy()
+            for buffer, count in ((self._echo, found), (self._echo_id, found), (self._lost_echo, lost))
+        )
+        beam, distance, target = echo_id[kernel.BEAM], echo[kernel.RANGE], echo_id[kernel.TARGET]
+        return Echoes(
+            beam=beam,
+            range=distance,
+            width=echo[kernel.WIDTH],
+            power=echo[kernel.POWER],
+            target=target,
+            surface=echo_id[kernel.SURFACE],
+            point_body=points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive),
+            lost_beam=self._lost_beam[:lost].copy(),
+            lost_power=lost_echo[kernel.POWER],
+            lost_range=lost_echo[kernel.RANGE],
+            free_range=free,
+            unit_hits=hits.T.astype(np.int32),
+            unit_hits_alone=hits_alone.T.astype(np.int32),
+        )
+
+    def cast_mirrored(
+        self, beam: Ints, origins_ego: Floats, directions_ego: Floats, reach: Floats, bodies: Bodies, walls: Walls,
+        setting: Setting,
+    ) -> Mirrored:  # fmt: skip
+        """Follow rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
+        time = self.firing_time(setting)[beam]
+        surroundings = _surroundings(walls, setting)
+        return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), surroundings))
+
+    def _timed(self, setting: Setting) -> records.Beams:
+        return records.Beams(self._direction, self._beams.gain, setting.threshold, self.firing_time(setting))
+
+    def _units(self, setting: Setting) -> records.Units:
+        units = self._beams.units
+        return records.Units(
+            setting.origin_ego, setting.R_ego_unit, units.range_min, units.range_max, units.pulse_length,
+            units.pulse_growth, units.echo_separation, units.echoes_max,
+        )  # fmt: skip
+
+
+def _grid(beams: BeamTable, footprint: tuple[int, int]) -> records.Grid:
+    """Directions of all rays: the midpoints of an even grid over each beam."""
+    rises, turns = footprint
+    azimuths, slopes, cosines, farthest = [], [], [], []
+    for fan, u in enumerate(beams.fan_unit):
+        first, end = beams.row_beam[beams.fan_row[fan : fan + 2]]
+        layers = beams.fan_row[fan + 1] - beams.fan_row[fan]
+        azimuth, layer_elevation = (angle[first:end].reshape(layers, -1) for angle in (beams.azimuth, beams.elevation))
+        rise, turn = beams.units.beam_height[u] * _even(rises), beams.units.beam_width[u] * _even(turns)
+        azimuths.append((azimuth[0, :, None] + turn).ravel())
+        elevation = np.repeat((layer_elevation.T[:, :, None] + rise).reshape(-1, layers * rises), turns, axis=0).ravel()
+        slopes.append(np.tan(elevation))
+        cosines.append(np.cos(elevation))
+        farthest.append(1.0 / (beams.units.range_max[u] * np.cos(elevation)))
+    return records.Grid(
+        rises=rises,
+        turns=turns,
+        half_width=beams.units.beam_width / 2.0,
+        fan_column=np.cumsum([0, *map(len, azimuths)]),
+        fan_ray=np.cumsum([0, *map(len, slopes)]),
+        azimuth=np.ascontiguousarray(_cos_sin(np.concatenate(azimuths)).T),
+        slope=np.concatenate(slopes),
+        cos=np.concatenate(cosines),
+        far=np.concatenate(farthest),
+    )
+
+
+def _even(count: int) -> Floats:
+    """(count,) midpoints of equal parts of [-1/2, 1/2]."""
+    return (np.arange(count) + 0.5) / count - 0.5
+
+
+def _cos_sin(angle: Floats) -> Floats:
+    """(..., 2) of angles (...)."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _solids(bodies: Bodies) -> records.Solids:
+    motion = np.column_stack([bodies.pose_ego, bodies.velocity_ego, bodies.acceleration_ego, bodies.yaw_rate])
+    return records.Solids(
+        motion, bodies.bounds, bodies.body_solid, bodies.solid_plane, bodies.solid_bounds, bodies.solid_inner,
+        bodies.planes, bodies.plane_reflectivity, bodies.plane_transmission,
+    )  # fmt: skip
+
+
+def _surroundings(walls: Walls, setting: Setting) -> records.Surroundings:
+    return records.Surroundings(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, setting.extinction)

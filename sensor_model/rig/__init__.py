@@ -1,0 +1,1 @@
+"""Rigs, units and beam tables."""

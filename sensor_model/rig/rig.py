@@ -1,0 +1,176 @@
+"""Which units sit where on the ego, and the files that say so; docs/rig-files.md explains every key."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from sensor_model.rig.toml_table import RigError, Table, read_table
+from sensor_model.rig.unit import Fan, UnitModel
+from sensor_model.rig.unit_names import ALL_UNITS
+
+__all__ = ["SHIPPED", "Mount", "Rig", "RigError", "load_rig", "load_unit"]
+
+SHIPPED = Path(__file__).parents[1]
+"""Home of the shipped `rigs/*.toml` and `units/*.toml`."""
+
+_MAX_UNITS = 255  # a point's unit is a byte
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """A unit and its pose in the rear-axle frame: x forward, y left, z up from the ground.
+
+    The unit's axes are turned by yaw about z, then pitch about y (positive looks down), then roll about x.
+    """
+
+    name: str
+    model: UnitModel
+    x_m: float
+    y_m: float
+    z_m: float
+    yaw_deg: float
+    pitch_deg: float
+    roll_deg: float
+    phase_ms: float = 0.0
+    """How long after the frame's time the unit fires at its azimuth 0."""
+
+    def __post_init__(self) -> None:
+        if not self.z_m > 0.0:
+            raise ValueError(f"z_m = {self.z_m}: must be positive, the height above the ground")
+        if not abs(self.phase_ms) <= 1000.0 / self.model.scan_rate_hz:
+            raise ValueError(f"phase_ms = {self.phase_ms}: must be no more than a scan, either way")
+        if self.name == ALL_UNITS:
+            raise ValueError(f"name = {self.name!r}: stands for all units; choose another")
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """All units of the ego. They scan at one rate."""
+
+    rear_axle_x_m: float
+    """Where the rear axle is in the ego frame, whose origin is the box centre."""
+    mounts: tuple[Mount, ...]
+
+    def __post_init__(self) -> None:
+        if not 0 < len(self.mounts) <= _MAX_UNITS:
+            raise ValueError(f"{len(self.mounts)} [[unit]] tables: a rig has 1 to {_MAX_UNITS} units")
+        names = [mount.name for mount in self.mounts]
+        for i, mount in enumerate(self.mounts):
+            if mount.name in names[:i]:
+                raise ValueError(f"unit[{i}].name = {mount.name!r}: another unit has it; choose another")
+            if mount.model.scan_rate_hz != self.scan_rate_hz:
+                raise ValueError(
+                    f"unit[{i}].model: scan_rate_hz = {mount.model.scan_rate_hz}, but unit[0] has {self.scan_rate_hz}: "
+                    "choose models of one scan rate"
+                )
+
+    @property
+    def scan_rate_hz(self) -> float:
+        """Scans a second, the same for all units."""
+        return self.mounts[0].model.scan_rate_hz
+
+
+def load_rig(name_or_path: str, folder: Path) -> Rig:
+    """Read a rig and the unit models that it names.
+
+    Parameters
+    ----------
+    name_or_path
+        Name of a shipped rig ("srx_six_lux"), or the path of a rig file.
+    folder
+        Where relative paths start, usually the folder of the scenario file.
+
+    Raises
+    ------
+    RigError
+        A file is missing, or one of its keys is missing, unknown or out of range.
+    """
+    table = _read(name_or_path, "rig", folder)
+    model = table.text("model", "")
+    mounts = tuple(_mount(unit, model or None) for unit in table.tables("unit"))
+    return table.build(Rig, rear_axle_x_m=table.number("rear_axle_x_m"), mounts=mounts)
+
+
+def _mount(table: Table, model: str | None) -> Mount:
+    return table.build(
+        Mount,
+        name=table.text("name"),
+        model=load_unit(table.text("model", model), table.file.parent),
+        x_m=table.number("x_m"),
+        y_m=table.number("y_m"),
+        z_m=table.number("z_m"),
+        yaw_deg=table.number("yaw_deg"),
+        pitch_deg=table.number("pitch_deg"),
+        roll_deg=table.number("roll_deg"),
+        phase_ms=table.number("phase_ms", 0.0),
+    )
+
+
+def load_unit(name_or_path: str, folder: Path) -> UnitModel:
+    """Read a unit model, like `load_rig`."""
+    table = _read(name_or_path, "unit", folder)
+    gain = table.table("gain_percent")
+    return table.build(
+        UnitModel,
+        scan_rate_hz=table.number("scan_rate_hz"),
+        range_min_m=table.number("range_min_m"),
+        range_max_m=table.number("range_max_m"),
+        beam_width_deg=table.number("beam_width_deg"),
+        beam_height_deg=table.number("beam_height_deg"),
+        reference_reflectivity=table.number("reference_reflectivity"),
+        reference_range_m=table.number("reference_range_m"),
+        pulse_length_m=table.number("pulse_length_m"),
+        pulse_growth_m_per_db=table.number("pulse_growth_m_per_db"),
+        pulse_quantum_m=table.number("pulse_quantum_m"),
+        echoes_max=table.integer("echoes_max"),
+        echo_separation_m=table.number("echo_separation_m"),
+        range_sigma_m=table.number("range_sigma_m"),
+        range_quantum_m=table.number("range_quantum_m"),
+        layer_elevation_deg=table.numbers("layer_elevation_deg"),
+        layer_bias_m=table.numbers("layer_bias_m"),
+        gain_azimuth_deg=table.numbers("gain_azimuth_deg"),
+        turns=table.integer("turns", 1),
+        fans=tuple(_fan(fan, gain) for fan in table.tables("fan")),
+    )
+
+
+def _fan(table: Table, gain: Table) -> Fan:
+    return table.build(
+        Fan,
+        layers=table.integers("layers"),
+        start_deg=table.number("start_deg"),
+        stop_deg=table.number("stop_deg"),
+        step_deg=table.number("step_deg"),
+        gain_percent=_column(gain, table),
+        turn=table.integer("turn", 0),
+        tilt_deg=table.number("tilt_deg", 0.0),
+    )
+
+
+def _column(gain: Table, fan: Table) -> tuple[float, ...]:
+    """Return the column of [gain_percent] that the fan names."""
+    name = fan.text("gain")
+    if name not in gain.values:
+        raise fan.error("gain", f"no such column; [gain_percent] has: {', '.join(gain.values)}")
+    return gain.numbers(name)
+
+
+def _read(name_or_path: str, kind: str, folder: Path) -> Table:
+    """Read a file of rigs or units; what it leaves out is taken from the file that it is `like`."""
+    table = read_table(_find(name_or_path, kind, folder))
+    like = table.text("like", "")
+    if not like:
+        return table
+    model = read_table(_find(like, kind, table.file.parent))
+    if "like" in model.values:
+        raise table.error("like", f"that {kind} is itself like {model.values['like']!r}; name that one")
+    return Table(table.file, {**model.values, **table.values}, asked=table.asked)
+
+
+def _find(name_or_path: str, kind: str, folder: Path) -> Path:
+    """Resolve a shipped name, else a path relative to `folder`."""
+    shipped = {path.stem: path for path in sorted((SHIPPED / f"{kind}s").glob("*.toml"))}
+    path = shipped.get(name_or_path, folder / name_or_path)
+    if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
+        raise RigError(f"{path}: no such {kind} file; give a path, or one of: {', '.join(shipped)}")
+    return path

@@ -1,0 +1,1 @@
+"""Traffic sources in a process of their own."""

@@ -1,0 +1,51 @@
+"""Recordings by file, in whichever of the formats."""
+
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from sim.replay import commonroad, fcd
+from sim.replay.recording import Recording, ReplayType
+from sim.replay.track_tables import read_table
+from sim.source import TrafficInputError
+
+Reader = Callable[[Path, Mapping[str, ReplayType]], Recording]
+
+XML_READERS: dict[str, Reader] = {
+    fcd.ROOT: fcd.read_fcd,
+    commonroad.ROOT: commonroad.read_commonroad,
+}
+"""By the root element."""
+
+
+def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    path
+        The file: XML by its ending, else a table.
+    types
+        What its own words for types mean.
+
+    Raises
+    ------
+    TrafficInputError
+        There is no such file, or it is not what it should be. The message does not name the file.
+    """
+    if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
+        raise TrafficInputError(f"no such file in {path.parent}; paths are relative to the scenario file")
+    reader = _xml_reader(path) if path.name.endswith((".xml", ".xml.gz")) else read_table
+    return reader(path, types)
+
+
+def _xml_reader(path: Path) -> Reader:
+    try:
+        with fcd.open_xml(path) as stream:
+            root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
+    except (ET.ParseError, OSError, EOFError) as error:
+        raise TrafficInputError(f"not XML: {error}") from error
+    if root not in XML_READERS:
+        raise TrafficInputError(f"its root is <{root}>; should be one of {', '.join(XML_READERS)}")
+    return XML_READERS[root]

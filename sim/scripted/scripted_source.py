@@ -1,0 +1,120 @@
+"""Scripted traffic: analytic motions from the scenario file, with exact rates. For tests of exact things."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from sim.frame_builder import Delivery
+from sim.kinematics import Kinematics, wrap_angle
+from sim.modes import ModeLimits
+from sim.obstacles import obstacles
+from sim.reflectivity import actor_rng
+from sim.roster import Cast
+from sim.scripted.motions import state_at
+from sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
+from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
+from sim.world import Floats, Kind, Obstacles, WorldFrame
+
+_JITTER_STREAM = 2
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptedTraffic:
+    """Scripted traffic. It never ends."""
+
+    kind: Literal["scripted"] = "scripted"
+    ego: ScriptedEgo = field(default_factory=ScriptedEgo)
+    """The vehicle that carries the rig."""
+    actor: list[ScriptedActor] = field(default_factory=list)
+    """All others, numbered from 1 in this order."""
+    ring: ScriptedRing | None = None
+    """Cars around the ego, numbered after the actors."""
+    obstacle: list[ScriptedObstacle] = field(default_factory=list)
+    """What stands along the road."""
+    dt_s: float = 0.08
+    """[s] Time between frames; the rig turns at 12.5 Hz."""
+    jitter_m: float = 0.05
+    """[m] Actors start up to this far off in x and in y, drawn evenly by the seed."""
+    jitter_deg: float = 0.05
+    """[deg] Likewise in yaw."""
+    modes: ModeLimits = field(default_factory=ModeLimits)
+    """Limits of the true motion modes."""
+
+    def __post_init__(self) -> None:
+        if self.dt_s <= 0 or self.jitter_m < 0 or self.jitter_deg < 0:
+            raise ValueError("dt_s must be positive, jitter_m and jitter_deg must not be negative")
+
+
+class ScriptedSource:
+    """The script, played.
+
+    Parameters
+    ----------
+    config
+        The script.
+    folder
+        Folder of the scenario file; not needed here, every source has it.
+    range_m
+        Delivery radius around the ego [m].
+    """
+
+    def __init__(self, config: ScriptedTraffic, folder: Path, range_m: float):
+        del folder
+        self.dt = config.dt_s
+        self.origin = np.zeros(2)
+        self._config = config
+        self._range = range_m
+        self._delivery: Delivery | None = None
+
+    def reset(self, seed: int) -> Obstacles:
+        """Put everyone at their start. See `TrafficSource.reset`."""
+        ego, cast = self._config.ego, Cast(seed)
+        self._members = [cast.enter("ego", Kind.CAR, ego.size_m, "ego")]
+        self._starts = [ego.start_world]
+        self._motions = [ego.motion]
+        ring = self._config.ring.actors(ego) if self._config.ring else []
+        for number, actor in enumerate([*self._config.actor, *ring], start=1):
+            kind = Kind[actor.kind.upper().replace("-", "_")]
+            size = actor.size_m or SIZE_BY_KIND[kind]
+            self._members.append(cast.enter(number, kind, size, actor.name, actor.reflectivity))
+            self._starts.append(actor.start_world + self._jitter(seed, number))
+            self._motions.append(actor.motion)
+        self._delivery, self._next = Delivery(self.dt, self._range, self._config.modes), 0
+        return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
+
+    def step(self) -> WorldFrame:
+        """Return the next frame. See `TrafficSource.step`."""
+        if self._delivery is None:
+            raise SimulatorFailedError("the script is not running: reset comes before step")
+        time, self._next = self._next * self.dt, self._next + 1
+        return self._delivery.frame(self._members, self._motion_at(time))
+
+    def apply(self, command: EgoCommand) -> None:
+        """Refuse: the script is all that there is. See `TrafficSource.apply`."""
+        raise TrafficInputError(f'scripted traffic follows its script and takes no {command}; use kind = "sumo"')
+
+    def close(self) -> None:
+        """Stop playing."""
+        self._delivery = None
+
+    def _motion_at(self, time: float) -> Kinematics:
+        states = [state_at(motion, start, time) for motion, start in zip(self._motions, self._starts, strict=True)]
+        pose_world = np.array([state.pose for state in states])
+        pose_world[:, 2] = wrap_angle(pose_world[:, 2])
+        return Kinematics(
+            pose_world=pose_world,
+            velocity_world=np.array([state.velocity for state in states]),
+            acceleration_world=np.array([state.acceleration for state in states]),
+            yaw_rate=np.array([state.yaw_rate for state in states]),
+            articulation=np.zeros(len(states)),
+            changes_lane=np.zeros(len(states), dtype=np.bool_),
+            deviation=np.zeros((len(states), 2)),
+        )
+
+    def _jitter(self, seed: int, number: int) -> Floats:
+        rng = actor_rng(seed, number, _JITTER_STREAM)
+        most = np.array([self._config.jitter_m, self._config.jitter_m, math.radians(self._config.jitter_deg)])
+        return most * rng.uniform(-1.0, 1.0, size=3)

@@ -1,0 +1,119 @@
+"""What SUMO's polygons and points of interest are to us: things along the road."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from sim.obstacles import USUAL, Prism, StreetKind, build, obstacles
+from sim.source import TrafficInputError
+from sim.world import Floats, Obstacles
+
+KIND_BY_TYPE: dict[str, StreetKind] = {
+    "building": "building",
+    "wall": "wall",
+    "retaining_wall": "wall",
+    "noise_barrier": "wall",
+    "hedge": "wall",
+    "barrier": "barrier",
+    "jersey_barrier": "barrier",
+    "fence": "fence",
+    "guard_rail": "guard-rail",
+    "pole": "pole",
+    "street_lamp": "pole",
+    "tree": "tree",
+    "traffic_sign": "traffic-sign",
+    "bollard": "bollard",
+}
+"""By the words of a type, which are OpenStreetMap's values; of `barrier.guard_rail` the last one that is known."""
+
+PARAMETERS = ("height", "base", "diameter", "reflectivity")
+"""What a shape may tell of itself; `sim.obstacles.build` says what each means."""
+
+STOREY = 3.0
+"""[m] Of buildings that tell `building:levels` but no height, as OpenStreetMap's do."""
+
+_METRES = re.compile(r"\s*([-+.\d]+(?:e[-+]?\d+)?)\s*m?\s*", re.IGNORECASE)
+"""A number, with OpenStreetMap's unit or without."""
+
+
+def static_obstacles(polygon: Any, poi: Any, building_height: float) -> Obstacles:
+    """Return what stands along the road among the loaded shapes.
+
+    Parameters
+    ----------
+    polygon, poi
+        libsumo's domains of polygons and of points of interest.
+    building_height
+        Of buildings that do not tell theirs [m].
+
+    Raises
+    ------
+    TrafficInputError
+        A shape has too few points, or a parameter that is no number or impossible.
+    """
+    prisms: list[Prism] = []
+    for name in sorted(polygon.getIDList()):
+        prisms += _of_polygon(polygon, name, building_height)
+    for name in sorted(poi.getIDList()):
+        prisms += _of_point(poi, name)
+    return obstacles(prisms)
+
+
+def _of_polygon(polygon: Any, name: str, building_height: float) -> list[Prism]:
+    """Take a polygon for the course of a wall, or for the outline of a building, a pole or whatever has a height."""
+    label, points = f'polygon "{name}"', np.array(polygon.getShape(name))[:, :2]
+    sizes = _sizes(label, polygon, name)
+    kind = _kind(polygon.getType(name)) or ("building" if "height" in sizes else None)
+    if kind is None or np.all(points == points[0]):  # flat, or what the edge of an extract left of an outline
+        return []
+    if USUAL[kind].form != "line":
+        if kind == "building" and (levels := polygon.getParameter(name, "building:levels")):
+            building_height = STOREY * _number(label, "building:levels", levels)
+        sizes.setdefault("height", building_height if kind == "building" else USUAL[kind].height)
+        kind, points = "building", _opened(points)
+    return _build(label, kind, points, sizes)
+
+
+def _of_point(poi: Any, name: str) -> list[Prism]:
+    """Take a point of interest for a pole or the like."""
+    label, points = f'point of interest "{name}"', np.array([poi.getPosition(name)[:2]])
+    sizes = _sizes(label, poi, name)
+    kind = _kind(poi.getType(name))
+    if kind is None or USUAL[kind].form != "places":
+        kind = "pole" if "height" in sizes else None
+    return _build(label, kind, points, sizes) if kind else []
+
+
+def _kind(type_name: str) -> StreetKind | None:
+    """Return the kind that a shape's type names, None if none."""
+    words = type_name.replace("-", "_").split(".")
+    known = [KIND_BY_TYPE[word] for word in words if word in KIND_BY_TYPE]
+    if known:
+        return known[-1]
+    return "building" if type_name.startswith("building") else None
+
+
+def _opened(points: Floats) -> Floats:
+    """Leave out the corner that closes an outline, where there is one."""
+    return points[:-1] if len(points) > 2 and np.array_equal(points[0], points[-1]) else points
+
+
+def _sizes(label: str, shapes: Any, name: str) -> dict[str, float]:
+    """Return those of `PARAMETERS` that a shape tells."""
+    texts = {key: shapes.getParameter(name, key) for key in PARAMETERS}
+    return {key: _number(label, key, text) for key, text in texts.items() if text}
+
+
+def _number(label: str, key: str, text: str) -> float:
+    try:
+        return float(_METRES.sub(r"\1", text))
+    except ValueError:
+        raise TrafficInputError(f'{label}: {key} = "{text}"; write a number') from None
+
+
+def _build(label: str, kind: StreetKind, points: Floats, sizes: dict[str, float]) -> list[Prism]:
+    try:
+        return build(kind, points, **sizes)
+    except ValueError as error:
+        raise TrafficInputError(f"{label}: {error}") from error

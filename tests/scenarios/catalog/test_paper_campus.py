@@ -1,0 +1,62 @@
+"""`paper-campus` shows what the paper's data set shows, as far as its table I tells. No tracker has a part in it."""
+
+from contextlib import closing
+
+import pandas as pd
+import pytest
+
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import paths
+from scenarios.grading.frame_truth import Instant
+from scenarios.report.paper_figures import DATASET, VIEWS
+from scenarios.run import loop
+from sensor_model.rig.rig import load_rig
+from sensor_model.truth import View
+from sim.world import Kind, Mode
+
+EVERY = 5
+"""Of so many frames one is scanned: vehicles are in sight for seven seconds, and neighbouring frames look alike."""
+
+
+@pytest.fixture(scope="module")
+def observations():
+    """A row for each graded vehicle in each scanned frame of the whole run."""
+    scenario = Scenario.load(paths()["paper-campus"])
+    rig = load_rig(str(scenario.rig), scenario.folder)
+    tables = []
+    with closing(loop._source(scenario, rig)) as source:
+        lidar = loop._lidar(rig, scenario, source.dt, source.reset(scenario.seed))
+        assert loop._frame_count(scenario, source) == DATASET["frames"]
+        for index in range(DATASET["frames"]):
+            frame = source.step()
+            if index % EVERY == 0:
+                scan, truth = lidar.scan(frame)
+                now, actors = Instant.of(frame, scan, truth, scenario.grading), frame.actors
+                table = {"name": actors.name, "kind": actors.kind, "mode": actors.mode, "view": truth.view}
+                tables.append(pd.DataFrame(table)[now.graded])
+    return pd.concat(tables)
+
+
+def test_as_many_vehicles_and_observations(observations):
+    assert observations["name"].nunique() == pytest.approx(DATASET["vehicles"], rel=0.2)
+    assert EVERY * len(observations) == pytest.approx(DATASET["observations"], rel=0.2)
+
+
+def test_seen_from_the_same_sides(observations):
+    # A side counts from three points on it. Each car that passes is a side alone for the few frames abreast,
+    # which is more than the paper has; no traffic that passes has less.
+    shares = observations["view"].value_counts(normalize=True)
+    theirs = {view: count / DATASET["observations"] for view, count in VIEWS.items()}
+    assert shares[View.L_SHAPE] == pytest.approx(theirs["l_shape"], abs=0.12)
+    assert shares[View.SIDE] == pytest.approx(theirs["side"], abs=0.1)
+    assert shares[View.REAR] == pytest.approx(theirs["rear"], abs=0.02)
+    assert shares[View.FRONT] < 0.03
+
+
+def test_cars_that_stand_and_cars_that_move(observations):
+    assert set(observations["kind"]) <= {Kind.CAR, Kind.SUV, Kind.VAN}
+    modes = observations["mode"].value_counts(normalize=True)
+    assert all(modes[mode] > 0.2 for mode in Mode)
+    by_vehicle = observations.groupby("name")["mode"]
+    parked = by_vehicle.apply(lambda modes: (modes == Mode.STATIONARY).all())
+    assert 5 <= parked.sum() <= 15

@@ -1,0 +1,368 @@
+"""Folders of runs and baseline files: what is paired, what is not and why, and what the commands say and return."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import recorded, short_run
+
+from scenarios.cli import main
+from scenarios.compare import baseline_file, sides
+from scenarios.compare.compared_metrics import HEADLINES
+from scenarios.compare.run_pairs import pair
+from scenarios.compare.sums import SUMS
+from scenarios.errors import InputError, OutputError
+from scenarios.files.expect import Limit, check
+from scenarios.result import Metric
+from scenarios.run import run_folder
+
+DEMANDING = {"track.hota": {"max": 0.0}}
+
+
+def write(folder, result=None, **changes):
+    """Write the short run into a folder, with other fields than it has."""
+    result = replace(result or short_run.result(), **changes)
+    limits = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
+    with run_folder.create(folder) as inside:
+        run_folder.write(inside, result, check(result.metrics, limits), "report\n")
+    return folder
+
+
+def config(**changes):
+    return {**short_run.result().config, **changes}
+
+
+def run_command(capsys, *arguments):
+    """Exit code, standard output and standard error of a command."""
+    code = main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def one_line(text):
+    """Undo the breaks of long lines."""
+    return " ".join(text.split())
+
+
+def edit(run, before, after):
+    """Change the result of a run as an older or a newer version would have written it."""
+    text = (run / "result.json").read_text(encoding="utf-8")
+    assert before in text
+    (run / "result.json").write_text(text.replace(before, after), encoding="utf-8")
+
+
+def pairs_of(base, head):
+    return pair(sides.read(base), sides.read(head))
+
+
+# --- reading
+
+
+def test_a_folder_holds_all_runs_below_it_and_a_run_is_one_itself(tmp_path):
+    for seed in (2, 1):
+        write(tmp_path / "runs" / "family" / f"short-seed{seed}", seed=seed)
+    (tmp_path / "runs" / "notes.txt").write_text("mine")
+    assert [str(key) for key in sides.read(tmp_path / "runs").runs] == ["short seed 1", "short seed 2"]
+    assert len(sides.read(tmp_path / "runs" / "family" / "short-seed2").runs) == 1
+
+
+def test_what_an_unfinished_run_has_written_is_left_out_and_told(tmp_path):
+    base, head = write(tmp_path / "base" / "a"), write(tmp_path / "head" / "a")
+    head.parent.joinpath("a").rename(head.parent / ".b.host-1-00000000.partial")
+    write(head)
+    pairs = pairs_of(base.parent, head.parent)
+    assert len(pairs.compared) == 1
+    assert any("not finished: .b.host-1-00000000.partial" in note for note in pairs.notes)
+
+
+def test_two_runs_of_the_same_are_refused(tmp_path):
+    write(tmp_path / "runs" / "a"), write(tmp_path / "runs" / "b")
+    with pytest.raises(OutputError, match=r"two runs of short seed 4, .*a and .*b; keep one"):
+        sides.read(tmp_path / "runs")
+
+
+@pytest.mark.parametrize(
+    ("damage", "complaint"),
+    [
+        (lambda run: (run / "tables" / "tracks.parquet").unlink(), "the run has no 'tracks'"),
+        (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1 no"), "damaged"),
+        (lambda run: edit(run, '"points_min": 10', '"points": 10'), "not the run of this version"),
+        (lambda run: edit(run, '"expect": {}', '"limits": {}'), "the run has no 'expect'"),
+        (lambda run: (run / "result.json").write_text("{"), "damaged"),
+    ],
+)
+def test_a_damaged_run_is_one_clear_line(tmp_path, capsys, damage, complaint):
+    run = write(tmp_path / "run")
+    damage(run)
+    code, out, err = run_command(capsys, "compare", run, run)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert str(run) in err
+    assert complaint in err
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (None, "No such file or directory; give a folder of runs or a baseline file"),
+        ("hello\n", "no baseline file"),
+        ('{"luxloop_baseline": 0, "sums": []}\n', "no baseline file of this version"),
+        (json.dumps(baseline_file.HEADER) + "\n", "no run in it"),
+        (json.dumps(baseline_file.HEADER) + '\n{"scenario": "ring"}\n', "line 2 holds no run"),
+        (json.dumps(baseline_file.HEADER) + "\n[1, 2]\n", "line 2 holds no run"),
+        ("", "no baseline file"),
+    ],
+)
+def test_what_is_no_baseline_is_one_clear_line(tmp_path, capsys, text, complaint):
+    path = tmp_path / "baseline.jsonl"
+    if text is not None:
+        path.write_text(text)
+    code, out, err = run_command(capsys, "compare", path, path)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert f"{path}: {complaint}" in err
+
+
+def test_an_empty_folder_is_told(tmp_path, capsys):
+    assert run_command(capsys, "compare", tmp_path, tmp_path)[0] == 2
+    code, _, err = run_command(capsys, "baseline", tmp_path, "--out", tmp_path / "baseline.jsonl")
+    assert code == 2
+    assert "no run in it; give a folder" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+# --- pairing
+
+
+def test_runs_without_a_partner_are_named(tmp_path, capsys):
+    for seed in (1, 2):
+        write(tmp_path / "base" / str(seed), seed=seed)
+    for seed in (2, 3):
+        write(tmp_path / "head" / str(seed), seed=seed)
+    code, out, _ = run_command(capsys, "compare", tmp_path / "base", tmp_path / "head")
+    assert code == 0
+    for line in ("1 pairs of runs compared", "Only in BASE: short seed 1", "Only in HEAD: short seed 3"):
+        assert line in out
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"grading": {**short_run.result().config["grading"], "points_min": 11}}, "grading differ"),
+        ({"duration_s": 1.0, "noise": {}}, "duration_s, noise differ"),
+    ],
+)
+def test_another_scenario_of_the_same_name_is_not_compared(tmp_path, changes, reason):
+    write(tmp_path / "base" / "a"), write(tmp_path / "base" / "b", seed=5)
+    write(tmp_path / "head" / "a", config=config(**changes)), write(tmp_path / "head" / "b", seed=5)
+    pairs = pairs_of(tmp_path / "base", tmp_path / "head")
+    assert [str(key) for key in pairs.unlike] == ["short seed 4"]
+    assert reason in "".join(pairs.unlike.values())
+    assert len(pairs.compared) == 1
+
+
+def test_nothing_to_compare_is_bad_input(tmp_path, capsys):
+    base, head = write(tmp_path / "base"), write(tmp_path / "head", config=config(duration_s=9.0))
+    with pytest.raises(InputError, match=r"nothing to compare, short seed 4: the scenario is another one \(duration_s"):
+        pairs_of(base, head)
+    other = write(tmp_path / "other", seed=9)
+    code, _, err = run_command(capsys, "compare", base, other)
+    assert code == 2
+    assert "no scenario was run with the same seed in both" in err
+
+
+def test_prose_may_change_and_what_is_tested_is_told(tmp_path):
+    base = write(tmp_path / "base", config=config(description="x", reason="y"))
+    changes = {"device": "mine:Tracker", "expect": DEMANDING, "reason": "z"}
+    head = write(tmp_path / "head", config=config(**changes), versions={**short_run.result().versions, "numba": "0"})
+    notes = "\n".join(pairs_of(base, head).notes)
+    assert "The device under test differs in short seed 4" in notes
+    assert "The [expect] table differs in short seed 4" in notes
+    assert "tracker] table" not in notes
+    assert "numba is" in notes
+
+
+def test_an_incomplete_run_is_not_compared_and_a_newly_incomplete_one_fails(tmp_path, capsys):
+    for side in ("base", "head"):
+        write(tmp_path / side / "whole")
+        write(tmp_path / side / "always", seed=5, ended_early="the ego arrived")
+        write(tmp_path / side / "newly", seed=6, ended_early="" if side == "base" else "the ego crashed")
+    code, out, _ = run_command(capsys, "compare", tmp_path / "base", tmp_path / "head")
+    assert code == 1
+    assert "short seed 5: BASE ended early (the ego arrived) and HEAD ended early (the ego arrived)" in one_line(out)
+    assert "NEWLY INCOMPLETE: short seed 6" in out
+    assert run_command(capsys, "compare", tmp_path / "head", tmp_path / "base")[0] == 0
+
+
+def test_where_traffic_or_points_differ_the_run_is_one_unit_and_that_is_told(tmp_path):
+    truth = short_run.result().tables["truth"]
+    moved = {**short_run.result().tables, "truth": truth.assign(points=truth["points"] + 1)}
+    base, head = write(tmp_path / "base"), write(tmp_path / "head", tables=moved)
+    pairs = pairs_of(base, head)
+    assert "Traffic or points differ in short seed 4" in pairs.notes[0]
+    assert [len(sums) for sums in pairs.compared[0].units()] == [1, 1]
+    same = pairs_of(base, base)
+    assert same.notes == []
+    assert len(same.compared[0].units()[0]) == 3  # two vehicles and nobody
+
+
+def test_the_trackers_answer_is_no_part_of_the_truth(tmp_path):
+    truth = short_run.result().tables["truth"]
+    other = {**short_run.result().tables, "truth": truth.assign(track_id=-1, segments=0, largest_segment_share=0.0)}
+    base, head = write(tmp_path / "base"), write(tmp_path / "head", tables=other)
+    assert pairs_of(base, head).compared[0].same_truth
+
+
+# --- baselines
+
+
+def test_a_baseline_gives_the_runs_back_and_equal_runs_give_equal_bytes(tmp_path):
+    runs = list(recorded.base())
+    baseline_file.write(tmp_path / "a.jsonl", runs)
+    baseline_file.write(tmp_path / "b.jsonl", runs[::-1])
+    assert (tmp_path / "a.jsonl").read_bytes() == (tmp_path / "b.jsonl").read_bytes()
+    for back in baseline_file.read(tmp_path / "a.jsonl"):
+        run = next(run for run in runs if run.key == back.key)
+        for name in ("trace_hash", "truth_hash", "ended_early", "device", "sections", "versions", "expectations"):
+            assert getattr(back, name) == getattr(run, name)
+        assert np.array_equal(back.vehicles.columns(), run.vehicles.columns())
+        assert np.array_equal(back.vehicles.vehicle, run.vehicles.vehicle)
+
+
+def test_a_baseline_is_small_and_has_a_line_per_run_with_the_versions(tmp_path):
+    runs = recorded.base()
+    baseline_file.write(tmp_path / "baseline.jsonl", list(runs))
+    lines = (tmp_path / "baseline.jsonl").read_text().splitlines()
+    assert len(lines) == 1 + len(runs)
+    assert json.loads(lines[1])["versions"]["numpy"]
+    vehicles = sum(len(run.vehicles.vehicle) for run in runs)
+    assert sum(map(len, lines)) < 1500 * len(runs) + 250 * vehicles  # 40 runs of 20 vehicles: 260 kB at most
+
+
+def test_the_baseline_command_writes_and_replaces_and_says_what_is_new_changed_and_dropped(tmp_path, capsys):
+    out = tmp_path / "kept" / "baseline.jsonl"
+    write(tmp_path / "before" / "1", seed=1), write(tmp_path / "before" / "2", seed=2)
+    assert run_command(capsys, "baseline", tmp_path / "before", "--out", out)[0] == 0
+    (
+        write(tmp_path / "after" / "2", seed=2, trace_hash="ff"),
+        write(tmp_path / "after" / "3", seed=3, ended_early="gone"),
+    )
+    code, said, _ = run_command(capsys, "baseline", tmp_path / "after", "--out", out)
+    assert code == 0
+    for line in ("1 new: short seed 3", "1 changed: short seed 2", "1 dropped: short seed 1", "1 ended early"):
+        assert line in said
+    assert [run.key.seed for run in baseline_file.read(out)] == [2, 3]
+    assert [path.name for path in out.parent.iterdir()] == ["baseline.jsonl"]
+
+
+def test_comparing_never_writes(tmp_path, capsys):
+    run = write(tmp_path / "run")
+    run_command(capsys, "baseline", run, "--out", tmp_path / "baseline.jsonl")
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert run_command(capsys, "compare", tmp_path / "baseline.jsonl", run)[0] == 0
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+def test_a_file_that_is_no_baseline_is_not_replaced(tmp_path, capsys):
+    precious = tmp_path / "thesis.txt"
+    precious.write_text("precious")
+    assert run_command(capsys, "baseline", write(tmp_path / "run"), "--out", precious)[0] == 2
+    assert precious.read_text() == "precious"
+
+
+def test_a_baseline_of_the_same_runs_is_the_same_whatever_the_clock_says(tmp_path):
+    limits = {"perf.tracker_ms_p50": {"max": 40.0}, "track.idf1": {"min": 0.3}}
+    for name, time_ms in (("fast", 1.0), ("slow", 60.0)):
+        timed = {**short_run.result().metrics, "perf.tracker_ms_p50": Metric(time_ms, "ms", 10)}
+        run = write(tmp_path / name, metrics=timed, config=config(expect=limits))
+        baseline_file.write(tmp_path / f"{name}.jsonl", list(sides.read(run).runs.values()))
+    assert (tmp_path / "fast.jsonl").read_bytes() == (tmp_path / "slow.jsonl").read_bytes()
+    assert "track.idf1" in (tmp_path / "fast.jsonl").read_text()
+
+
+# --- the whole way
+
+
+BLIND = """\
+from dataclasses import fields, replace
+from tracker.tracker import Tracker as Shipped
+
+
+class Tracker(Shipped):
+    def step(self, scan):
+        tracks, trace = super().step(scan)
+        empty = {f.name: getattr(tracks, f.name)[:0] for f in fields(tracks) if getattr(tracks, f.name) is not None}
+        return replace(tracks, **empty), trace
+"""
+
+
+@pytest.fixture(scope="module")
+def real_runs(tmp_path_factory):
+    """Runs by the command line: as shipped, and by a tracker that reports nothing."""
+    folder = tmp_path_factory.mktemp("real")
+    expect = '[expect]\n"track.idf1" = { min = 0.3 }\n"track.hota" = { min = 2.0 }\n'
+    scenario = short_run.write(folder, short_run.TEXT + expect)
+    (folder / "blind.py").write_text(BLIND)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        for name, tracker in {"base": "tracker.tracker:Tracker", "head": "blind:Tracker"}.items():
+            out = folder / name / "short"
+            main(["run", str(scenario), "--out", str(out), "--no-recording", "--tracker", tracker])
+    return folder
+
+
+def test_identical_code_is_identical_also_by_way_of_a_baseline(real_runs, tmp_path, capsys):
+    run_command(capsys, "baseline", real_runs / "base", "--out", tmp_path / "b.jsonl")
+    code, out, err = run_command(capsys, "compare", tmp_path / "b.jsonl", real_runs / "base")
+    assert (code, err) == (0, "")
+    assert "1 pairs of runs compared, 1 of them identical (same trace hash)" in out
+    assert "SAME: no metric has changed" in out
+
+
+def test_a_newly_failed_expectation_exits_with_1_and_is_told_apart(real_runs, capsys):
+    code, out, _ = run_command(capsys, "compare", real_runs / "base", real_runs / "head")
+    assert code == 1
+    assert "NEWLY FAILED: 1 expectations" in out
+    assert "still failing" in out
+    code, out, _ = run_command(capsys, "compare", real_runs / "head", real_runs / "base")
+    assert code == 0
+    assert "mended" in out
+
+
+def test_json_has_everything_and_nothing_else(real_runs, capsys):
+    code, out, err = run_command(capsys, "compare", real_runs / "base", real_runs / "head", "--json")
+    told = json.loads(out)
+    assert (code, err, out.count("\n")) == (1, "", 1)
+    assert told["failed"] is True
+    assert [fall["fate"] for fall in told["expectations"]] == ["newly failed", "still failing"]
+    idf1 = told["metrics"]["track.idf1"]
+    assert idf1["head"] == 0.0
+    assert idf1["difference"] == pytest.approx(-idf1["base"])
+    assert told["pairs"][0]["metrics"]["track.idf1"] == [idf1["base"], 0.0]
+    assert told["metrics"]["track.occlusion_survival"]["base"] is None
+    assert (told["pairs"][0]["identical"], told["pairs"][0]["same_truth"]) == (False, True)
+
+
+def test_the_columns_of_a_baseline_are_named_in_it(tmp_path):
+    baseline_file.write(tmp_path / "b.jsonl", list(recorded.base()))
+    header = json.loads(Path(tmp_path / "b.jsonl").read_text().splitlines()[0])
+    assert header == {"luxloop_baseline": baseline_file.FORMAT, "sums": ["vehicle", *SUMS]}
+
+
+# --- the page
+
+
+def test_the_page_lists_every_headline_metric_with_its_margin():
+    page = (Path(__file__).parents[3] / "docs" / "compare.md").read_text(encoding="utf-8")
+    listed = {}
+    for names, better, margin in re.findall(r"^\| (`\w+\..*?) \| (more|less) \| (.*?) \|$", page, re.MULTILINE):
+        listed |= dict.fromkeys(re.findall(r"`([\w.]+)`", names), (better, margin))
+    assert listed == {headline.name: (headline.better, margin_of(headline)) for headline in HEADLINES}
+
+
+def margin_of(headline):
+    relevance = headline.relevance
+    if not relevance.relative:
+        return f"{relevance.absolute:g}"
+    return f"{relevance.relative:.0%}".replace("%", " %") + f", and {relevance.absolute:g} {headline.unit}"

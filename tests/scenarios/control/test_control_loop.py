@@ -1,0 +1,104 @@
+"""The closed loop with real traffic, LIDARs and tracker: the ego brakes on what the tracker reports."""
+
+import numpy as np
+import pytest
+from support import short_run
+from support.frames import tracks_of
+
+from scenarios.control.ego_driver import drive_by_truth
+from scenarios.control.safety import NO_CONTROL
+from scenarios.errors import ScenarioError
+from scenarios.files import shipped
+from scenarios.files.scenario import Scenario
+from scenarios.grading.metric_names import CONTROL
+from scenarios.run import device, loop
+from sim.source import SimulatorFailedError
+
+CRUISE = shipped.CATALOG / "highway" / "cruise-on-tracks.toml"
+
+
+def drive(duration_s, factory=None):
+    scenario = Scenario.load(CRUISE, {"duration_s": duration_s})
+    return loop.run(scenario, factory or device.load(device.SHIPPED))
+
+
+def speeds(result, driver):
+    table = result.tables["control"]
+    return table.loc[table["driver"] == driver, "speed_mps"].to_numpy()
+
+
+def test_the_closed_loop_repeats_itself_bit_for_bit():
+    once, again = drive(4.0), drive(4.0)
+    assert once.trace_hash == again.trace_hash
+    for name in CONTROL:
+        assert once.metrics[name] == again.metrics[name]
+    assert once.tables["control"].equals(again.tables["control"])
+
+
+class Blind:
+    """Reports no tracks."""
+
+    def __init__(self, config):
+        del config
+
+    def step(self, scan):
+        del scan
+        return tracks_of([])
+
+
+def test_an_ego_whose_tracker_is_blind_runs_into_the_car_that_brakes_and_the_truth_does_not():
+    """Were the truth behind the wheel in both drives, both would stop."""
+    result = drive(11.6, Blind)
+    value = {name: metric.value for name, metric in result.metrics.items()}
+    assert value["control.collisions"] == 1
+    assert value["control.min_ttc_s"] < 0.2
+    assert value["control.truth_collisions"] == 0
+    assert value["control.truth_min_ttc_s"] > 1.5
+    assert speeds(result, "tracks")[-1] > 14.0
+    assert speeds(result, "truth")[-1] < 5.0
+
+
+def test_by_the_tracks_the_ego_brakes_as_by_the_truth_and_no_earlier():
+    result = drive(10.0)
+    by_tracks, by_truth = speeds(result, "tracks"), speeds(result, "truth")
+    assert len(by_tracks) == len(by_truth) == result.frames == 125
+    assert by_tracks[-1] < 7.5
+    np.testing.assert_allclose(by_tracks, by_truth, atol=1.5)
+    # the leader brakes: the filters see it in the same frame at best
+    assert np.argmax(by_tracks < 13.5) >= np.argmax(by_truth < 13.5) > 80
+
+
+def test_a_simulator_that_fails_by_the_truth_leaves_the_drive_by_the_tracks_and_an_incomplete_run(monkeypatch):
+    def fail_in_its_third_frame(config, source, log, frames):
+        drive_by_truth(config, source, log, min(frames, 2))
+        raise SimulatorFailedError("SUMO gave up")
+
+    monkeypatch.setattr(loop, "drive_by_truth", fail_in_its_third_frame)
+    result = drive(0.8)
+    assert (result.frames, result.complete, result.simulator_failed) == (10, False, True)
+    assert result.ended_early == "SUMO gave up"
+    assert result.metrics["control.collisions"].n == 10
+    assert result.metrics["control.truth_collisions"].n == 2
+
+
+def test_without_control_nobody_drives_again_and_the_metrics_say_so():
+    result = short_run.result()
+    assert "control" not in result.tables
+    assert {result.metrics[name].reason for name in CONTROL} == {NO_CONTROL}
+
+
+SUMO = 'description = "x"\nduration_s = 1\ntraffic = { kind = "sumo", net = "n", routes = ["r"] }\n'
+
+
+@pytest.mark.parametrize("text", [short_run.TEXT, SUMO])
+def test_control_of_an_ego_that_does_not_obey_is_refused_in_one_line(tmp_path, text):
+    path = short_run.write(tmp_path, text + '\n[control]\nkind = "cruise"\nset_speed_mps = 20.0\n')
+    with pytest.raises(ScenarioError, match=r"short\.toml: control: the ego obeys no speed.*ego_control") as error:
+        Scenario.load(path)
+    assert "\n" not in str(error.value)
+
+
+def test_a_wrong_key_of_the_controller_is_told_by_its_name(tmp_path):
+    text = CRUISE.read_text(encoding="utf-8").replace("set_speed_mps = 16.6", "set_speed = 16.6")
+    with pytest.raises(ScenarioError, match=r"control\.set_speed = 16\.6: unknown key; did you mean set_speed_mps"):
+        Scenario.load(short_run.write(tmp_path, text))

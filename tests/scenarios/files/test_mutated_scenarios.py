@@ -1,0 +1,102 @@
+"""Whatever is wrong with a scenario file: it runs, or there is one clear line and nothing half-written."""
+
+import json
+import signal
+import warnings
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from support import mutants
+
+from scenarios.cli import main
+from scenarios.files.expect import Verdict
+from scenarios.run import run_folder
+
+ROOT = mutants.EXAMPLES.parents[1]
+PATIENCE_S = 60.0
+"""Far above the second that two frames take, for machines that are busy or compile first."""
+LONGEST_LINE = 1050
+OUT = Path("out")
+FAST, ALL = 100, 1000
+NUMBERS = [pytest.param(n, marks=[] if n < FAST else pytest.mark.slow) for n in range(ALL)]
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """A copy of the folders that scenarios stand in, without the scenarios."""
+    root = tmp_path_factory.mktemp("library")
+    for original in mutants.ORIGINALS:
+        folder = root / original.parent.relative_to(ROOT)
+        folder.mkdir(parents=True, exist_ok=True)
+        for beside in original.parent.iterdir():
+            if beside.suffix != ".toml" and not (folder / beside.name).exists():
+                (folder / beside.name).symlink_to(beside)
+    return root
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_a_mutant_runs_or_is_told_in_one_line(number, library, tmp_path, monkeypatch, capfd):
+    mutant = mutants.mutant(number)
+    file = library / mutant.original.parent.relative_to(ROOT) / f"mutant-{number}.toml"
+    file.write_bytes(mutant.content)
+    monkeypatch.chdir(tmp_path)
+    with no_longer_than(PATIENCE_S), warnings.catch_warnings():
+        warnings.simplefilter("error")  # one that is printed would be a second line
+        code = main(["run", str(file), "--no-recording", "--json", "--out", str(OUT)])
+    out, err = capfd.readouterr()
+    if OUT.exists():
+        assert_whole(code, out, err)
+    else:
+        assert_told(code, out, err, file, mutant)
+    assert [path.name for path in Path().iterdir()] in ([], [OUT.name])
+
+
+def assert_whole(code: int, out: str, err: str):
+    """A run is in its folder, and what is on standard output is the same."""
+    document = json.loads(out)
+    verdict: Verdict = document["verdict"]
+    assert run_folder.read(OUT).trace_hash == document["trace_hash"]
+    assert code == {"passed": 0, "failed": 1, "incomplete": 3 if document["simulator_failed"] else 1}[verdict]
+    assert err.count("\n") == (verdict == "incomplete")
+
+
+def assert_told(code: int, out: str, err: str, file: Path, mutant: mutants.Mutant):
+    """What is wrong is told in one line that names the file and the key."""
+    assert code in (2, 3), mutant.how
+    assert out == ""
+    assert err.startswith(f"luxloop: error: {file}: ")
+    assert err.count("\n") == 1
+    assert len(err) < LONGEST_LINE
+    assert err[:-1].isprintable()
+    assert not mutant.keys or any(key in err for key in mutant.keys), mutant.how
+
+
+@contextmanager
+def no_longer_than(seconds: float):
+    """Raise what nobody catches; again and again, for where it is raised it may be dropped."""
+
+    def give_up(*_):
+        raise HangError(f"after {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+class HangError(BaseException):
+    """It takes too long."""
+
+
+def test_mutants_are_of_every_sort_and_of_every_file():
+    """A mutator that had lost its variety would prove nothing."""
+    some = [mutants.mutant(number) for number in range(FAST)]
+    assert {mutant.original for mutant in some} == set(mutants.ORIGINALS)
+    assert len({mutant.content for mutant in some}) == FAST
+    assert mutants.mutant(3) == some[3]
+    for how in (*mutants.OF_KEYS, *mutants.OF_TEXT):
+        assert any(how.__name__ in mutant.how for mutant in (mutants.mutant(number) for number in range(ALL)))

@@ -1,0 +1,259 @@
+"""The Cramer-Rao bound of heading: against the textbook, a whole Fisher matrix, and the estimator that reaches it."""
+
+import cmath
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support import naive_grading as naive
+from support import short_run
+from support.frames import CAR_SIZE, Body, Scripted, observe, trace_of, world_frame
+
+from scenarios.grading.bound import CORNER_RADIUS_M, Ranging, bound, observed, on_faces
+from scenarios.grading.frame_truth import Instant
+from scenarios.grading.grader import Grader
+from scenarios.grading.grading_config import GradingConfig
+from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.range_error import RangeNoise
+from sensor_model.rig.rig import load_rig
+from sensor_model.truth import Cause
+from sim.world import Kind
+from tracker.records import METHODS
+
+SIGMA = 0.025
+RANGING = Ranging(origin_ego=np.array([[1.0, 0.5, 0.6], [-1.5, -0.4, 0.8]]), sigma=np.full(2, SIGMA))
+OUTLINE = (0.5 * CAR_SIZE[0], 0.5 * CAR_SIZE[1])
+NORMALS = {"front": 1 + 0j, "left": 1j, "rear": -1 + 0j, "right": -1j}
+
+
+def on_outline(face, along):
+    """A point `along` metres along one face of a car, in its frame."""
+    normal = NORMALS[face]
+    axis = 1j if normal.imag == 0 else 1
+    return normal * (OUTLINE[0] if normal.imag == 0 else OUTLINE[1]) + along * axis
+
+
+def scene(places, unit=0, dt=0.0, body=None, ego_motion=(0.0, 0.0, 0.0), noise=0.0):
+    """A car with a point at each (face, along), measured `dt` after the frame's time; frame, scan and truth of it."""
+    body = body or Body(0, 12.0, 5.0, 0.7)
+    body = replace(body, points=len(places))
+    frame = world_frame(0, [body])
+    scan, truth = observe(frame, [body])
+    ego = replace(frame.ego, velocity_world=np.array(ego_motion[:2]), yaw_rate=ego_motion[2])
+    frame = replace(frame, ego=ego)
+    velocity, rate = complex(*frame.actors.velocity_world[0]), frame.actors.yaw_rate[0]
+    center, yaw = complex(body.x, body.y) + dt * velocity, body.yaw + dt * rate
+    ego_at, ego_yaw = dt * complex(*ego_motion[:2]), dt * ego_motion[2]
+    in_world = [center + on_outline(*place) * cmath.exp(1j * yaw) for place in places]
+    in_ego = np.array([(p - ego_at) * cmath.exp(-1j * ego_yaw) for p in in_world])
+    origin = RANGING.origin_ego[unit]
+    true = np.column_stack([in_ego.real, in_ego.imag, np.full(len(places), origin[2])])
+    beam = true - origin
+    beam /= np.linalg.norm(beam, axis=1)[:, None]
+    scan = replace(
+        scan,
+        points_ego=(true + noise * beam).astype(np.float32),
+        unit=np.full(len(places), unit, dtype=np.uint8),
+        time_offset=np.full(len(places), dt, dtype=np.float32),
+    )
+    true_range = np.linalg.norm(true - origin, axis=1).astype(np.float32)
+    return frame, scan, replace(truth, true_range=true_range)
+
+
+def bound_of(frame, scan, truth, ranging=RANGING):
+    now = Instant.of(frame, scan, truth, GradingConfig())
+    label, nought = np.zeros(len(scan), np.int64), np.zeros(1, np.int64)
+    return float(observed(now, ranging, label, nought, nought)[0])
+
+
+def beams_of(places, unit=0, body=None):
+    body = body or Body(0, 12.0, 5.0, 0.7)
+    origin = complex(*RANGING.origin_ego[unit][:2])
+    beams, offsets = [], {}
+    for face, along in places:
+        out = on_outline(face, along) * cmath.exp(1j * body.yaw) + complex(body.x, body.y)
+        beams.append((origin, (out - origin) / abs(out - origin), NORMALS[face], face))
+        offsets[face] = naive.dot(out, NORMALS[face] * cmath.exp(1j * body.yaw))
+    return beams, offsets
+
+
+# ---- the bound itself
+
+
+@pytest.mark.parametrize("points", [2, 5, 20])
+def test_one_face_looked_at_squarely_is_line_fitting(points):
+    """Kay 1993, example 3.7: the variance of a line's slope over N even steps is 12 s^2 / (N (N^2 - 1)) or more."""
+    step = 0.1
+    found = bound(
+        np.zeros(points, np.int64), np.zeros(points, np.int64), step * np.arange(points), np.full(points, SIGMA), 1
+    )
+    textbook = math.sqrt(12 * SIGMA**2 / (points * (points**2 - 1))) / step
+    assert found == pytest.approx(textbook)
+
+
+def test_a_rear_by_hand():
+    # Two points 1 m apart, each good to 2.5 cm: atan of 2.5 cm times the root of 2 over 1 m, 2.03 degrees.
+    assert math.degrees(bound(np.zeros(2, int), np.zeros(2, int), np.array([-0.5, 0.5]), np.full(2, SIGMA), 1)[0]) == (
+        pytest.approx(2.0257, abs=1e-4)
+    )
+
+
+def test_what_tells_no_heading_has_no_bound():
+    """Fails when a lone point's rounding error passes for information, or one face's offset serves another."""
+    observation, face = np.array([0, 1, 1, 2, 2]), np.array([0, 0, 1, 3, 3])
+    along = np.array([0.3, -0.3, 1.7, 0.1, 0.1 + 1e-9])
+    assert np.isnan(bound(observation, face, along, np.array([0.02, 0.017, 0.025, 0.01, 0.01]), 4)).all()
+
+
+PLACES = [
+    ("rear", -0.4),
+    ("rear", 0.0),
+    ("rear", 0.3),
+    ("left", -1.5),
+    ("left", -0.2),
+    ("left", 0.9),
+    ("left", 1.6),
+]
+
+
+@given(
+    st.lists(st.sampled_from(PLACES), min_size=3, max_size=7, unique=True),
+    st.floats(0.55, 1.2),
+    st.sampled_from((0, 1)),
+)
+def test_the_bound_is_that_of_the_whole_fisher_matrix(places, yaw, unit):
+    """Heading and one offset for each face, derivatives by differences: no equation is shared but the range's."""
+    body = Body(0, 12.0, 5.0, yaw)
+    counts = [sum(face == name for name, _ in places) for face in ("rear", "left")]
+    found = bound_of(*scene(places, unit, body=body))
+    if max(counts) < 2:
+        assert math.isnan(found)
+        return
+    beams, offsets = beams_of(places, unit, body)
+    if 1 in counts:  # its only point fixes its offset and tells no more
+        alone = ("rear", "left")[counts.index(1)]
+        beams = [beam for beam in beams if beam[3] != alone]
+    expected = naive.heading_bound(body.yaw, offsets, beams, SIGMA)
+    if math.degrees(expected) < 20:
+        assert found == pytest.approx(expected, rel=2e-3)
+
+
+def test_the_most_likely_heading_of_straight_noisy_faces_reaches_the_bound():
+    """Fails when noise is projected wrongly, or an offset is taken for known: the ratio is then far from one."""
+    rng = np.random.default_rng(1)
+    beams, offsets = beams_of(PLACES)
+    exact, heading = naive.ranges(0.7, offsets, beams), 0.7
+    errors = [
+        naive.most_likely_heading(exact + rng.normal(0.0, SIGMA, len(exact)), heading, offsets, beams) - heading
+        for _ in range(1500)
+    ]
+    at_bound = math.sqrt(2 / math.pi) * bound_of(*scene(PLACES))
+    assert np.mean(np.abs(errors)) / at_bound == pytest.approx(1.0, abs=0.06)
+
+
+# ---- which points count
+
+
+def test_range_noise_does_not_move_a_point_to_another_place():
+    assert bound_of(*scene(PLACES, noise=0.15)) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-4)
+
+
+@pytest.mark.parametrize("dt", [-0.01, 0.01])
+def test_points_are_put_on_the_faces_of_their_own_time(dt):
+    """The ego turns and both drive: after 10 ms the rear would be out of reach of its points otherwise."""
+    body = Body(0, 12.0, 5.0, 0.7, speed=30.0)
+    moving = scene(PLACES, dt=dt, body=body, ego_motion=(-20.0, 3.0, 1.5))
+    frozen = scene(PLACES, body=body)
+    assert bound_of(*moving) == pytest.approx(bound_of(*frozen), rel=0.1)
+
+
+def test_only_clean_points_of_the_vehicle_in_its_segment_count():
+    frame, scan, truth = scene([*PLACES, ("rear", 0.45)])
+    cause = truth.cause.copy()
+    cause[-1] = Cause.MIRROR
+    assert bound_of(frame, scan, replace(truth, cause=cause)) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
+    now = Instant.of(frame, scan, truth, GradingConfig())
+    label, nought = np.array([0] * len(PLACES) + [1]), np.zeros(1, np.int64)
+    assert observed(now, RANGING, label, nought, nought)[0] == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
+
+
+def test_rounded_corners_and_depths_are_on_no_face():
+    half = complex(*OUTLINE)
+    corner, deep = half - (0.05 + 0.3j), half - (0.3 + 0.6j)
+    points = np.array([corner, deep, half.real + 0.1j, half.imag * 1j, -half.real + 0.2j, 1 - half.imag * 1j])
+    size, radius = np.tile(CAR_SIZE[:2], (6, 1)), np.full(6, 0.4)
+    face, along = on_faces(points, size, radius)
+    assert face.tolist() == [-1, -1, 0, 1, 2, 3]
+    assert along[2:].tolist() == pytest.approx([0.1, 0.0, 0.2, 1.0])
+
+
+def test_no_body_is_rounder_than_its_kind():
+    draws = [Draw(seed, actor) for seed in range(10) for actor in range(20)]
+    for kind, make in (
+        (Kind.CAR, car_proportions.sedan),
+        (Kind.SUV, car_proportions.suv),
+        (Kind.VAN, car_proportions.van),
+    ):
+        roundest = max(max(p.front_radius, p.rear_radius) for p in map(make, draws))
+        assert 0.9 * CORNER_RADIUS_M[kind] < roundest <= CORNER_RADIUS_M[kind]
+    for kind, make in ((Kind.TRUCK, heavy_proportions.truck), (Kind.BUS, heavy_proportions.bus)):
+        assert max(make(draw).radius for draw in draws) <= CORNER_RADIUS_M[kind]
+
+
+def test_a_truck_that_is_bent_has_no_bound_and_a_face_seen_from_behind_none():
+    frame, scan, truth = scene(PLACES)
+    actors = replace(frame.actors, articulation=np.array([0.01]))
+    assert math.isnan(bound_of(replace(frame, actors=actors), scan, truth))
+    assert math.isnan(bound_of(*scene([("front", -0.4), ("front", 0.4)])))
+
+
+def test_without_range_noise_nothing_is_bounded():
+    assert math.isnan(bound_of(*scene(PLACES), ranging=None))
+    assert math.isnan(bound_of(*scene(PLACES), ranging=replace(RANGING, sigma=np.zeros(2))))
+
+
+def test_the_noise_is_the_scenarios_and_the_mounts_are_the_rigs():
+    rig = load_rig("srx_six_lux", Path())
+    ranging = Ranging.of(rig, NoiseConfig(range=RangeNoise(sigma_scale=2.0)))
+    assert ranging.sigma.tolist() == [0.05] * 6
+    assert ranging.origin_ego[0].tolist() == [
+        rig.mounts[0].x_m + rig.rear_axle_x_m,
+        rig.mounts[0].y_m,
+        rig.mounts[0].z_m,
+    ]
+    assert not Ranging.of(rig, NoiseConfig(range=RangeNoise(enabled=False))).sigma.any()
+
+
+# ---- the ratio
+
+
+def graded_ratio(turn_deg, ranging=RANGING):
+    frame, scan, truth = scene([*PLACES, *PLACES])  # ten points make a vehicle worth grading
+    grader = Grader(GradingConfig(), ranging)
+    tracks, _ = Scripted([[]]).step(scan)
+    grader.add(frame, scan, truth, tracks, trace_of(frame, truth, turn_deg=(turn_deg,) * len(METHODS)))
+    metrics, tables = grader.finish()
+    return metrics["fit.best.bound_ratio"], tables["fits"]
+
+
+def test_the_ratio_is_the_error_over_that_of_a_normal_estimator_at_the_bound():
+    metric, fits = graded_ratio(0.5)
+    expected = math.degrees(bound_of(*scene([*PLACES, *PLACES])))
+    assert fits["heading_bound_deg"].tolist() == pytest.approx([expected] * len(METHODS))
+    assert metric.value == pytest.approx(0.5 / (math.sqrt(2 / math.pi) * expected))
+    assert (metric.unit, metric.n) == ("1", 1)
+    without, fits = graded_ratio(0.5, ranging=None)
+    assert without.value is None
+    assert "range noise" in without.reason
+    assert fits["heading_bound_deg"].isna().all()
+
+
+def test_a_run_of_the_real_sensor_is_above_its_bound_and_not_far():
+    """Fails when the run loop does not tell the grader of the noise."""
+    result = short_run.result()
+    assert 0.5 < result.metrics["fit.best.bound_ratio"].value < 10.0

@@ -1,0 +1,207 @@
+import math
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from support.frames import Body, Scripted, grade_run, observe, trace_of, world_frame
+
+from scenarios.grading.fit_metrics import measure
+from scenarios.grading.grader import Grader
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.metric_names import GRADED
+from sensor_model.truth import NO_ACTOR, Cause, View
+from tracker.records import BASELINES, METHODS
+
+EGO = ((20.0, -10.0, 0.7), (0.0, 0.0, 0.0))
+
+
+def grade_trace(scene, trace):
+    return grade_run(scene, Scripted([[]] * len(scene)), ego=lambda _: EGO, trace=trace)
+
+
+def test_heading_errors_per_method_modulo_a_quarter_turn():
+    # area 10, closeness -1.9, variance 46 (that is -44), tlinkage 90.5 (that is 0.5), refined like variance.
+    scene = [[Body(3, 30.0, -5.0, yaw=2.9)], [Body(3, 31.0, -5.0, yaw=2.9)]]
+    metrics, tables, grades = grade_trace(scene, partial(trace_of, turn_deg=(10.0, -1.9, 46.0, 90.5, 46.0)))
+
+    def value(name):
+        return metrics[f"fit.{name}"].value
+
+    means = [value(f"{m}.heading_mean_deg") for m in ("area", "closeness", "variance", "tlinkage", "oracle")]
+    assert means == pytest.approx([10.0, -1.9, -44.0, 0.5, 0.5])
+    assert value("best.heading_abs_mean_deg") == pytest.approx(44.0)
+    assert value("best.regret_deg") == pytest.approx(44.0 - 0.5)
+    assert [value(f"closeness.within_{k}deg") for k in range(1, 6)] == [0, 1, 1, 1, 1]
+    assert metrics["fit.area.heading_mean_deg"].n == 2
+    assert len(tables["fits"]) == 2 * len(METHODS)
+    np.testing.assert_allclose(np.degrees(grades[0].box_heading_error), [-44.0])
+    assert grades[0].box_actor.tolist() == [3]
+
+
+def test_std_of_real_and_of_absolute_error_are_the_papers():
+    scene = [[Body(0, 30.0, 0.0)], [Body(0, 30.0, 0.0)]]
+    turns = iter([(3.0,) * len(METHODS), (-1.0,) * len(METHODS)])
+    metrics, _, _ = grade_trace(scene, lambda frame, truth: trace_of(frame, truth, turn_deg=next(turns)))
+    found = [metrics[f"fit.area.heading_{s}_deg"].value for s in ("mean", "std", "abs_mean", "abs_std")]
+    assert found == pytest.approx([1.0, 2.0, 2.0, 1.0])
+
+
+def test_views_are_kept_apart_and_an_unseen_view_has_no_value():
+    scene = [[Body(0, 30.0, 0.0, view=View.REAR), Body(1, 30.0, 8.0, view=View.L_SHAPE)]]
+
+    def trace(frame, truth):
+        traced = trace_of(frame, truth)
+        heading = traced.candidates.heading + np.radians([[4.0], [1.0]])
+        return replace(traced, candidates=replace(traced.candidates, heading=heading))
+
+    metrics, tables, _ = grade_trace(scene, trace)
+    assert tables["fits"].groupby("actor_id").heading_error_deg.mean().tolist() == pytest.approx([4.0, 1.0])
+    assert metrics["fit.rear.area.heading_mean_deg"].value == pytest.approx(4.0)
+    assert metrics["fit.l_shape.best.heading_mean_deg"].value == pytest.approx(1.0)
+    assert metrics["fit.best.heading_mean_deg"].value == pytest.approx(2.5)
+    assert metrics["fit.side.best.heading_mean_deg"].value is None
+    assert "side" in metrics["fit.side.best.heading_mean_deg"].reason
+
+
+def test_position_is_that_of_the_nearest_corner_and_overlap_that_of_the_box():
+    # A perfect fit but for 0.3 m along x and 0.4 m along y of the ego.
+    def trace(frame, truth):
+        traced = trace_of(frame, truth)
+        moved = traced.candidates.center_ego + np.array([0.3, 0.4])
+        return replace(traced, candidates=replace(traced.candidates, center_ego=moved))
+
+    scene = [[Body(0, 27.0, -3.0, yaw=0.7)]]  # straight ahead of the ego and aligned with it
+    metrics, _, _ = grade_trace(scene, trace)
+    assert metrics["fit.best.position_abs_mean_m"].value == pytest.approx(0.5)
+    shared = (4.6 - 0.3) * (1.8 - 0.4)
+    assert metrics["fit.best.iou_mean"].value == pytest.approx(shared / (2 * 4.6 * 1.8 - shared))
+
+
+def test_a_vehicle_abreast_does_not_cost_its_length():
+    # Abreast both near corners are equally far: 1 cm decides which is the nearest of the rectangle, which of the box.
+    def trace(frame, truth):
+        traced = trace_of(frame, truth)
+        moved = traced.candidates.center_ego - np.array([0.02, 0.0])
+        return replace(traced, candidates=replace(traced.candidates, center_ego=moved))
+
+    frame_ego = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    metrics, _, _ = grade_run([[Body(0, 0.01, 4.0)]], Scripted([[]]), ego=lambda _: frame_ego, trace=trace)
+    assert metrics["fit.best.position_abs_mean_m"].value == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize(("own", "other", "observed"), [(13, 12, 1), (12, 12, 0), (12, 13, 0)])
+def test_an_observation_is_a_segment_mostly_of_one_graded_vehicle(own, other, observed):
+    bodies = [Body(0, 30.0, 0.0, points=own)]
+    frame = world_frame(0, bodies)
+    scan, truth = observe(frame, bodies, noise=[(NO_ACTOR, Cause.CLEAN)] * other)
+    grader = Grader(GradingConfig())
+    tracks, _ = Scripted([[]]).step(scan)
+    grade = grader.add(frame, scan, truth, tracks, trace_of(frame, truth, label=[0] * (own + other)))
+    metrics, _ = grader.finish()
+    assert metrics["fit.best.heading_mean_deg"].n == observed
+    assert (grade.box_actor[0] == 0) == bool(observed)
+
+
+def test_of_a_vehicle_in_two_segments_the_larger_one_is_observed():
+    """Fails when a cut-off piece counts as a second observation, or stands for the vehicle; whichever comes first."""
+    bodies = [Body(0, 30.0, 0.0, points=20)]
+    frame = world_frame(0, bodies)
+    scan, truth = observe(frame, bodies)
+    for label, larger in (([0] * 6 + [1] * 14, 1), ([0] * 14 + [1] * 6, 0)):
+        grader = Grader(GradingConfig())
+        tracks, _ = Scripted([[]]).step(scan)
+        grader.add(frame, scan, truth, tracks, trace_of(frame, truth, label=label))
+        metrics, tables = grader.finish()
+        assert metrics["fit.best.heading_mean_deg"].n == 1
+        assert set(tables["fits"].segment) == {larger}
+
+
+def test_coverage_tells_of_the_observations_that_were_not_fitted():
+    """Fails when a tracker may leave hard vehicles out of its segments unnoticed."""
+    bodies = [Body(0, 30.0, 0.0), Body(1, 30.0, 8.0)]
+    label = [0] * 20 + [-1] * 20
+    metrics, _, _ = grade_run([bodies] * 2, Scripted([[]] * 2), trace=lambda f, t: trace_of(f, t, label=label))
+    assert (metrics["fit.best.coverage"].value, metrics["fit.best.coverage"].n) == (0.5, 4)
+
+
+def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_among_the_rest():
+    def trace(frame, truth):
+        traced = trace_of(frame, truth, turn_deg=(5.0, 3.0, 1.0, 0.0, 2.0), best=3)
+        heading, center = traced.candidates.heading.copy(), traced.candidates.center_ego.copy()
+        heading[:, 3], center[:, 3] = np.nan, np.nan
+        return replace(traced, candidates=replace(traced.candidates, heading=heading, center_ego=center))
+
+    metrics, _, _ = grade_trace([[Body(0, 30.0, 0.0)]], trace)
+    assert metrics["fit.tlinkage.heading_mean_deg"].value is None
+    assert metrics["fit.best.regret_deg"].value is None
+    assert metrics["fit.oracle.heading_mean_deg"].value == pytest.approx(1.0)
+
+
+def turns(order=METHODS, otherwise=5.0, **by_name):
+    """Turns of methods in their order, some by name."""
+    return tuple(by_name.get(name, otherwise) for name in order)
+
+
+def with_baselines(traced, frame, **turn_deg):
+    """The trace with a column for each baseline: the true box turned by so much, nothing where it is not named."""
+    fitted, count = traced.candidates, traced.segments.count
+    turned = frame.actors.pose_world[0, 2] + np.radians(turns(BASELINES, np.nan, **turn_deg))
+
+    def wider(values):
+        return np.concatenate([values, np.repeat(values[:, :1], len(BASELINES), axis=1)], axis=1)
+
+    candidates = replace(
+        fitted,
+        heading=np.column_stack([fitted.heading, np.tile(turned, (count, 1))]),
+        center_ego=wider(fitted.center_ego),
+        size=wider(fitted.size),
+        cost=wider(fitted.cost),
+    )
+    return replace(traced, candidates=candidates)
+
+
+def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
+    """Fails when a method's figures land in another's row, or a baseline that cannot be chosen is held against best."""
+
+    def trace(frame, truth):
+        traced = trace_of(frame, truth, turn_deg=turns(variance=3.0, tlinkage=2.0))
+        return with_baselines(traced, frame, two_set_split=-1.5, ransac_lines=0.0)
+
+    metrics, tables, _ = grade_run([[Body(0, 30.0, 0.0)]] * 2, Scripted([[]] * 2), trace=trace)
+    assert tables["fits"]["method"].tolist() == [*METHODS, "two_set_split", "ransac_lines"] * 2
+    assert metrics["fit.two_set_split.heading_mean_deg"].value == pytest.approx(-1.5)
+    assert metrics["fit.ransac_lines.heading_mean_deg"].value == pytest.approx(0.0)
+    assert metrics["fit.principal_axes.heading_mean_deg"].value is None
+    assert metrics["fit.oracle.heading_mean_deg"].value == pytest.approx(2.0)
+    assert metrics["fit.best.regret_deg"].value == pytest.approx(1.0)
+
+
+def test_regret_is_that_of_the_observations_that_have_a_choice():
+    """Fails when observations without a chosen rectangle are still in the oracle's mean."""
+    frames = iter([turns(otherwise=8.0), turns(variance=np.nan, tlinkage=2.0)])  # variance is the one selected
+
+    def trace(frame, truth):
+        turn = next(frames)
+        heading = np.where(np.isfinite(turn), turn, 0.0)
+        traced = trace_of(frame, truth, turn_deg=heading)
+        columns = np.where(np.isfinite(turn), traced.candidates.heading, np.nan)
+        return replace(traced, candidates=replace(traced.candidates, heading=columns))
+
+    metrics, _, _ = grade_run([[Body(0, 30.0, 0.0)]] * 2, Scripted([[]] * 2), trace=trace)
+    assert metrics["fit.oracle.heading_abs_mean_deg"].value == pytest.approx(5.0)
+    assert (metrics["fit.best.regret_deg"].value, metrics["fit.best.regret_deg"].n) == (pytest.approx(0.0, abs=1e-9), 1)
+
+
+def test_without_a_trace_every_stage_metric_says_so():
+    metrics, tables, grades = grade_run([[Body(0, 10.0, 0.0)]], Scripted([[]]))
+    stages = [name for name in GRADED if name.startswith(("fit.", "segmentation.", "outliers."))]
+    assert {metrics[name].reason for name in stages} == {"the tracker gives no trace of its stages"}
+    assert len(measure(tables["fits"])) == 0
+    assert grades[0].box_actor.shape == (0,)
+
+
+def test_a_turn_about_the_centre_moves_the_corner_by_the_chord():
+    metrics, _, _ = grade_trace([[Body(0, 30.0, 0.0)]], partial(trace_of, turn_deg=(6.0,) * len(METHODS)))
+    chord = math.hypot(4.6, 1.8) * math.sin(math.radians(3.0))
+    assert metrics["fit.area.position_abs_mean_m"].value == pytest.approx(chord)

@@ -1,0 +1,222 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from support.frames import Body, Scripted, drive, follow, grade_run
+
+from scenarios.grading.mma_metrics import band, mahalanobis_squared
+from scenarios.grading.mode_metrics import switch_latencies
+from sim.world import Mode
+from tracker.records import MODELS, Status
+
+
+def one_car(frames=10, speed=5.0, yaw=0.6):
+    return [[Body(0, *drive(12.0, 4.0, yaw, speed, i), yaw, speed)] for i in range(frames)]
+
+
+def run(scene, ego=None, **changes):
+    script = [[follow(body, **changes) for body in bodies] for bodies in scene]
+    return grade_run(scene, Scripted(script), **({"ego": ego} if ego else {}))[0]
+
+
+def test_errors_of_each_model_and_of_the_chosen_one_are_along_the_egos_axes():
+    # The ego of world and odometry looks along world y: ego x is world y, ego y is minus world x.
+    def ego(_):
+        return (0.0, 0.0, math.pi / 2), (0.0, 0.0, math.pi / 2)
+
+    metrics = run(one_car(), ego=ego, model_offset=(0.3 + 0.1j, 0.2j, -0.5 + 0j))
+    found = {
+        model: [metrics[f"mma.{model}.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
+        for model in (*MODELS, "mma")
+    }
+    assert found["stationary"] == pytest.approx([0.1, 0.3])
+    assert found["cv"] == pytest.approx([0.2, 0.0], abs=1e-9)
+    assert found["ca"] == pytest.approx([0.0, 0.5], abs=1e-9)
+    assert found["mma"] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert metrics["mma.cv.moving_target.x_abs_std_m"].value == pytest.approx(0.0, abs=1e-9)
+    assert metrics["mma.cv.stationary_target.x_abs_mean_m"].value is None
+
+
+@pytest.mark.parametrize("quarters", [0, 1, 2, 3])
+@pytest.mark.parametrize("corner", [(1, 1), (-1, 1), (1, -1)])
+def test_the_tracked_corner_is_found_on_the_truth_whatever_side_is_called_the_front(quarters, corner):
+    # The track has the true rectangle, but calls another side the front; its corners are exact all the same.
+    size = (1.8, 4.6) if quarters % 2 else (4.6, 1.8)
+    heading = 0.6 + quarters * math.pi / 2 + 0.1
+    scene = one_car()
+    metrics = run(scene, heading=heading, size=size, corner=corner)
+    # What is left is the 0.1 rad of heading: the corner swings by the half diagonal times it.
+    swing = math.hypot(4.6, 1.8) * math.sin(0.05)
+    errors = [metrics[f"mma.mma.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
+    assert math.hypot(*errors) == pytest.approx(swing)
+
+
+def test_only_confirmed_tracks_are_judged():
+    metrics = run(one_car(), status=Status.COASTING)
+    assert metrics["mma.mode_accuracy"].value is None
+    assert "confirmed" in metrics["mma.mode_accuracy"].reason
+
+
+def test_mode_accuracy_and_stationary_targets():
+    standing = one_car(speed=0.0)
+    assert run(standing, model=0)["mma.mode_accuracy"].value == 1.0
+    assert run(standing, model=1)["mma.mode_accuracy"].value == 0.0
+    metrics = run(standing, model_offset=(0.25, 0, 0))
+    assert metrics["mma.stationary.stationary_target.x_abs_mean_m"].value == pytest.approx(0.25)
+    assert metrics["mma.mma.moving_target.x_abs_mean_m"].value is None
+
+
+def test_the_band_is_that_of_the_textbook():
+    # Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2: two-sided 95 % region of chi-square with 2 dof.
+    assert band(0.95) == pytest.approx((0.0506, 7.378), abs=1e-3)
+
+
+@pytest.mark.parametrize(("error_m", "inside"), [(0.02, 0.0), (0.05, 1.0), (0.26, 1.0), (0.28, 0.0)])
+def test_nees_in_band(error_m, inside):
+    # Variance 0.01 m^2: the band is 0.0225 to 0.2716 m of distance.
+    scene = one_car()
+    script = [[follow(b, x=b.x + error_m)] for (b,) in scene]
+    assert grade_run(scene, Scripted(script))[0]["mma.nees_in_band"].value == inside
+
+
+def test_nees_weighs_each_axis_and_an_impossible_covariance_is_out_of_band():
+    covariance = np.array([[[4.0, 1.0], [1.0, 2.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]])
+    error = np.array([[1.0, 2.0]] * 3)
+    expected = error[0] @ np.linalg.inv(covariance[0]) @ error[0]
+    np.testing.assert_allclose(mahalanobis_squared(error, covariance), [expected, np.inf, np.inf])
+
+
+def test_confusion_rates_and_standing_against_moving():
+    """Of four standing frames one is called cv; of four accelerating ones two are, and one is said to stand."""
+    modes = [Mode.STATIONARY] * 4 + [Mode.ACCELERATING] * 4
+    scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in modes]
+    script = [[follow(body, model=m)] for (body,), m in zip(scene, [0, 0, 0, 1, 1, 1, 0, 2], strict=True)]
+    metrics = grade_run(scene, Scripted(script))[0]
+    found = {mode: [metrics[f"mma.confusion.{mode}.{model}"].value for model in MODELS] for mode in MODELS}
+    assert found == {"stationary": [0.75, 0.25, 0.0], "cv": [None] * 3, "ca": [0.25, 0.5, 0.25]}
+    assert metrics["mma.confusion.ca.cv"].n == 4
+    assert "cv" in metrics["mma.confusion.cv.ca"].reason
+    assert metrics["mma.mode_accuracy"].value == 0.5
+    assert metrics["mma.stationary_accuracy"].value == 6 / 8
+
+
+def test_the_gain_is_over_the_best_model_alone():
+    """Fails when it is over the mean of the models, or over one axis: cv is best by distance, ca on the x axis."""
+    alone = [complex(3, 4), complex(0.3, 0.4), complex(0.2, 0.6)]
+    chosen = complex(0.24, 0.32)
+    offsets = tuple(error - chosen for error in alone)
+    scene = one_car()
+    script = [[follow(b, x=b.x + chosen.real, y=b.y + chosen.imag, model_offset=offsets)] for (b,) in scene]
+    metrics = grade_run(scene, Scripted(script))[0]
+    assert metrics["mma.gain.moving_target"].value == pytest.approx(1 - 0.4 / 0.5)
+    assert metrics["mma.gain.stationary_target"].value is None
+
+
+class Telling(Scripted):
+    """A scripted tracker whose models tell what they believe: 1 cm^2, 4 cm^2, 9 cm^2, and an NIS of 1, 2, nothing."""
+
+    def step(self, scan):
+        tracks, trace = super().step(scan)
+        each = (len(tracks), 1, 1, 1)
+        covariance = np.tile(np.eye(2)[None] * np.array([1.0, 4.0, 9.0])[:, None, None] * 1e-4, each)
+        return replace(
+            tracks, model_covariance_odom=covariance, model_nis=np.tile([1.0, 2.0, np.nan], each[:2])
+        ), trace  # fmt: skip
+
+
+def test_each_model_is_held_against_its_own_covariance_while_it_is_the_true_mode():
+    """Fails when a model's error is judged by the covariance, or in the frames, of another."""
+    scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in (Mode.STATIONARY, Mode.CONSTANT_VELOCITY, Mode.ACCELERATING)]
+    script = [[follow(body, model_offset=(0.01j, 0.06 + 0j, 0.03 + 0.03j))] for (body,) in scene]
+    metrics, tables, _ = grade_run(scene, Telling(script))
+    np.testing.assert_allclose(tables["tracks"][[f"{m}_nees" for m in MODELS]], [[1.0, 9.0, 2.0]] * 3)
+    means = [metrics[f"mma.{model}.nees_mean"].value for model in MODELS]
+    assert means == pytest.approx([1.0, 9.0, 2.0])
+    assert [metrics[f"mma.{model}.nees_in_band"].value for model in MODELS] == [1.0, 0.0, 1.0]
+    assert [metrics[f"mma.{model}.nees_mean"].n for model in MODELS] == [1, 1, 1]
+    assert [metrics[f"mma.{model}.nis_mean"].value for model in MODELS] == [1.0, 2.0, None]
+    assert metrics["mma.cv.nis_in_band"].value == 1.0
+
+
+def test_a_tracker_that_does_not_tell_its_models_covariance_is_not_charged():
+    metrics = run(one_car())
+    assert metrics["mma.cv.nees_in_band"].value is metrics["mma.cv.nis_mean"].value is None
+    assert metrics["mma.cv.nees_in_band"].reason == "the tracker does not tell the nees of its models"
+    assert metrics["mma.ca.nees_in_band"].reason.endswith("in the mode ca")
+
+
+def test_the_mean_of_nees_leaves_out_what_is_not_finite():
+    """Fails when one impossible covariance makes the mean infinite, or does not count against the band."""
+    scene = one_car(frames=4)
+    variances = [0.01, 0.01, 0.01, 0.0]
+    script = [[follow(b, x=b.x + 0.2, position_variance=v)] for (b,), v in zip(scene, variances, strict=True)]
+    metrics = grade_run(scene, Scripted(script))[0]
+    assert (metrics["mma.nees_mean"].value, metrics["mma.nees_mean"].n) == (pytest.approx(4.0), 3)
+    assert metrics["mma.nees_in_band"].value == 0.75
+
+
+class Elongated(Scripted):
+    """A scripted tracker sure of odometry y and unsure of odometry x."""
+
+    def step(self, scan):
+        tracks, trace = super().step(scan)
+        tracks.covariance[:, 0, 0], tracks.covariance[:, 1, 1] = 0.25, 1e-4
+        return tracks, trace
+
+
+def test_nees_is_taken_in_the_odometry_frame_where_the_covariance_lives():
+    # 0.5 m off along odometry x, a variance of 0.25 m^2 there; the ego is turned by 90 degrees.
+    scene = one_car()
+    turned = ((0.0, 0.0, math.pi / 2), (0.0, 0.0, math.pi / 2))
+    script = [[follow(b, x=b.x + 0.5)] for (b,) in scene]
+    _, tables, _ = grade_run(scene, Elongated(script), ego=lambda _: turned)
+    np.testing.assert_allclose(tables["tracks"].nees, 1.0)
+
+
+def test_the_truth_s_modes_are_named_as_the_models_are():
+    scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in Mode]
+    _, tables, _ = grade_run(scene, Scripted([[follow(body)] for (body,) in scene]))
+    assert list(tables["truth"]["mode"]) == list(tables["tracks"]["true_mode"]) == list(MODELS)
+    nobody = grade_run(scene, Scripted([[follow(body, x=40.0)] for (body,) in scene]))[1]["tracks"]
+    assert nobody["true_mode"].isna().all()
+
+
+def judged(frame, true, model, actor=0):
+    return pd.DataFrame(
+        {
+            "frame": frame,
+            "actor_id": actor,
+            "true_mode": pd.Categorical.from_codes(true, list(MODELS)),
+            "model": pd.Categorical.from_codes(model, list(MODELS)),
+        }
+    )
+
+
+def test_switch_latency_runs_from_the_true_change_to_the_selection():
+    rows = judged(range(8), true=[1, 1, 0, 0, 0, 2, 2, 2], model=[1, 1, 1, 1, 0, 2, 2, 2])
+    assert switch_latencies(rows).tolist() == [2.0, 0.0]
+
+
+def test_a_change_never_followed_is_infinite_and_one_out_of_sight_is_none():
+    never = judged(range(5), true=[1, 1, 0, 0, 1], model=[1] * 5)
+    assert switch_latencies(never).tolist() == [np.inf, 0.0]
+    unseen = judged([0, 1, 7, 8], true=[1, 1, 0, 0], model=[1] * 4)
+    assert switch_latencies(unseen).tolist() == []
+
+
+def test_median_latency_and_its_absence():
+    # Stands for 24 frames, then is said to accelerate: the model `ca`.
+    scene = [[Body(0, 12.0, 4.0, mode=Mode.ACCELERATING if i >= 24 else Mode.STATIONARY)] for i in range(50)]
+
+    def latency(model):
+        script = [[follow(body, model=model(i)) for body in bodies] for i, bodies in enumerate(scene)]
+        return grade_run(scene, Scripted(script))[0]["mma.switch_latency_frames"]
+
+    followed = latency(lambda i: 0 if i < 28 else 2)
+    assert (followed.value, followed.n) == (4.0, 1)
+    assert latency(lambda _: 0).value is None
+    assert "never followed" in latency(lambda _: 0).reason
+    standing = run(one_car(speed=0.0))["mma.switch_latency_frames"]
+    assert (standing.value, standing.n) == (None, 0)

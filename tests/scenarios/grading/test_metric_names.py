@@ -1,0 +1,103 @@
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.metric_names import METRICS, Definition, register
+from scenarios.grading.metric_sheet import MetricSheet
+
+# The names that scenario files, reports and CI rely on; a change here breaks users.
+PROMISED = [
+    "fit.area.heading_abs_mean_deg",
+    "fit.tlinkage.within_1deg",
+    "fit.oracle.within_5deg",
+    "fit.best.heading_std_deg",
+    "fit.best.position_abs_mean_m",
+    "fit.best.iou_mean",
+    "fit.best.regret_deg",
+    "fit.l_shape.variance.heading_abs_std_deg",
+    "fit.rear.closeness.heading_mean_deg",
+    "outliers.mirror.precision",
+    "outliers.layer_overlap.recall",
+    "segmentation.over_rate",
+    "segmentation.under_rate",
+    "segmentation.missed_rate",
+    "mma.stationary.stationary_target.x_abs_mean_m",
+    "mma.cv.moving_target.y_abs_std_m",
+    "mma.mma.moving_target.x_abs_mean_m",
+    "mma.mode_accuracy",
+    "mma.switch_latency_frames",
+    "mma.nees_in_band",
+    *(f"track.{name}" for name in ("hota", "mota", "idf1", "id_switches", "fragments", "missed", "false")),
+    "track.occlusion_survival",
+    "perf.tracker_ms_p99",
+    "perf.realtime_factor",
+]
+
+
+@pytest.mark.parametrize("name", PROMISED)
+def test_promised_names_are_metrics(name):
+    assert name in METRICS
+
+
+def test_units_follow_the_names():
+    ends = {"_deg": "deg", "_m": "m", "_rate": "1", "_p50": "ms"}
+    for name, unit in METRICS.items():
+        for end, expected in ends.items():
+            if name.endswith(end) and ".within_" not in name:
+                assert unit == expected, name
+    assert METRICS["fit.best.within_2deg"] == "1"
+
+
+def test_a_name_cannot_be_defined_twice():
+    twice = [Definition("fit.best.regret_deg", "deg", "one"), Definition("fit.best.regret_deg", "m", "other")]
+    with pytest.raises(ValueError, match=r"fit\.best\.regret_deg is defined twice"):
+        register(twice)
+
+
+def test_validating_a_scenario_file_loads_neither_pandas_nor_trackeval():
+    code = (
+        "import sys, scenarios.grading.metric_names, scenarios.grading.grading_config;"
+        "slow = {'pandas', 'trackeval', 'scipy', 'shapely'} & set(sys.modules); assert not slow, slow"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_sheet_takes_known_names_once_and_finite_values():
+    sheet = MetricSheet()
+    with pytest.raises(ValueError, match="no metric"):
+        sheet.write("track.hotta", 1.0, 1, "")
+    sheet.write("track.hota", 0.5, 3, "")
+    with pytest.raises(ValueError, match="already"):
+        sheet.write("track.hota", 0.5, 3, "")
+    with pytest.raises(ValueError, match="nan"):
+        sheet.write("track.mota", math.nan, 3, "")
+
+
+def test_without_observations_a_metric_is_none_with_the_reason_and_never_zero():
+    sheet = MetricSheet()
+    sheet.mean("track.mota", np.empty(0), "no vehicle")
+    sheet.rate("outliers.mirror.recall", 0, 0, "no mirror")
+    sheet.write("track.id_switches", 0.0, 0, "no vehicle")
+    assert [(m.value, m.n) for m in sheet.metrics.values()] == [(None, 0)] * 3
+    assert [m.reason for m in sheet.metrics.values()] == ["no vehicle", "no mirror", "no vehicle"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"range_max_m": -1.0},
+        {"points_min": 0},
+        {"match_iou_min": 0.0},
+        {"owner_share_min": 0.4},
+        {"nees_confidence": 1.0},
+        {"memory_s": math.nan},
+        {"hidden_fraction_max": 1.0},
+    ],
+)
+def test_limits_out_of_range_are_refused_by_name(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        GradingConfig(**wrong)

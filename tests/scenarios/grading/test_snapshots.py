@@ -1,0 +1,91 @@
+"""The frames that are kept with their points: the worst there are, few, and whole."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from support import short_run
+
+from scenarios.grading.snapshots import APART_S, PATIENCE_S, PER_KIND, SNAPSHOT_KINDS
+from scenarios.grading.worst_frames import worst_frames
+from tracker.scan import Scan
+from tracker.tracker import Tracker
+
+
+class Forgetful(Tracker):
+    """Sees nothing in the first two seconds and for one second after four, and then gives its tracks other names."""
+
+    def step(self, scan):
+        blind = scan.time < 2.0 or 4.0 <= scan.time < 5.0
+        tracks, trace = super().step(Scan.from_points(scan.time, [], scan.ego_pose_odom) if blind else scan)
+        return replace(tracks, id=tracks.id + 1000 * (scan.time >= 5.0)), trace
+
+
+@pytest.fixture(scope="module")
+def result():
+    """Six seconds; the car that drives is slow, so that both stay near."""
+    return short_run.run(short_run.TEXT.replace("speed_mps = 5", "speed_mps = 2"), Forgetful, duration_s=6.0)
+
+
+def test_few_frames_are_kept_of_each_kind_and_apart(result):
+    kept = result.tables["snapshots"]
+    assert set(kept["kind"]) >= {"detection", "fit_heading"}
+    for _, of_kind in kept.groupby("kind", observed=True):
+        assert len(of_kind) <= PER_KIND
+        assert of_kind["time_s"].sort_values().diff().dropna().ge(APART_S).all()
+        assert of_kind["badness"].is_monotonic_decreasing
+    assert kept["kind"].cat.categories.tolist() == list(SNAPSHOT_KINDS)
+
+
+def test_a_kept_frame_is_the_worst_there_is(result):
+    truth, fits = result.tables["truth"], result.tables["fits"]
+    lost = truth[truth["graded"] & (truth["track_id"] < 0) & (truth["time_s"] >= PATIENCE_S)].groupby("frame").size()
+    false = result.tables["tracks"].query("verdict == 'false'").groupby("frame").size()
+    wrong = lost.add(false, fill_value=0)
+    kept = result.tables["snapshots"].set_index("kind")
+    detection = kept.loc[["detection"]].iloc[0]
+    assert detection["badness"] == wrong.max() == wrong[detection["frame"]]
+    fit = kept.loc[["fit_heading"]].iloc[0]
+    assert fit["badness"] >= fits.loc[fits["best"], "heading_error_deg"].abs().max() - 1e-9
+    assert f"{fit['badness']:.1f}" in fit["what"]
+
+
+def test_a_vehicle_that_has_just_come_is_not_missed_yet(result):
+    """Fails when the first frames, in which nothing can have a track, crowd out what is worth a look."""
+    kept = result.tables["snapshots"]
+    assert (kept.loc[kept["kind"] == "detection", "time_s"] >= PATIENCE_S).all()
+
+
+def test_an_identity_that_is_lost_is_kept(result):
+    kept = result.tables["snapshots"].query("kind == 'identity'")
+    assert len(kept) == 1
+    assert (kept["badness"].item(), round(kept["time_s"].item(), 2)) == (2.0, 5.04)
+    assert kept["what"].item().count(" goes from track ") == 2
+
+
+def test_a_place_is_where_the_named_vehicle_is(result):
+    """Fails when the place or the ego's pose is another frame's or vehicle's: the picture would show something else."""
+    truth = result.tables["truth"].set_index(["frame", "actor_id"])
+    named = result.tables["snapshots"].query("kind != 'detection'")
+    assert len(named) >= 3
+    for row in named.to_dict("records"):
+        actor = truth.loc[(row["frame"], int(re.search(r"vehicle (\d+)", row["what"])[1]))]
+        turn, x, y = row["ego_yaw_world_rad"], row["x_ego_m"], row["y_ego_m"]
+        assert row["ego_x_world_m"] + np.cos(turn) * x - np.sin(turn) * y == pytest.approx(actor["x_world_m"])
+        assert row["ego_y_world_m"] + np.sin(turn) * x + np.cos(turn) * y == pytest.approx(actor["y_world_m"])
+
+
+def test_points_of_kept_frames_are_all_there(result):
+    points, truth = result.tables["snapshot_points"], result.tables["truth"]
+    assert set(points["frame"]) == set(result.tables["snapshots"]["frame"])
+    own = points[points["actor_id"] >= 0].groupby(["frame", "actor_id"]).size()
+    told = truth[truth["frame"].isin(points["frame"]) & (truth["points"] > 0)].set_index(["frame", "actor_id"])
+    pd.testing.assert_series_equal(own, told["points"].sort_index(), check_names=False)
+
+
+def test_newcomers_without_a_track_are_not_the_worst_of_missed(result):
+    worst = worst_frames(result, "track.missed", count=1)[0]
+    assert worst.time_s >= PATIENCE_S
+    assert worst.what.startswith("2 graded vehicles without a track")

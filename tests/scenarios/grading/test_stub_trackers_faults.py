@@ -1,0 +1,192 @@
+"""A fault planted in what the shipped tracker says is caught by the metrics that are there to catch it, by no others.
+
+All runs are of one scene, in which every stage has something to do; what differs is the fault alone.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support import planted_faults, short_run
+
+from scenarios.grading.metric_names import FIT_METHODS, METRICS
+from scenarios.grading.mma_metrics import band
+from tracker.records import MODELS
+
+SCENE = """\
+description = "Cars from all sides, standing, driving, braking and starting, among stray points."
+duration_s = 4.0
+[noise.outliers]
+enabled = true
+rate = 0.02
+[traffic]
+kind = "scripted"
+[[traffic.actor]]
+x_m = 9
+y_m = 4
+yaw_deg = 25
+[[traffic.actor]]
+x_m = -14
+y_m = 5
+motion = [{ kind = "straight", speed_mps = 8 }]
+[[traffic.actor]]
+x_m = 25
+y_m = -5
+yaw_deg = 180
+motion = [{ kind = "straight", speed_mps = 10, acceleration_mps2 = -2.0 }]
+[[traffic.actor]]
+x_m = 18
+y_m = 0
+motion = [{ kind = "stop-and-go", peak_speed_mps = 4, go_s = 1.6, stop_s = 1.0 }]
+"""
+CAUSES = ("mirror", "layer_overlap", "range_outlier")
+"""Of noise in this scene."""
+
+
+@cache
+def run(fault):
+    return short_run.run(SCENE, fault)
+
+
+def value(fault, name):
+    return run(fault).metrics[name].value
+
+
+def sound(name):
+    return value(planted_faults.Sound, name)
+
+
+def moved(fault):
+    """First names of the metrics that the fault has moved."""
+    names = [name for name in METRICS if not name.startswith("perf.")]
+    return {name.split(".")[0] for name in names if not same(value(fault, name), sound(name))}
+
+
+def same(a, b):
+    return a == b if a is None or b is None else a == pytest.approx(b, abs=1e-9)
+
+
+def test_the_scene_gives_every_stage_something_to_do():
+    """Else a fault could go unseen, and that prove nothing."""
+    assert all(0 < sound(f"outliers.{cause}.{part}") < 1 for cause in CAUSES for part in ("recall", "precision"))
+    assert all(run(planted_faults.Sound).metrics[f"mma.confusion.{mode}.ca"].n > 30 for mode in MODELS)
+    assert sound("fit.best.coverage") > 0.9
+    assert sound("segmentation.over_rate") == sound("segmentation.missed_rate") == 0
+
+
+def test_biased_headings_show_in_the_fits():
+    """The mean moves by the bias to the last digit; STD stays where no error is turned past 45 degrees."""
+    fault = planted_faults.BiasedFits
+    assert moved(fault) == {"fit"}
+    for method in ("closeness", "variance", "best"):
+        name = f"fit.{method}.heading_mean_deg"
+        errors = errors_of(planted_faults.Sound, method) + fault.bias_deg
+        assert value(fault, name) == pytest.approx((errors - 90 * np.round(errors / 90)).mean(), abs=1e-9)
+    assert value(fault, "fit.best.heading_mean_deg") == pytest.approx(sound("fit.best.heading_mean_deg") + 3, abs=1e-9)
+    assert value(fault, "fit.best.within_2deg") < 0.1 < 0.9 < sound("fit.best.within_2deg")
+    assert value(fault, "fit.best.iou_mean") < sound("fit.best.iou_mean")
+    assert value(fault, "fit.best.bound_ratio") > 3 * sound("fit.best.bound_ratio")
+
+
+def errors_of(fault, method):
+    fits = run(fault).tables["fits"]
+    rows = fits[fits[method]] if method == "best" else fits[fits["method"] == method]
+    return rows["heading_error_deg"].dropna().to_numpy()
+
+
+def test_a_bad_choice_among_good_rectangles_shows_in_best_and_its_regret():
+    """The single methods and the oracle are what they were."""
+    fault = planted_faults.WorstFits
+    assert moved(fault) == {"fit"}
+    others = [name for name in METRICS if name.startswith("fit.") and ".best." not in name]
+    assert len(others) > len(FIT_METHODS)
+    assert all(same(value(fault, name), sound(name)) for name in others)
+    assert value(fault, "fit.best.regret_deg") > 5 * sound("fit.best.regret_deg")
+    lost = value(fault, "fit.best.heading_abs_mean_deg") - sound("fit.best.heading_abs_mean_deg")
+    assert value(fault, "fit.best.regret_deg") - sound("fit.best.regret_deg") == pytest.approx(lost, abs=1e-9)
+
+
+def test_split_segments_show_as_over_segmentation():
+    """Every vehicle is in two pieces of three and two fifths, and no piece holds anything else than before."""
+    fault = planted_faults.SplitSegments
+    assert moved(fault) == {
+        "segmentation",
+        "outliers",
+        "fit",
+    }  # both are counted in the larger piece
+    assert value(fault, "segmentation.over_rate") == 1.0
+    assert value(fault, "segmentation.missed_rate") < 0.1
+    assert same(value(fault, "segmentation.under_rate"), sound("segmentation.under_rate"))
+    assert same(value(fault, "fit.best.heading_abs_mean_deg"), sound("fit.best.heading_abs_mean_deg"))
+
+
+def test_merged_segments_show_as_under_segmentation():
+    """At most one vehicle a frame can own the only segment."""
+    fault = planted_faults.MergedSegments
+    assert "segmentation" in moved(fault)
+    assert moved(fault) <= {"segmentation", "outliers", "fit"}
+    assert value(fault, "segmentation.under_rate") > 5 * sound("segmentation.under_rate")
+    assert value(fault, "segmentation.over_rate") == value(fault, "segmentation.missed_rate") == 0
+    graded = run(fault).metrics["dataset.observations"].value
+    assert value(fault, "fit.best.coverage") <= run(fault).frames / graded
+
+
+def test_no_segments_show_as_missed():
+    fault = planted_faults.NoSegments
+    assert moved(fault) == {"segmentation", "outliers", "fit"}
+    assert value(fault, "segmentation.missed_rate") == 1.0
+    assert value(fault, "fit.best.coverage") == 0.0
+    assert value(fault, "segmentation.under_rate") is None
+    assert value(fault, "outliers.mirror.recall") is None
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_a_linkage_that_keeps_everything_recalls_nothing(cause):
+    fault = planted_faults.KeepingLinkage
+    assert moved(fault) == {"outliers"}
+    assert value(fault, f"outliers.{cause}.recall") == 0.0
+    assert value(fault, f"outliers.{cause}.precision") is None  # nothing was removed
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_a_linkage_that_removes_everything_has_no_precision(cause):
+    """It is the share of the cause in the points of the segments that hold it."""
+    fault = planted_faults.RemovingLinkage
+    assert moved(fault) == {"outliers"}
+    assert value(fault, f"outliers.{cause}.recall") == 1.0
+    table = run(fault).tables["outliers"]
+    rows = table[table["cause"] == cause]
+    share = rows["points"].sum() / (rows["points"] + rows["clean_removed_beside"]).sum()
+    assert value(fault, f"outliers.{cause}.precision") == pytest.approx(share)
+    assert share < 0.2
+
+
+def test_one_model_for_all_shows_in_the_choice_and_in_what_it_costs():
+    """Right in the frames that truly accelerate, and no better than the model alone."""
+    fault = planted_faults.AlwaysAccelerating
+    assert moved(fault) == {"mma", "track"}  # boxes hang on the corner: their overlaps change with it
+    judged = run(fault).tables["tracks"].query("judged")
+    accelerating = (judged["true_mode"] == "ca").mean()
+    assert value(fault, "mma.mode_accuracy") == pytest.approx(accelerating)
+    assert value(fault, "mma.mode_accuracy") < sound("mma.mode_accuracy") - 0.2
+    assert [value(fault, f"mma.confusion.{mode}.ca") for mode in MODELS] == [1.0] * 3
+    assert value(fault, "mma.stationary_accuracy") == pytest.approx((judged["true_mode"] != "stationary").mean())
+    assert value(fault, "mma.switch_latency_frames") is None
+    for target in ("stationary_target", "moving_target"):
+        alone = value(fault, f"mma.ca.{target}.x_abs_mean_m")
+        assert value(fault, f"mma.mma.{target}.x_abs_mean_m") == pytest.approx(alone)
+    assert value(fault, "mma.gain.stationary_target") < -1.0 < sound("mma.gain.stationary_target")
+
+
+def test_overconfidence_shows_in_nees_alone():
+    """Covariances four times too small: NEES is four times as large, NIS and positions are what they were."""
+    fault = planted_faults.Overconfident
+    assert moved(fault) == {"mma"}
+    nees = [name for name in METRICS if ".nees_" in name]
+    others = [name for name in METRICS if name.startswith("mma.") and name not in nees]
+    assert all(same(value(fault, name), sound(name)) for name in others)
+    for name in nees:
+        if name.endswith("_mean"):
+            assert value(fault, name) == pytest.approx(fault.factor * sound(name))
+    before = run(planted_faults.Sound).tables["tracks"].query("judged")["nees"] * fault.factor
+    assert value(fault, "mma.nees_in_band") == pytest.approx(before.between(*band(0.95)).mean())

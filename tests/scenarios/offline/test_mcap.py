@@ -1,0 +1,201 @@
+"""Recorded runs as MCAP: read back by mcap's own readers, and looked through by rerun."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from support import short_run
+
+from scenarios.cli import main
+from scenarios.offline.mcap import export as export_module
+from scenarios.offline.mcap.definitions import definition
+from scenarios.offline.recorded_run import RecordedRun
+from tracker.tracker import Tracker
+
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""Of `sensor_msgs/PointField`, from its interface."""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A recorded run, and its file."""
+    folder = tmp_path_factory.mktemp("mcap")
+    path = short_run.write(folder)
+    assert main(["run", str(path), "--out", str(folder / "run"), "--no-recording", "--record-scans"]) == 0
+    assert main(["mcap", str(folder / "run"), str(folder / "run.mcap")]) == 0
+    return RecordedRun.open(folder / "run"), folder / "run.mcap"
+
+
+@pytest.fixture(scope="module")
+def messages(run):
+    """Everything in the file by topic, as (log time, message type, message)."""
+    with run[1].open("rb") as stream:
+        found = {}
+        for schema, channel, message, ros in make_reader(
+            stream, decoder_factories=[DecoderFactory()]
+        ).iter_decoded_messages():
+            found.setdefault(channel.topic, []).append((message.log_time, schema.name, ros))
+        return found
+
+
+def columns(cloud):
+    """Fields of a `PointCloud2` as a reader of ROS finds them: by offset and type, in its own words."""
+    dtype = np.dtype(
+        {
+            "names": [field.name for field in cloud.fields],
+            "formats": [TYPES[field.datatype] for field in cloud.fields],
+            "offsets": [field.offset for field in cloud.fields],
+            "itemsize": cloud.point_step,
+        }
+    )
+    assert len(cloud.data) == cloud.row_step * cloud.height == cloud.point_step * cloud.width
+    return np.frombuffer(cloud.data, dtype)
+
+
+def yaw(turn):
+    return np.arctan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
+
+
+def test_every_topic_has_every_frame_at_its_time(run, messages):
+    times = [round(1e9 * frame.time) for frame, _, _ in run[0].scans()]
+    assert len(times) == short_run.FRAMES
+    assert {topic: {name for _, name, _ in found} for topic, found in messages.items()} == {
+        "/tf": {"tf2_msgs/msg/TFMessage"},
+        "/lidar/points": {"sensor_msgs/msg/PointCloud2"},
+        "/truth/points": {"sensor_msgs/msg/PointCloud2"},
+        "/truth/boxes": {"foxglove_msgs/msg/SceneUpdate"},
+        "/tracks": {"foxglove_msgs/msg/SceneUpdate"},
+    }
+    for found in messages.values():
+        assert [time for time, _, _ in found] == times
+    for time, _, cloud in messages["/lidar/points"]:
+        assert 1_000_000_000 * cloud.header.stamp.sec + cloud.header.stamp.nanosec == time
+        assert cloud.header.frame_id == "ego"
+
+
+def test_points_are_those_of_the_scans(run, messages):
+    """Fails when an offset, a type or a byte order is wrong."""
+    for (_, scan, _), (_, _, cloud) in zip(run[0].scans(), messages["/lidar/points"], strict=True):
+        points = columns(cloud)
+        for axis, values in zip("xyz", scan.points_ego.T, strict=True):
+            np.testing.assert_array_equal(points[axis], values)
+        for name in ("time_offset", "unit", "layer", "echo", "echo_pulse_width", "flags"):
+            np.testing.assert_array_equal(points[name], getattr(scan, name), err_msg=name)
+            assert points[name].dtype == getattr(scan, name).dtype
+        assert not cloud.is_bigendian
+        assert cloud.is_dense
+    assert max(len(scan) for _, scan, _ in run[0].scans()) > 100
+
+
+def test_no_truth_is_in_what_a_tracker_would_read(messages):
+    names = {field.name for _, _, cloud in messages["/lidar/points"] for field in cloud.fields}
+    assert names == {"x", "y", "z", "time_offset", "unit", "layer", "echo", "echo_pulse_width", "flags"}
+
+
+def test_truth_of_points_is_that_of_the_scans(run, messages):
+    for (_, scan, truth), (_, _, cloud) in zip(run[0].scans(), messages["/truth/points"], strict=True):
+        points = columns(cloud)
+        np.testing.assert_array_equal(points["x"], scan.points_ego[:, 0])
+        for name in ("actor_id", "part", "cause", "true_range"):
+            np.testing.assert_array_equal(points[name], getattr(truth, name), err_msg=name)
+
+
+def test_the_transform_says_where_odometry_has_the_ego(run, messages):
+    for (_, scan, _), (_, _, message) in zip(run[0].scans(), messages["/tf"], strict=True):
+        (placed,) = message.transforms
+        assert (placed.header.frame_id, placed.child_frame_id) == ("odom", "ego")
+        at, turn = placed.transform.translation, placed.transform.rotation
+        np.testing.assert_allclose([at.x, at.y, yaw(turn)], scan.ego_pose_odom, atol=1e-12)
+
+
+def boxes(scene):
+    """Centre, heading and size of each entity's box, by id."""
+    found = {}
+    for entity in scene.entities:
+        (cube,) = entity.cubes
+        at = cube.pose.position
+        assert at.z == pytest.approx(0.5 * cube.size.z)
+        assert entity.frame_id == "ego"
+        found[entity.id] = [at.x, at.y, yaw(cube.pose.orientation), cube.size.x, cube.size.y]
+    assert [deletion.type for deletion in scene.deletions] == [1]
+    return found
+
+
+def test_boxes_of_the_truth_are_around_their_own_points(run, messages):
+    for (frame, scan, truth), (_, _, scene) in zip(run[0].scans(), messages["/truth/boxes"], strict=True):
+        found = boxes(scene)
+        assert sorted(found) == sorted(f"actor {actor}" for actor in frame.actors.id)
+        for actor in frame.actors.id:
+            x, y, heading, length, width = found[f"actor {actor}"]
+            seen = scan.points_ego[(truth.actor_id == actor) & (truth.cause == 0), :2] - (x, y)
+            turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
+            inside = np.abs(seen @ turn) <= 0.5 * np.array([length, width]) + 0.5
+            assert len(seen)
+            assert inside.all(axis=1).mean() > 0.95
+
+
+def test_boxes_of_tracks_are_those_that_the_tracker_reported(run, messages):
+    tracker, shown = Tracker(run[0].scenario.tracker), 0
+    for (_, scan, _), (_, _, scene) in zip(run[0].scans(), messages["/tracks"], strict=True):
+        tracks, _ = tracker.step(scan)
+        x, y, turn = scan.ego_pose_odom
+        into_ego = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        found = boxes(scene)
+        for t, center in enumerate(tracks.center_odom):
+            if f"track {tracks.id[t]}" not in found:
+                continue
+            shown += 1
+            box = found[f"track {tracks.id[t]}"]
+            np.testing.assert_allclose(box[:2], (center - (x, y)) @ into_ego, atol=1e-9)
+            off = box[2] - (tracks.mean[t, 6] - turn)
+            assert np.cos(off) == pytest.approx(1.0)
+            np.testing.assert_allclose(box[3:], tracks.size[t])
+    assert shown > short_run.FRAMES
+
+
+def test_rerun_accepts_the_file(run):
+    """It says so in words: its exit code is 0 whatever it finds."""
+    command = [sys.executable, "-m", "rerun", "mcap", "check", "--full", str(run[1])]
+    checked = subprocess.run(command, capture_output=True, text=True, check=True)
+    topics = [line.split() for line in checked.stdout.splitlines() if " /" in line]
+    assert {words[3] for words in topics} == {"/tf", "/lidar/points", "/truth/points", "/truth/boxes", "/tracks"}
+    assert {words[0] for words in topics} == {"ok"}, checked.stdout
+    assert "ros2_timestamp" in checked.stdout
+
+
+def test_the_same_run_makes_the_same_file(run, tmp_path):
+    export_module.export(run[0], tmp_path / "again.mcap")
+    assert (tmp_path / "again.mcap").read_bytes() == run[1].read_bytes()
+
+
+def test_a_definition_holds_all_that_it_needs_once():
+    text = definition("foxglove_msgs/SceneUpdate")
+    parts = [line.removeprefix("MSG: ") for line in text.splitlines() if line.startswith("MSG: ")]
+    assert len(parts) == len(set(parts)) > 10
+    assert "geometry_msgs/Quaternion" in parts
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"),
+    [("there.mcap", "is there already"), ("nowhere/x.mcap", "cannot write there (No such file or directory)")],
+)
+def test_a_file_that_cannot_be_is_told_in_one_line(name, complaint, run, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    Path("there.mcap").write_text("mine")
+    assert main(["mcap", str(run[0].folder), name]) == 2
+    error = capfd.readouterr().err
+    assert complaint in error
+    assert error.count("\n") == 1
+    assert [path.name for path in Path().iterdir()] == ["there.mcap"]
+    assert Path("there.mcap").read_text() == "mine"
+
+
+def test_nothing_is_left_of_an_export_that_fails(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(export_module, "transform", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        export_module.export(run[0], tmp_path / "x.mcap")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,135 @@
+"""Blame: a fault planted into a stage is blamed on this stage, by the metric that is there to catch it."""
+
+import json
+from pathlib import Path
+
+import pytest
+from support import busy_street, faulty_stages, short_run
+
+from scenarios.cli import main
+from scenarios.grading.metric_names import METRICS
+from scenarios.oracle.device_choice import OracleFactory
+from scenarios.oracle.stage import Stage
+from scenarios.oracle.stage_blame import HEADLINES, find_out
+from scenarios.report import text as report
+from scenarios.report.blame_tables import OWN_DRIVES, tell
+from scenarios.run import loop
+from sim.scripted.scripted_source import ScriptedSource
+from sim.source import TrafficEndedError
+
+HEADLINE = {headline.name: headline for headline in HEADLINES}
+
+PLANTED = {
+    Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
+    Stage.OUTLIERS: (faulty_stages.RemovingNothing, ["outliers.mirror.recall", "outliers.layer_overlap.recall"]),
+    Stage.FIT: (faulty_stages.BiasedFit, ["fit.best.heading_abs_mean_deg", "track.hota"]),
+    Stage.ASSOCIATION: (faulty_stages.ScrambledAssociation, ["track.idf1", "track.hota", "track.false"]),
+    Stage.MODEL: (faulty_stages.AlwaysAccelerating, ["mma.mode_accuracy"]),
+}
+
+
+@pytest.mark.parametrize("stage", Stage)
+def test_a_planted_fault_is_blamed_on_its_stage(stage):
+    """It shows in the metrics that are there to catch it, no other stage's truth helps half as much against it."""
+    fault, caught_by = PLANTED[stage]
+    faulty, healthy = find_out(busy_street.scenario(), *faulty_stages.plant(fault)), busy_street.blamed()
+    for name in caught_by:
+        headline = HEADLINE[name]
+        first, *others = faulty.ranking(headline)
+        assert first == stage, name
+        gain = faulty.gain(stage, headline)
+        assert gain > 2 * (healthy.gain(stage, headline) or 0.0), name
+        assert all(faulty.gain(other, headline) < 0.5 * gain for other in others), name
+
+
+def test_oracles_beside_the_tracker_say_what_they_say_in_runs_of_their_own():
+    """All are shown the same scans, and none changes what another is shown."""
+    stage = Stage.ASSOCIATION
+    alone = loop.run(busy_street.scenario(), OracleFactory([stage]))
+    beside = busy_street.blamed().by_truth[stage]
+    for headline in HEADLINES:
+        assert beside[headline.name] == alone.metrics[headline.name]
+
+
+def test_every_headline_is_a_metric_and_better_says_which_way():
+    assert set(HEADLINE) <= set(METRICS)
+    found = busy_street.blamed()
+    for headline in HEADLINES:
+        ranking = found.ranking(headline)
+        gains = [found.gain(stage, headline) for stage in ranking]
+        assert gains == sorted(gains, reverse=True)
+        assert all(gain > 0 for gain in gains)
+        if ranking:
+            as_is, best = (of[headline.name].value for of in (found.shipped.metrics, found.by_truth[ranking[0]]))
+            assert (best < as_is) == (headline.better == "less")
+
+
+def test_the_report_has_a_row_for_each_stage_and_a_sentence_on_each_metric():
+    text = report.as_text(tell(busy_street.blamed()))
+    assert max(map(len, text.splitlines())) <= report.WIDTH
+    assert "…" not in text  # no column is too narrow for its title
+    for row in ("none", *Stage):
+        assert sum(line.startswith(f"{row} ") for line in text.splitlines()) == 2, row
+    heading = busy_street.blamed().shipped.metrics["fit.best.heading_abs_mean_deg"].value
+    assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most, then segmentation" in text
+    assert "track.id_switches is 0: no stage's truth makes it better" in text
+    assert OWN_DRIVES not in text
+
+
+def test_programs_get_all_figures_and_nothing_else(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    short_run.write(Path())
+    assert main(["blame", "short.toml", "--json", "--seed", "9", "--duration", "0.4"]) == 0
+    out, err = capfd.readouterr()
+    assert err == ""
+    found = json.loads(out)
+    assert (found["scenario"], found["seed"], found["complete"], found["frames"]) == ("short", 9, True, 5)
+    assert list(found["by_truth"]) == [str(stage) for stage in Stage]
+    assert found["by_truth"]["fit"]["fit.best.heading_abs_mean_deg"]["value"] < 1e-6
+    assert found["ranking"]["fit.best.heading_abs_mean_deg"][0] == "fit"
+    assert found["shipped"]["outliers.mirror.recall"]["reason"]
+    assert sorted(path.name for path in Path().iterdir()) == ["short.toml"]
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments", "complaint"),
+    [
+        (short_run.TEXT, ["--tracker", "mine:Tracker"], "No such option"),
+        (short_run.TEXT + '[tracker.mma]\nmethod = "imm"\n', [], 'oracle model: [tracker.mma] method = "imm"'),
+    ],
+)
+def test_what_cannot_be_blamed_is_one_line(text, arguments, complaint, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    short_run.write(Path(), text)
+    assert main(["blame", "short.toml", *arguments]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert complaint in err
+
+
+def test_a_tracker_that_drives_has_a_drive_for_every_oracle(capfd):
+    assert main(["blame", "cruise-on-tracks", "--duration", "0.16"]) == 0
+    out = capfd.readouterr().out
+    assert "seed 1, 2 frames" in out
+    assert OWN_DRIVES in out
+
+
+def test_figures_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    short_run.write(Path())
+
+    class Breaking(ScriptedSource):
+        played = 0
+
+        def step(self):
+            self.played += 1
+            if self.played > 5:
+                raise TrafficEndedError("the ego left")
+            return super().step()
+
+    monkeypatch.setattr("scenarios.run.loop.ScriptedSource", Breaking)
+    assert main(["blame", "short.toml", "--json"]) == 1
+    out, err = capfd.readouterr()
+    assert json.loads(out)["ended_early"] == "the ego left"
+    assert "the figures are of the 5 frames until then" in err

@@ -1,0 +1,347 @@
+"""Oracles: each drives the metrics of its stage to their ideal, changes nothing else, and passes for no tracker."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import busy_street, short_run
+from support.frames import Body, observe, world_frame
+
+from scenarios.cli import main
+from scenarios.errors import DeviceError
+from scenarios.files import shipped as listing
+from scenarios.files.scenario import Scenario
+from scenarios.grading.metric_names import CAUSES
+from scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
+from scenarios.oracle.device_choice import OracleFactory, choose
+from scenarios.oracle.oracle_model import ToldBank, certain
+from scenarios.oracle.oracle_tracker import OracleTracker
+from scenarios.oracle.oracle_truth import Truth
+from scenarios.oracle.stage import Stage
+from scenarios.report import text as report
+from scenarios.run import device, loop
+from sensor_model.truth import NO_ACTOR
+from tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
+from tracker.tracker import TrackerConfig
+from tracker.tracking.filters import FilterConfig, bank, motion
+from tracker.tracking.hypotheses import Pairing, Predictions
+from tracker.tracking.mma import MmaConfig
+
+SEGMENTATION = tuple(f"segmentation.{rate}_rate" for rate in ("over", "under", "missed"))
+
+
+def values(metrics, *names):
+    return [metrics[name].value for name in names]
+
+
+def of(stage):
+    """Metrics of the busy street with the truth for one stage."""
+    return busy_street.blamed().by_truth[stage]
+
+
+def shipped():
+    return busy_street.blamed().shipped.metrics
+
+
+@cache
+def truly_fitted():
+    """The busy street with its tables, which blame does not keep."""
+    return short_run.run(busy_street.TEXT, OracleFactory([Stage.FIT]))
+
+
+def test_without_a_stage_to_replace_an_oracle_is_the_shipped_tracker():
+    """Bit for bit: the seams change nothing."""
+    assert short_run.run(busy_street.TEXT, OracleFactory([])).trace_hash == busy_street.blamed().shipped.trace_hash
+
+
+def test_a_true_segmentation_splits_merges_and_misses_nothing():
+    assert values(of(Stage.SEGMENTATION), *SEGMENTATION) == [0.0, 0.0, 0.0]
+    assert shipped()["segmentation.under_rate"].value > 0.02
+
+
+def test_true_outliers_are_all_of_the_noise_and_nothing_else():
+    graded = [
+        (metric.value, shipped()[name].value)
+        for cause in CAUSES.values()
+        for name in (f"outliers.{cause}.precision", f"outliers.{cause}.recall")
+        if (metric := of(Stage.OUTLIERS)[name]).value is not None
+    ]
+    assert len(graded) >= 6
+    assert {ideal for ideal, _ in graded} == {1.0}
+    assert sum(real for _, real in graded) < len(graded) - 0.2
+
+
+def test_a_true_fit_has_the_true_heading_and_the_true_corners():
+    run = truly_fitted()
+    assert run.metrics["fit.best.heading_abs_mean_deg"].value == pytest.approx(0.0, abs=1e-6)
+    assert run.metrics["fit.best.regret_deg"].value == pytest.approx(0.0, abs=1e-6)
+    assert run.metrics["fit.tlinkage.heading_abs_mean_deg"].value > 0.1  # the other methods are still graded
+    best = run.tables["fits"].query("best")
+    corners = best[best["view"] == "l_shape"]
+    assert len(corners) > 40
+    assert corners["position_error_m"].max() < 1e-6  # in full view; a vehicle half hidden ends where it is cut off
+    assert shipped()["fit.best.heading_abs_mean_deg"].value > 0.1
+
+
+def test_a_true_fit_is_of_the_scans_time_and_not_of_its_points():
+    """Nobody knows yet how fast this car is: its points are where the sweep met them, up to 1.6 m from there."""
+    fast = short_run.TEXT.replace("speed_mps = 5", "speed_mps = 40").replace("x_m = 9\ny_m = 3", "x_m = 0\ny_m = -4")
+    first = short_run.run(fast, OracleFactory([Stage.FIT]), duration_s=0.08).tables["fits"].query("best")
+    car = first[first["actor_id"] == 1]
+    assert len(car) == 1
+    assert car["position_error_m"].max() < 1e-6
+
+
+def test_what_a_true_fit_shows_of_a_rear_is_no_whole_vehicle():
+    best = truly_fitted().tables["fits"].query("best")
+    rear = best[best["view"] == "rear"]
+    assert len(rear) > 10
+    # Its heading is modulo a quarter turn: a rear is as broad as the car, and next to nothing deep.
+    extents = np.sort(rear[["length_m", "width_m"]], axis=1)
+    np.testing.assert_allclose(extents[:, 1], rear["true_width_m"], atol=1e-6)
+    assert extents[:, 0].max() < 1.5
+
+
+def test_a_true_association_switches_no_id():
+    text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.05\n"  # hardly a box is inside such a gate
+    lost, kept = short_run.run(text).metrics, short_run.run(text, OracleFactory([Stage.ASSOCIATION])).metrics
+    assert lost["track.id_switches"].value + lost["track.missed"].value > 60
+    assert values(kept, "track.id_switches", "track.false") == [0.0, 0.0]
+    assert kept["track.missed"].value <= shipped()["track.missed"].value
+    assert of(Stage.ASSOCIATION)["track.id_switches"].value == 0.0
+
+
+def test_a_truck_that_is_seen_in_two_pieces_is_followed_as_one():
+    """Its side and its rear, with a blind gap between, have two tracks at first, which a true association unites."""
+    scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 2.4})
+    as_is, true = (loop.run(scenario, OracleFactory(stages)).metrics for stages in ([], [Stage.ASSOCIATION]))
+    assert true["track.missed"].value <= as_is["track.missed"].value
+    assert true["track.false"].value <= as_is["track.false"].value
+    assert true["track.id_switches"].value == 0.0
+
+
+def test_a_true_model_is_always_the_true_mode():
+    assert values(of(Stage.MODEL), "mma.mode_accuracy", "mma.switch_latency_frames") == [1.0, 0.0]
+    assert shipped()["mma.mode_accuracy"].value < 0.95
+
+
+@pytest.mark.parametrize(
+    ("stage", "others"),
+    [
+        (Stage.OUTLIERS, SEGMENTATION),
+        (Stage.FIT, (*SEGMENTATION, "outliers.mirror.recall", "outliers.layer_overlap.precision")),
+        (Stage.ASSOCIATION, (*SEGMENTATION, "fit.best.heading_abs_mean_deg")),
+        (Stage.MODEL, SEGMENTATION),
+    ],
+)
+def test_an_oracle_leaves_the_stages_before_it_alone(stage, others):
+    """But for what flows back: points are moved by what the tracks say, which changes some digits."""
+    np.testing.assert_allclose(values(of(stage), *others), values(shipped(), *others), atol=0.02)
+
+
+def test_oracles_combine():
+    run = short_run.run(busy_street.TEXT, OracleFactory(tuple(Stage)))
+    assert values(run.metrics, *SEGMENTATION) == [0.0, 0.0, 0.0]
+    assert values(run.metrics, "outliers.mirror.recall", "mma.mode_accuracy") == [1.0, 1.0]
+    assert run.metrics["fit.best.heading_abs_mean_deg"].value == pytest.approx(0.0, abs=1e-6)
+    assert values(run.metrics, "track.id_switches", "track.false") == [0.0, 0.0]
+    assert run.metrics["track.idf1"].value > max(metrics["track.idf1"].value for metrics in oracles())
+
+
+def oracles():
+    return busy_street.blamed().by_truth.values()
+
+
+def test_a_run_with_oracles_says_so_everywhere(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    short_run.write(Path())
+    command = ["run", "short.toml", "--no-recording", "--oracle", "association", "--oracle", "fit"]
+    assert main(command) == 0
+    assert "device oracle: fit, association" in capfd.readouterr().out
+    folder = Path("runs/short-seed4-oracle-association-fit")
+    assert json.loads((folder / "result.json").read_text())["config"]["device"] == "oracle: fit, association"
+    assert main([*command, "--json"]) == 0
+    assert json.loads(capfd.readouterr().out)["config"]["device"] == "oracle: fit, association"
+    assert [path.name for path in Path("runs").iterdir()] == [folder.name]
+
+
+def test_the_shipped_tracker_is_called_by_its_name_and_needs_no_mention():
+    run = short_run.result()
+    assert run.config["device"] == device.SHIPPED
+    assert "device" not in report.header(run).plain
+    other = replace(run, config={**run.config, "device": "mine:Tracker"})
+    assert report.header(other).plain.endswith("\ndevice mine:Tracker")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--oracle", "fitt"], "Invalid value for '--oracle'"),
+        (["--oracle", "fit", "--tracker", "mine:Tracker"], "--oracle fit: oracles replace stages of the shipped track"),
+    ],
+)
+def test_an_oracle_that_cannot_be_is_one_line(arguments, complaint, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    short_run.write(Path())
+    assert main(["run", "short.toml", *arguments]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert complaint in err
+    assert [path.name for path in Path().iterdir()] == ["short.toml"]
+
+
+def test_the_shipped_tracker_may_be_named_beside_an_oracle():
+    assert choose(device.SHIPPED, [Stage.FIT]) == OracleFactory([Stage.FIT])
+    assert choose(None, []) is device.load(device.SHIPPED)
+
+
+def test_a_bank_that_selects_no_model_has_no_true_choice():
+    with pytest.raises(DeviceError, match='method = "imm" selects no model'):
+        OracleTracker(TrackerConfig(mma=MmaConfig(method="imm")), [Stage.MODEL])
+    OracleTracker(TrackerConfig(mma=MmaConfig(method="imm")), [Stage.FIT])
+
+
+def test_actors_are_segments_and_what_is_nobodys_stays_as_it_is():
+    row = np.array([0, 0, 0, 1, 2, 2, 2, -1, -1])
+    keep = np.array([1, 1, 1, 1, 1, 0, 1, 1, 1], dtype=bool)
+    rest = Segments(np.array([-1] * 7 + [0, -1]), 1)
+    found = oracle_segmentation.actors_first(row, keep, rest, points_min=2)
+    assert found.label.tolist() == [0, 0, 0, -1, 1, -1, 1, 2, -1]  # one point of actor 1 is too few
+    assert found.count == 3
+
+
+def test_nothing_but_noise_is_no_vehicle():
+    """A cloud of spray has no line, no rectangle and so no box; where it is part of a segment, only it goes."""
+    segments = Segments(np.array([0, 0, 0, 1, 1, NOT_USED]), 2)
+    noise = np.array([0, 0, 1, 1, 1, 0], dtype=bool)
+    on_owner = np.array([1, 1, 1, 0, 0, 0], dtype=bool)
+
+    def real(clean):
+        assert clean.count == 1
+        assert clean.label.tolist() == [0, 0, -1, -1, -1, -1]
+        return Linkage(np.array([0, -1, -1, -1, -1, -1]), np.array([0.3]))  # it would remove a clean point
+
+    linkage = oracle_outliers.link(real, segments, noise, on_owner)
+    assert linkage.line.tolist() == [0, 1, -1, -1, -1, -1]
+    assert linkage.heading.tolist() == [0.3, 0.0]
+    gone = ~oracle_outliers.left_of((linkage.line >= 0) & (segments.label >= 0), segments)
+    assert gone.tolist() == [False, True]
+    assert oracle_outliers.stand_in(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
+
+
+WET = """\
+description = "A car drives beside the ego through heavy rain, and both throw it up."
+duration_s = 0.8
+[traffic]
+kind = "scripted"
+[traffic.ego]
+motion = [{ kind = "straight", speed_mps = 20 }]
+[[traffic.actor]]
+x_m = 2
+y_m = 3
+motion = [{ kind = "straight", speed_mps = 20 }]
+[noise.rain]
+enabled = true
+rate_mm_per_h = 80.0
+[noise.spray]
+enabled = true
+water_film_mm = 3.0
+echo_share = 0.8
+"""
+PAPER = "".join(f'[tracker.{stage}]\n{key} = "paper"\n' for stage, key in
+                (("linkage", "variant"), ("selection", "variant"), ("mma", "method")))  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", ["", PAPER], ids=["shipped", "paper"])
+def test_clouds_of_spray_are_gone_from_every_variant_of_the_tracker_and_from_its_recording(variant, tmp_path):
+    """Segments of nothing else have no rectangle; nothing may stumble over that."""
+    factory = OracleFactory([Stage.OUTLIERS])
+    run = short_run.run(WET + variant, factory, record_to=tmp_path / "recording.rrd", duration_s=0.4)
+    assert run.metrics["outliers.spray.recall"].value == 1.0
+    assert run.metrics["outliers.spray.recall"].n > 20
+
+
+def test_an_end_that_points_reach_is_the_true_one_and_others_are_where_they_are_cut_off():
+    points = np.array([[-2.0, -0.9], [0.4, -0.85], [1.2, 3.0]])
+    low, high = oracle_fit.visible(points[:2], np.zeros(2, dtype=int), np.array([[4.6, 1.8]]))
+    np.testing.assert_allclose([low, high], [[[-2.3, -0.9]], [[0.4, -0.85]]])
+    low, high = oracle_fit.visible(points[2:], np.zeros(1, dtype=int), np.array([[4.6, 1.8]]))
+    np.testing.assert_allclose([low, high], [[[1.2, 0.9]], [[1.2, 0.9]]])  # never outside of the vehicle
+
+
+def test_a_box_is_for_its_actor_and_the_gate_only_chooses_among_its_tracks():
+    track_actor, box_actor = np.array([7, 7, 8, NO_ACTOR]), np.array([7, 7, 9, NO_ACTOR, 8])
+    in_gate = np.zeros((4, 5), dtype=bool)
+    in_gate[[1, 2, 3], 0] = in_gate[0, 3] = True
+    misread = np.zeros((4, 5), dtype=bool)
+    misread[[0, 1], [1, 0]] = True  # that it is in the gate counts more
+    may = oracle_association.admissible(track_actor, box_actor, in_gate, misread)
+    assert np.argwhere(may).tolist() == [[1, 0], [1, 1], [2, 4]]
+
+
+def test_who_is_where_in_the_odometry_frame():
+    """The ego stands at (10, 0) in the world and has driven 5 m to the left since the first scan."""
+    bodies = [Body(3, 12.0, 0.0), Body(5, 10.0, 4.0)]
+    frame = world_frame(0, bodies, ego=(10.0, 0.0, 0.0))
+    truth = Truth.of(frame, observe(frame, bodies)[1])
+    center = truth.center_odom(np.array([5, NO_ACTOR, 4, 3]), np.array([0.0, 5.0, np.pi / 2]))
+    np.testing.assert_allclose(center, [[-4.0, 5.0], [np.nan] * 2, [np.nan] * 2, [0.0, 7.0]], atol=1e-12)
+
+
+def test_a_box_that_is_a_cars_length_off_is_misread():
+    """The track is 0.3 m from its vehicle; what it sees next moves it there, or lets it jump to the other end."""
+    one = np.ones((1, 1))
+    predictions = Predictions(
+        position=np.array([[[10.0, 0.9]]]), velocity=np.zeros((1, 1, 2)), covariance=np.eye(2)[None, None],
+        probability=one, heading=np.zeros(1), heading_variance=np.zeros(1), size=np.array([[4.6, 1.8]]),
+        known_size=np.array([[4.6, 1.8]]), corner_sign=np.array([[-1, 1]]),
+    )  # fmt: skip
+    assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
+    flags = np.zeros((1, 2, 2), dtype=bool)
+    pairing = Pairing(
+        heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), whole=flags, misfit=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
+        covariance=np.zeros((1, 2, 2, 2)), silence=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)), exact=flags,
+    )  # fmt: skip
+    assert oracle_association.leads_away(predictions, pairing, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
+    assert oracle_association.leads_away(predictions, pairing, np.full((1, 2), np.nan)).tolist() == [[False, False]]
+
+
+def test_the_largest_box_of_a_new_actor_starts_a_track():
+    box_actor, support = np.array([7, 7, 8, 9, NO_ACTOR, NO_ACTOR]), np.array([5, 9, 9, 9, 9, 9])
+    free = np.array([0, 0, 0, 1, 1, 0], dtype=bool)
+    assert oracle_association.newcomers(box_actor, support, np.array([8, 9]), free).tolist() == [0, 1, 0, 1, 1, 0]
+
+
+def test_the_first_id_of_an_actor_outlives_its_track():
+    class Named:
+        def __init__(self, track_id, status, hits):
+            self.id, self.status, self.hits = track_id, status, hits
+
+    tracks = [Named(3, Status.DEAD, 9), Named(5, Status.CONFIRMED, 4), Named(6, Status.CONFIRMED, 7)]
+    oracle_association.hand_over_id(tracks)
+    assert [track.id for track in tracks] == [6, 5, 3]
+    oracle_association.hand_over_id(tracks)
+    assert [track.id for track in tracks] == [6, 5, 3]
+
+
+def test_a_bank_that_is_told_the_mode_believes_no_residual():
+    """Its other filters start from the told one's, and a vehicle that stands for minutes breaks no logarithm."""
+    told = ToldBank(bank(np.zeros(2), 0.01 * np.eye(2), FilterConfig()), MmaConfig())
+    told.tell(0)
+    for _ in range(5000):
+        told.predict(motion(0.08, FilterConfig()))
+        told.tell(0)
+        told.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
+        assert told.probability.argmax() == 0
+    np.testing.assert_array_equal(told.probability, certain(0))
+    told.tell(None)
+    told.predict(motion(0.08, FilterConfig()))
+    assert told.probability[0] < certain(0)[0]
+
+
+def test_the_column_that_a_true_fit_takes_is_the_refined_one():
+    assert METHODS[oracle_fit.BEST] == "refined"

@@ -1,0 +1,343 @@
+"""HTML reports: what they say, and that a real browser shows them, on a phone and on paper, without asking anybody."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from markupsafe import escape
+from support import short_run
+
+from scenarios.cli import main
+from scenarios.execute import execute
+from scenarios.files.scenario import Scenario
+from scenarios.report import paper_tables
+from scenarios.report.html.birdseye import kind_of
+from scenarios.report.html.fit_figures import AGAINST, errors_against, observations
+from scenarios.report.html.page_tables import page_table
+from scenarios.report.html.palette import TONES
+from scenarios.report.html.probabilities import most_eventful
+from scenarios.report.html.reported_run import Run
+from scenarios.report.html.run_page import run_page
+from scenarios.report.html.suite_page import Broken, find_runs, suite_page
+from scenarios.report.html.svg_figure import draw
+from scenarios.report.html.timelines import ALONE, HIDDEN, OUT, stretches
+from scenarios.run import device
+from tracker.records import MODELS
+from tracker.tracker import Tracker
+
+EXPECT = """
+[expect]
+"track.mota" = { max = 1.0, unit = "1", need = "no score is above one" }
+"fit.best.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
+"track.idf1" = { min = 0.999, known_failure = "the first frames have <no> track yet" }
+"""
+FIGURES = ["heading-cdf", "error-range", "error-aspect", "error-visible", "timelines", "probabilities"]
+OFFLINE = [
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-gpu",
+    "--no-sandbox",  # as root in a container there is none
+]
+
+
+def run_into(folder, text, name="short"):
+    path = short_run.write(folder, text, name)
+    make_device = device.load(device.SHIPPED)
+    execute(Scenario.load(path), make_device, folder / "runs" / f"{name}-seed4", record=False)
+    return folder / "runs" / f"{name}-seed4"
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """A run that fails, with a known failure, and one that passes."""
+    folder = tmp_path_factory.mktemp("suite")
+    run_into(folder, short_run.TEXT.replace("[bold]", "<script>alert(1)</script>") + EXPECT, "bad")
+    run_into(folder, short_run.TEXT, "good")
+    return folder / "runs"
+
+
+@pytest.fixture(scope="module")
+def pages(runs):
+    page = runs.parent / "run.html"
+    page.write_text(run_page(runs / "bad-seed4"), encoding="utf-8")
+    suite = runs.parent / "suite.html"
+    broken = [Broken("torn.toml::torn", "torn.toml: not TOML: <line 3>")]
+    suite.write_text(suite_page(find_runs(runs), broken), encoding="utf-8")
+    return {"run": page, "suite": suite}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright opens the browser; it is not installed")
+    found = [path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))]
+    if not found:
+        pytest.skip("no chromium, chromium-browser or google-chrome on PATH to open the report in")
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=found[0], args=OFFLINE)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def opened(browser, pages):
+    """Open a page by its name, and note what it complains of and asks for."""
+    contexts = []
+
+    def open_page(name, **options):
+        context = browser.new_context(**options)
+        contexts.append(context)
+        page = context.new_page()
+        page.noted = []
+        page.on("console", lambda message: page.noted.append(message.text))
+        page.on("pageerror", lambda error: page.noted.append(str(error)))
+        page.on("request", lambda request: page.noted.append(request.url))
+        page.goto(pages[name].as_uri())
+        assert page.noted.pop(0) == pages[name].as_uri()
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+
+
+PHONE = {"viewport": {"width": 390, "height": 844}}
+
+
+@pytest.mark.parametrize("name", ["run", "suite"])
+def test_a_phone_shows_the_verdict_at_once_and_never_scrolls_sideways(opened, name):
+    page = opened(name, **PHONE)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    verdict = page.locator("h1 .badge").first
+    assert verdict.inner_text() == "failed"
+    box = verdict.bounding_box()
+    assert box["x"] + box["width"] <= 390
+    assert box["y"] + box["height"] <= 844
+    assert page.noted == []
+
+
+def test_every_figure_is_drawn_with_its_words(opened):
+    page = opened("run")
+    shown = page.locator("figure").evaluate_all("all => all.map(one => one.id)")
+    assert [name for name in shown if not name.startswith("short")][-len(FIGURES) :] == FIGURES
+    assert any("fit_heading" in name for name in shown)
+    for drawing in page.locator("figure svg").all():
+        box = drawing.bounding_box()
+        assert box["width"] > 200
+        assert box["height"] > 80
+        assert len(drawing.get_attribute("aria-label")) > 20
+        assert drawing.locator("path").count() > 3
+    assert page.noted == []
+
+
+def test_it_takes_the_colours_of_the_screen(opened):
+    def color(scheme, of):
+        return (
+            opened("run", color_scheme=scheme)
+            .locator(of)
+            .first.evaluate("one => getComputedStyle(one)[one.tagName == 'BODY' ? 'backgroundColor' : 'fill']")
+        )
+
+    def rgb(tone):
+        return f"rgb({', '.join(str(int(tone[k : k + 2], 16)) for k in (1, 3, 5))})"
+
+    for scheme in ("light", "dark"):
+        assert color(scheme, "body") == rgb(getattr(TONES["page"], scheme))
+        assert color(scheme, "#timelines svg text") in {rgb(getattr(TONES[name], scheme)) for name in ("ink", "muted")}
+
+
+def test_paper_shows_all_of_it_and_cuts_no_figure(opened):
+    """Fails when a figure or table is wider than the sheet, or a figure may be cut in two."""
+    page = opened("run", viewport={"width": 688, "height": 1000})  # A4 less its margins, at 96 dots per inch
+    page.emulate_media(media="print")
+    assert page.evaluate("document.documentElement.scrollWidth") <= 688
+    wide = "all => all.filter(one => one.getBoundingClientRect().right > innerWidth + 1).map(one => one.outerHTML)"
+    assert page.locator("figure, figure svg").evaluate_all(wide) == []
+    inside = page.locator("figure").evaluate_all("all => all.map(one => getComputedStyle(one).breakInside)")
+    assert set(inside) == {"avoid"}
+    assert page.pdf(prefer_css_page_size=True).startswith(b"%PDF")
+
+
+def test_links_in_a_page_lead_somewhere(opened):
+    for name in ("run", "suite"):
+        page = opened(name)
+        targets = page.locator("a").evaluate_all("all => all.map(one => one.getAttribute('href'))")
+        assert targets
+        assert all(page.locator(f'[id="{target[1:]}"]').count() == 1 for target in targets)
+        ids = page.locator("[id]").evaluate_all("all => all.map(one => one.id)")
+        assert len(ids) == len(set(ids))
+
+
+def test_text_of_a_run_is_text(opened):
+    page = opened("run")
+    assert "<script>alert(1)</script>" in page.locator("header").inner_text()
+    assert page.locator("script").count() == 0
+
+
+def test_the_verdict_is_told_with_needs_and_reasons(pages):
+    text = pages["run"].read_text(encoding="utf-8")
+    assert "1 of 3 expectations hold, 1 known to fail" in text
+    assert str(escape("a ruler's edge")) in text
+    assert "the first frames have &lt;no&gt; track yet" in text
+    assert re.search(r"frame \d+ \(\d\.\d\d s\): .* is [+-]\d+\.\d deg off", text)
+
+
+def test_a_run_page_holds_the_numbers_of_the_printed_tables(runs):
+    run, text = Run.read(runs / "bad-seed4"), run_page(runs / "bad-seed4")
+    table = page_table(paper_tables.heading_error(run.result))
+    best = next(row for row in table.rows if row.cells[0].text == "best")
+    assert f"{run.result.metrics['fit.best.heading_abs_mean_deg'].value:.3f}" in [cell.text for cell in best.cells]
+    assert best.style == "bold"
+    cells = "".join(
+        f"<{tag}{' class=&quot;right&quot;' if cell.right else ''}>{cell.text}</td>".replace("&quot;", '"')
+        for tag, cell in zip(["td"] * 20, best.cells[1:], strict=False)
+    )
+    assert cells in text
+
+
+def test_figures_shorten_places_and_never_what_is_written():
+    def on(canvas):
+        canvas.subplots().text(0.123456, 0.5, "0.139 of 2.71828")
+
+    svg = draw("a", "A figure", "With a text", (3.0, 2.0), on).svg
+    assert "0.139 of 2.71828" in svg
+    assert not re.search(r'="[^"]*\d\.\d{3}', svg)
+
+
+def test_a_run_page_tells_how_to_do_it_again(runs):
+    run = Run.read(runs / "bad-seed4")
+    folder = runs / "bad-seed4"
+    assert run.commands == [f"luxloop run bad.toml --seed 4 --out {folder}", f"luxloop view {folder}"]
+    oracle = replace(run.result, config={**run.result.config, "device": "oracle: fit, model"})
+    assert "--oracle fit --oracle model" in replace(run, result=oracle).commands[0]
+    own = replace(run.result, config={**run.result.config, "device": "mine.tracker:Own"})
+    assert "--tracker mine.tracker:Own" in replace(run, result=own).commands[0]
+    others = replace(run.result, config={**run.result.config, "device": "tracks.csv"})
+    assert replace(run, result=others).commands == ["luxloop grade RUN --tracks tracks.csv"]
+    assert run.result.trace_hash in run_page(folder)
+
+
+class Untraced(Tracker):
+    def step(self, scan):
+        return super().step(scan)[0]
+
+
+NOBODY = 'description = "Nobody."\nduration_s = 0.8\n[traffic]\nkind = "scripted"\n'
+ODD = {
+    "a tracker that gives no trace": (short_run.TEXT, Untraced, {}),
+    "nobody there": (NOBODY, Tracker, {}),
+    "a single frame": (short_run.TEXT, Tracker, {"duration_s": 0.08}),
+    "baselines": (short_run.TEXT + "[tracker.baselines]\nenabled = true\n", Tracker, {}),
+}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_there_is_a_page_of_any_run(tmp_path, what):
+    """Fails where a figure or table takes for granted what a run need not have; warnings are errors here."""
+    text, factory, overrides = ODD[what]
+    scenario = Scenario.load(short_run.write(tmp_path, text), overrides)
+    execute(scenario, factory, tmp_path / "run", record=False)
+    page = run_page(tmp_path / "run")
+    assert all(f'id="{name}"' in page for name in FIGURES)
+    assert ("autoware" in page[: page.index("Effective configuration")]) == (what == "baselines")
+
+
+def test_a_suite_shows_failures_first_and_stays_small(pages, runs):
+    text = pages["suite"].read_text(encoding="utf-8")
+    order = ["torn.toml::torn", 'id="known"', '<details id="bad-seed4" open', '<details id="good-seed4">']
+    assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
+    assert "<strong>1 of 3 runs passed</strong>, 1 failed, 1 could not be run; known failures: 1" in text
+    assert len(text) < 5e6 / 40 * len(find_runs(runs))
+
+
+def test_pictures_of_what_failed_come_first():
+    assert kind_of("fit.rear.best.within_1deg") == "fit_heading"
+    assert kind_of("track.heading_flip_rate") == "track_heading"
+    assert kind_of("track.hidden_2s_survival") == kind_of("track.id_switches") == "identity"
+    assert kind_of("track.hota") == "detection"
+
+
+def test_report_writes_a_page_of_a_run_or_of_many(runs, capfd, tmp_path):
+    out = tmp_path / "deep" / "page.html"
+    assert main(["report", str(runs / "good-seed4"), "--out", str(out)]) == 0
+    assert "<title>good: passed</title>" in out.read_text(encoding="utf-8")
+    assert main(["report", str(runs)]) == 0
+    assert "<title>failed: 2 runs</title>" in (runs.parent / "runs.html").read_text(encoding="utf-8")
+    capfd.readouterr()
+    assert main(["report", str(tmp_path / "deep")]) == 2
+    assert "no run in it" in capfd.readouterr().err
+
+
+def test_pytest_writes_the_report_of_all_its_workers(tmp_path):
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    short_run.write(tmp_path, short_run.TEXT + EXPECT, "bad")
+    short_run.write(tmp_path, short_run.TEXT.replace("seed = 4", 'seed = "four"'), "broken")
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-n", "1", "--luxloop-report", "all.html"]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
+    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert "The report is in all.html" in run.stdout, run.stdout + run.stderr
+    text = (tmp_path / "all.html").read_text(encoding="utf-8")
+    assert "<strong>0 of 2 runs passed</strong>, 1 failed, 1 could not be run" in text
+    assert "broken.toml::broken" in text
+    assert '<details id="bad-seed4" open' in text
+
+
+def vehicle(**columns):
+    count = len(columns["graded"])
+    frame = np.arange(count)
+    rows = {"frame": frame, "time_s": 0.1 * frame, "hits_alone": 50, "visible_fraction": 1.0, **columns}
+    return pd.DataFrame({name: np.broadcast_to(values, count) for name, values in rows.items()})
+
+
+def test_timelines_tell_tracks_hiding_and_what_is_lost():
+    rows = vehicle(
+        graded=[False, True, True, True, False, False, False, True, True, False],
+        track_id=[7, 7, 7, -1, -1, -1, -1, 9, 9, 9],
+        visible_fraction=[1, 1, 1, 1, 0.05, 0.05, 0.5, 1, 1, 1],
+    )
+    found = [(round(s.begin_s, 6), round(s.end_s, 6), s.state) for s in stretches(rows, hidden_fraction_max=0.1)]
+    # From the first graded row to the last; a row lasts until the next one.
+    expected = [(0.1, 0.3, 7), (0.3, 0.4, ALONE), (0.4, 0.6, HIDDEN), (0.6, 0.7, OUT), (0.7, 0.9, 9)]
+    assert found == expected
+
+
+def test_errors_are_held_against_aspect_and_visible_fraction():
+    """Aspect by hand: driving away ahead of the ego it shows its rear, oncoming its front, abreast its side."""
+    fits = pd.DataFrame(
+        {
+            "frame": [0, 0, 0],
+            "actor_id": [1, 2, 3],
+            "best": True,
+            "heading_error_deg": [1.0, -3.0, 5.0],
+            "position_error_m": 0.1,
+            "range_m": [10.0, 10.0, 50.0],
+            "true_x_ego_m": [10.0, 10.0, 0.0],
+            "true_y_ego_m": [0.0, 0.0, 4.0],
+            "true_yaw_ego_rad": [0.0, np.pi, 0.0],
+        }
+    )
+    truth = pd.DataFrame({"frame": [0, 0, 0], "actor_id": [3, 2, 1], "visible_fraction": [0.3, 0.2, 1.0]})
+    observed = observations(fits, truth)
+    assert observed["aspect_deg"].tolist() == pytest.approx([180.0, 0.0, 90.0])
+    assert observed["visible_fraction"].tolist() == [1.0, 0.2, 0.3]
+    counts = {what.name: re.findall(r"n=(\d+)", errors_against(observed, what).svg) for what in AGAINST}
+    assert counts["range"] == ["0", "2", "0", "0", "1"]  # a bin begins at its lower edge, the last holds its upper one
+    assert counts["aspect"] == ["1", "0", "0", "1", "0", "1"]
+    assert counts["visible fraction"] == ["0", "2", "0", "0", "1"]
+
+
+def test_the_vehicles_shown_are_those_whose_mode_changes_most():
+    modes = {1: "cv" * 10, 2: "cvca" * 5, 3: "cv" * 2 + "ca" * 10, 4: "cvca" * 2}
+    rows = [(actor, text[k : k + 2]) for actor, text in modes.items() for k in range(0, len(text), 2)]
+    rows = [row for row in rows for _ in range(2)]  # two frames each
+    judged = pd.DataFrame(rows, columns=["actor_id", "true_mode"])
+    judged["true_mode"] = pd.Categorical(judged["true_mode"], MODELS)
+    # 2 changes nine times, 3 once, 1 never; 4 is followed for too short a time.
+    assert most_eventful(judged) == [2, 3, 1]

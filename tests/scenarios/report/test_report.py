@@ -1,0 +1,186 @@
+"""The report and the verdict: every number is the result's own, and fits on a terminal."""
+
+from dataclasses import replace
+
+import pytest
+from support import short_run
+
+from scenarios.files.expect import Check, Limit, check, verdict
+from scenarios.report import paper_figures
+from scenarios.report.cells import NONE
+from scenarios.report.text import WIDTH, as_text, report
+from scenarios.result import Metric
+
+
+def text_of(result, checks=()):
+    return as_text(report(result, list(checks)))
+
+
+def row(text, title, first_cell):
+    """Cells of the first row after `title` that starts with `first_cell`."""
+    lines = text[text.index(title) :].splitlines()
+    return next(line for line in lines if line.startswith(first_cell)).removeprefix(first_cell).split()
+
+
+def with_metrics(**values):
+    """The short result, some metrics replaced; names have __ for dots."""
+    result = short_run.result()
+    changed = {name.replace("__", "."): value for name, value in values.items()}
+    return replace(result, metrics={**result.metrics, **changed})
+
+
+def test_the_data_set_stands_beside_the_papers():
+    result = with_metrics(
+        dataset__observations_per_frame=Metric(4.25, "1", 100),
+        dataset__rear__observations=Metric(17.0, "count", 100),
+        dataset__rear__share=Metric(0.04, "1", 425),
+        dataset__front__observations=Metric(3.0, "count", 100),
+        dataset__front__share=Metric(0.0071, "1", 425),
+    )
+    text = text_of(result)
+    assert row(text, "What there was to see", "observations per frame") == ["4.2", "4"]
+    assert row(text, "What there was to see", "view: rear") == ["17", "4.0%", "201", "3.8%"]
+    assert row(text, "What there was to see", "view: front") == ["3", "0.7%"]
+
+
+def test_the_heading_table_shows_its_metrics_and_the_papers():
+    result = with_metrics(
+        fit__best__heading_mean_deg=Metric(-0.25, "deg", 77),
+        fit__best__heading_std_deg=Metric(1.5, "deg", 77),
+        fit__best__heading_abs_mean_deg=Metric(1.125, "deg", 77, interval=(0.875, 1.5)),
+        fit__best__heading_abs_std_deg=Metric(0.75, "deg", 77),
+    )
+    text = text_of(result)
+    expected = ["-0.250", "1.500", "1.125", "0.875-1.500", "0.750", "77"]
+    assert row(text, "Heading error by method", "best") == expected
+    assert row(text, "Heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
+
+
+def test_a_baseline_is_shown_where_it_is_on():
+    """Fails when a table lists its methods by hand."""
+    assert "jlinkage" not in text_of(short_run.result())
+    names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "within_1deg")]
+    text = text_of(with_metrics(**{name.replace(".", "__"): Metric(0.5, "deg", 9) for name in names}))
+    assert row(text, "Heading error by method", "jlinkage")[0] == "0.500"
+    assert row(text, "Share of heading errors", "jlinkage")[0] == "50.0%"
+
+
+def test_the_distribution_table_shows_its_metrics_and_the_papers():
+    shares = {f"fit__area__within_{n}deg": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
+    text = text_of(with_metrics(**shares))
+    expected = ["10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
+    assert row(text, "Share of heading errors", "area") == expected
+    assert row(text, "Share of heading errors", "paper: best") == ["60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
+
+
+def test_the_position_table_shows_its_metrics_and_the_papers():
+    result = with_metrics(
+        mma__mma__moving_target__x_abs_mean_m=Metric(0.1, "m", 31, interval=(0.09, 0.12)),
+        mma__mma__moving_target__x_abs_std_m=Metric(0.2, "m", 31),
+        mma__mma__moving_target__y_abs_mean_m=Metric(0.3, "m", 31),
+        mma__mma__moving_target__y_abs_std_m=Metric(0.4, "m", 31),
+    )
+    text = text_of(result)
+    rows = [line.split() for line in text[text.index("Absolute error of the tracked corner") :].splitlines()]
+    assert ["mma", "moving", "0.100", "0.090-0.120", "0.200", "0.300", "0.400", "31"] in rows
+    assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
+
+
+def test_the_confusion_of_modes_and_the_consistency_of_models_have_tables():
+    result = with_metrics(
+        mma__confusion__ca__stationary=Metric(0.05, "1", 40),
+        mma__confusion__ca__cv=Metric(0.2, "1", 40),
+        mma__confusion__ca__ca=Metric(0.75, "1", 40),
+        mma__ca__nees_in_band=Metric(0.9, "1", 40),
+        mma__ca__nees_mean=Metric(2.5, "1", 40),
+        mma__ca__nis_in_band=Metric(0.8, "1", 40),
+        mma__ca__nis_mean=Metric(1.5, "1", 40),
+    )
+    text = text_of(result)
+    assert row(text, "Selected model by true mode", "ca") == ["5.0%", "20.0%", "75.0%", "40"]
+    assert row(text, "Consistency of the filters", "ca") == ["90.0%", "2.500", "80.0%", "1.500", "40"]
+
+
+def test_a_controlled_ego_has_a_table_of_both_its_drives():
+    title = "Controlled ego"
+    assert title not in text_of(short_run.result())
+    result = with_metrics(
+        control__min_ttc_s=Metric(1.75, "s", 80),
+        control__truth_min_ttc_s=Metric(2.25, "s", 70),
+        control__collisions=Metric(1.0, "count", 100),
+        control__truth_collisions=Metric(0.0, "count", 100),
+    )
+    text = text_of(replace(result, config={**result.config, "control": {"kind": "cruise"}}))
+    assert row(text, title, "least true time to collision")[-3:] == ["[s]", "1.750", "2.250"]
+    assert row(text, title, "others that the ego hit [count]") == ["1", "0"]
+    assert row(text, title, "least true gap")[-2:] == [NONE, NONE]
+
+
+def test_every_title_keeps_its_unit_and_the_sentence_its_brackets():
+    """In rich's markup [deg] and [bold] would be styles, and vanish."""
+    text = text_of(short_run.result())
+    for expected in ("modulo 90 degrees [deg]", "by view [deg]", "ego's axes [m]", "Time per frame [ms]", "ego [bold]"):
+        assert expected in text
+
+
+def test_what_repeats_a_run_and_what_was_graded_stand_in_the_report():
+    result = short_run.result()
+    text = " ".join(text_of(result).split())
+    assert f"seed 4, 10 frames, trace {result.trace_hash}" in text
+    assert all(f"{name} = {value:g}" in text for name, value in result.config["grading"].items())
+
+
+def test_what_does_not_apply_is_said_with_its_reason_and_never_as_a_number():
+    result = with_metrics(track__hota=Metric(None, "1", 0, "nothing was graded"))
+    assert row(text_of(result), "Tracking", "track.hota") == [NONE, "0", "nothing", "was", "graded"]
+
+
+def test_no_line_is_wider_than_the_report():
+    assert max(map(len, text_of(short_run.result()).splitlines())) <= WIDTH
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "passes"),
+    [
+        (0.5, Limit(min=0.5), True),
+        (0.5, Limit(max=0.5), True),
+        (0.49, Limit(min=0.5), False),
+        (0.51, Limit(max=0.5), False),
+        (0.6, Limit(min=0.5, max=0.7), True),
+        (0.8, Limit(min=0.5, max=0.7), False),
+        (0.0, Limit(max=0.0), True),
+        (None, Limit(max=0.0), False),
+    ],
+)
+def test_an_expectation_holds_up_to_its_limits_and_not_without_a_value(value, limit, passes):
+    (outcome,) = check({"track.hota": Metric(value, "1", 1)}, {"track.hota": limit})
+    assert outcome.holds is passes
+    assert verdict([outcome], complete=True) == ("passed" if passes else "failed")
+
+
+def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value():
+    metric = Metric(0.625, "1", 3)
+    good, bad = Check("track.mota", Limit(max=1.0), metric), Check("track.hota", Limit(min=0.75), metric)
+    text = text_of(short_run.result(), [good, bad])
+    assert verdict([good, bad], complete=True) == "failed"
+    assert row(text, "Expectations", "track.hota") == [">=", "0.75", "0.625", "FAILED"]
+    assert row(text, "Expectations", "track.mota") == ["<=", "1", "0.625", "passed"]
+    assert "FAILED: 1 of 2 expectations hold" in text
+
+
+def test_an_incomplete_run_neither_passes_nor_fails_and_says_why():
+    """Whatever holds over the first frames might not over all of them, and the other way round."""
+    good, bad = (Check("track.mota", Limit(max=top), Metric(0.625, "1", 3)) for top in (1.0, 0.5))
+    assert verdict([], complete=False) == verdict([good], complete=False) == verdict([bad], complete=False)
+    text = text_of(replace(short_run.result(), ended_early="the ego arrived"), [good, bad])
+    assert "INCOMPLETE: 1 of 2 expectations hold so far; it ended early: the ego arrived" in text
+
+
+def test_the_papers_figures_are_those_of_its_tables():
+    """Tables I to IV: the text repeats some of them (section V), and table I adds up."""
+    assert sum(paper_figures.VIEWS.values()) == paper_figures.DATASET["observations"] == 5353
+    assert round(5353 / paper_figures.DATASET["vehicles"]) == paper_figures.DATASET["observations_per_vehicle"]
+    assert round(5353 / paper_figures.DATASET["frames"]) == paper_figures.DATASET["observations_per_frame"]
+    assert paper_figures.HEADING_ABS_DEG["best"][1] == 1.2147
+    assert paper_figures.WITHIN["best"][4] == 0.993
+    assert [round(value, 3) for value in paper_figures.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]

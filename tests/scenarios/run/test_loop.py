@@ -1,0 +1,233 @@
+"""The run loop: what a run returns, that it repeats itself bit for bit, and what it asks of a tracker."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from support import short_run
+
+from scenarios.errors import DeviceError
+from scenarios.files import shipped
+from scenarios.grading.metric_names import METRICS
+from scenarios.run import device, warm_up
+from scenarios.run.stopwatch import RECORDING, Stopwatch
+from scenarios.run.trace_hash import TraceHash
+from tracker.tracker import Tracker
+
+CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
+
+
+def test_a_result_holds_every_metric_in_its_unit_and_says_why_one_is_missing():
+    metrics = short_run.result().metrics
+    assert metrics.keys() == METRICS.keys()
+    for name, metric in metrics.items():
+        assert metric.unit == METRICS[name]
+        assert (metric.value is None) == bool(metric.reason), name
+
+
+def test_a_run_has_as_many_frames_as_fit_into_its_duration():
+    result = short_run.result()
+    assert result.frames == result.tables["truth"]["frame"].nunique() == short_run.FRAMES
+    assert result.complete
+
+
+def test_the_effective_config_tells_rig_tracker_and_defaults():
+    config = short_run.result().config
+    assert len(config["rig"]["mounts"]) == 6
+    assert config["device"] == device.SHIPPED
+    assert config["grading"]["range_max_m"] == 50.0
+    assert config["seed"] == 4
+
+
+def test_the_same_seed_gives_the_same_run_and_a_recording_does_not_change_it(tmp_path):
+    once, again = short_run.result(), short_run.run(record_to=tmp_path / "recording.rrd")
+    assert (tmp_path / "recording.rrd").stat().st_size > 0
+    assert again.trace_hash == once.trace_hash
+    for name in METRICS:
+        assert name.startswith("perf.") or again.metrics[name] == once.metrics[name], name
+
+
+def test_another_seed_gives_another_trace():
+    assert short_run.run(seed=5).trace_hash != short_run.result().trace_hash
+
+
+def test_settings_of_the_tracker_reach_it():
+    text = short_run.TEXT + "\n[tracker.life]\nevidence_min = 100\n"
+    assert short_run.run(text).trace_hash != short_run.result().trace_hash
+
+
+def arriving_ego(folder, attributes):
+    """Scenario of an ego on the crossing's northern exit, which is its only edge."""
+    ego = f'<vehicle id="ego" depart="0" {attributes}><route edges="north_out"/></vehicle>'
+    (folder / "ego.rou.xml").write_text(f"<routes>{ego}</routes>")
+    return f"""
+description = "The ego arrives."
+duration_s = 60
+[traffic]
+kind = "sumo"
+net = "{CROSSING / "crossing.net.xml"}"
+routes = ["{folder / "ego.rou.xml"}"]
+"""
+
+
+def test_traffic_that_ends_early_makes_an_incomplete_result(tmp_path):
+    """The ego is put a few metres before the end of its edge."""
+    result = short_run.run(arriving_ego(tmp_path, 'departPos="-12" departSpeed="10"'))
+    assert not result.complete
+    assert not result.simulator_failed
+    assert "ego" in result.ended_early
+    assert 2 < result.frames < 50
+
+
+def test_traffic_that_ends_after_its_first_frame_is_graded_all_the_same(tmp_path):
+    """The ego is put where it wants to go."""
+    result = short_run.run(arriving_ego(tmp_path, 'departPos="60" arrivalPos="60"'))
+    assert result.frames == 1
+    assert result.ended_early.startswith('ego "ego" left the net at 0.08 s')
+    assert result.metrics.keys() == METRICS.keys()
+
+
+class Silent:
+    """The shipped tracker, which keeps its trace to itself."""
+
+    def __init__(self, config):
+        self.tracker, self.times = Tracker(config), []
+
+    def step(self, scan):
+        self.times.append(scan.time)
+        return self.tracker.step(scan)[0]
+
+
+def test_a_tracker_without_a_trace_is_graded_by_its_tracks_only():
+    result = short_run.run(factory=Silent)
+    assert result.metrics["fit.best.heading_abs_mean_deg"].value is None
+    assert "no trace" in result.metrics["fit.best.heading_abs_mean_deg"].reason
+    assert result.metrics["track.hota"] == short_run.result().metrics["track.hota"]
+    assert result.trace_hash == short_run.result().trace_hash
+
+
+def test_the_graded_tracker_is_not_the_one_that_was_warmed_up():
+    made = []
+
+    def factory(config):
+        made.append(Silent(config))
+        return made[-1]
+
+    short_run.run(factory=factory)
+    thrown_away, graded = made
+    assert len(thrown_away.times) == warm_up.FRAMES
+    np.testing.assert_allclose(graded.times, 0.08 * np.arange(short_run.FRAMES))
+
+
+class Mistaken:
+    """Returns what no tracker may return."""
+
+    def __init__(self, config):
+        del config
+
+    def step(self, scan):
+        return {"tracks": len(scan)}
+
+
+def test_a_tracker_that_returns_no_tracks_is_told_what_to_return():
+    with pytest.raises(DeviceError, match=r"Mistaken\.step returned dict; return Tracks or \(Tracks, StepTrace\)"):
+        short_run.run(factory=Mistaken)
+
+
+@pytest.mark.parametrize(
+    ("spec", "complaint"),
+    [
+        ("tracker.tracker", "should be MODULE:NAME"),
+        (":Tracker", "should be MODULE:NAME"),
+        (".tracker:Tracker", "should be MODULE:NAME"),
+        ("nowhere.tracker:Tracker", "no module nowhere"),
+        ("tracker.nowhere:Tracker", r"no module tracker\.nowhere"),
+        ("tracker.tracker:Trucker", r"Trucker is not there in tracker\.tracker"),
+        ("tracker.tracker:ROUNDS", "ROUNDS is not callable"),
+    ],
+)
+def test_a_tracker_that_cannot_be_had_is_bad_input(spec, complaint):
+    with pytest.raises(DeviceError, match=complaint):
+        device.load(spec)
+
+
+def test_a_tracker_whose_own_import_fails_keeps_its_traceback(tmp_path, monkeypatch):
+    """A missing dependency of the module must not read as if the module itself were missing."""
+    (tmp_path / "half_installed.py").write_text("import nowhere_to_be_found")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ModuleNotFoundError, match="nowhere_to_be_found"):
+        device.load("half_installed:Tracker")
+
+
+@dataclass
+class Record:
+    """Two fields that could be confused."""
+
+    a: np.ndarray
+    b: np.ndarray
+    time: float = 0.0
+
+
+def hash_of(*records):
+    trace = TraceHash()
+    trace.add(*records)
+    return trace.hexdigest()
+
+
+def test_the_trace_hash_sees_values_types_shapes_fields_and_order():
+    one, two = np.array([1.0]), np.array([2.0])
+    base = Record(one, two)
+    different = [
+        Record(two, one),
+        Record(np.array([1.0, 2.0]), np.empty(0)),
+        Record(one[None], two),
+        Record(one.view(np.int64), two),
+        Record(one, two, time=1e-300),
+        Record(one, two, time=0),
+        Record(one, np.array([np.nextafter(2.0, 3.0)])),
+    ]
+    hashes = {hash_of(record) for record in (base, *different)}
+    assert len(hashes) == 1 + len(different)
+    assert hash_of(base, different[0]) != hash_of(different[0], base)
+
+
+def test_the_trace_hash_does_not_see_memory_layout():
+    matrix = np.arange(6.0).reshape(2, 3)
+    assert hash_of(Record(matrix, matrix)) == hash_of(Record(np.asfortranarray(matrix), matrix.copy()))
+
+
+def test_the_trace_hash_tells_nothing_from_an_empty_array():
+    assert len({hash_of(Record(np.zeros(1), other)) for other in (None, np.empty(0))}) == 2
+
+
+def test_the_trace_hash_refuses_what_it_cannot_hash():
+    with pytest.raises(TypeError, match="b: cannot hash a set"):
+        hash_of(Record(np.zeros(1), {1, 2}))
+
+
+def test_the_stopwatch_leaves_recording_out_of_the_real_time_factor(monkeypatch):
+    """Two frames of 0.1 s: stages take 10, 20 and 30 ms, grading 40 ms, recording 500 ms: 0.2 s in 0.2 s."""
+    clock = Clock()
+    monkeypatch.setattr("time.perf_counter", clock)
+    stopwatch = Stopwatch()
+    for _ in range(2):
+        for stage, seconds in {"sim": 0.01, "sensor": 0.02, "tracker": 0.03}.items():
+            stopwatch.time(stage, clock.wait, seconds)
+        clock.wait(0.04)
+        stopwatch.time(RECORDING, clock.wait, 0.5)
+    metrics = stopwatch.metrics(frames=2, dt=0.1)
+    assert metrics["perf.realtime_factor"].value == pytest.approx(1.0)
+    assert metrics["perf.sensor_ms_p50"].value == pytest.approx(20.0)
+
+
+class Clock:
+    """A clock that runs only when told."""
+
+    now = 100.0
+
+    def __call__(self):
+        return self.now
+
+    def wait(self, seconds):
+        self.now += seconds

@@ -1,0 +1,227 @@
+"""The run folder appears whole or not at all, and reads back as what was written."""
+
+import json
+import os
+import platform
+import signal
+import subprocess
+import sys
+from dataclasses import fields
+
+import pandas as pd
+import pytest
+
+from scenarios.errors import OutputError
+from scenarios.files.expect import Check, Limit
+from scenarios.result import Metric, Result
+from scenarios.run import run_folder
+
+RESULT = Result(
+    scenario="ring",
+    seed=3,
+    trace_hash="00ff",
+    ended_early="the ego arrived",
+    simulator_failed=False,
+    frames=12,
+    metrics={
+        "track.hota": Metric(0.5, "1", 12, interval=(0.25, 0.75)),
+        "track.mota": Metric(None, "1", 0, "nothing was graded"),
+    },
+    tables={"truth": pd.DataFrame({"frame": [0, 1], "x_world_m": [0.5, float("nan")]})},
+    config={"description": "A ring."},
+    versions={"numpy": "2"},
+)
+CHECKS = [
+    Check("track.hota", Limit(min=0.4), RESULT.metrics["track.hota"]),
+    Check("track.mota", Limit(min=0.4), RESULT.metrics["track.mota"]),
+]
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def write_run(out, result=RESULT):
+    with run_folder.create(out) as folder:
+        run_folder.write(folder, result, CHECKS, "the report\n")
+
+
+def fail(out, error):
+    with run_folder.create(out) as folder:
+        (folder / "half").write_text("written")
+        raise error
+
+
+def test_a_run_reads_back_as_written(tmp_path):
+    write_run(tmp_path / "run")
+    back = run_folder.read(tmp_path / "run")
+    pd.testing.assert_frame_equal(back.tables["truth"], RESULT.tables["truth"])
+    for field in fields(Result):
+        assert field.name == "tables" or getattr(back, field.name) == getattr(RESULT, field.name)
+    assert names(tmp_path / "run") == ["report.txt", "result.json", "tables"]
+
+
+def test_the_json_has_the_documented_shape(tmp_path):
+    write_run(tmp_path / "run")
+    document = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert document["verdict"] == "incomplete"
+    assert document["failed"] == ["track.mota"]
+    assert document["complete"] is False
+    assert document["ended_early"] == "the ego arrived"
+    assert document["simulator_failed"] is False
+    assert document["metrics"] == {
+        "track.hota": {"value": 0.5, "unit": "1", "n": 12, "interval": [0.25, 0.75]},
+        "track.mota": {"value": None, "unit": "1", "n": 0, "reason": "nothing was graded", "interval": None},
+    }
+
+
+def test_folders_above_are_made_and_taken_back_when_the_run_fails(tmp_path):
+    with pytest.raises(ZeroDivisionError):
+        fail(tmp_path / "a" / "b" / "run", ZeroDivisionError)
+    assert names(tmp_path) == []
+    write_run(tmp_path / "a" / "b" / "run")
+    assert names(tmp_path / "a" / "b") == ["run"]
+
+
+def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
+    write_run(tmp_path / "run")
+    with pytest.raises(KeyboardInterrupt):
+        fail(tmp_path / "run", KeyboardInterrupt)
+    assert names(tmp_path) == ["run"]
+    assert run_folder.read(tmp_path / "run").seed == 3
+
+
+KILLED = """
+import os, shutil, signal, sys
+from pathlib import Path
+from scenarios import run_folder
+with run_folder.create(Path(sys.argv[1])) as folder:
+    (folder / "recording.rrd").write_text("half")
+    kill = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+    if len(sys.argv) == 2:
+        kill()
+    (folder / "result.json").write_text("{}")
+    shutil.rmtree = kill
+"""
+
+
+def kill_a_run(out, *when):
+    assert subprocess.run([sys.executable, "-c", KILLED, out, *when], check=False).returncode == -signal.SIGKILL
+
+
+def test_what_a_killed_run_left_is_no_run_and_goes_with_the_next(tmp_path):
+    """Also from beside an earlier run, which stays until it is replaced."""
+    for _ in range(2):
+        kill_a_run(tmp_path / "run")
+        left = [name for name in names(tmp_path) if name != "run"]
+        assert [name.endswith(".partial") for name in left] == [True]
+        with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
+            run_folder.read(tmp_path / left[0])
+        write_run(tmp_path / "run")
+        assert names(tmp_path) == ["run"]
+
+
+def test_a_run_that_was_killed_while_it_took_its_place_left_an_earlier_one_that_goes_too(tmp_path):
+    write_run(tmp_path / "run")
+    kill_a_run(tmp_path / "run", "after it was renamed")
+    assert len(names(tmp_path)) == 2
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == ["run"]
+
+
+def test_an_earlier_run_that_was_moved_away_is_put_back(tmp_path):
+    """A run was killed between its two renames: the next one puts the earlier run back, and fails itself."""
+    write_run(tmp_path / f".run.{platform.node()}-{dead_process()}-0123abcd.earlier")
+    with pytest.raises(ZeroDivisionError):
+        fail(tmp_path / "run", ZeroDivisionError)
+    assert names(tmp_path) == ["run"]
+    assert run_folder.read(tmp_path / "run").seed == 3
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        ".run.{host}-{alive}-0123abcd.partial",
+        ".run.elsewhere-{dead}-0123abcd.partial",
+        ".other.{host}-{dead}-0123abcd.partial",
+        ".run.{host}-{dead}-0123abcd.mine",
+    ],
+)
+def test_what_may_still_be_written_or_is_not_ours_stays(name, tmp_path):
+    """Of a process that lives, of another computer that has the same folder, of another run, of somebody else."""
+    name = name.format(host=platform.node(), alive=os.getpid(), dead=dead_process())
+    (tmp_path / name).mkdir()
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == [name, "run"]
+
+
+def dead_process():
+    """Number of a process that has just ended."""
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    return process.pid
+
+
+def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):
+    write_run(tmp_path / "run")
+    (tmp_path / "run" / "recording.rrd").write_text("of the earlier run")
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == ["run"]
+    assert "recording.rrd" not in names(tmp_path / "run")
+
+
+def test_what_is_no_run_is_not_replaced(tmp_path):
+    (tmp_path / "thesis.tex").write_text("three years of work")
+    for out, complaint in {tmp_path: "holds other things than a run", tmp_path / "thesis.tex": "is a file"}.items():
+        with pytest.raises(OutputError, match=complaint), run_folder.create(out):
+            pytest.fail("must be found out before anything is run")
+    assert names(tmp_path) == ["thesis.tex"]
+
+
+def test_a_run_with_a_note_in_it_is_not_replaced(tmp_path):
+    write_run(tmp_path / "run")
+    (tmp_path / "run" / "note.txt").write_text("why car 7 is lost")
+    with pytest.raises(OutputError, match="holds other things than a run"):
+        write_run(tmp_path / "run")
+
+
+def test_an_empty_folder_may_become_the_run(tmp_path):
+    (tmp_path / "run").mkdir()
+    write_run(tmp_path / "run")
+    assert run_folder.read(tmp_path / "run").seed == 3
+
+
+def test_a_folder_that_cannot_be_made_is_found_out_before_the_run(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot write there"), run_folder.create(tmp_path / "file" / "run"):
+        pytest.fail("must be found out before anything is run")
+    assert names(tmp_path) == ["file"]
+
+
+def test_a_link_to_a_run_stays_a_link(tmp_path):
+    write_run(tmp_path / "run")
+    (tmp_path / "latest").symlink_to("run")
+    write_run(tmp_path / "latest")
+    assert (tmp_path / "latest").is_symlink()
+    assert names(tmp_path) == ["latest", "run"]
+
+
+def test_what_is_no_run_does_not_read(tmp_path):
+    with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
+        run_folder.read(tmp_path)
+    (tmp_path / "result.json").write_text('{"another": "tool"}')
+    with pytest.raises(OutputError, match="damaged, or of another version"):
+        run_folder.read(tmp_path)
+
+
+def test_a_run_without_recording_says_how_to_get_one(tmp_path):
+    write_run(tmp_path / "run")
+    with pytest.raises(OutputError, match="without --no-recording"):
+        run_folder.recording(tmp_path / "run")
+
+
+def test_runs_are_found_wherever_they_are_but_not_what_killed_ones_left(tmp_path):
+    for place in ("street-seed1", "urban/street-seed2", "urban/.street-seed3.host-1-00000000.partial"):
+        write_run(tmp_path / place)
+    assert run_folder.found_in(tmp_path) == [tmp_path / "street-seed1", tmp_path / "urban" / "street-seed2"]
+    assert run_folder.found_in(tmp_path / "street-seed1") == [tmp_path / "street-seed1"]

@@ -1,0 +1,242 @@
+"""The parts of the search, each by itself: sizes, scores, the way back to neutral, cuts, and files that move."""
+
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.stub_trackers import Forgetful
+
+from scenarios.files.expect import Limit
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import paths, studies
+from scenarios.search import finding_file, reductions
+from scenarios.search.evaluator import Bench
+from scenarios.search.initial_trials import ends
+from scenarios.search.objective import distance, score, size
+from scenarios.search.optimise import Finding
+from scenarios.search.shrink import HALVINGS, shrink, towards_neutral
+from scenarios.study.design import source
+from scenarios.study.parameter import Vary
+from scenarios.study.scenes.occlusion_scenes import hidden_behind_wall
+from scenarios.study.study_file import Search, Study
+
+LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
+SPEED = Vary(key="b", low=0.0, high=100.0, neutral=0.0)
+LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
+WORDS = Vary(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
+COUNTS = Vary(key="d", values=[0, 1, 4], neutral=0)
+
+
+def test_distances_by_hand():
+    """Scaled by the longer way to an end: 3 of -1 to 3 about 0, log 100 of 1 to 100 about 100."""
+    assert distance(LINEAR, -1.0) == pytest.approx(1 / 3)
+    assert distance(LINEAR, 3.0) == 1.0
+    assert distance(LOG, 10.0) == pytest.approx(0.5)
+    assert [distance(WORDS, word) for word in ("keeps", "brakes", "turns")] == [0.0, 1.0, 1.0]
+    assert [distance(COUNTS, count) for count in (0, 1, 4)] == [0.0, 0.25, 1.0]
+    assert size([LINEAR, WORDS], {"a": 1.5, "c": "brakes"}) == pytest.approx(0.75)
+
+
+@given(value=st.floats(-1e6, 1e6), other=st.floats(-1e6, 1e6), a=st.floats(0.01, 1.0), b=st.floats(0.01, 1.0))
+def test_what_fails_comes_before_what_does_not_and_that_before_what_shows_nothing(value, other, a, b):
+    limit = Limit(min=-3.0, max=5.0)
+    scores = {True: [], False: []}
+    for v, disturbance in ((value, a), (other, b)):
+        scores[limit.holds(v)].append(score(limit, v, disturbance))
+    assert all(s <= 1.0 for s in scores[False])
+    assert all(1.0 < s < score(limit, None, a) for s in scores[True] if a < 1.0 and b < 1.0)
+
+
+def test_a_metric_nearer_to_its_limit_leads_the_search():
+    limit = Limit(max=10.0)
+    assert score(limit, 9.0, 0.5) < score(limit, 2.0, 0.5)
+
+
+@given(threshold=st.floats(0.001, 2.9), found=st.floats(0.0, 1.0))
+def test_the_way_back_ends_just_beyond_what_it_takes(threshold, found):
+    """Where more fails, the result fails, and is off by no more than the last half and what three digits round off."""
+    value = threshold + found * (3.0 - threshold)
+    back = towards_neutral(LINEAR, value, lambda tried: tried >= threshold)
+    assert threshold <= back <= value + 0.005
+    assert back - threshold <= value / 2**HALVINGS + 0.015
+
+
+def test_nothing_is_disturbed_that_need_not_be():
+    assert towards_neutral(LINEAR, 2.0, always) == 0.0
+    assert towards_neutral(WORDS, "turns", lambda tried: tried == "turns") == "turns"
+
+
+def test_of_listed_values_the_nearest_that_fails_is_kept():
+    assert towards_neutral(COUNTS, 4, lambda tried: tried >= 1) == 1
+    assert towards_neutral(COUNTS, 4, lambda tried: tried >= 2) == 4
+
+
+def always(*tried):
+    del tried
+    return True
+
+
+def scene():
+    return tomllib.loads(
+        """
+        description = "x"
+        duration_s = 1.0
+        [traffic]
+        kind = "scripted"
+        actor = [{ name = "a", x_m = 9, y_m = 0 }, { x_m = -9, y_m = 0 }, { name = "c", x_m = 0, y_m = 9 }]
+        obstacle = [{ corners_m = [[1, 9], [2, 9]] }, { corners_m = [[5, 9], [6, 9]] }]
+        [noise.attitude]
+        enabled = true
+        pitch_deg = 1.0
+        """
+    )
+
+
+def test_an_actor_or_obstacle_is_cut_by_its_place():
+    """Dropping by number from the front would drop another one than was tried."""
+    told, left = cut_down(scene(), reductions.actors, lambda smaller: {9, 0} <= places(smaller))
+    assert [actor.get("name") for actor in left["traffic"]["actor"]] == ["a", "c"]
+    assert told == ["without actor 1"]
+    _, left = cut_down(left, reductions.obstacles, lambda smaller: smaller["traffic"]["obstacle"][:1] != [])
+    assert left["traffic"]["obstacle"] == [{"corners_m": [[1, 9], [2, 9]]}]
+
+
+def test_of_noise_only_the_needed_stays_on():
+    _, left = cut_down(scene(), reductions.noise, lambda smaller: smaller["noise"].get("attitude", {}).get("enabled"))
+    noise = Scenario.of(left, Path("x.toml")).noise
+    on = [kind for kind in noise.__slots__ if getattr(noise, kind).enabled]
+    assert on == ["attitude"]
+    assert noise.attitude.pitch_deg == 1.0
+    told, left = cut_down(scene(), reductions.noise, always)
+    assert told == ["without any noise"]
+    assert left["noise"]["attitude"] == {"enabled": False}
+
+
+def places(document):
+    return {actor["x_m"] for actor in document["traffic"]["actor"]}
+
+
+def cut_down(document, kind, still_fails):
+    """Make every cut of a kind after which it still fails."""
+    told = []
+    for cut in kind(document):
+        smaller = cut.apply(document)
+        if smaller != document and still_fails(smaller):
+            document = smaller
+            told.append(cut.what)
+    return told, document
+
+
+def test_a_parameter_is_tried_again_in_the_smaller_scene(monkeypatch):
+    """With the bystanders it takes both parameters to fail, without them one: a single pass would keep both."""
+
+    def make(parameters, seed):
+        return {**scene(), "duration_s": 2.0 + parameters["a"], "sensor": {"power": parameters["b"]}, "seed": seed}
+
+    def fails(document):
+        crowded = len(document["traffic"]["actor"]) == 3
+        return document["duration_s"] >= 3.0 and (document["sensor"]["power"] >= 50.0 or not crowded)
+
+    study = Study.model_construct(vary=[LINEAR, SPEED])
+    monkeypatch.setattr(reductions, "end", lambda document, *_: document)
+    monkeypatch.setattr(reductions, "KINDS", (reductions.actors, reductions.obstacles))
+    found = shrink(study, Finding({"a": 3.0, "b": 80.0}, 1, 1.0), SimpleNamespace(fails=fails), make, print)
+    assert 3.0 <= found["duration_s"] < 3.1
+    assert found["sensor"]["power"] == 0.0
+    assert found["traffic"]["actor"] == []
+
+
+@pytest.mark.parametrize("name", ["sumo-crossing", "cruise-on-tracks", "replayed-crossing", "highway-v0", "ring"])
+def test_a_file_that_moves_still_finds_its_files(name, tmp_path):
+    """Paths in a scenario start at its folder: written elsewhere as they were, they would lead nowhere."""
+    before = tomllib.loads(paths()[name].read_text())
+    (tmp_path / "found").mkdir()
+    finding_file.write(before, paths()[name], tmp_path / "found" / "moved.toml")
+    moved, here = Scenario.load(tmp_path / "found" / "moved.toml"), Scenario.load(paths()[name])
+    assert moved.duration_s == here.duration_s
+    assert files(moved) == files(here)
+    assert moved.expect == here.expect
+
+
+def files(scenario):
+    traffic = scenario.model_dump(mode="json")["traffic"]
+    named = [*traffic.get("routes", []), *traffic.get("additional", []), traffic.get("net"), traffic.get("file")]
+    found = [(scenario.folder / name).resolve() for name in named if name]
+    assert all(path.is_file() for path in found)
+    return found
+
+
+def test_an_expectation_is_written_as_people_write_it():
+    limit = Limit(max=0.0, unit="count")
+    written = finding_file.expectation("track.id_switches", limit, "it fails")
+    assert written == {"track.id_switches": {"max": 0, "unit": "count", "known_failure": "it fails"}}
+    assert isinstance(written["track.id_switches"]["max"], int)
+
+
+def forgetful(config):
+    """A tracker that gives who comes back a new id."""
+    del config
+    return Forgetful()
+
+
+class Losing(Forgetful):
+    """Who was hidden is never reported again."""
+
+    def estimates(self, index):
+        return [e for e in super().estimates(index) if e.id < 10_000]
+
+
+def losing(config):
+    """The same for --tracker."""
+    del config
+    return Losing()
+
+
+@pytest.mark.parametrize("tracker", ["forgetful", "losing"])
+def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
+    """Ended while the car is back and not yet followed, any tracker would seem to have lost it."""
+    search = Search(metric="track.occlusion_survival", min=1.0)
+    bench = Bench(search, tmp_path / "x.toml", f"test_search_shrink:{tracker}", tmp_path / "answers")
+    document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
+    ended = reductions.end(document, bench, print)
+    assert bench.fails(ended)
+    if tracker == "losing":  # nothing is to be seen in any frame
+        assert ended == document
+        return
+    worst = reductions.failing_frame(ended, bench)
+    assert "goes from track 1 to track 10001" in worst.what
+    assert ended["duration_s"] == pytest.approx(worst.time_s + 0.08)
+
+
+@pytest.mark.parametrize(
+    "study", [s for s in map(Study.load, studies().values()) if s.search], ids=lambda study: study.path.stem
+)
+def test_the_searches_that_ship_start_from_a_scenario(study):
+    """A key that leads nowhere, or a neutral value that no scenario takes, would end the search in its first run."""
+    make, at = source(study)
+    neutral = {vary.key: vary.neutral for vary in study.vary}
+    scenario = Scenario.of(make({**study.fixed, **neutral}), at)
+    assert scenario.duration_s < 10.0
+
+
+def test_first_one_parameter_goes_to_its_end_then_two():
+    """By hand: a has the ends -1 and 3, at sizes 1/9 and 1/3; b one end, c two words, both at 1/3."""
+    study = Study.model_construct(vary=[LINEAR, LOG, WORDS])
+    neutral = {"a": 0.0, "b": 100.0, "c": "keeps"}
+    ones = [{"a": -1.0}, {"a": 3.0}, {"b": 1.0}, {"c": "brakes"}, {"c": "turns"}]
+    twos = [
+        *({"a": -1.0} | other for other in ones[2:]),
+        *({"a": 3.0} | other for other in ones[2:]),
+        *({"b": 1.0} | other for other in ones[3:]),
+    ]
+    assert ends(study, 150) == [neutral | some for some in (*ones, *twos)]
+    assert len(ends(study, 150)) == 13
+    assert ends(study, 8) == [neutral | one for one in ones[:4]]
+
+
+def test_ends_of_listed_numbers_are_the_outer_ones():
+    study = Study.model_construct(vary=[COUNTS])
+    assert ends(study, 150) == [{"d": 4}]

@@ -1,0 +1,121 @@
+"""Staged scenes do what they are asked to, by the truth of the sensor and of the traffic."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenarios.files.scenario import Scenario
+from scenarios.study.scenes.occlusion_scenes import (
+    BEFORE_S,
+    BRAKING_MPS2,
+    SIDEWAYS_MPS2,
+    hidden_behind_wall,
+    partly_hidden,
+    standing_car,
+)
+from sensor_model.lidar import Lidar
+from sensor_model.rig.rig import load_rig
+from sim.scripted.scripted_source import ScriptedSource
+
+CAR = 1
+ASKED_WITHIN_S = 0.3
+
+
+def frames(document, seed=1):
+    """Play a scene without a tracker: time, whole truth and the car's state in each frame."""
+    scenario = Scenario.of({**document, "seed": seed}, Path("scene.toml"))
+    source = ScriptedSource(scenario.traffic, Path(), 100.0)
+    obstacles = source.reset(seed)
+    lidar = Lidar(load_rig("srx_six_lux", Path()), scenario.noise, scenario.sensor, seed, obstacles)
+    for _ in range(round(scenario.duration_s / source.dt)):
+        frame = source.step()
+        row = frame.actors.id.tolist().index(CAR)
+        _, truth = lidar.scan(frame)
+        yield frame, row, truth
+
+
+def seen(document, seed=1):
+    """(F, 3) time, hits on the car and its visible fraction."""
+    return np.array(
+        [(frame.time, truth.hits[row], truth.visible_fraction[row]) for frame, row, truth in frames(document, seed)]
+    )
+
+
+@pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
+@pytest.mark.parametrize(("occlusion_s", "speed_mps"), [(0.5, 20.0), (3.0, 5.0)])
+def test_the_car_is_hidden_for_the_time_asked_and_wholly(occlusion_s, speed_mps, manoeuvre):
+    """Fails when a LIDAR looks past the wall's end, or the wall is longer than it need be."""
+    time, hits, visible = seen(hidden_behind_wall(occlusion_s, speed_mps, manoeuvre), seed=2).T
+    dark = np.flatnonzero(hits == 0)
+    assert len(dark) * 0.08 == pytest.approx(occlusion_s, abs=ASKED_WITHIN_S)
+    assert np.all(np.diff(dark) == 1)
+    assert time[dark[0]] == pytest.approx(BEFORE_S, abs=ASKED_WITHIN_S)
+    assert visible[time < BEFORE_S - 1.2].min() == 1.0
+
+
+@pytest.mark.parametrize("occlusion_s", [0.5, 3.0])
+@pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
+def test_the_car_does_what_it_is_asked_to_and_nobody_is_thrown_about(occlusion_s, manoeuvre):
+    """Fails on a wrong manoeuvre, one that starts in the open, or one harder than 2 m/s^2."""
+    times, speed, sideways, acceleration = [], [], [], []
+    for frame, row, _ in frames(hidden_behind_wall(occlusion_s, 10.0, manoeuvre)):
+        times.append(frame.time)
+        speed.append(frame.actors.velocity_world[row, 0])
+        sideways.append(frame.actors.pose_world[row, 1])
+        acceleration.append(np.abs(frame.actors.acceleration_world[row]))
+    times, (along, across) = np.array(times), np.array(acceleration).T
+    assert along.max() <= BRAKING_MPS2 + 1e-6
+    assert across.max() <= SIDEWAYS_MPS2 + 1e-6
+    in_the_open = (times < BEFORE_S - 0.1) | (times > BEFORE_S + occlusion_s + 0.1)
+    assert max(along[in_the_open].max(), across[in_the_open].max()) < 1e-6
+    slower = {0.5: 9.0, 3.0: 5.0}[occlusion_s]  # 2 m/s^2 for 0.5 s; for 2.5 s of the 3, to half the speed
+    assert speed[-1] == pytest.approx(slower if manoeuvre == "brakes" else 10.0)
+    # 2 m/s^2 sideways make sqrt(3) / 10 * 2 * T^2 of a quintic: 0.0866 m in 0.5 s, and 3.118 m in 3 s.
+    offset_m = {0.5: 0.0866, 3.0: 3.118}[occlusion_s] if manoeuvre == "changes lane" else 0.0
+    assert sideways[-1] - sideways[0] == pytest.approx(offset_m, abs=0.1)
+
+
+@pytest.mark.parametrize("visible_share", [0.0, 0.3, 1.0])
+def test_the_screen_leaves_about_the_share_asked_for_the_time_asked(visible_share):
+    """Fails when the screen slides too far or not far enough, or stays for another time."""
+    time, hits, visible = seen(partly_hidden(visible_share, occlusion_s=1.0)).T
+    assert visible[time < BEFORE_S].min() > 0.95
+    assert visible[-1] > 0.95
+    least = np.flatnonzero(visible < visible.min() + 0.03)
+    assert visible.min() == pytest.approx(visible_share, abs=0.12)
+    assert (hits.min() == 0) == (visible_share == 0.0)
+    if visible_share:
+        assert visible.min() > 0.1
+    if visible_share < 1.0:
+        assert len(least) * 0.08 == pytest.approx(1.0, abs=ASKED_WITHIN_S)
+
+
+@pytest.mark.parametrize("aspect_deg", [0.0, 30.0, 90.0])
+@pytest.mark.parametrize("visible_share", [0.3, 0.6, 1.0])
+def test_the_wall_leaves_about_the_share_asked_of_a_standing_car(visible_share, aspect_deg):
+    document = standing_car(15.0, aspect_deg, visible_share) | {"duration_s": 0.2}
+    visible = seen(document)[:, 2]
+    assert visible.mean() == pytest.approx(visible_share, abs=0.12)
+
+
+def test_a_standing_car_is_where_it_was_asked_to_be():
+    frame, row, _ = next(frames(standing_car(20.0, 60.0)))
+    assert frame.actors.pose_world[row, :2] == pytest.approx([20.0, 0.0], abs=0.11)
+    assert np.degrees(frame.actors.pose_world[row, 2]) == pytest.approx(60.0, abs=2.1)
+
+
+@pytest.mark.parametrize(
+    ("stage", "said"),
+    [
+        (lambda: hidden_behind_wall(-1.0, 10.0), "occlusion_s = -1"),
+        (lambda: hidden_behind_wall(1.0, 10.0, "flies"), 'manoeuvre = "flies"'),
+        (lambda: partly_hidden(1.5), "visible_share = 1.5"),
+        (lambda: partly_hidden(0.5, speed_mps=3.0), "speed_mps = 3"),
+        (lambda: standing_car(visible_share=-0.1), "visible_share = -0.1"),
+        (lambda: standing_car(5.0), "range_m = 5"),
+    ],
+)
+def test_what_cannot_be_staged_is_refused(stage, said):
+    with pytest.raises(ValueError, match=said):
+        stage()

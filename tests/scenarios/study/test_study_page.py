@@ -1,0 +1,49 @@
+"""The page on study files says what the code does."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+from scenarios.files.scenario import schema_text
+from scenarios.run import device
+from scenarios.study import row_store
+from scenarios.study.design import runs
+from scenarios.study.study_file import Study
+from scenarios.study.study_page import REPORT
+from scenarios.study.worker import FIXED_COLUMNS
+
+DOCS = Path(__file__).parents[3] / "docs"
+TEXT = (DOCS / "study-files.md").read_text(encoding="utf-8")
+
+_spec = importlib.util.spec_from_file_location("refresh", DOCS / "refresh.py")
+refresh = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(refresh)
+
+
+def test_the_tables_of_keys_are_those_of_the_code():
+    """Else: `python docs/refresh.py`."""
+    schema = Study.model_json_schema()
+    pages = {page: page.read_text(encoding="utf-8") for page in refresh.STUDY_PAGES}
+    assert {page: refresh.with_keys(text, schema) for page, text in pages.items()} == pages
+    told = re.findall(r"<!-- keys of (\w+) -->", "".join(pages.values()))
+    assert sorted(told) == sorted(["Study", *schema["$defs"]]), "give a new table its place by hand"
+
+
+def test_the_committed_schema_is_current():
+    """Else: `luxloop schema --study > scenarios/schema/study.schema.json`."""
+    assert (DOCS.parent / "scenarios" / "schema" / "study.schema.json").read_text() == schema_text(Study)
+
+
+def test_the_example_is_as_many_runs_as_it_says(tmp_path: Path):
+    path = tmp_path / "study.toml"
+    path.write_text(re.search(r"```toml\n(.*?)```", TEXT, re.DOTALL)[1])
+    found = runs(Study.load(path), device.SHIPPED)
+    assert f"{len(found)} runs" in TEXT
+    last = found[-1].document
+    assert last["noise"] == {"dropout": {"random_rate": 0.5}}
+    assert last["traffic"]["actor"][1]["motion"][0]["speed_mps"] == 24.0
+
+
+def test_the_page_names_every_file_and_column():
+    for name in (row_store.RUNS, row_store.EARLIER, row_store.JOURNAL, REPORT, *FIXED_COLUMNS):
+        assert f"`{name}`" in TEXT, name

@@ -1,0 +1,201 @@
+"""Motion during the sweep: points at their own times become points at the scan's time."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.linalg import expm
+from support.shapes import Car, scan_car
+
+from sim.scripted.motions import Arc, Straight, state_at
+from tracker.detection.boxes import BoxConfig, build
+from tracker.detection.deskew import EgoMotion, Movers, SweepConfig, twist, undo_targets
+from tracker.geometry import rotate
+from tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
+from tracker.scan import Scan
+from tracker.tracker import Tracker, TrackerConfig
+
+DT = 0.08
+SWEEP_DEG_PER_S = 4500.0  # 12.5 turns a second
+
+
+def scan_at(time, pose, points, time_offset):
+    points = np.asarray(points, dtype=float).reshape(-1, 2)
+    count = len(points)
+    return Scan(
+        time=time,
+        ego_pose_odom=np.asarray(pose, dtype=float),
+        points_ego=np.column_stack([points, np.full(count, 0.6)]).astype(np.float32),
+        time_offset=np.broadcast_to(np.asarray(time_offset, np.float32), count).copy(),
+        unit=np.zeros(count, np.uint8),
+        layer=np.zeros(count, np.uint8),
+        echo=np.zeros(count, np.uint8),
+        echo_pulse_width=np.ones(count, np.float32),
+        flags=np.zeros(count, np.uint16),
+    )
+
+
+def seen_from(pose, points):
+    """Points (N, 2) of the odometry frame in the frame of one pose, or each in that of its own."""
+    pose = np.broadcast_to(pose, (len(points), 3))
+    return rotate(points - pose[:, :2], -pose[:, 2])
+
+
+# ---- the ego's own motion
+
+
+@given(
+    velocity=st.tuples(st.floats(-40, 40), st.floats(-5, 5)),
+    yaw_rate=st.floats(-2, 2),
+    start=st.tuples(st.floats(-100, 100), st.floats(-100, 100), st.floats(-4, 4)),
+    dt=st.floats(0.01, 0.5),
+)
+def test_twist_is_the_logarithm_of_the_relative_pose(velocity, yaw_rate, start, dt):
+    """Matrices of SE(2) and their general exponential are the oracle."""
+    rate = np.array([[0.0, -yaw_rate, velocity[0]], [yaw_rate, 0.0, velocity[1]], [0.0, 0.0, 0.0]])
+    cos, sin = np.cos(start[2]), np.sin(start[2])
+    end = np.array([[cos, -sin, start[0]], [sin, cos, start[1]], [0.0, 0.0, 1.0]]) @ expm(rate * dt)
+    heading = np.arctan2(end[1, 0], end[0, 0])  # wrapped, as odometry delivers it
+    found, turning = twist(np.array(start), np.array([end[0, 2], end[1, 2], heading]), dt)
+    assert found == pytest.approx(np.array(velocity), abs=1e-8)
+    assert turning == pytest.approx(yaw_rate, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    "motion", [Arc("arc", 15.0, 12.0), Arc("arc", 15.0, -12.0), Straight("straight", 30.0)], ids=["left", "right", "on"]
+)
+def test_landmarks_stand_still_through_a_scripted_turn(motion):
+    """Each is seen from where the ego is at the point's own time; the scan must have it where it is."""
+    rng = np.random.default_rng(2)
+    landmarks, tau = rng.uniform(-50, 50, (200, 2)), rng.uniform(-0.0134, 0.0134, 200).astype(np.float32)
+    start, time = np.array([3.0, -2.0, 3.0]), 1.0  # near the seam of wrapped headings
+
+    def pose(t):
+        return state_at([motion], start, t).pose
+
+    def wrapped(t):
+        x, y, yaw = pose(t)
+        return np.array([x, y, np.arctan2(np.sin(yaw), np.cos(yaw))])
+
+    raw = seen_from(np.array([pose(time + t) for t in tau.astype(float)]), landmarks)
+    true = seen_from(pose(time), landmarks)
+    ego = EgoMotion(SweepConfig())
+    first = scan_at(time - DT, wrapped(time - DT), raw, tau)
+    assert np.array_equal(ego.undo(first).points_ego, first.points_ego), "one pose tells no motion"
+    second = ego.undo(scan_at(time, wrapped(time), raw, tau))
+    assert np.abs(second.points_ego[:, :2] - true).max() < 2e-5  # float32 at 80 m
+    assert (second.points_ego[:, 2] == np.float32(0.6)).all()
+    assert np.abs(raw - true).max() > 0.15
+    assert np.array_equal(second.time_offset, tau), "what moves is still to be corrected"
+
+
+def test_points_can_be_taken_as_they_come():
+    ego = EgoMotion(SweepConfig(motion="none"))
+    for k in range(2):
+        scan = scan_at(DT * k, (2.0 * k, 0.0, 0.0), [(10.0, 0.0)], 0.01)
+        plain = ego.undo(scan)
+        assert np.array_equal(plain.points_ego, scan.points_ego)
+        assert not plain.time_offset.any()
+
+
+def test_a_scan_of_the_same_time_tells_no_motion():
+    ego = EgoMotion(SweepConfig())
+    for x in (0.0, 1.0):
+        scan = scan_at(5.0, (x, 0.0, 0.0), [(10.0, 0.0)], 0.01)
+        assert np.array_equal(ego.undo(scan).points_ego, scan.points_ego)
+
+
+# ---- the motion of others
+
+
+def movers(*boxes):
+    """Tracks (x, y, heading, vx, vy) of cars."""
+    table = np.array(boxes, dtype=float).reshape(-1, 5)
+    return Movers(table[:, :2], table[:, 2], np.tile([4.6, 1.8], (len(table), 1)), table[:, 3:])
+
+
+def test_points_of_a_track_are_where_it_is_at_the_scan_s_time_whoever_saw_them():
+    """A rear seen by two units 13 ms apart is one rear; what no track holds stays, with its own time."""
+    pose = np.array([5.0, 7.0, 0.5])
+    tau = np.repeat([-0.0067, 0.0067, 0.0067], 10)
+    velocity = rotate(np.array([25.0, 1.0]), 0.5)
+    rear = np.column_stack([np.full(20, 17.7), np.tile(np.linspace(-0.9, 0.9, 10), 2)])
+    wall = np.column_stack([np.linspace(0, 9, 10), np.full(10, 6.0)])
+    when_seen = np.vstack([rear, wall])
+    when_seen[:20] += np.outer(tau[:20], (25.0, 1.0))
+    segments = Segments(np.repeat([0, 0, 1], 10), 2)
+    center = rotate(np.array([20.0, 0.0]), 0.5) + pose[:2]
+    still = undo_targets(scan_at(1.0, pose, when_seen, tau), segments, movers((*center, 0.5, *velocity)), SweepConfig())
+    assert still.points_ego[:, :2] == pytest.approx(np.vstack([rear, wall]), abs=1e-5)
+    assert not still.time_offset[:20].any()
+    assert still.time_offset[20:] == pytest.approx(tau[20:])
+
+
+def test_a_segment_goes_with_the_nearest_track_and_points_in_none_stay():
+    points = np.array([[10.0, 0.0], [10.2, 0.0], [10.1, 0.0]])
+    segments = Segments(np.array([0, 0, NOT_USED]), 1)
+    near_and_far = movers((11.5, 0.0, 0.0, 5.0, 0.0), (10.5, 0.0, 0.0, 10.0, 0.0))
+    still = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, near_and_far, SweepConfig())
+    assert still.points_ego[:, 0] == pytest.approx([9.9, 10.1, 10.1])
+    assert still.time_offset == pytest.approx([0.0, 0.0, 0.01])
+    for nobody in (movers(), movers((30.0, 0.0, 0.0, 5.0, 0.0))):
+        same = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, nobody, SweepConfig())
+        assert same.points_ego[:, :2] == pytest.approx(points)
+
+
+def test_a_box_was_seen_when_the_points_on_its_lines_were():
+    points = np.array([[10.0, 0.0], [10.0, 1.0], [11.0, 1.0], [40.0, 5.0]])
+    segments, line = Segments(np.array([0, 0, 0, 0]), 1), np.array([0, 0, 1, -1])
+    one = np.zeros((1, 4))
+    candidates = Candidates(one, np.full((1, 4, 2), 10.5), np.ones((1, 4, 2)), one, np.zeros(1, np.int64))
+    tau = np.array([0.001, 0.003, 0.005, 0.5])
+    built = build(points, tau, segments, Linkage(line, np.zeros(1)), candidates, np.zeros(4, dtype=bool), BoxConfig())
+    assert built.time_offset == pytest.approx([0.003])
+
+
+# ---- the whole tracker
+
+
+def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
+    """Yield (true centre, scan) of a car that comes to 12 m before an ego, seen by a unit at each point's own time.
+
+    A unit fires at the azimuth 0 at the scan's time; None is one that fires everywhere at once.
+    """
+    rng = np.random.default_rng(7)
+    for k in range(frames):
+        ego_x = ego_mps * DT * k
+        center = np.array([ego_x + 12.0 + (speed_mps + ego_mps) * DT * (frames - 1 - k), 3.5])
+        points, _ = scan_car(Car((center[0] - ego_x, 3.5), np.pi), rng)
+        azimuth = np.degrees(np.arctan2(points[:, 1], points[:, 0]))
+        tau = np.zeros(len(points)) if unit_yaw_deg is None else (unit_yaw_deg - azimuth) / SWEEP_DEG_PER_S
+        points[:, 0] -= (speed_mps + ego_mps) * tau
+        yield center, scan_at(DT * k, (ego_x, 0.0, 0.0), points, tau)
+
+
+def lead(unit_yaw_deg, ego_mps=0.0, sweep=None):
+    """How far the one track's front is ahead of the car's on its way, over the last frames [m]."""
+    tracker, leads = Tracker(TrackerConfig(sweep=sweep or SweepConfig())), []
+    for k, (center, scan) in enumerate(oncoming(unit_yaw_deg, ego_mps)):
+        tracks, _ = tracker.step(scan)
+        if k >= 17:
+            (sure,) = np.flatnonzero(tracks.status == Status.CONFIRMED)
+            front = tracks.center_odom[sure, 0] - 0.5 * tracks.size[sure, 0]
+            leads.append(center[0] - 0.5 * Car().size[0] - front)
+    return np.array(leads)
+
+
+@pytest.mark.parametrize("ego_mps", [0.0, 15.0])
+@pytest.mark.parametrize("unit_yaw_deg", [30.0, -30.0])
+def test_an_oncoming_car_is_tracked_where_it_is_at_the_scan_s_time(unit_yaw_deg, ego_mps):
+    """At 30 m/s it comes 0.2 m nearer, or is that much farther, when a unit that looks past it sees it."""
+    at_once = lead(None, ego_mps)
+    assert np.abs(lead(unit_yaw_deg, ego_mps) - at_once).max() < 0.045
+    uncorrected = lead(unit_yaw_deg, ego_mps, SweepConfig(motion="ego"))
+    assert np.abs((uncorrected - at_once).mean()) > 0.1
+
+
+def test_boxes_outside_all_tracks_are_still_held_against_the_time_they_were_seen_at():
+    """Without its segment's own correction the box carries its time, and the track makes up for it."""
+    nobody = SweepConfig(margin_m=-5.0)
+    off = lead(30.0, sweep=nobody) - lead(None)
+    assert np.abs(off).max() < 0.03

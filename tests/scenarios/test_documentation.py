@@ -1,0 +1,325 @@
+"""The documentation: its commands run, its examples work, and it names every key, metric and column there is."""
+
+import ast
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from itertools import product
+from pathlib import Path
+
+import pytest
+import tomli_w
+from support import short_run
+
+from scenarios.cli import main
+from scenarios.control import safety
+from scenarios.files import shipped as listing
+from scenarios.files.expect import check
+from scenarios.files.scenario import Scenario
+from scenarios.grading.metric_names import (
+    CAUSES,
+    DRIVERS,
+    ESTIMATES,
+    FIT_METHODS,
+    METRICS,
+    TARGETS,
+    TIMED_STAGES,
+    VIEWS,
+)
+from scenarios.report import text as report
+from scenarios.run import run_folder
+from sensor_model.truth import View
+from tracker.records import MODELS
+
+ROOT = Path(__file__).parents[2]
+README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
+LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
+PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+EXAMPLE = ROOT / "docs" / "examples" / "my-first.toml"
+VARIANT = ROOT / "docs" / "examples" / "paper-variant.toml"
+SHORT_S = "1"
+"""Simulated time of shipped scenarios here [s]."""
+ABSENT = (
+    *("sim", "sensor_model", "scenarios", "libsumo", "highway_env", "gymnasium", "rerun", "pandas", "pyarrow"),
+    *("pydantic", "typer", "rich", "shapely", "trackeval", "matplotlib"),
+)
+"""What is not there where the tracker is installed alone, or need not be."""
+MADE_LATER = {"benchmarks/latest.json"}
+
+_spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
+refresh = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(refresh)
+
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+
+
+def blocks(page: Path, *languages: str) -> list[str]:
+    """Fenced blocks of a page."""
+    found = re.findall(r"^```(\w+)\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return [text for language, text in found if language in languages]
+
+
+def commands(page: Path) -> list[list[str]]:
+    lines = "".join(blocks(page, "console", "sh")).splitlines()
+    return [shlex.split(line, comments=True) for line in lines]
+
+
+def section(page: Path, title: str) -> str:
+    return re.search(rf"^#+ {title}\n(.*?)(?=^#|\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
+
+
+def section_tree(page: Path, title: str) -> str:
+    """A second-level section with its subsections."""
+    return re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
+
+
+def follow(command: list[str]) -> int:
+    """Carry out a `luxloop` command, what ships cut short; a viewer would need a screen."""
+    _, verb, *rest = command
+    if verb == "view":
+        return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
+    if verb in ("sweep", "search"):
+        shortened = [cut_short(rest[0]), *rest[1:]]
+    elif verb == "run" and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
+        shortened = [*rest, "--duration", SHORT_S]
+    else:
+        shortened = rest
+    code = main([verb, *shortened])
+    return 0 if shortened != rest and code == 1 else code  # in so short a time an expectation may fail
+
+
+def cut_short(study: str) -> str:
+    """Write a shipped study with one run, or with two trials of a search, into the current folder."""
+    document = tomllib.loads(listing.studies()[study].read_text(encoding="utf-8")) | {"seeds": 1}
+    if "search" in document:
+        document["search"]["trials"] = 2
+    else:
+        document["vary"] = [vary | {"values": vary["values"][:1]} for vary in document["vary"]]
+    path = Path(f"{study}.toml")
+    path.write_text(tomli_w.dumps(document), encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def newcomer(tmp_path_factory):
+    """A folder in which somebody has typed every command of the README."""
+    folder = tmp_path_factory.mktemp("clone")
+    (folder / "docs").symlink_to(ROOT / "docs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.syspath_prepend(folder)
+        codes = {shlex.join(words): follow(words) for words in commands(README) if words[0] == "luxloop"}
+    return folder, codes
+
+
+def test_every_command_of_the_readme_runs(newcomer):
+    _, codes = newcomer
+    assert any("--tracker docs.examples.my_tracker" in command for command in codes)
+    assert any(str(EXAMPLE.relative_to(ROOT)) in command for command in codes)
+    assert set(codes.values()) == {0}, codes
+
+
+def test_every_make_target_that_is_named_is_there():
+    targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
+    typed = {words[1] for words in commands(README) if words[0] == "make"}
+    named = {name for page in PAGES for name in re.findall(r"`make (\w+)`", page.read_text(encoding="utf-8"))}
+    assert typed == {"demo", "test"}
+    assert typed | named <= set(targets)
+
+
+def test_the_python_example_reads_the_tables(newcomer, monkeypatch):
+    monkeypatch.chdir(newcomer[0])
+    (code,) = blocks(RESULTS, "python")
+    exec(compile(code, RESULTS.name, "exec"), {})
+
+
+def test_the_readme_quotes_the_example_scenario():
+    assert blocks(README, "toml") == [EXAMPLE.read_text(encoding="utf-8")]
+
+
+@pytest.mark.parametrize("scenario", refresh.QUOTES)
+def test_pages_show_reports_as_they_are_printed(scenario):
+    """Figures may differ, from run to run and from machine to machine; sections and rows may not."""
+    page, block, sections = refresh.QUOTES[scenario]
+    (shown,) = blocks(page, "text")
+    assert f"<!-- {block} -->\n```text\n{scenario}: " in page.read_text(encoding="utf-8")
+    result = short_run.result()
+    printed = refresh.excerpt(report.as_text(report.report(result, check(result.metrics, {}))), sections)
+    assert rows(shown) == rows(printed), f"run: luxloop run {scenario}; python docs/refresh.py <its folder>"
+
+
+def test_the_page_of_the_paper_shows_its_four_tables():
+    (shown,) = blocks(PAPER, "text")
+    for published in ("vehicles", "paper: tlinkage", "paper: best", "paper: MMA"):
+        assert re.search(rf"^{published} ", shown, re.MULTILINE), published
+
+
+def test_reports_of_other_scenarios_are_in_no_page(tmp_path):
+    (tmp_path / run_folder.RESULT).write_text('{"scenario": "ring"}')
+    with pytest.raises(SystemExit, match="no page shows a report of ring; give a run of sumo-crossing or paper-campus"):
+        refresh.quote(tmp_path)
+
+
+def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "docs").symlink_to(ROOT / "docs")
+    assert [follow(words) for words in commands(PAPER)] == [0, 0, 0]
+    described = re.findall(r"^\| `([\w.]+)` \|", section(RESULTS, "The data set"), re.MULTILINE)
+    assert {path.name for path in (tmp_path / "campus").iterdir()} == set(described)
+
+
+def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
+    text = VARIANT.read_text(encoding="utf-8")
+    assert blocks(HOW, "toml") == [text[text.index("[tracker") :]]
+    shipped, own = listing.paths()["paper-campus"].read_text(encoding="utf-8"), tomllib.loads(text)
+    moved = tomllib.loads(shipped.replace('"paper-campus/', '"../../scenarios/catalog/urban/paper-campus/'))
+    for document in (moved, own):
+        for key in ("description", "reason", "expect", "tracker"):
+            document.pop(key, None)
+    assert own == moved
+    assert Scenario.load(VARIANT).tracker.mma.method == "paper"
+
+
+def rows(text: str) -> list[str]:
+    lines = text.partition("\n\n")[2].splitlines()  # what was run is told first
+    return [re.split(r"  |: \d", line)[0] for line in lines if line[:1].strip(" ─")]
+
+
+def test_the_tables_of_keys_are_those_of_the_schema():
+    schema = Scenario.model_json_schema()
+    text = KEYS.read_text(encoding="utf-8")
+    assert refresh.with_keys(text, schema) == text, "run: python docs/refresh.py"
+    told = set(re.findall(r"<!-- keys of (\w+) -->", text))
+    assert told == {"Scenario", *schema["$defs"]}, "give a new table its heading, `keys of` and `end` by hand"
+
+
+@pytest.mark.parametrize("block", blocks(KEYS, "toml"), ids=lambda block: block.split("\n")[0][:40])
+def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
+    """Whole ones are run as well, unless they need a net that is not there; parts are put into a whole one."""
+    monkeypatch.chdir(tmp_path)
+    document = tomllib.loads(block)
+    path = short_run.write(tmp_path, block if "duration_s" in document else f"{short_run.TEXT}\n{block}")
+    traffic = Scenario.load(path).traffic
+    if "duration_s" in document and traffic.kind != "sumo":
+        assert main(["run", str(path), "--duration", "0.4", "--no-recording"]) == 0
+
+
+def test_the_library_page_shows_what_its_example_prints_where_there_is_no_simulator():
+    """Figures may differ from machine to machine."""
+    command = ["docs/examples/track_csv.py", "docs/examples/points.csv"]
+    assert ["python", *command] in commands(LIBRARY)
+    alone = f"import runpy, sys; sys.modules.update(dict.fromkeys({ABSENT})); sys.argv = {command}"
+    run = f"{alone}; runpy.run_path({command[0]!r}, run_name='__main__')"
+    printed = subprocess.run([sys.executable, "-c", run], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    (shown,) = blocks(LIBRARY, "text")
+    assert without_figures(shown) == without_figures(printed), "run: python docs/refresh.py"
+    assert "confirmed" in shown
+
+
+def without_figures(text: str) -> list[list[str]]:
+    return [re.sub(r"-?\d+\.\d+", "#", line).split() for line in text.splitlines()]
+
+
+def test_the_library_page_s_python_runs():
+    names = {}
+    for code in blocks(LIBRARY, "python"):
+        exec(compile(code, LIBRARY.name, "exec"), names)
+    assert names["y"] == pytest.approx(3.0 + 0.5 * names["width"], abs=0.05)
+    assert len(names["seen"]) == 1
+
+
+def test_the_library_page_names_all_that_the_tracker_imports():
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tracker").rglob("*.py")]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    others = {name.partition(".")[0] for name in imported} - {*sys.stdlib_module_names, "tracker"}
+    assert others == set(
+        re.findall(r"^\| `(\w+)` \|", LIBRARY.read_text(encoding="utf-8").partition("##")[0], re.MULTILINE)
+    )
+    (installed,) = (words[2:] for words in commands(LIBRARY) if words[:2] == ["pip", "install"] and "." not in words)
+    assert others == set(installed)
+
+
+def test_every_metric_is_listed_with_its_unit():
+    listed = {}
+    rows = re.findall(r"^\| `([\w.<>]+)` \| ([\w/^]+) \|", section_tree(RESULTS, "Metrics"), re.MULTILINE)
+    for pattern, unit in rows:
+        listed |= dict.fromkeys(expand(pattern), unit)
+    assert listed == METRICS
+
+
+def expand(pattern: str) -> list[str]:
+    views = [f"{view}.{method}" for view, method in product(VIEWS.values(), FIT_METHODS)]
+    values = {
+        "method": [*FIT_METHODS, *views],
+        "limit": [str(limit) for limit in range(1, 6)],
+        "cause": CAUSES.values(),
+        "estimate": ESTIMATES,
+        "target": TARGETS,
+        "mode": MODELS,
+        "model": MODELS,
+        "seen": [view.name.lower() for view in View],
+        "axis": "xy",
+        "drive": DRIVERS.values(),
+        "stage": TIMED_STAGES,
+        "quantile": ("p50", "p99"),
+    }
+    names = [pattern]
+    for placeholder in re.findall(r"<(\w+)>", pattern):
+        names = [name.replace(f"<{placeholder}>", value) for name in names for value in values[placeholder]]
+    return names
+
+
+@pytest.mark.parametrize("table", ["truth", "tracks", "overlaps", "fits", "segments", "outliers"])
+def test_every_column_is_listed(table):
+    listed = names_in_rows(section(RESULTS, table))
+    assert sorted(["frame", "time_s", *listed]) == sorted(short_run.result().tables[table].columns)
+
+
+def test_every_column_of_a_controlled_ego_s_drive_is_listed():
+    assert ["frame", "time_s", *names_in_rows(section(RESULTS, "control"))] == [*safety.COLUMNS, "driver"]
+
+
+def names_in_rows(text: str) -> list[str]:
+    """Code in the first column of a table."""
+    cells = re.findall(r"^\| (`.*?) \|", text, re.MULTILINE)
+    return [name for cell in cells for name in re.findall(r"`(\w+)`", cell)]
+
+
+def test_every_table_and_every_field_of_the_result_is_listed():
+    result = short_run.result()
+    described = re.findall(r"^### (\w+)$", section_tree(RESULTS, "Tables"), re.MULTILINE)
+    assert sorted(described) == sorted([*result.tables, "control"])
+    fields = re.findall(
+        r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", section(RESULTS, r"result\.json"), re.MULTILINE))
+    )
+    assert fields == list(run_folder.document(result, []))
+
+
+@each_page
+def test_links_lead_somewhere(page):
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#]*)#?([^)]*)\)", page.read_text(encoding="utf-8")):
+        linked = page.parent / target if target else page
+        assert linked.exists(), target
+        if anchor:
+            titles = re.findall(r"^#+ (.*)$", linked.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@each_page
+def test_files_that_are_named_exist(page):
+    text = page.read_text(encoding="utf-8")
+    names = re.findall(r"((?:sim|sensor_model|tracker|scenarios|docs|benchmarks)/[\w./-]+\.(?:py|toml|json|md))", text)
+    assert {name for name in names if not (ROOT / name).exists()} <= MADE_LATER
+    assert not re.search(r"/(?:work|root|home|tmp)/", text), "a path of one machine"
+
+
+def test_pictures_are_shown_and_small():
+    shown = {name for page in PAGES for name in re.findall(r"pictures/(\w+\.png)\)", page.read_text(encoding="utf-8"))}
+    pictures = {path.name: path.stat().st_size for path in (ROOT / "docs" / "pictures").iterdir()}
+    assert shown == set(pictures)
+    assert max(pictures.values()) < 300_000

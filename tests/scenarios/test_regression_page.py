@@ -1,0 +1,70 @@
+"""The page on regression tests and the workflows: what they type is there, and collects what it says."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from scenarios.cli import app
+from scenarios.files import shipped
+from scenarios.files.scenario import Scenario
+
+ROOT = Path(__file__).parents[2]
+PAGE, WORKFLOW = ROOT / "docs" / "regression-tests.md", ROOT / ".github" / "workflows" / "ci.yml"
+TEXT = PAGE.read_text(encoding="utf-8")
+(GIVEN,) = re.findall(r"^```yaml\n(.*?)^```", TEXT, flags=re.DOTALL | re.MULTILINE)
+COMMANDS = {command.name or command.callback.__name__.replace("_", "-") for command in app.registered_commands}
+
+
+def pytest_says(*arguments):
+    environment = {**os.environ, "PYTEST_ADDOPTS": ""}
+    command = [sys.executable, "-m", "pytest", *arguments]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def pytest_help():
+    return pytest_says("--help")
+
+
+def runs(workflow):
+    """Every command that a workflow types."""
+    return [shlex.split(line) for line in re.findall(r"run: (.+)$", workflow, flags=re.MULTILINE)]
+
+
+@pytest.mark.parametrize("suite", ["smoke", "full"])
+def test_the_marks_collect_the_suites(suite):
+    out = pytest_says(str(shipped.CATALOG), "--collect-only", "-q", "-m", suite)
+    loaded = [Scenario.load(path) for path in shipped.paths().values()]
+    wanted = {scenario.name for scenario in loaded if suite in ("full", scenario.suite)}
+    assert {Path(line.partition("::")[0]).stem for line in out.splitlines() if "::" in line} == wanted
+
+
+def test_every_option_that_is_typed_or_told_is_there(pytest_help):
+    options = set(re.findall(r"--luxloop-[\w-]+", TEXT + WORKFLOW.read_text(encoding="utf-8")))
+    assert options == set(re.findall(r"--luxloop-[\w-]+", pytest_help))
+    assert {"smoke", "full"} <= set(re.findall(r"@pytest\.mark\.(\w+)", pytest_says("--markers")))
+
+
+def test_the_workflow_that_is_given_is_a_dozen_lines_that_run():
+    assert len(GIVEN.splitlines()) <= 18
+    assert GIVEN.count("\t") == 0
+    programs = [words[:2] for words in runs(GIVEN)]
+    assert programs[0] == ["pip", "install"]
+    assert [words[0] for words in programs[1:]] == ["pytest", "luxloop"]
+    assert programs[2][1] in COMMANDS
+
+
+def test_our_own_workflow_runs_what_ci_runs():
+    assert runs(WORKFLOW.read_text(encoding="utf-8")) == [[".ci/run"]]
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+    targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)[1].split()
+    typed = re.findall(r"^make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), re.MULTILINE)
+    assert typed == ["check", "test", "slow", "catalog"]
+    assert set(typed) <= set(targets)

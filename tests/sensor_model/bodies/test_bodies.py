@@ -1,0 +1,330 @@
+"""Bodies: they fill their boxes, look as the vehicles they claim to be, and are drawn for each actor alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.sensor_scenes import STILL, Thing, world
+from support.solid_mesh import corners, pieces
+
+from sensor_model.bodies.materials import TYRE_REFLECTIVITY, Glass
+from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.shapes import SHAPES
+from sensor_model.truth import Part
+from sim.world import Kind
+
+VEHICLES = [kind for kind in Kind if kind not in (Kind.PEDESTRIAN, Kind.OBSTACLE)]
+WITH_MIRRORS = [kind for kind in VEHICLES if kind is not Kind.BICYCLE]
+GLAZED = (Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS)
+# Lengths, widths and heights [m] in which the sensor facts, section 3.2, describe each kind.
+SIZES = {
+    Kind.CAR: ((4.4, 1.75, 1.42), (5.0, 1.90, 1.50)),
+    Kind.SUV: ((4.3, 1.80, 1.60), (4.9, 1.95, 1.80)),
+    Kind.VAN: ((4.9, 1.90, 1.90), (6.5, 2.10, 2.80)),
+}
+
+
+def place(*things, mirrors=True, plain=False, glass=None, seed=None):
+    shop = BodyShop(mirrors=mirrors, plain=plain, glass=glass or Glass(), seed=seed)
+    return shop.place(world(*things))
+
+
+def body(kind, size=None, actor=0, **keys):
+    """The solids of one actor."""
+    return pieces(place(Thing(0, 0, kind=kind, size=size, id=actor), **keys), 0)
+
+
+def in_facts(kind):
+    """Sizes of a kind that the facts describe."""
+    low, high = SIZES[kind]
+    return st.tuples(*(st.floats(a, b) for a, b in zip(low, high, strict=True)))
+
+
+seeds = st.none() | st.integers(0, 2**64 - 1)
+actors = st.integers(1, 10**6)
+factors = st.tuples(*[st.floats(0.5, 2)] * 3)
+
+
+# ---- boxes and solids
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+@given(factor=factors, seed=seeds, actor=actors)
+@settings(deadline=None, max_examples=15)
+def test_bodies_fill_their_box_and_only_mirrors_stick_out(kind, factor, seed, actor):
+    """Fails when a piece is outside, does not reach the size of the truth box, or leaves its bounds."""
+    size = np.multiply(SHAPES[kind].size, factor)
+    bodies = place(Thing(0, 0, kind=kind, size=tuple(size.tolist()), id=actor), seed=seed)
+    low, high = -0.5 * size * [1, 1, 0], 0.5 * size * [1, 1, 2]
+    whole = []
+    for piece in pieces(bodies, 0):
+        points = corners(piece.planes)
+        for around in (piece.bounds, bodies.bounds[0]):
+            assert np.all(points >= around[0] - 1e-9)
+            assert np.all(points <= around[1] + 1e-9)
+        if piece.part[0] == Part.MIRROR:
+            assert np.abs(points[:, 1]).max() > 0.5 * size[1]
+            assert np.abs(points[:, 0]).max() < 0.5 * size[0]
+        else:
+            whole.append(points)
+    whole = np.concatenate(whole)
+    np.testing.assert_allclose([whole.min(axis=0), whole.max(axis=0)], [low, high], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+@given(share=st.tuples(*[st.floats(0, 1)] * 3), seed=seeds, actor=actors)
+@settings(deadline=None, max_examples=25)
+def test_every_plane_is_a_face(kind, share, seed, actor):
+    """Fails for a profile that is not convex, a pillar that swallows a window, or a plane that only costs time."""
+    shape = SHAPES[kind]
+    size = tuple((np.array(shape.smallest) + share * np.subtract(shape.largest, shape.smallest)).tolist())
+    for piece in body(kind, size, actor, seed=seed):
+        np.testing.assert_allclose(np.linalg.norm(piece.planes[:, :3], axis=1), 1.0, atol=1e-12)
+        # What is behind glass may run out in an edge, in a low cabin.
+        assert piece.inner or len(list(piece.faces())) == len(piece.planes)
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_vehicles_are_made_of_few_planes(kind):
+    """Every plane costs time in the caster: Fails when somebody adds detail without thinking of it."""
+    solids = body(kind)
+    outer = sum(len(piece.planes) for piece in solids if not piece.inner)
+    if kind in (Kind.CAR, Kind.SUV, Kind.VAN):
+        assert len(solids) <= 12
+        assert outer <= 95
+    assert outer <= 165
+
+
+def test_plain_bodies_are_boxes_with_mirrors():
+    for kind in VEHICLES:
+        solids = body(kind, plain=True, seed=3, actor=5)
+        boxes, others = solids[: 1 + (kind is Kind.TRAILER_TRUCK)], solids[1 + (kind is Kind.TRAILER_TRUCK) :]
+        low, high = -0.5 * np.array(SHAPES[kind].size) * [1, 1, 0], 0.5 * np.array(SHAPES[kind].size) * [1, 1, 2]
+        points = np.concatenate([corners(box.planes) for box in boxes])
+        assert {len(box.planes) for box in boxes} == {6}
+        np.testing.assert_allclose([points.min(axis=0), points.max(axis=0)], [low, high], atol=1e-12)
+        volumes = [np.prod(np.ptp(corners(box.planes), axis=0)) for box in boxes]
+        assert np.sum(volumes) == pytest.approx(np.prod(SHAPES[kind].size))
+        assert {part for box in boxes for part in box.part} == {Part.BODY}
+        mirrors = [piece for piece in body(kind, seed=3, actor=5) if piece.part[0] == Part.MIRROR]
+        assert len(others) == len(mirrors) == 2 * (kind in WITH_MIRRORS)
+        for other, mirror in zip(others, mirrors, strict=True):
+            np.testing.assert_array_equal(other.planes, mirror.planes)
+        assert not any(piece.part[0] == Part.MIRROR for piece in body(kind, mirrors=False))
+
+
+# ---- proportions: the table of proposed bodies in the sensor facts, section 3.2
+
+
+@pytest.mark.parametrize(
+    ("kind", "windscreen_deg", "backlight_deg", "tumblehome_deg", "inset"),
+    [
+        (Kind.CAR, (28, 32), (25, 35), (15, 22), (0.12, 0.20)),
+        (Kind.SUV, (30, 38), (55, 75), (12, 18), (0.08, 0.20)),
+        (Kind.VAN, (40, 50), (80, 90), (3, 8), (0.0, 0.20)),
+    ],
+)
+@given(data=st.data())
+@settings(deadline=None, max_examples=30)
+def test_glass_leans_as_on_real_cars(kind, windscreen_deg, backlight_deg, tumblehome_deg, inset, data):
+    """Fails when an actor's size stretches its angles, or a range leaves the facts."""
+    size = data.draw(in_facts(kind))
+    solids = body(kind, size, data.draw(actors), seed=data.draw(seeds))
+    glass = next(piece for piece in solids if Part.GREENHOUSE in piece.part)
+    nx, ny, nz = glass.planes[:, :3].T
+    lean = np.rad2deg(np.arctan2(np.hypot(nx, ny), nz))  # from the horizontal
+    pane = glass.part == Part.GREENHOUSE
+    windscreen, side = lean[pane & (nx > 0.1)], lean[pane & (np.abs(ny) > 0.1)]
+    assert len(windscreen) == 1
+    assert windscreen_deg[0] - 1e-6 <= windscreen[0] <= windscreen_deg[1] + 1e-6
+    assert tumblehome_deg[0] - 1e-6 <= 90 - side[0] <= tumblehome_deg[1] + 1e-6
+    backlight = lean[nx < -0.1][0]  # a van's is of sheet metal
+    assert backlight_deg[0] - 1e-6 <= backlight <= backlight_deg[1] + 1e-6
+    belt = min(points[:, 2].min() for points in [corners(glass.planes)])
+    assert inset[0] - 0.01 <= (glass.planes[nz > 0.99, 3][0] - belt) / np.tan(np.deg2rad(side[0])) <= inset[1] + 0.01
+
+
+def test_a_sedan_in_the_middle_of_all_ranges_is_the_one_of_the_facts():
+    lower, glass, *_ = body(Kind.CAR, (4.7, 1.82, 1.46))
+    points = corners(lower.planes)
+    assert points[:, 2].min() == pytest.approx(0.15, abs=0.01)  # ground clearance
+    bumper = points[np.isclose(points[:, 0], 2.35)]
+    assert bumper[:, 2].min() == pytest.approx(0.35, abs=0.01)
+    assert bumper[:, 2].max() == pytest.approx(0.62, abs=0.01)
+    hood = points[(points[:, 0] > 0.5) & (points[:, 2] > 0.66)]
+    assert hood[:, 2].min() == pytest.approx(0.70, abs=0.01)  # front
+    assert hood[:, 2].max() == pytest.approx(0.95, abs=0.01)  # rear
+    deck = points[(points[:, 0] < -2.0) & (points[:, 2] > 0.9)]
+    assert deck[:, 2] == pytest.approx(1.0, abs=0.01)
+    # The rear window meets the deck 0.55 to 0.70 m before the bumper.
+    back = glass.planes[(glass.part == Part.GREENHOUSE) & (glass.planes[:, 0] < -0.1)][0]
+    assert 0.55 <= (back[3] - back[2] * 1.0) / back[0] + 2.35 <= 0.70
+    # Corners rounded by 0.30 to 0.40 m: the first flat of two that stand for the arc is tangent at 30 degrees.
+    radius = (0.91 - np.abs(bumper[:, 1]).max()) / (1 - np.tan(np.pi / 12))
+    assert 0.30 <= radius <= 0.40
+    wheels = [corners(piece.planes) for piece in body(Kind.CAR) if piece.part[0] == Part.WHEEL]
+    assert len(wheels) == 4
+    for wheel in wheels:
+        assert np.ptp(wheel[:, 0]) / 2 == pytest.approx(0.32, abs=0.01)
+        assert wheel[:, 2].min() == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", [Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS])
+@given(seed=seeds, actor=actors)
+@settings(deadline=None, max_examples=20)
+def test_mirrors_stick_out_by_12_to_22_cm(kind, seed, actor):
+    length, width, _ = SHAPES[kind].size
+    solids = body(kind, None, actor, seed=seed)
+    mirrors = [corners(piece.planes) for piece in solids if piece.part[0] == Part.MIRROR]
+    assert len(mirrors) == 2
+    sides = [np.sign(points[:, 1].mean()) for points in mirrors]
+    assert sorted(sides) == [-1, 1]
+    for points in mirrors:
+        assert 0.12 <= np.abs(points[:, 1]).max() - width / 2 <= 0.22
+        assert points[:, 0].mean() > 0.1 * length
+        assert 0.9 < points[:, 2].mean() < 2.2
+    # Nothing floats: a mirror begins inside the box of the vehicle, at glass or body.
+    assert all(np.abs(points[:, 1]).min() < width / 2 for points in mirrors)
+
+
+def test_one_looks_through_under_a_trailer():
+    """Fails when the load body reaches down to the bumper: half of the paper's trucks would be boxes."""
+    bodies = body(Kind.TRAILER_TRUCK)
+    low_across = [
+        points
+        for piece in bodies
+        if piece.part[0] == Part.BODY and (points := corners(piece.planes))[:, 2].min() < 0.9
+        if np.ptp(points[:, 1]) > 2.0
+    ]
+    # At half a metre only the cab in front and the underrun bar in the rear are as wide as the vehicle.
+    assert all(points[:, 0].min() > 5.0 or points[:, 0].max() < -8.0 for points in low_across)
+
+
+# ---- glass
+
+
+@pytest.mark.parametrize("kind", GLAZED)
+@given(seed=seeds, actor=actors, depth=st.floats(0.3, 1.0))
+@settings(deadline=None, max_examples=15)
+def test_the_interior_lies_inside_the_glass(kind, seed, actor, depth):
+    solids = body(kind, None, actor, seed=seed, glass=Glass(interior_depth_m=depth))
+    glass = next(piece for piece in solids if Part.GREENHOUSE in piece.part)
+    panes = glass.planes[glass.part == Part.GREENHOUSE]
+    inner = [corners(piece.planes) for piece in solids if piece.inner]
+    assert len(inner) == 2
+    for points in inner:
+        assert np.max(points @ panes[:, :3].T - panes[:, 3]) < -0.02
+        assert np.all((points @ glass.planes[:, :3].T - glass.planes[:, 3])[:, glass.planes[:, 2] > -0.9] < 1e-9)
+    # The seats begin this far behind the windscreen, at any height.
+    windscreen = panes[panes[:, 0] > 0.1][0]
+    seats = inner[0]
+    assert np.min(windscreen[3] - seats @ windscreen[:3]) == pytest.approx(depth * windscreen[0], abs=1e-6)
+
+
+def test_only_panes_let_light_through_and_only_the_interior_is_inner():
+    for kind in VEHICLES:
+        bodies = place(Thing(0, 0, kind=kind), glass=Glass(transmission=0.7))
+        through = bodies.plane_transmission > 0.0
+        np.testing.assert_array_equal(through, bodies.plane_part == Part.GREENHOUSE)
+        assert bodies.plane_transmission[through] == pytest.approx(0.49)
+        inner = np.repeat(bodies.solid_inner, np.diff(bodies.solid_plane))
+        np.testing.assert_array_equal(inner, bodies.plane_part == Part.INTERIOR)
+        assert through.any() == inner.any() == (kind in GLAZED)
+
+
+def test_pillars_stand_out_of_the_panes_by_millimetres():
+    """Fails when the slices between the doors are hidden by the glass, or are walls of their own."""
+    solids = body(Kind.SUV)
+    glass = next(piece for piece in solids if Part.GREENHOUSE in piece.part)
+    left = glass.planes[(glass.part == Part.GREENHOUSE) & (glass.planes[:, 1] > 0.1)][0]
+    slices = [
+        points
+        for piece in solids
+        if piece.part[0] == Part.BODY and np.ptp((points := corners(piece.planes))[:, 0]) < 0.2 < np.ptp(points[:, 1])
+    ]
+    assert len(slices) == 2
+    for points in slices:
+        assert np.max(points @ left[:3]) - left[3] == pytest.approx(0.004, abs=1e-6)
+
+
+# ---- reflectivity
+
+
+def test_reflectivity_is_that_of_paint_glass_rubber_and_seats():
+    glass = Glass(pane_reflectivity=0.07, interior_reflectivity=0.25)
+    bodies = place(Thing(0, 0, paint=0.03), Thing(0, 0, kind=Kind.VAN, paint=0.7), glass=glass)
+    owner = np.repeat([0, 1], np.diff(bodies.solid_plane[bodies.body_solid]))
+    painted = np.isin(bodies.plane_part, [Part.BODY, Part.MIRROR])
+    np.testing.assert_array_equal(bodies.plane_reflectivity[painted], np.array([0.03, 0.7])[owner[painted]])
+    for part, expected in {
+        Part.GREENHOUSE: 0.07,
+        Part.WHEEL: TYRE_REFLECTIVITY,
+        Part.INTERIOR: 0.25,
+    }.items():
+        assert set(bodies.plane_reflectivity[bodies.plane_part == part]) == {expected}
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"transmission": 1.2}, {"pane_reflectivity": -0.1}, {"interior_depth_m": 0.0}, {"interior_depth_m": 2.0}]
+)
+def test_impossible_glass_is_refused(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        Glass(**wrong)
+
+
+# ---- draws and the shop
+
+
+def test_a_body_depends_on_seed_and_actor_alone():
+    """Fails when the order of actors, their number, or their paint leads into their proportions."""
+    car, other = Thing(0, 0, id=7), Thing(9, 9, kind=Kind.BUS, id=3)
+    alone = pieces(place(car, seed=5), 0)
+    last = pieces(place(other, replace(other, id=4), replace(car, paint=0.1), seed=5), 2)
+    assert len(alone) == len(last)
+    assert all(np.array_equal(one.planes, two.planes) for one, two in zip(alone, last, strict=True))
+    for changed in (place(replace(car, id=8), seed=5), place(car, seed=6), place(car, seed=None)):
+        assert not np.array_equal(changed.planes, place(car, seed=5).planes)
+
+
+def test_draws_reach_over_their_whole_range():
+    drawn = np.array([Draw(9, actor)(2.0, 3.0) for actor in range(1000)])
+    assert drawn.min() < 2.02
+    assert drawn.max() > 2.98
+    assert drawn.mean() == pytest.approx(2.5, abs=4 * (1 / 12 / 1000) ** 0.5)
+    assert Draw(None)(2.0, 3.0) == 2.5
+    assert Draw(9 + 2**64, 4)(2.0, 3.0) == drawn[4]
+
+
+def test_a_shop_gives_what_a_new_one_would_whoever_was_there_before():
+    """Fails when a body is taken from the cache for another actor, size or paint, or an offset is off by one."""
+    things = [Thing(5, 1, kind=kind, id=number, paint=0.3) for number, kind in enumerate(Kind, start=1)]
+    rounds = [things[:4], things[2:], [], [replace(things[3], paint=0.6), replace(things[2], size=(5.0, 1.9, 1.7))]]
+    shop = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=2)
+    for present in [*rounds, things, things]:
+        kept, fresh = shop.place(world(*present)), place(*present, seed=2)
+        for name in Bodies.__dataclass_fields__:
+            np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name), strict=True)
+        assert len(kept) == len(present)
+        assert kept.solid_plane[kept.body_solid[-1]] == len(kept.planes)
+
+
+@given(ego_yaw=st.floats(-3, 3), yaw=st.floats(-3, 3), x=st.floats(-50, 50), y=st.floats(-50, 50))
+@settings(deadline=None, max_examples=20)
+def test_poses_and_motions_are_turned_into_the_ego_frame(ego_yaw, yaw, x, y):
+    thing = Thing(x, y, yaw, velocity=(8.0, -2.0), acceleration=(1.0, 3.0), yaw_rate=0.2)
+    ego = replace(STILL, x=4.0, y=-3.0, yaw=ego_yaw)
+    shop = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=None)
+    bodies = shop.place(world(thing, ego=ego))
+    turn = np.exp(-1j * ego_yaw)
+    for array, (a, b) in {
+        "pose_ego": (x - 4.0, y + 3.0),
+        "velocity_ego": thing.velocity,
+        "acceleration_ego": thing.acceleration,
+    }.items():
+        expected = (a + 1j * b) * turn
+        np.testing.assert_allclose(getattr(bodies, array)[0, :2], [expected.real, expected.imag], atol=1e-12)
+    assert bodies.pose_ego[0, 2] == pytest.approx(yaw - ego_yaw)
+    assert bodies.yaw_rate[0] == 0.2

@@ -1,0 +1,228 @@
+"""False alarms and rain against their statistics, and what becomes of echoes that meet in a beam."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from support import naive_noise
+from support.noise_scenes import ALL, BEAMS, HARD, RIG, returns, thresholds, within
+
+from sensor_model.kernels.noise import rare_beams, separate_echoes
+from sensor_model.noise.clutter_mixing import faint, merge, unit_beams
+from sensor_model.noise.false_alarms import false_alarms
+from sensor_model.noise.noise_config import (
+    Dirt,
+    DirtSector,
+    Dropout,
+    FalseAlarms,
+    FixedOutage,
+    NoiseConfig,
+    Outage,
+    Rain,
+    Sun,
+)
+from sensor_model.noise.rain import drops, extinction
+from sensor_model.noise.random_draws import Draws
+from sensor_model.returns import NOTHING
+from sensor_model.rig.beams import beam_table
+from sensor_model.truth import Cause, Part
+from tracker.scan import PointFlag
+
+OPEN = np.full(len(BEAMS), np.inf)
+HEALTHY = thresholds()
+SIDE_LEFT_OUT = thresholds(NoiseConfig(dropout=HARD, outage=Outage(True, fixed=(FixedOutage("side left", 0.0, 9.0),))))
+KEY = np.array([5, 0], np.uint32)
+
+
+def of(beam, range_, part=Part.NONE, cause=Cause.FALSE_ALARM, beams=BEAMS):
+    beam = np.asarray(beam, np.int64)
+    labelled = np.zeros(len(beam), np.bool_)
+    return faint(beam, np.asarray(range_, np.float64), part, cause, labelled, beams, HEALTHY)
+
+
+@given(rate=st.sampled_from([1.0, 0.3, 0.01, 1e-6, 1e-300]), frame=st.integers(0, 2**32 - 1))
+@settings(deadline=None, max_examples=30)
+def test_rare_beams_equal_their_naive_twin(rate, frame):
+    unit_beam = np.array([0, 7, 7, 30])
+    expected = naive_noise.rare_beams(KEY, frame, 6, unit_beam, rate)
+    assert rare_beams(KEY, frame, 6, unit_beam, rate).tolist() == expected
+
+
+@pytest.mark.parametrize(("rate", "frames"), [(0.02, 400), (1e-4, 20_000)])
+@pytest.mark.parametrize("first", [0, 100_000])
+def test_skipping_gives_independent_beams_of_equal_chance(rate, frames, first):
+    """Skips are geometric: counts are binomial, over frames and over beams. Fails if the first beams get more."""
+    unit_beam = unit_beams(BEAMS)
+    found = [rare_beams(KEY, frame, 6, unit_beam, rate) for frame in range(first, first + frames)]
+    total = sum(map(len, found))
+    assert within(total, frames * len(BEAMS), rate)
+    counts = np.bincount(np.concatenate(found) // 79, minlength=60)  # 60 groups of 79 beams
+    assert stats.chisquare(counts).pvalue > 1e-3
+    per_frame = np.array([len(each) for each in found])
+    assert per_frame.var() == pytest.approx(4740 * rate * (1 - rate), rel=5 * np.sqrt(2 / frames + 1 / total))
+
+
+def test_another_unit_moves_no_rare_beam_of_the_others():
+    more = beam_table(replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another"))))
+    for frame in range(20):
+        found = rare_beams(KEY, frame, 6, unit_beams(more), 0.01)
+        assert np.array_equal(rare_beams(KEY, frame, 6, unit_beams(BEAMS), 0.01), found[found < len(BEAMS)])
+
+
+def test_false_alarms_are_even_over_range_and_nobodys():
+    some = [false_alarms(FalseAlarms(rate=0.05), BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(20)]
+    assert within(sum(map(len, some)), 20 * len(BEAMS), 0.05)
+    ranges = np.concatenate([each.range for each in some])
+    assert stats.kstest(ranges, stats.uniform(0.3, 199.7).cdf).pvalue > 1e-3
+    assert all(np.all(each.cause == Cause.FALSE_ALARM) and not each.flags.any() for each in some)
+
+
+@pytest.mark.parametrize("make", [
+    lambda thresholds: false_alarms(FalseAlarms(rate=0.2), BEAMS, thresholds, Draws(2, BEAMS), 0),
+    lambda thresholds: drops(Rain(True, rate_mm_per_h=100.0), BEAMS, thresholds, Draws(2, BEAMS), 0),
+])  # fmt: skip
+def test_a_silent_unit_is_silent(make):
+    """Fails when clutter comes from a unit that is out; and its outage moves the others' clutter."""
+    all_units, without = make(HEALTHY), make(SIDE_LEFT_OUT)
+    of_others = BEAMS.unit[all_units.beam] != 2
+    assert 0 < of_others.sum() < len(all_units)
+    assert np.array_equal(all_units.beam[of_others], without.beam)
+    assert np.array_equal(all_units.range[of_others], without.range)
+
+
+@pytest.mark.parametrize("first", [0, 100_000])
+def test_rain_has_its_share_of_drops_at_lognormal_ranges(first):
+    """1.69e-4 per mm/h, log range 1.362 +- 0.784 (TU Darmstadt's fit to a VLP-32); half of them labelled."""
+    rain = Rain(True, rate_mm_per_h=20.0)
+    some = [drops(rain, BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(first, first + 200)]
+    ranges = np.concatenate([each.range for each in some])
+    assert within(len(ranges), 200 * len(BEAMS), 1.69e-4 * 20)
+    assert stats.kstest(ranges, stats.lognorm(s=0.784, scale=np.exp(1.362)).cdf).pvalue > 1e-3
+    flags = np.concatenate([each.flags for each in some])
+    assert within(np.sum(flags == PointFlag.CLUTTER), len(flags), 0.5)
+    assert np.all(np.isin(flags, [0, PointFlag.CLUTTER]))
+
+
+def rained(config):
+    """Drops of 200 frames of heavy rain, all as (frame, beam) in one number."""
+    rain, need = Rain(True, rate_mm_per_h=100.0), thresholds(config)
+    some = [drops(rain, BEAMS, need, Draws(2, BEAMS), frame) for frame in range(200)]
+    return np.concatenate([frame * len(BEAMS) + each.beam for frame, each in enumerate(some)])
+
+
+def test_a_blocked_window_sees_no_rain():
+    """Nor does a beam that is lost whatever comes back. Fails when drops come from behind the dirt."""
+    blocked = Dirt(True, (DirtSector("*", -180.0, 180.0, transmission=0.0),))
+    assert len(rained(NoiseConfig(dropout=HARD, dirt=blocked))) == 0
+    assert len(rained(NoiseConfig(dropout=Dropout(random_rate=1.0)))) == 0
+
+
+def test_a_raised_threshold_leaves_its_share_of_the_drops():
+    """Dirt of transmission 0.8 and a sun of gain 0.5 leave 0.8^2 0.5 of them, and add none."""
+    dirt = Dirt(True, (DirtSector("*", -180.0, 180.0, transmission=0.8),))
+    clean = rained(NoiseConfig(dropout=HARD))
+    dull = rained(NoiseConfig(dropout=HARD, dirt=dirt, sun=Sun(True, half_width_deg=180.0, gain=0.5)))
+    assert len(clean) > 10_000
+    assert within(len(dull), len(clean), 0.32)
+    assert np.all(np.isin(dull, clean))
+
+
+def test_rain_takes_what_carbonneau_and_wisely_say():
+    """1.076 R^0.67 dB/km: at 1 mm/h a kilometre takes 1.076 dB, at 25 mm/h 9.30 dB."""
+    assert np.exp(-1000 * extinction(Rain(True, rate_mm_per_h=1.0))) == pytest.approx(10**-0.1076, rel=1e-12)
+    assert np.exp(-1000 * extinction(Rain(True, rate_mm_per_h=25.0))) == pytest.approx(10**-0.930, rel=1e-3)
+    assert extinction(Rain()) == 0.0
+
+
+def test_rain_leaves_the_false_alarms_as_they_were():
+    before = false_alarms(FalseAlarms(rate=0.1), BEAMS, HEALTHY, Draws(2, BEAMS), 4)
+    draws = Draws(2, BEAMS)
+    drops(Rain(True), BEAMS, HEALTHY, draws, 4)
+    after = false_alarms(FalseAlarms(rate=0.1), BEAMS, HEALTHY, draws, 4)
+    assert np.array_equal(before.beam, after.beam)
+    assert np.array_equal(before.range, after.range)
+
+
+ranges = st.lists(st.floats(0.3, 30.0), max_size=8).map(sorted)
+
+
+@given(beams=st.lists(ranges, max_size=5), separation=st.floats(0.0, 6.0), echoes_max=st.integers(1, 3))
+@settings(deadline=None, max_examples=200)
+def test_separate_echoes_equal_their_naive_twin(beams, separation, echoes_max):
+    beam = np.repeat(np.arange(len(beams)), [len(each) for each in beams]).astype(np.int64)
+    range_ = np.array([r for each in beams for r in each], dtype=np.float64)
+    width = 0.3 + range_ % 1.0
+    kept, merged = separate_echoes(
+        beam, range_, width, np.full(len(beam), separation), np.full(len(beam), echoes_max, np.int64)
+    )
+    for number, each in enumerate(beams):
+        echoes = [(r, 0.3 + r % 1.0) for r in each]
+        mine = kept & (beam == number)
+        expected = naive_noise.separate_echoes(echoes, separation, echoes_max)
+        np.testing.assert_allclose(np.column_stack([range_[mine], merged[mine]]), np.reshape(expected, (-1, 2)))
+
+
+def test_clutter_takes_its_place_in_the_order_of_beam_and_range():
+    merged = merge(returns([3, 8, 8], [20.0, 10.0, 30.0]), [of([8, 2], [20.0, 50.0])], OPEN, BEAMS)
+    assert merged.beam.tolist() == [2, 3, 8, 8, 8]
+    assert merged.range.tolist() == [50.0, 20.0, 10.0, 20.0, 30.0]
+    assert merged.target.tolist() == [NOTHING, 0, 1, NOTHING, 2]
+    assert merged.cause.tolist() == [Cause.FALSE_ALARM, 0, 0, Cause.FALSE_ALARM, 0]
+    assert merged.echo.tolist() == [0, 0, 0, 1, 2]
+    assert merged.width[1] == 0.5
+    assert merged.width[0] == BEAMS.units.pulse_length[0]
+
+
+def test_only_the_nearest_echoes_are_kept():
+    """Three a beam: a far surface is lost to the clutter in front of it."""
+    merged = merge(returns([8], [40.0]), [of([8, 8, 8], [10.0, 20.0, 30.0])], OPEN, BEAMS)
+    assert merged.range.tolist() == [10.0, 20.0, 30.0]
+
+
+def test_an_echo_too_near_to_the_one_before_is_part_of_it():
+    separation = BEAMS.units.echo_separation[0]
+    near, far = 20.0 - 0.9 * separation, 20.0 - 1.1 * separation
+    assert merge(returns([8], [20.0]), [of([8], [far])], OPEN, BEAMS).range.tolist() == [far, 20.0]
+    merged = merge(returns([8], [20.0]), [of([8], [near])], OPEN, BEAMS)
+    assert merged.range.tolist() == [near]
+    assert merged.target.tolist() == [NOTHING]
+    assert merged.width.tolist() == pytest.approx([20.0 + 0.5 - near])
+
+
+def test_a_surface_hides_drops_but_not_false_alarms():
+    """Also a surface that gave no echo."""
+    free = OPEN.copy()
+    free[[5, 6]] = 15.0
+    some = [of([5, 5, 6], [14.0, 16.0, 14.5], Part.DROPLET, Cause.RAIN), of([6], [18.0])]
+    merged = merge(returns([], []), some, free, BEAMS)
+    assert merged.beam.tolist() == [5, 6, 6]
+    assert merged.range.tolist() == [14.0, 14.5, 18.0]
+
+
+def test_clutter_beyond_the_limits_of_a_unit_is_not_seen():
+    merged = merge(returns([], []), [of([1, 2, 3], [0.1, 5.0, 250.0], Part.DROPLET, Cause.RAIN)], OPEN, BEAMS)
+    assert merged.range.tolist() == [5.0]
+
+
+def test_without_clutter_nothing_changes():
+    """Misses stay misses."""
+    some = returns([3, 8, 8], [20.0, 10.0, 10.1])
+    assert merge(some, [], OPEN, BEAMS) is some
+    assert merge(some, [of([], [])], OPEN, BEAMS) is some
+
+
+def test_beams_without_clutter_keep_their_echoes():
+    """Fails when rows are taken apart from their values."""
+    rng = np.random.default_rng(4)
+    beam = np.sort(rng.choice(ALL, 2000, replace=False))
+    before = returns(beam, rng.uniform(1, 100, 2000))
+    clutter = false_alarms(FalseAlarms(rate=0.01), BEAMS, HEALTHY, Draws(2, BEAMS), 0)
+    after = merge(before, [clutter], OPEN, BEAMS)
+    others = ~np.isin(before.beam, clutter.beam)
+    kept = ~np.isin(after.beam, clutter.beam)
+    assert np.array_equal(before.target[others], after.target[kept])
+    assert np.array_equal(before.range[others], after.range[kept])
+    assert np.array_equal(before.width[others], after.width[kept])

@@ -1,0 +1,93 @@
+"""Bad strengths are refused in one line that says the remedy; the defaults are what the docs say."""
+
+from dataclasses import fields
+
+import pytest
+
+from sensor_model.noise import noise_config as noise
+from sensor_model.noise.noise_config import NoiseConfig
+
+NAN, INF = float("nan"), float("inf")
+
+
+def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
+    config = NoiseConfig()
+    on = {field.name for field in fields(config) if getattr(config, field.name).enabled}
+    assert on == {"range", "dropout", "mirror", "ghost", "layer_overlap", "false_alarms"}
+    assert {field.name for field in fields(config)} - on == {
+        "outage", "dirt", "sun", "calibration", "attitude", "odometry", "outliers", "rain", "spray",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "says"),
+    [
+        (noise.RangeNoise, {"sigma_scale": -0.1}, "sigma_scale = -0.1: must not be negative; use 0"),
+        (noise.RangeNoise, {"sigma_scale": NAN}, "sigma_scale = nan: must not be negative"),
+        (noise.RangeNoise, {"layer_bias_scale": INF}, "layer_bias_scale = inf: must be finite"),
+        (noise.Dropout, {"softness_db": -1.0}, "softness_db = -1.0: must be from 0, a hard threshold, to 20"),
+        (noise.Dropout, {"random_rate": 1.5}, "random_rate = 1.5: must be from 0 to 1"),
+        (noise.Outage, {"mean_uptime_s": 0.0}, "mean_uptime_s = 0.0: must be positive"),
+        (noise.Outage, {"mean_outage_s": INF}, "mean_outage_s = inf: must be positive and finite"),
+        (noise.FixedOutage, {"unit": "a", "from_s": 2.0, "to_s": 2.0}, "to_s = 2.0: must be after from_s = 2.0"),
+        (noise.DirtSector, {"unit": "a", "from_deg": 5.0, "to_deg": 0.0}, "to_deg = 0.0: must be above from_deg = 5.0"),
+        (
+            noise.DirtSector,
+            {"unit": "a", "from_deg": 170.0, "to_deg": 190.0},
+            "to_deg = 190.0: must be from -180 to 180; split a sector that crosses the rear",
+        ),
+        (noise.DirtSector, {"unit": "a", "from_deg": -181.0, "to_deg": 0.0}, "from_deg = -181.0: must be from -180"),
+        (
+            noise.DirtSector,
+            {"unit": "a", "from_deg": 0.0, "to_deg": 5.0, "transmission": 1.1},
+            "transmission = 1.1: must be from 0",
+        ),
+        (noise.Dirt, {"enabled": True, "sectors": ()}, r"sectors = \[\]: .* name at least one sector"),
+        (noise.Sun, {"azimuth_deg": NAN}, "azimuth_deg = nan: must be from -360 to 360"),
+        (noise.Sun, {"half_width_deg": 0.0}, "half_width_deg = 0.0: must be above 0"),
+        (noise.Sun, {"gain": 0.0}, "gain = 0.0: must be above 0 and at most 1; use an outage"),
+        (noise.Ghost, {"glass_quality": 1.2}, "glass_quality = 1.2: must be from 0"),
+        (noise.Ghost, {"paint_quality": -0.2}, "paint_quality = -0.2: must be from 0"),
+        (noise.CalibrationError, {"yaw_sigma_deg": 11.0}, "yaw_sigma_deg = 11.0: must be from 0 to 10"),
+        (noise.CalibrationError, {"z_sigma_m": -1.0}, "z_sigma_m = -1.0: must be from 0 to 0.2"),
+        (noise.CalibrationError, {"sync_sigma_ms": NAN}, "sync_sigma_ms = nan: must be from 0 to 20"),
+        (noise.CalibrationError, {"doubled_beyond_m": 0.0}, "doubled_beyond_m = 0.0: must be positive"),
+        (noise.AttitudeNoise, {"pitch_deg": 11.0}, "pitch_deg = 11.0: must be from -10 to 10"),
+        (noise.AttitudeNoise, {"roll_sigma_deg": -1.0}, "roll_sigma_deg = -1.0: must be from 0 to 5"),
+        (
+            noise.AttitudeNoise,
+            {"pitch_deg": -6.0, "pitch_sigma_deg": 1.5},
+            r"pitch_sigma_deg = 1.5: \|pitch_deg\| \+ 3 sigma must be at most 10; lower either",
+        ),
+        (noise.AttitudeNoise, {"roll_sigma_deg": 3.5}, r"roll_sigma_deg = 3.5: \|roll_deg\| \+ 3 sigma must be"),
+        (noise.AttitudeNoise, {"fastest_hz": 0.5}, "fastest_hz = 0.5: must be above slowest_hz"),
+        (noise.OdometryNoise, {"speed_scale_sigma": 0.2}, "speed_scale_sigma = 0.2: must be from 0 to 0.1"),
+        (noise.OdometryNoise, {"yaw_walk_sigma_deg": -1.0}, "yaw_walk_sigma_deg = -1.0: must be from 0 to 2"),
+        (noise.Outliers, {"rate": -0.1}, "rate = -0.1: must be from 0 to 1"),
+        (noise.Outliers, {"scale_m": 0.0}, "scale_m = 0.0: must be above 0 and at most 50; use rate = 0"),
+        (noise.Outliers, {"scale_m": 1e6}, "scale_m = 1000000.0: must be above 0 and at most 50"),
+        (noise.FalseAlarms, {"rate": 0.0}, "rate = 0.0: must be above 0 and at most 1; use enabled = false"),
+        (noise.Rain, {"rate_mm_per_h": 0.0}, "rate_mm_per_h = 0.0: must be above 0"),
+        (noise.Rain, {"drops_per_mm_per_h": 1.0}, "drops_per_mm_per_h = 1.0: times rate_mm_per_h must be 0 to 1"),
+        (noise.Rain, {"range_log_mean": NAN}, "range_log_mean = nan: must be from -5 to 5"),
+        (noise.Rain, {"range_log_mean": 1000.0}, "range_log_mean = 1000.0: must be from -5 to 5"),
+        (noise.Rain, {"range_log_sigma": 0.0}, "range_log_sigma = 0.0: must be above 0 and at most 5"),
+        (noise.Rain, {"labelled": 2.0}, "labelled = 2.0: must be from 0 to 1"),
+        (noise.Spray, {"water_film_mm": 0.0}, "water_film_mm = 0.0: must be above 0"),
+        (noise.Spray, {"echo_share": 0.0}, "echo_share = 0.0: must be above 0 and at most 1"),
+        (noise.Spray, {"reach_m": INF}, "reach_m = inf: must be above 0 and at most 200"),
+        (noise.Spray, {"labelled": -1.0}, "labelled = -1.0: must be from 0 to 1"),
+    ],
+)
+def test_a_strength_out_of_range_is_refused(kind, values, says):
+    with pytest.raises(ValueError, match=says) as caught:
+        kind(**values)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_kind_with_strengths_has_a_case_above():
+    """Fails when a kind is added whose strengths nobody checks."""
+    kinds = {type(getattr(NoiseConfig(), field.name)) for field in fields(NoiseConfig)}
+    with_strengths = {kind for kind in kinds if len(fields(kind)) > 1}
+    marks = test_a_strength_out_of_range_is_refused.pytestmark
+    assert with_strengths <= {case[0] for mark in marks for case in mark.args[1]}

@@ -1,0 +1,65 @@
+"""Dead reckoning: exact by default, and off by what its noise says."""
+
+import numpy as np
+import pytest
+
+from sensor_model.noise.odometry_drift import OdometryNoise
+from sensor_model.noise.random_draws import Draws
+from sensor_model.odometry import Odometry
+from sensor_model.rig.beams import beam_table
+from sensor_model.rig.rig import load_rig
+
+DT = 0.08
+
+
+@pytest.fixture(scope="module")
+def draws(tmp_path_factory):
+    beams = beam_table(load_rig("srx_six_lux", tmp_path_factory.mktemp("rig")))
+    return lambda seed: Draws(seed, beams)
+
+
+def arc(frames, speed=10.0, yaw_rate=0.2):
+    """Poses (K, 3) on a circle, in a world whose origin is far away."""
+    time = DT * np.arange(frames)
+    yaw = 1.0 + yaw_rate * time
+    radius = speed / yaw_rate
+    return np.stack([500 + radius * np.sin(yaw), -300 - radius * np.cos(yaw), yaw], axis=1), time
+
+
+def driven(odometry, poses, time):
+    return np.array([odometry.pose(pose, t, k) for k, (pose, t) in enumerate(zip(poses, time, strict=True))])
+
+
+def test_without_errors_the_sum_of_motions_is_the_exact_pose(draws):
+    """A wrong frame or order in summing up would show on a curve."""
+    poses, time = arc(400)
+    none = OdometryNoise(enabled=True, speed_scale_sigma=0.0, yaw_rate_sigma_dps=0.0, yaw_walk_sigma_deg=0.0)
+    summed = driven(Odometry(none, draws(1)), poses, time)
+    exact = driven(Odometry(OdometryNoise(), draws(1)), poses, time)
+    assert summed == pytest.approx(exact, abs=1e-9)
+
+
+def test_distances_are_off_by_one_factor_over_a_run(draws):
+    time = DT * np.arange(5)
+    poses = np.stack([10.0 * time, 0 * time, 0 * time], axis=1)
+    noise = OdometryNoise(enabled=True, yaw_rate_sigma_dps=0.0, yaw_walk_sigma_deg=0.0)
+    factor = []
+    for seed in range(150):
+        way = driven(Odometry(noise, draws(seed)), poses, time)
+        step = np.linalg.norm(np.diff(way[:, :2], axis=0), axis=1)
+        assert np.ptp(step) < 1e-9
+        factor.append(step[0] / (10.0 * DT))
+    assert np.std(factor) == pytest.approx(noise.speed_scale_sigma, rel=0.2)
+
+
+def test_yaw_drifts_as_offset_and_random_walk_say(draws):
+    """After t seconds: (offset t)^2 + walk^2 t."""
+    poses, time = np.zeros((11, 3)), np.arange(11.0)
+    noise = OdometryNoise(enabled=True, yaw_rate_sigma_dps=0.05, yaw_walk_sigma_deg=0.2)
+    yaw = np.degrees([driven(Odometry(noise, draws(seed)), poses, time)[-1, 2] for seed in range(150)])
+    assert np.std(yaw) == pytest.approx(np.sqrt((0.05 * 10) ** 2 + 0.2**2 * 10), rel=0.2)
+
+
+def test_bad_noise_is_refused():
+    with pytest.raises(ValueError, match="yaw_walk_sigma_deg"):
+        OdometryNoise(yaw_walk_sigma_deg=-1.0)

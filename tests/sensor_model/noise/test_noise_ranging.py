@@ -1,0 +1,120 @@
+"""Reported ranges against the statistics of their errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+from support.noise_scenes import ALL, BEAMS, within
+
+from sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
+from sensor_model.noise.random_draws import Draws
+from sensor_model.noise.ranging import measured
+
+REAL = np.ones(len(ALL), np.bool_)
+TWENTY = np.full(len(ALL), 20.004)
+EXACT = NoiseConfig(range=RangeNoise(enabled=False))
+SMOOTH = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 1e-9)))
+
+
+def errors(config, frames=(0, 1, 2, 3), beams=BEAMS):
+    draws = Draws(3, beams)
+    return np.array([measured(ALL, TWENTY, REAL, beams, config, draws, frame).range - 20.004 for frame in frames])
+
+
+@pytest.mark.parametrize("first", [0, 100_000])
+def test_range_error_has_the_units_sigma_and_the_bias_of_each_layer(first):
+    """2.5 cm and the LUX's biases; a quantum of 1 cm adds 1/12 of its square to the variance. After 1e5 frames too."""
+    all_errors = errors(NoiseConfig(), range(first, first + 4))
+    for layer, bias in enumerate([-0.0125, 0.0015, 0.0165, -0.0055]):
+        of_layer = all_errors[:, BEAMS.layer == layer]
+        assert of_layer.mean() == pytest.approx(bias, abs=4 * 0.025 / np.sqrt(of_layer.size))
+        assert of_layer.std() == pytest.approx(np.sqrt(0.025**2 + 0.01**2 / 12), rel=4 / np.sqrt(2 * of_layer.size))
+
+
+def test_range_error_is_normal():
+    config = NoiseConfig(range=RangeNoise(sigma_scale=2.0, layer_bias_scale=0.0))
+    assert stats.kstest(errors(config, beams=SMOOTH).ravel(), stats.norm(0.0, 0.05).cdf).pvalue > 1e-3
+
+
+def test_layer_bias_scales_and_is_zero_on_average():
+    assert sum(BEAMS.layer_bias[BEAMS.layer == layer][0] for layer in range(4)) == pytest.approx(0.0, abs=1e-12)
+    error = errors(NoiseConfig(range=RangeNoise(sigma_scale=0.0, layer_bias_scale=2.0)), (0,), SMOOTH)[0]
+    assert error[BEAMS.layer == 2] == pytest.approx(0.033)
+
+
+def test_ranges_are_whole_quanta():
+    reported_cm = 100.0 * (20.004 + errors(NoiseConfig()))
+    assert np.abs(reported_cm - np.round(reported_cm)).max() < 1e-6
+
+
+def test_without_noise_ranges_are_exact():
+    assert np.all(errors(EXACT) == 0.0)
+
+
+def test_echoes_of_a_beam_have_errors_of_their_own():
+    """Fails when an echo's error depends on the other echoes of its beam, as it does when it goes by their number."""
+    draws, two = Draws(3, SMOOTH), np.repeat(ALL, 2)
+    ranges = np.tile([20.0, 21.4], len(ALL))
+    both = measured(two, ranges, np.repeat(REAL, 2), SMOOTH, NoiseConfig(), draws, 5).range - ranges
+    second_alone = measured(ALL, np.full(len(ALL), 21.4), REAL, SMOOTH, NoiseConfig(), draws, 5).range - 21.4
+    assert np.array_equal(both[1::2], second_alone)
+    bias = BEAMS.layer_bias
+    assert abs(np.corrcoef(both[::2] - bias, both[1::2] - bias)[0, 1]) < 4.5 / np.sqrt(len(ALL))
+
+
+def test_ranges_stay_within_the_limits_of_the_unit():
+    """Fails when noise puts a point behind its unit."""
+    near, far = np.full(len(ALL), 0.31), np.full(len(ALL), 199.99)
+    config = NoiseConfig(range=RangeNoise(sigma_scale=10.0), outliers=Outliers(True, rate=0.5, scale_m=5.0))
+    for true_range in (near, far):
+        range_ = measured(ALL, true_range, REAL, BEAMS, config, Draws(3, BEAMS), 0).range
+        assert range_.min() >= 0.3
+        assert range_.max() <= 200.0
+
+
+def test_outliers_have_their_share_and_a_laplace_distribution():
+    config = replace(EXACT, outliers=Outliers(True, rate=0.05, scale_m=0.8))
+    some = [measured(ALL, TWENTY, REAL, BEAMS, config, Draws(3, BEAMS), frame) for frame in range(10)]
+    outlier = np.concatenate([each.outlier for each in some])
+    error = np.concatenate([each.range for each in some]) - 20.004
+    assert within(outlier.sum(), len(outlier), 0.05)
+    assert np.all(error[~outlier] == 0.0)
+    assert stats.kstest(error[outlier], stats.laplace(0.0, 0.8).cdf).pvalue > 1e-3
+
+
+def test_outliers_leave_the_error_of_all_others_as_it_was():
+    """Fails when both kinds take their draws from one sequence."""
+    draws = Draws(3, BEAMS)
+    before = measured(ALL, TWENTY, REAL, BEAMS, NoiseConfig(), draws, 5)
+    after = measured(ALL, TWENTY, REAL, BEAMS, NoiseConfig(outliers=Outliers(True, rate=0.1)), draws, 5)
+    assert not before.outlier.any()
+    assert 300 < after.outlier.sum() < 700
+    assert np.array_equal(before.range[~after.outlier], after.range[~after.outlier])
+
+
+def test_only_echoes_of_surfaces_have_gross_errors():
+    """Fails when a drop or a ghost is told to be a surface at a wrong range, or moves the draws of others."""
+    draws, real = Draws(3, BEAMS), ALL % 2 == 0
+    config = replace(EXACT, outliers=Outliers(True, rate=0.1))
+    every, some = (measured(ALL, TWENTY, of, BEAMS, config, draws, 5) for of in (REAL, real))
+    assert every.outlier[~real].sum() > 100
+    assert np.array_equal(some.outlier, every.outlier & real)
+    assert np.all(some.range[~real] == 20.004)
+    assert np.array_equal(some.range[real], every.range[real])
+
+
+def test_rounding_takes_no_range_out_of_the_limits():
+    """In whole quanta of 0.7 m the limits 0.3 m and 200 m are 0 and 200.2 m. Fails when ranges are clipped first."""
+    coarse = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 0.7)))
+    for true_range in (0.3, 200.0):
+        of = measured(ALL, np.full(len(ALL), true_range), REAL, coarse, NoiseConfig(), Draws(3, BEAMS), 0)
+        assert of.range.min() >= 0.3
+        assert of.range.max() <= 200.0
+
+
+def test_no_returns_make_no_ranges():
+    none = np.empty(0, np.int64)
+    config = NoiseConfig(outliers=Outliers(True))
+    result = measured(none, none.astype(float), none.astype(bool), BEAMS, config, Draws(3, BEAMS), 0)
+    assert len(result.range) == len(result.outlier) == 0

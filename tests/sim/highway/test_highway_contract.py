@@ -1,0 +1,139 @@
+"""Every environment that highway-env registers: 200 frames of each, and its ego under command."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import gymnasium
+import highway_env  # noqa: F401  registers its environments
+import numpy as np
+import pytest
+from support.traffic import frames
+
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+from sim.kinematics import wrap_angle
+from sim.roster import EGO_ID
+from sim.source import EgoCommand, TrafficEndedError
+
+ALL_IDS = sorted(name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("highway_env."))
+FRAMES = 200
+RANGE_M = 150.0
+SEED = {"intersection-v2": 1}
+"""In which the ego arrives; 3 for all others. IDM does not look across intersections."""
+SLOWER = {5: 4, 3: 0}
+"""Its index among so many discrete actions."""
+FULL = {
+    "intersection-v1": [-1.0, 0.0],  # brake
+    "lane-keeping-v0": [0.5],  # steer
+    "parking-ActionRepeat-v0": [-1.0, 0.5],  # back up in a bend
+    "parking-parked-v0": [-1.0, 0.5],
+    "parking-v0": [-1.0, 0.5],
+}
+"""Actions of continuous environments; on all racetracks it is to steer."""
+
+
+@pytest.fixture
+def highway():
+    made = []
+
+    def make(env, **keys):
+        made.append(HighwaySource(HighwayTraffic(env=env, **keys), Path(), RANGE_M))
+        return made[-1]
+
+    yield make
+    for source in made:
+        source.close()
+
+
+def action(env):
+    if env.startswith("racetrack"):
+        return [0.3]
+    if env in FULL:
+        return FULL[env]
+    return SLOWER[3 if env.startswith("intersection") else 5]
+
+
+def test_all_of_them_are_here():
+    assert len(ALL_IDS) == 31, "highway-env registers others now; the tables above may want them"
+
+
+@pytest.mark.parametrize("env", ALL_IDS)
+def test_every_environment_runs_200_frames_under_idm(highway, env):
+    source = highway(env)
+    seen = frames(source, FRAMES, seed=SEED.get(env, 3))
+    assert [frame.index for frame in seen] == list(range(FRAMES))
+    assert source.origin == pytest.approx([0.0, 0.0], abs=0)
+    for frame in seen:
+        check_frame(frame)
+    for before, after in pairwise(seen):
+        check_motion(before, after, source.dt)
+    check_ids(seen)
+    way = np.hypot(*(seen[-1].ego.pose_world - seen[0].ego.pose_world)[:2])
+    if env.startswith("parking"):
+        assert way == 0.0
+        assert not seen[-1].ego.velocity_world.any()
+    else:
+        assert way > 10.0
+
+
+def check_frame(frame):
+    actors, ego = frame.actors, frame.ego
+    columns = (actors.pose_world, actors.velocity_world, actors.acceleration_world, actors.yaw_rate, actors.size)
+    for column in (*columns, ego.pose_world, ego.velocity_world, ego.acceleration_world, ego.yaw_rate):
+        assert np.isfinite(column).all()
+    assert EGO_ID not in actors.id
+    assert (np.diff(actors.id) > 0).all()
+    assert (np.hypot(*(actors.pose_world - ego.pose_world)[:, :2].T) <= RANGE_M).all()
+
+
+def check_motion(before, after, dt):
+    """Velocities are the poses' difference quotients, and nobody spins."""
+    _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
+    poses, velocities = zip(with_ego(before, old), with_ego(after, new), strict=True)
+    moved = poses[1] - poses[0]
+    assert (np.hypot(*(moved[:, :2] / dt - (velocities[0] + velocities[1]) / 2).T) <= 0.15).all()
+    assert (np.abs(wrap_angle(moved[:, 2])) <= 3.0 * dt).all()
+
+
+def with_ego(frame, rows):
+    """Poses and velocities of the ego and of some actors."""
+    ego, actors = frame.ego, frame.actors
+    return (
+        np.vstack([ego.pose_world, actors.pose_world[rows]]),
+        np.vstack([ego.velocity_world, actors.velocity_world[rows]]),
+    )
+
+
+def check_ids(seen):
+    """A number belongs to one road user for good; a name to one number."""
+    owner = {}
+    for frame in seen:
+        for number, name, *size in zip(frame.actors.id, frame.actors.name, *frame.actors.size.T, strict=True):
+            assert owner.setdefault(int(number), (str(name), *size)) == (str(name), *size)
+    assert len({name for name, *_ in owner.values()}) == len(owner)
+
+
+@pytest.mark.parametrize("env", ALL_IDS)
+def test_every_ego_obeys_an_action_of_its_own(highway, env):
+    """Fails when an action reaches nobody, or another agent than the ego."""
+    source, told = highway(env, ego="controlled"), action(env)
+    idle = frames(source, 15, seed=3)
+    source.reset(3)
+    before = [source.step() for _ in range(3)]
+    source.apply(EgoCommand(action=told))
+    obeyed = before + [source.step() for _ in range(12)]
+    for frame, other in zip(idle[:3], before, strict=True):
+        np.testing.assert_array_equal(frame.ego.pose_world, other.ego.pose_world)
+    assert np.hypot(*(obeyed[-1].ego.pose_world - idle[-1].ego.pose_world)[:2]) > 0.3
+
+
+def test_an_ego_that_crashes_ends_the_run_after_the_last_whole_frame(highway):
+    source = highway("roundabout-generic-v0")
+    source.reset(1)
+    seen = [source.step() for _ in range(82)]  # at 0 to 6.48 s, whatever the look-ahead
+    with pytest.raises(TrafficEndedError, match=r"the ego crashed at 6\.56 s; try another seed"):
+        source.step()
+    for frame in seen:
+        check_frame(frame)
+    with pytest.raises(TrafficEndedError, match="crashed"):
+        source.step()  # and it stays so

@@ -1,0 +1,77 @@
+"""highway-env traffic whose drivers turn as cars can: the limits of its motion, and that it still gets anywhere."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.traffic import frames
+
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+
+MOTORIST = {"other_vehicles_type": "sim.highway.motorist.Motorist"}
+DENSE = {"lanes_count": 4, "vehicles_count": 20, "vehicles_density": 2.0}
+RUNS = {"highway-v0": DENSE, "roundabout-v1": {}, "merge-v0": {}, "u-turn-v0": {}, "intersection-v0": {}}
+
+
+@pytest.fixture
+def highway():
+    made = []
+
+    def make(env, **config):
+        made.append(HighwaySource(HighwayTraffic(env=env, config=config), Path(), 1000.0))
+        return made[-1]
+
+    yield make
+    for source in made:
+        source.close()
+
+
+def column(seen, name):
+    """A column of the ego's and the actors' rows, all frames in one."""
+    return np.concatenate([np.vstack([getattr(frame.ego, name)[None], getattr(frame.actors, name)]) for frame in seen])
+
+
+def lateral_acceleration(seen):
+    yaw, acceleration = column(seen, "pose_world")[:, 2], column(seen, "acceleration_world")
+    return np.abs(acceleration[:, 1] * np.cos(yaw) - acceleration[:, 0] * np.sin(yaw))
+
+
+@pytest.mark.parametrize("env", RUNS)
+def test_motions_stay_within_what_cars_can_do(highway, env):
+    seen = frames(highway(env, **MOTORIST, **RUNS[env]), 150, seed=2)
+    yaw, velocity = column(seen, "pose_world")[:, 2], column(seen, "velocity_world")
+    assert np.hypot(*column(seen, "acceleration_world").T).max() <= 10.0
+    assert lateral_acceleration(seen).max() <= 6.0
+    assert (velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)).min() > -0.01, "somebody backs up"
+    assert np.abs(column(seen, "deviation")).max() < 0.2, "the layer should hardly act"
+    for before, after in pairwise(seen):
+        assert abs(after.ego.yaw_rate) <= 1.2
+        assert np.abs(after.actors.yaw_rate).max(initial=0.0) <= 1.2
+        _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
+        jerk = (after.actors.acceleration_world[new] - before.actors.acceleration_world[old]) / 0.08
+        assert np.hypot(*jerk.T).max(initial=0.0) <= 60.0
+
+
+def test_highway_env_s_own_drivers_do_not(highway):
+    """When this fails, the motorist is no longer needed."""
+    assert lateral_acceleration(frames(highway("roundabout-v1"), 60, seed=2)).max() > 15.0
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_the_ego_gets_through_the_roundabout(highway, seed):
+    """Fails when motorists do not give way: with others at half the usual speed, the ego no longer slips between."""
+    seen = frames(highway("roundabout-v1", **MOTORIST), 180, seed=seed)
+    assert seen[-1].ego.pose_world[1] > 15.0
+
+
+def test_a_lane_change_takes_its_time_and_ends_in_the_lane(highway):
+    seen = frames(highway("highway-v0", **MOTORIST, **DENSE), 200, seed=2)
+    y = np.array([frame.ego.pose_world[1] for frame in seen])
+    lane = np.round(y / -4.0)
+    (change,) = np.flatnonzero(np.diff(lane))[:1]
+    under_way = np.abs(y[max(change - 60, 0) : change + 60] + 4.0 * lane[change]) % 4.0
+    seconds = 0.08 * ((under_way > 0.2) & (under_way < 3.8)).sum()
+    assert 1.5 < seconds < 5.0
+    assert np.abs(y[-10:] + 4.0 * lane[-10:]).max() < 0.3

@@ -1,0 +1,104 @@
+"""Curves through recorded samples: where they are cut, what runs between, where bodies look."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+
+from sim.replay.recording import Recording, RoadUser
+from sim.replay.trajectories import Lives
+from sim.source import TrafficInputError
+from sim.world import Kind
+
+
+def recording(*tracks):
+    """One road user for each track: rows of time, x, y and, if it is told, yaw."""
+    tracks = [np.array(track, dtype=np.float64) for track in tracks]
+    full = [np.column_stack([track, np.full((len(track), 4 - track.shape[1]), np.nan)]) for track in tracks]
+    rows = np.concatenate(full)
+    user = np.repeat(np.arange(len(tracks)), [len(track) for track in tracks])
+    users = [RoadUser(f"n{number}", Kind.CAR, (4.0, 1.8, 1.5)) for number in range(len(tracks))]
+    return Recording(users, user, rows[:, 0], rows[:, 1:])
+
+
+def along_x(times, speed=10.0):
+    return [(time, speed * time, 0.0, 0.0) for time in times]
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.lists(st.floats(0.1, 0.9), min_size=1, max_size=12),
+    st.lists(st.integers(-3, 3), min_size=13, max_size=13),
+    st.randoms(use_true_random=False),
+)
+def test_curves_are_those_of_scipy_s_monotone_interpolation(steps, moves, random):
+    """Wrong weights, ends of one life that take in the next one's samples, or unsorted rows would all differ."""
+    time = np.cumsum([5.0, *steps])
+    x = np.cumsum(moves[: len(time)]).astype(float)
+    track = np.column_stack([time, x, 2 * x[::-1], 0.1 * x])
+    twice = recording(track, track + np.array([0.3, 50.0, 0.0, 0.0]))
+    order = random.sample(range(len(twice.time)), len(twice.time))
+    lives = Lives.of(Recording(twice.users, twice.user[order], twice.time[order], twice.pose[order]), gap_s=1.0)
+    assert list(lives.user) == [0, 1]
+    oracle = PchipInterpolator(time, track[:, 1:])
+    for when in np.linspace(time[0], time[-1], 17):
+        pose, rate = lives.at(np.array([0, 1]), when)
+        assert pose[0] == pytest.approx(oracle(when), abs=1e-9)
+        assert rate[0] == pytest.approx(oracle.derivative()(when), abs=1e-6)
+        pose, _ = lives.at(np.array([1]), when + 0.3)
+        assert pose[0] == pytest.approx(oracle(when) + np.array([50.0, 0.0, 0.0]), abs=1e-9)
+
+
+def test_who_stops_does_not_roll_back():
+    """A cubic through the samples by central differences would swing past the stop, and back before the start."""
+    track = [(time, min(time, 2.0) * 5.0 + 5.0 * max(time - 4.0, 0.0), 0.0, 0.0) for time in np.arange(0, 6, 0.5)]
+    lives = Lives.of(recording(track), gap_s=1.0)
+    x = np.array([lives.at(np.array([0]), when)[0][0, 0] for when in np.arange(0, 5.5, 0.01)])
+    assert (np.diff(x) >= -1e-12).all()
+    assert x.max() <= track[-1][1]
+
+
+def test_a_gap_ends_a_life_and_none_is_bridged():
+    lives = Lives.of(recording(along_x([0.0, 0.5, 1.0, 2.0, 2.5])), gap_s=0.9)
+    assert list(zip(lives.begin, lives.end, strict=True)) == [(0.0, 1.0), (2.0, 2.5)]
+    (bridged,) = Lives.of(recording(along_x([0.0, 0.5, 1.0, 2.0, 2.5])), gap_s=1.0).end
+    assert bridged == 2.5
+
+
+def test_a_teleport_ends_a_life_and_a_lane_change_in_one_step_does_not():
+    there = [(0.0, 0.0, 0.0, 0.0), (0.1, 1.0, 0.0, 0.0), (0.2, 2.0, 3.5, 0.0), (0.3, 40.0, 3.5, 0.0)]
+    lives = Lives.of(recording(there), gap_s=1.0)
+    assert list(lives.end) == [0.2, 0.3]
+
+
+def test_yaw_goes_the_shorter_way_round():
+    lives = Lives.of(recording([(0.0, 0.0, 0.0, np.radians(170)), (1.0, -1.0, 0.0, np.radians(-170))]), gap_s=1.0)
+    pose, rate = lives.at(np.array([0]), 0.5)
+    assert np.cos(pose[0, 2]) == pytest.approx(-1.0)
+    assert rate[0, 2] == pytest.approx(np.radians(20))
+
+
+def test_yaw_that_is_not_told_is_the_course():
+    """Who stands keeps its course, in noise, too; at first it looks where it will go; who never moves looks east."""
+    noise = [0.01, -0.01, 0.02, 0.0, -0.01]
+    stands = [(0.1 * step, 5.0 + wobble, 1.0, np.nan) for step, wobble in enumerate(noise)]
+    goes = [(0.5 + 0.1 * step, 5.0, 1.0 + 0.5 * step, np.nan) for step in range(10)]
+    rests = [(1.5 + 0.1 * step, 5.0 + wobble, 5.5, np.nan) for step, wobble in enumerate(noise)]
+    parked = [(0.1 * step, -5.0, 0.0, np.nan) for step in range(20)]
+    lives = Lives.of(recording([*stands, *goes, *rests], parked), gap_s=1.0)
+    for when in (0.05, 0.2, 0.9, 1.3, 1.65, 1.9):
+        pose, _ = lives.at(np.array([0, 1]), when)
+        assert pose[:, 2] == pytest.approx([np.pi / 2, 0.0], abs=0.1)
+
+
+def test_outside_of_a_life_stays_its_end_and_one_sample_is_a_life():
+    lives = Lives.of(recording(along_x([0.0, 0.5]), [(3.0, 7.0, 8.0, 1.0)]), gap_s=1.0)
+    pose, rate = lives.at(np.array([0, 1]), 3.0)
+    assert pose == pytest.approx(np.array([[5.0, 0.0, 0.0], [7.0, 8.0, 1.0]]))
+    assert rate[1] == pytest.approx(np.zeros(3))
+
+
+def test_nobody_is_in_two_places_at_a_time():
+    with pytest.raises(TrafficInputError, match=r"^.n1. has two samples at 0\.5 s, rows 4 and 5; keep one$"):
+        Lives.of(recording(along_x([0.0, 0.5]), along_x([0.0, 0.5, 0.5])), gap_s=1.0)

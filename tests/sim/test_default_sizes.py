@@ -1,0 +1,127 @@
+"""Sizes drawn in place of the simulators' defaults, with the real simulators."""
+
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.traffic import frames
+
+from sim.default_sizes import RANGES, redrawn_size
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+from sim.roster import Cast
+from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.sumo_source import SumoSource
+from sim.world import Kind
+
+NET = Path(__file__).parents[2] / "scenarios" / "catalog" / "urban" / "sumo-crossing" / "crossing.net.xml"
+CLASSES = ("passenger", "delivery", "truck", "trailer", "bus", "coach", "motorcycle", "moped", "bicycle", "scooter")
+ROUTE = '<route id="east" edges="west_in east_out"/>'
+
+
+@pytest.fixture
+def first_frame(tmp_path):
+    """Play the first frame of a route file on the crossing's net."""
+
+    def play(traffic, ego, **keys):
+        (tmp_path / "traffic.rou.xml").write_text(f"<routes>{ROUTE}{traffic}</routes>")
+        config = SumoTraffic(net=str(NET), routes=["traffic.rou.xml"], ego=f"vehicle:{ego}", **keys)
+        with closing(SumoSource(config, tmp_path, 150.0)) as source:
+            return frames(source, 1)[0]
+
+    return play
+
+
+def parked(name, place, vehicle_type):
+    return (
+        f'<vehicle id="{name}" route="east" type="{vehicle_type}" depart="0" departPos="{place}" departLane="1">'
+        f'<stop lane="west_in_1" endPos="{place + 0.5}" duration="50"/></vehicle>'
+    )
+
+
+def cars(count):
+    return "".join(parked(f"car{n}", 90 - 9 * n, "DEFAULT_VEHTYPE") for n in range(count))
+
+
+def by_name(frame):
+    return {str(name): row for row, name in enumerate(frame.actors.name)}
+
+
+@pytest.mark.parametrize("vehicle_class", CLASSES)
+def test_every_class_of_sumo_is_in_the_table_with_its_default_size(first_frame, vehicle_class):
+    """Fails when SUMO's default sizes or shape names are not those of the table: nothing would be redrawn."""
+    types = f'<vType id="sort" vClass="{vehicle_class}"/>'
+    traffic = types + parked("ego", 90, "DEFAULT_VEHTYPE") + parked("other", 60, "sort")
+    default = first_frame(traffic, "ego", redraw_default_sizes=False)
+    row = by_name(default)["other"]
+    key = (Kind(default.actors.kind[row]), tuple(default.actors.size[row].tolist()))
+    assert key in RANGES
+    redrawn = first_frame(traffic, "ego")
+    low, high = RANGES[key]
+    size = redrawn.actors.size[by_name(redrawn)["other"]]
+    assert np.all(size >= low)
+    assert np.all(size <= high)
+    assert np.all(size != key[1])
+
+
+def test_nothing_is_drawn_longer_or_wider_than_its_default():
+    """Fails when bodies would overlap in traffic that the simulator holds free of collisions."""
+    for (_, default), (low, high) in RANGES.items():
+        assert np.all(np.array(high[:2]) <= default[:2])
+        assert np.all(np.array(low) <= high)
+
+
+def test_front_bumpers_stay_and_only_the_size_and_centre_change(first_frame):
+    """Fails when the centre is computed from SUMO's length."""
+    default = first_frame(cars(6), "car3", redraw_default_sizes=False)
+    redrawn = first_frame(cars(6), "car3")
+    assert list(default.actors.name) == list(redrawn.actors.name)
+    assert len(set(redrawn.actors.size[:, 0])) == 5
+    for frame, other in ((default, redrawn), (redrawn, default)):
+        np.testing.assert_allclose(front_bumpers(frame), front_bumpers(other), atol=1e-9)
+    assert redrawn.ego.size == pytest.approx([5.0, 1.8, 1.5]), "the ego is to fit its rig"
+    np.testing.assert_array_equal(default.actors.reflectivity, redrawn.actors.reflectivity)
+
+
+def front_bumpers(frame):
+    pose, length = frame.actors.pose_world, frame.actors.size[:, :1]
+    return pose[:, :2] + 0.5 * length * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])])
+
+
+def test_a_type_with_a_size_of_its_own_is_never_touched(first_frame):
+    own = '<vType id="own" length="4.99"/><vType id="tall" height="1.51"/>'
+    traffic = own + parked("ego", 90, "DEFAULT_VEHTYPE") + parked("a", 70, "own") + parked("b", 50, "tall")
+    frame = first_frame(traffic, "ego")
+    rows = by_name(frame)
+    assert frame.actors.size[rows["a"]] == pytest.approx([4.99, 1.8, 1.5], abs=0)
+    assert frame.actors.size[rows["b"]] == pytest.approx([5.0, 1.8, 1.51], abs=0)
+
+
+def test_a_size_depends_on_seed_and_number_alone():
+    size = (5.0, 1.8, 1.5)
+    drawn = redrawn_size(Kind.CAR, size, seed=3, actor_id=7)
+    assert redrawn_size(Kind.CAR, size, seed=3, actor_id=7) == drawn
+    assert redrawn_size(Kind.CAR, size, seed=3, actor_id=8) != drawn
+    assert redrawn_size(Kind.CAR, size, seed=4, actor_id=7) != drawn
+    crowded, sparse = (Cast(3, redraw_default_sizes=True) for _ in range(2))
+    for number in range(7):
+        crowded.enter(number, Kind.CAR, size)
+        sparse.enter(number, Kind.BUS, (12.0, 2.5, 3.4))
+    assert crowded.enter("x", Kind.CAR, size).size == sparse.enter("x", Kind.CAR, size).size == drawn
+
+
+def test_cars_of_highway_env_are_redrawn_about_their_centres():
+    def first(**keys):
+        source = HighwaySource(HighwayTraffic(env="highway-v0", config={"vehicles_count": 12}, **keys), Path(), 200.0)
+        (frame,) = frames(source, 1, seed=4)
+        source.close()
+        return frame
+
+    redrawn, default = first(), first(redraw_default_sizes=False)
+    assert np.all(default.actors.size == (5.0, 2.0, 1.5))
+    low, high = RANGES[Kind.CAR, (5.0, 2.0, 1.5)]
+    assert np.all((redrawn.actors.size >= low) & (redrawn.actors.size <= high))
+    assert len(set(redrawn.actors.size[:, 1])) == len(redrawn.actors)
+    np.testing.assert_array_equal(redrawn.actors.pose_world, default.actors.pose_world)
+    assert redrawn.ego.size == pytest.approx([5.0, 2.0, 1.5])

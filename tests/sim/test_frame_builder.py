@@ -1,0 +1,73 @@
+"""From members and their motion to the world record: who is in a frame, and that nothing is mixed up."""
+
+import numpy as np
+import pytest
+
+from sim.frame_builder import Delivery
+from sim.kinematics import Kinematics
+from sim.modes import ModeLimits
+from sim.roster import Cast
+from sim.world import Kind, Mode
+
+DT = 0.08
+SIZE = (4.7, 1.8, 1.5)
+
+
+def motion(pose):
+    """Rates that tell whose they are."""
+    pose = np.asarray(pose, dtype=np.float64)
+    return Kinematics(
+        pose_world=pose,
+        velocity_world=pose[:, :2] + 0.5,
+        acceleration_world=pose[:, :2] + 0.7,
+        yaw_rate=pose[:, 2] + 0.1,
+        articulation=pose[:, 2] + 0.2,
+        changes_lane=pose[:, 0] == 40.0,
+        deviation=pose[:, :2] + 0.3,
+    )
+
+
+def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
+    cast = Cast(seed=0)
+    names = ("ego", "near", "edge", "far")
+    members = [cast.enter(key, Kind.CAR, (4.0 + n, 1.8, 1.5), key) for n, key in enumerate(names)]
+    pose = np.array([[10.0, 0, 0], [10, 5, 1], [40, 0, 2], [40.1, 0, 3]])
+    frame = Delivery(DT, 30.0, ModeLimits()).frame(members, motion(pose))
+    ego, actors = frame.ego, frame.actors
+    assert list(actors.name) == ["near", "edge"]
+    assert list(actors.id) == [1, 2]
+    assert (ego.velocity_world.tolist(), ego.acceleration_world.tolist()) == ([10.5, 0.5], [10.7, 0.7])
+    assert (ego.yaw_rate, ego.deviation.tolist(), ego.size.tolist()) == (0.1, [10.3, 0.3], [4.0, 1.8, 1.5])
+    assert actors.pose_world == pytest.approx(pose[1:3])
+    assert actors.velocity_world == pytest.approx(pose[1:3, :2] + 0.5)
+    assert actors.acceleration_world == pytest.approx(pose[1:3, :2] + 0.7)
+    assert actors.yaw_rate == pytest.approx([1.1, 2.1])
+    assert actors.articulation == pytest.approx([1.2, 2.2])
+    assert actors.deviation == pytest.approx(pose[1:3, :2] + 0.3)
+    assert actors.size[:, 0].tolist() == [5.0, 6.0]
+    assert actors.changes_lane.tolist() == [False, True]
+    assert actors.reflectivity.tolist() == [member.reflectivity for member in members[1:3]]
+
+
+def test_frames_are_counted_and_modes_have_a_memory():
+    cast = Cast(seed=0)
+    members = [cast.enter(key, Kind.CAR, SIZE) for key in ("ego", "a")]
+    delivery = Delivery(DT, 30.0, ModeLimits())
+    frames = []
+    for speed in (5.0, 0.35, 0.2, 0.45):
+        still = motion(np.zeros((2, 3)))
+        still.velocity_world[:] = (0.0, speed)
+        still.acceleration_world[:] = 0.0
+        frames.append(delivery.frame(members, still))
+    assert [frame.index for frame in frames] == [0, 1, 2, 3]
+    assert [frame.time for frame in frames] == [0.0, DT, 2 * DT, 3 * DT]
+    modes = [Mode(frame.actors.mode[0]) for frame in frames]
+    assert modes == [Mode.CONSTANT_VELOCITY, Mode.CONSTANT_VELOCITY, Mode.STATIONARY, Mode.STATIONARY]
+
+
+def test_an_empty_road_has_arrays_of_the_right_shape():
+    ego = Cast(seed=0).enter("ego", Kind.CAR, SIZE)
+    actors = Delivery(DT, 30.0, ModeLimits()).frame([ego], motion(np.zeros((1, 3)))).actors
+    assert len(actors) == 0
+    assert (actors.size.shape, actors.pose_world.shape, actors.mode.shape) == ((0, 3), (0, 3), (0,))
+    assert (actors.name.dtype.kind, actors.mode.dtype, actors.changes_lane.dtype) == ("U", np.uint8, np.bool_)

@@ -1,0 +1,124 @@
+"""Every shipped scenario, and every test net that is there for its bends and merges, moves as bodies do."""
+
+from contextlib import closing, suppress
+
+import numpy as np
+import pytest
+from support.frames import Body, world_frame
+from support.motion_limits import LIMITS, excesses, worst_motion
+from support.nets import source_on
+
+from scenarios.files.scenario import Scenario
+from scenarios.files.shipped import paths
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+from sim.replay.replay_config import ReplayTraffic
+from sim.replay.replay_source import ReplaySource
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from sim.source import TrafficEndedError
+from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.sumo_source import SumoSource
+
+SOURCES = {
+    SumoTraffic: SumoSource,
+    HighwayTraffic: HighwaySource,
+    ScriptedTraffic: ScriptedSource,
+    ReplayTraffic: ReplaySource,
+}
+RANGE_M = 200.0
+ON_NETS_S = 60.0
+
+
+def motion(source, seed, duration_s):
+    """The worst of a run, to its end or the ego's."""
+    frames = []
+    with closing(source), suppress(TrafficEndedError):
+        source.reset(seed)
+        while len(frames) < round(duration_s / source.dt):
+            frames.append(source.step())
+    assert len(frames) > min(50, duration_s / source.dt - 1)
+    return worst_motion(frames, source.dt)
+
+
+@pytest.mark.parametrize("name", paths())
+def test_a_shipped_scenario_moves_as_bodies_do(name):
+    scenario = Scenario.load(paths()[name])
+    source = SOURCES[type(scenario.traffic)](scenario.traffic, scenario.folder, RANGE_M)
+    assert excesses(motion(source, scenario.seed, scenario.duration_s)) == []
+
+
+@pytest.mark.parametrize("name", ["roundabout", "winding", "motorway"])
+def test_traffic_on_bends_and_merges_moves_as_bodies_do(name):
+    assert excesses(motion(source_on(name, RANGE_M), 1, ON_NETS_S)) == []
+
+
+# ---- the checker
+
+DT = 0.1
+
+
+def run_of(*bodies):
+    """Frames of one body that is a different one in each."""
+    return [world_frame(index, [body], dt=DT) for index, body in enumerate(bodies)]
+
+
+def exceeded(frames):
+    """Names of the quantities that a run is found to exceed."""
+    return {line.partition(":")[0] for line in excesses(worst_motion(frames, DT))}
+
+
+def steady(count=4, speed=10.0):
+    return run_of(*(Body(1, x=speed * DT * index, y=0.0, speed=speed) for index in range(count)))
+
+
+def test_a_body_that_moves_as_it_says_is_within_all_limits():
+    assert exceeded(steady()) == set()
+    assert exceeded(steady(speed=0.0)) == set()
+    assert set(worst_motion(steady(), DT)) == set(LIMITS)
+
+
+def test_a_jump_a_reverse_and_a_creep_are_found():
+    assert exceeded(run_of(Body(1, 0, 0, speed=10), Body(1, 1.02, 0, speed=10))) == {
+        "velocity off the pose difference [m/s]"
+    }
+    assert "reversing [m/s]" in exceeded(run_of(Body(1, 0, 0, speed=-0.5), Body(1, -0.05, 0, speed=-0.5)))
+    assert "creep of a standing body [m]" in exceeded(run_of(Body(1, 0, 0), Body(1, 1e-6, 0)))
+    assert "yaw rate off the yaw difference [rad/s]" in exceeded(run_of(Body(1, 0, 0), Body(1, 0, 0, yaw=0.01)))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "name"),
+    [
+        ("acceleration_world", [-10.1, 0.0], "acceleration [m/s^2]"),
+        ("acceleration_world", [0.0, 6.1], "lateral acceleration [m/s^2]"),
+        ("acceleration_world", [6.1, 0.0], "jerk [m/s^3]"),
+        ("yaw_rate", -1.3, "yaw rate [rad/s]"),
+        ("deviation", [-1.1, 0.0], "deviation along [m]"),
+        ("deviation", [0.0, -1.7], "deviation across [m]"),
+    ],
+)
+def test_each_limit_is_found_to_be_exceeded(field, value, name):
+    frames = steady()
+    getattr(frames[2].actors, field)[0] = value
+    found = worst_motion(frames, DT)[name]
+    assert name in exceeded(frames)
+    assert (found.frame, found.name) == (2, str(frames[2].actors.name[0]))
+
+
+def test_a_lane_change_may_be_far_across_but_not_along():
+    frames = steady()
+    frames[2].actors.changes_lane[0] = True
+    frames[2].actors.deviation[0] = [0.0, 3.2]
+    assert exceeded(frames) == set()
+    frames[2].actors.deviation[0] = [1.2, 3.2]
+    assert exceeded(frames) == {"deviation along [m]"}
+
+
+def test_somebody_new_may_be_anywhere():
+    assert exceeded(run_of(Body(1, 0, 0, speed=10), Body(2, 500, 0, speed=10))) == set()
+
+
+def test_the_ego_is_held_to_the_limits_too():
+    frames = steady()
+    frames[1].ego.acceleration_world[:] = np.array([0.0, 9.0])
+    assert {"lateral acceleration [m/s^2]", "jerk [m/s^3]"} <= exceeded(frames)

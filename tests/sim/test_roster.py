@@ -1,0 +1,34 @@
+"""Numbers and paint."""
+
+import numpy as np
+import pytest
+
+from sim.reflectivity import SHADES, paint_reflectivity
+from sim.roster import Cast
+from sim.world import Kind
+
+SIZE = (4.7, 1.8, 1.5)
+
+
+def test_numbers_go_by_appearance_and_stay():
+    cast = Cast(seed=1)
+    assert cast.find("b") is None
+    assert [cast.enter(key, Kind.CAR, SIZE).id for key in ("b", "a")] == [0, 1]
+    assert cast.find("b").id == 0
+    assert cast.find("a").name == "car.1"
+
+
+def test_paint_depends_on_seed_and_number_alone():
+    alone = Cast(seed=3).enter("x", Kind.CAR, SIZE)
+    crowded = Cast(seed=3)
+    assert crowded.enter("y", Kind.BUS, SIZE).reflectivity == alone.reflectivity
+    assert crowded.enter("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
+    assert paint_reflectivity(4, 0) != alone.reflectivity
+
+
+def test_paint_comes_in_the_shares_of_its_shades():
+    draws = np.array([paint_reflectivity(11, number) for number in range(2000)])
+    assert sum(share for share, _, _ in SHADES) == pytest.approx(1.0)
+    for share, low, high in SHADES:
+        # four standard deviations of a binomial share
+        assert np.mean((draws >= low) & (draws <= high)) == pytest.approx(share, abs=4 * (share / 2000) ** 0.5)

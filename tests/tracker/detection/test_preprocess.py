@@ -1,0 +1,85 @@
+"""What a beam's several echoes and their flags decide."""
+
+import numpy as np
+import pytest
+
+from tracker.detection.preprocess import PreprocessConfig, keep
+from tracker.scan import PointFlag, Scan
+
+BEAM = np.array([1.0, 0.0, 0.01])
+
+
+def beams(*echoes_of):
+    """A scan of beams, each the (range, flags, pulse width) of its echoes, from the ego's centre at 0.6 m of height."""
+    points, time, echo, flags, width = [], [], [], [], []
+    for number, echoes in enumerate(echoes_of):
+        direction = BEAM + np.array([0.0, 0.01 * number, 0.0])
+        points += [(0.0, 0.0, 0.6) + range_m * direction / np.linalg.norm(direction) for range_m, *_ in echoes]
+        time += [1e-4 * number] * len(echoes)
+        echo += range(len(echoes))
+        flags += [flag for _, flag, *_ in echoes]
+        width += [rest[0] if rest else 1.0 for _, _, *rest in echoes]
+    count = len(points)
+    return Scan(
+        time=0.0,
+        ego_pose_odom=np.zeros(3),
+        points_ego=np.array(points, np.float32).reshape(-1, 3),
+        time_offset=np.array(time, np.float32),
+        unit=np.zeros(count, np.uint8),
+        layer=np.zeros(count, np.uint8),
+        echo=np.array(echo, np.uint8),
+        echo_pulse_width=np.array(width, np.float32),
+        flags=np.array(flags, np.uint16),
+    )
+
+
+def kept(*echoes_of, **config):
+    return keep(beams(*echoes_of), PreprocessConfig(**config)).tolist()
+
+
+THROUGH = PointFlag.TRANSPARENT
+
+
+def test_a_bumper_stays_though_the_window_answers_behind_it_and_the_window_goes():
+    assert kept([(15.0, THROUGH), (16.5, 0)]) == [True, False]
+    assert kept([(15.0, THROUGH), (16.5, 0)], inside_depth_m=0.0) == [True, True]
+    assert kept([(15.0, THROUGH), (16.5, 0)], drop_flags=("transparent",)) == [False, True]  # as ibeo_core does
+
+
+def test_an_edge_and_the_wall_far_behind_it_stay():
+    assert kept([(15.0, THROUGH), (25.0, 0)]) == [True, True]
+
+
+def test_a_vehicle_stays_right_behind_rain_and_behind_the_ground():
+    assert kept([(14.0, THROUGH | PointFlag.CLUTTER), (15.0, 0)]) == [False, True]
+    low = beams([(14.0, THROUGH), (15.0, 0)])
+    low.points_ego[:, 2] = 0.05, 0.3
+    assert keep(low, PreprocessConfig()).tolist() == [False, True]
+
+
+def test_a_vehicle_stays_right_behind_spray_that_the_unit_did_not_tell():
+    """Its echo is the wider one; an echo through a window is not."""
+    assert kept([(14.0, THROUGH, 0.7), (15.0, 0, 1.1)]) == [True, True]
+    assert kept([(14.0, THROUGH, 1.1), (15.0, 0, 0.7)]) == [True, False]
+
+
+def test_a_third_echo_is_held_against_the_second():
+    assert kept([(15.0, THROUGH), (30.0, THROUGH), (31.5, 0)]) == [True, True, False]
+
+
+def test_echoes_of_different_beams_have_nothing_to_do_with_each_other():
+    """A later echo may lead its beam, its first one being lost to a filter before the tracker."""
+    scan = beams([(15.0, 0)], [(16.0, 0)])
+    scan.echo[1] = 1
+    assert keep(scan, PreprocessConfig()).all()
+
+
+def test_points_at_infinity_are_quietly_dropped():
+    scan = beams([(15.0, THROUGH), (16.0, 0)])
+    scan.points_ego[1] = np.inf
+    assert keep(scan, PreprocessConfig()).tolist() == [True, False]
+
+
+def test_a_negative_depth_is_refused():
+    with pytest.raises(ValueError, match="inside_depth_m"):
+        PreprocessConfig(inside_depth_m=-1.0)

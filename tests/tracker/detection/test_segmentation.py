@@ -1,0 +1,173 @@
+"""Which points are kept, and which belong together."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+from support import naive_fit
+from support.shapes import Car, scan_car
+
+from tracker.detection import preprocess, segmentation
+from tracker.detection.preprocess import PreprocessConfig
+from tracker.detection.segmentation import SegmentationConfig
+from tracker.records import NOT_USED
+from tracker.scan import PointFlag, Scan
+
+
+def segment(points, **config):
+    return segmentation.segment(points, np.ones(len(points), bool), SegmentationConfig(**config))
+
+
+def make_scan(points, flags=0, echo=0):
+    count = len(points)
+    return Scan(
+        time=0.0,
+        ego_pose_odom=np.zeros(3),
+        points_ego=np.asarray(points, dtype=np.float32).reshape(-1, 3),
+        time_offset=np.zeros(count, np.float32),
+        unit=np.zeros(count, np.uint8),
+        layer=np.zeros(count, np.uint8),
+        echo=np.full(count, echo, np.uint8),
+        echo_pulse_width=np.ones(count, np.float32),
+        flags=np.full(count, flags, np.uint16),
+    )
+
+
+@settings(deadline=None, max_examples=60)
+@given(arrays.arrays(float, st.tuples(st.integers(1, 60), st.just(2)), elements=st.floats(-6, 6, width=32)))
+def test_chains_are_those_of_all_pairs(points):
+    """A cell window too narrow, or a radius of the wrong point, loses a pair."""
+    config = SegmentationConfig(radius_m=0.5, radius_per_m=0.1)
+    radius = 0.5 + 0.1 * np.linalg.norm(points, axis=1)
+    np.testing.assert_array_equal(segmentation.connect(points, config), naive_fit.connected(points, radius))
+
+
+@settings(deadline=None)
+@given(st.floats(-50, 50), st.floats(-50, 50), st.sampled_from([*np.arange(0.0, 6.3, 0.1).tolist(), np.pi / 2, np.pi]))
+def test_reach_is_exact_in_every_direction(x, y, angle):
+    """Two points just within or just out of reach, wherever the cells lie."""
+    step = np.array([np.cos(angle), np.sin(angle)])
+    for reach, chains in ((0.499, 1), (0.501, 2)):
+        pair = np.array([[x, y], [x, y] + reach * step])
+        assert len(set(segmentation.connect(pair, SegmentationConfig(0.5, 0.0)))) == chains
+
+
+def test_chains_are_those_of_a_kd_tree():
+    """Zhang 2017 searches a KD-tree; the cells must find the same chains in a full frame."""
+    points = np.random.default_rng(3).uniform(-40, 40, (3000, 2))
+    config = SegmentationConfig()
+    radius = config.radius_m + config.radius_per_m * np.linalg.norm(points, axis=1)
+    pairs = cKDTree(points).query_pairs(radius.max(), output_type="ndarray")
+    gap = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
+    joined = pairs[gap <= np.maximum(radius[pairs[:, 0]], radius[pairs[:, 1]])]
+    graph = coo_matrix((np.ones(len(joined)), joined.T), shape=(len(points), len(points)))
+    count, label = connected_components(graph, directed=False)
+    ours = segmentation.connect(points, config)
+    assert len(np.unique(ours)) == count
+    assert len(np.unique(np.stack([ours, label]), axis=1).T) == count
+
+
+def test_segments_are_numbered_by_their_first_point_and_small_ones_dropped():
+    near, far, lone = np.full((5, 2), 3.0), np.full((6, 2), -9.0), np.full((4, 2), 20.0)
+    points = np.concatenate([lone[:2], far[:1], near, far[1:], lone[2:]])
+    result = segment(points)
+    assert result.count == 2
+    np.testing.assert_array_equal(result.label, [NOT_USED] * 2 + [0] + [1] * 5 + [0] * 5 + [NOT_USED] * 2)
+
+
+@pytest.mark.parametrize("distance", [8.0, 20.0, 35.0])
+@pytest.mark.parametrize("gap", [(0.0, 1.5), (2.0, 0.0)], ids=["adjacent lane", "queue"])
+def test_neighbouring_cars_stay_apart(distance, gap):
+    """Lanes of 3.3 m leave 1.5 m between cars, queues 2 m: a reach that grows too fast merges them."""
+    size = np.array([4.7, 1.8])
+    first = np.array([distance, 2.5])
+    second = first + (size + gap) * (np.array(gap) > 0)
+    rng = np.random.default_rng(0)
+    scans = [scan_car(Car(center=tuple(center), size=tuple(size)), rng)[0] for center in (first, second)]
+    owner = np.repeat([0, 1], [len(scan) for scan in scans])
+    label = segment(np.concatenate(scans)).label
+    assert not set(label[owner == 0]) & set(label[owner == 1]) - {NOT_USED}
+
+
+@pytest.mark.parametrize("heading", np.deg2rad([35.0, 50.0, 65.0]))
+@pytest.mark.parametrize("distance", [10.0, 25.0, 40.0])
+def test_a_car_with_its_mirrors_and_window_stays_whole(heading, distance):
+    car = Car(center=(distance, 3.0), heading=heading, mirrors=True, window_depth=1.0)
+    points, _ = scan_car(car, np.random.default_rng(1))
+    result = segment(points)
+    assert result.count == 1
+    assert np.mean(result.label == 0) > 0.95
+
+
+def test_a_dense_cluster_costs_no_pairs():
+    """10^5 points within one metre are 5 * 10^9 pairs: only cells make this finish."""
+    points = np.random.default_rng(0).normal(10.0, 0.2, (100_000, 2))
+    segment(points[:10])
+    start = time.perf_counter()
+    assert segment(points).count == 1
+    assert time.perf_counter() - start < 1.0
+
+
+@pytest.mark.parametrize(("points", "count"), [(np.empty((0, 2)), 0), ([[5.0, 5.0]], 0), (np.full((20, 2), 5.0), 1)])
+def test_degenerate_scans(points, count):
+    result = segment(np.asarray(points))
+    assert result.count == count
+    assert len(result.label) == len(points)
+
+
+def test_points_not_kept_join_nothing():
+    """A dropped point between two things must not bridge them."""
+    points = np.array([[10.0 + 0.5 * i, 0.0] for i in range(11)])
+    keep = np.arange(11) != 5
+    assert segmentation.segment(points, keep, SegmentationConfig(points_min=2)).count == 2
+    assert segmentation.segment(points, keep, SegmentationConfig(points_min=2)).label[5] == NOT_USED
+
+
+@pytest.mark.parametrize("values", [{"radius_m": 0.0}, {"radius_per_m": -0.1}, {"points_min": 1}])
+def test_segmentation_config_says_what_is_wrong(values):
+    with pytest.raises(ValueError, match=next(iter(values))):
+        SegmentationConfig(**values)
+
+
+@pytest.mark.parametrize(
+    ("point", "kept"),
+    [
+        ((20.0, 0.0, 0.5), True),
+        ((20.0, 0.0, 0.1), False),  # ground
+        ((61.0, 0.0, 0.5), False),  # out of range
+        ((2.4, 0.9, 0.5), False),  # the ego's own corner
+        ((2.4, 1.2, 0.5), True),  # beside the ego
+        ((np.nan, 0.0, 0.5), False),
+        ((5.0, np.inf, 0.5), False),
+        ((5.0, 0.0, np.nan), False),
+    ],
+)
+def test_keep_by_place(point, kept):
+    assert preprocess.keep(make_scan([point]), PreprocessConfig()).tolist() == [kept]
+
+
+def test_keep_by_flag_and_echo():
+    point = [(20.0, 0.0, 0.5)]
+    for flag in PointFlag:
+        name = flag.name.lower()
+        assert preprocess.keep(make_scan(point, flags=flag), PreprocessConfig())[0] == (name == "transparent")
+        assert not preprocess.keep(make_scan(point, flags=flag), PreprocessConfig(drop_flags=(name,)))[0]
+        assert preprocess.keep(make_scan(point, flags=flag), PreprocessConfig(drop_flags=()))[0]
+    second = make_scan(point, echo=1)
+    assert preprocess.keep(second, PreprocessConfig())[0]
+    assert not preprocess.keep(second, PreprocessConfig(first_echo_only=True))[0]
+
+
+def test_keep_of_an_empty_scan():
+    assert preprocess.keep(make_scan([]), PreprocessConfig()).shape == (0,)
+
+
+def test_unknown_flag_is_refused():
+    with pytest.raises(ValueError, match=r"rain.*choose from transparent"):
+        PreprocessConfig(drop_flags=("rain",))

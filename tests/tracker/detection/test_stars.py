@@ -1,0 +1,50 @@
+"""T-linkage on its own field's terms: the stars of Magri and Fusiello, linked by what links cars."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linear_sum_assignment
+from support.shapes import star
+from support.stages import one_segment
+
+from tracker.detection import tlinkage
+from tracker.detection.tlinkage import LinkageConfig
+
+STD = 0.0075
+POINTS = 50
+CONFIG = LinkageConfig(
+    variant="lines", tau_m=2.5 * STD, length_min_m=0.5, turn_min_deg=10.0, points_max=500, samples_per_point=4
+)
+
+
+def confusion(truth, label):
+    """(5, L) points of each true line under each label."""
+    return np.array([[np.sum((truth == t) & (label == k)) for k in range(label.max() + 1)] for t in range(5)])
+
+
+@pytest.mark.parametrize(("outliers", "at_most", "original"), [(0, 0.06, 0.062), (250, 0.11, 0.139)])
+def test_stars_are_told_apart(outliers, at_most, original):
+    """Five chords of the unit circle, 50 points each, sigma 0.0075, and outliers even in [-1, 1]^2; 20 seeds.
+
+    Misclassified are points with a wrong label, lines matched one to one, outliers a class of their own. The original
+    code is wrong on 6.2 % of the points, and 13.9 % among 50 % outliers; the true lines with a gate of 2.5 sigma on 4.0
+    and 6.4 %, as crossings are ambiguous (on the stars of the original data set). A line is found if most of its points
+    are under its own label.
+    """
+    errors, found = [], []
+    for seed in range(20):
+        points, truth = star(np.random.default_rng(seed), outliers, per_line=POINTS, std=STD)
+        label = tlinkage.link(points, one_segment(len(points)), CONFIG).line
+        table = confusion(truth, label)
+        matched = table[linear_sum_assignment(-table)]
+        errors.append(1.0 - (matched.sum() + np.sum((truth < 0) & (label < 0))) / len(truth))
+        found.append(label.max() == 4 and np.all(matched > POINTS / 2))
+    assert np.mean(errors) <= min(at_most, 0.65 * original)
+    assert np.mean(found) >= 0.95
+
+
+def test_magri_and_fusiellos_rule_needs_no_scale_of_chance():
+    """`paper` keeps the clusters before the largest jump in size: on a star without outliers the five lines."""
+    points, truth = star(np.random.default_rng(0), 0, per_line=POINTS, std=STD)
+    config = LinkageConfig(variant="paper", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
+    table = confusion(truth, tlinkage.link(points, one_segment(len(points)), config).line)
+    assert table[linear_sum_assignment(-table)].sum() > 0.85 * len(truth)

@@ -1,0 +1,344 @@
+"""T-linkage: preferences, merging, outliers, lines and headings."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support import naive_faces, naive_fit
+from support.shapes import Car, l_shape, rotation, scan_car
+from support.stages import off_quarter, one_segment
+
+from tracker.detection import tlinkage
+from tracker.detection.kernels import corners, faces, lines, linkage, outline
+from tracker.detection.tlinkage import LinkageConfig
+from tracker.records import Segments
+
+
+def link(points, **config):
+    return tlinkage.link(points, one_segment(len(points)), LinkageConfig(**config))
+
+
+def ranged(points, rng, std=0.025):
+    """Points with the noise of a LIDAR at the origin: along the beams."""
+    distance = np.linalg.norm(points, axis=1, keepdims=True)
+    return points * (1.0 + rng.normal(0.0, std, distance.shape) / distance)
+
+
+def noisy_l(seed, heading=0.3, std=0.025):
+    return ranged(l_shape(heading, step=0.1), np.random.default_rng(seed), std)
+
+
+# --- by hand --------------------------------------------------------------------------------
+
+
+def test_preference_by_hand():
+    """Equation (1): 1 on the line, e^-1/2 at half the threshold, nothing at the threshold."""
+    points = np.array([[3.0, 0.0], [-1.0, 0.05], [7.0, 0.1], [2.0, -0.3]])
+    table = linkage.preferences(points, np.array([[0.0, 1.0, 0.0]]), 0.1)
+    np.testing.assert_allclose(table, [[1.0, 0.6065306597126334, 0.0, 0.0]])
+
+
+def test_tanimoto_by_hand():
+    """Equation (2): of (1, 1, 0) and (1, 0, 1), <p, q> = 1 and |p|^2 = |q|^2 = 2, so d = 1 - 1 / (2 + 2 - 1)."""
+    assert linkage.tanimoto(1.0, 2.0, 2.0) == pytest.approx(2.0 / 3.0)
+    assert linkage.tanimoto(2.0, 2.0, 2.0) == 0.0
+    assert linkage.tanimoto(0.0, 0.0, 0.0) == 1.0
+
+
+def test_merging_by_hand():
+    """Points 0 and 1 share both their lines, 2 shares one with them at half strength; 3 is orthogonal to all."""
+    table = np.array([[1.0, 1.0, 0.5, 0.0], [1.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    label = linkage.agglomerate(table)
+    assert label[0] == label[1] == label[2] != label[3]
+
+
+def test_merged_preference_is_the_minimum():
+    """0-1 merge first and agree on line 0 only; 2 shares line 1 with 1 alone, so it must stay out."""
+    table = np.array([[1.0, 0.9, 0.0], [0.0, 0.6, 1.0]])
+    label = linkage.agglomerate(table)
+    assert label[0] == label[1] != label[2]
+
+
+def test_chance_by_hand():
+    """Of 4 points, 3 on a line: 6 pairs times P(at least 1 of 2 others near), share 0.1: 6 * (1 - 0.9^2) = 1.14."""
+    assert np.exp(lines.log_chance(4, 3, 0.1)) == pytest.approx(1.14)
+
+
+# --- twins ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_stages_equal_their_slow_twins(seed):
+    rng = np.random.default_rng(seed)
+    points = np.concatenate([noisy_l(seed)[::2], rng.uniform((8, 3), (14, 8), (8, 2))])
+    uniforms = rng.random((len(points), 3))
+    hypotheses = linkage.hypotheses(points, uniforms, 0.25)
+    partner = naive_fit.hypotheses(points, uniforms, 0.25).ravel()
+    owner = np.tile(np.arange(len(points)), 3)
+    for line, i, j in zip(hypotheses, owner, partner, strict=True):
+        assert abs(line[:2] @ points[i] + line[2]) < 1e-9
+        assert abs(line[:2] @ points[j] + line[2]) < 1e-9
+        assert np.hypot(*line[:2]) == pytest.approx(1.0)
+
+    table = linkage.preferences(points, hypotheses, 0.08)
+    np.testing.assert_allclose(table, naive_fit.preferences(points, hypotheses, 0.08), atol=1e-12)
+
+    label = linkage.agglomerate(table.copy())
+    found = {frozenset(np.flatnonzero(label == name).tolist()) for name in np.unique(label)}
+    assert found == naive_fit.agglomerate(table)
+
+    other = naive_fit.fit_line(rng.normal([10.0, 5.0], 1.0, (9, 2)))  # through no point: no ties
+    sides = np.stack([lines.fit_line(points, label, label[0]), other])
+    np.testing.assert_array_equal(lines.assign(points, sides, 0.3), naive_fit.assign(points, sides, 0.3))
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 10_000), st.integers(1, 9), st.floats(0.2, 0.9))
+def test_merging_equals_its_slow_twin_on_any_preferences(seed, count, density):
+    """Remembered neighbours must never hide the least distance."""
+    rng = np.random.default_rng(seed)
+    table = rng.random((6, count)) * (rng.random((6, count)) < density)
+    label = linkage.agglomerate(table.copy())
+    assert {frozenset(np.flatnonzero(label == name).tolist()) for name in label} == naive_fit.agglomerate(table)
+
+
+def car_and_clusters(seed, config):
+    """Points of a car at some aspect, with mirrors and a window, and its clusters, the largest first."""
+    rng = np.random.default_rng(seed)
+    center = 18.0 * np.array([np.cos(seed), np.sin(seed)])
+    car = Car(tuple(center), rng.uniform(0, np.pi), mirrors=True, window_depth=1.1 * (seed % 2))
+    points, _ = scan_car(car, rng)
+    drawn = linkage.hypotheses(points, tlinkage.uniforms(0, len(points), 2), config.locality)
+    cluster = linkage.agglomerate(linkage.preferences(points, drawn, config.tau_m))
+    names = sorted(np.unique(cluster), key=lambda name: (-np.sum(cluster == name), name))
+    return points, cluster, [points[cluster == name] for name in names]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_lines_equal_their_slow_twin(seed):
+    """From the clusters on: chance, settling."""
+    config = LinkageConfig(variant="lines")
+    points, _, clusters = car_and_clusters(seed, config)
+    sides = naive_fit.find_lines(points, clusters, config.tau_m, config.length_min_m, np.sin(np.deg2rad(20.0)))
+    twin = naive_fit.settle(points, sides, config.tau_m)
+    found = link(points, variant="lines", points_max=len(points))
+    np.testing.assert_array_equal(found.line, twin)
+    normal = naive_fit.fit_line(points[twin == 0])[:2]
+    assert off_quarter(found.heading[0], np.arctan2(normal[1], normal[0])) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_faces_equal_their_slow_twin(seed):
+    """From the clusters on: the corner, its fit, and who is body."""
+    config = LinkageConfig()
+    points, cluster, clusters = car_and_clusters(seed, config)
+    noise = np.array([config.range_std_m, config.flatness_m])
+    limits = (noise, config.gate, config.curve_depth_m, config.curve_beyond_m)
+    found = corners.best_corner(points, points, cluster, config.tau_m, *limits, config.length_min_m)
+    twin = naive_faces.best_corner(points, clusters, points, config.tau_m, *limits, config.length_min_m)
+    np.testing.assert_allclose(found, twin, atol=1e-9)
+
+    found, surety = faces.fit_corner(points, found, noise, config.gate)
+    twin, twin_surety = naive_faces.fit_corner(points, twin, noise, config.gate)
+    np.testing.assert_allclose(found, twin, atol=1e-6)
+    np.testing.assert_allclose(surety[found.any(axis=1)], twin_surety[found.any(axis=1)], rtol=1e-5, atol=1e-6)
+
+    wide = faces.excess(points, found, noise, config.tau_m)
+    assert wide == pytest.approx(naive_faces.excess(points, found, noise, config.tau_m))
+
+    height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
+    for cloud in (points, np.hstack([points, height])):
+        label = outline.judge(cloud, found, surety, *limits, np.deg2rad(config.pitch_deg))
+        np.testing.assert_array_equal(label, naive_faces.judge(cloud, found, surety, *limits, np.deg2rad(0.25)))
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(0, 10_000), st.floats(0.0, np.pi))
+def test_line_fit_equals_singular_values(seed, angle):
+    points = np.random.default_rng(seed).normal(0.0, [2.0, 0.1], (12, 2)) @ rotation(angle).T + [30.0, -20.0]
+    ours = lines.fit_line(points, np.zeros(12, np.int64), 0)
+    twin = naive_fit.fit_line(points)
+    np.testing.assert_allclose(ours * np.sign(ours @ twin), twin, atol=1e-9)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(3, 120), st.integers(3, 120), st.integers(1, 90))
+def test_chance_equals_the_binomial_tail(count, support, percent):
+    """Summed in whole numbers, since the chances go down to 10^-200."""
+    support, others, hits = min(count, support), count - 2, min(count, support) - 2
+    ways = sum(math.comb(others, j) * percent**j * (100 - percent) ** (others - j) for j in range(hits, others + 1))
+    pairs = math.log(count * (count - 1) / 2)
+    value = lines.log_chance(count, support, percent / 100)
+    if hits > others * percent / 100:
+        assert value == pytest.approx(pairs + math.log(ways) - others * math.log(100), rel=1e-9, abs=1e-9)
+    else:
+        assert value == pytest.approx(pairs)  # as many as expected prove nothing; the bound is enough
+
+
+# --- cars -----------------------------------------------------------------------------------
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.0, 1.57), st.integers(0, 1000))
+def test_an_l_is_two_lines_at_any_heading(heading, seed):
+    linkage = link(noisy_l(seed, heading))
+    assert linkage.line.max() == 1
+    assert np.mean(linkage.line < 0) < 0.05
+    assert abs(off_quarter(linkage.heading[0], heading)) < 0.8
+    assert 0.0 <= linkage.heading[0] < np.pi / 2
+    assert np.sum(linkage.line == 0) >= np.sum(linkage.line == 1)
+
+
+def test_one_side_alone_is_one_line():
+    points = np.stack([np.linspace(10, 14, 30), np.full(30, 5.0)], axis=1)
+    linkage = link(ranged(points, np.random.default_rng(0)))
+    assert linkage.line.tolist() == [0] * 30
+    assert abs(off_quarter(linkage.heading[0], 0.0)) < 0.5
+
+
+def test_four_points_are_a_second_side_and_three_strays_are_not():
+    """The rule of chance: a short side of few points holds when nearly all that is left lies on it."""
+    side = np.stack([np.linspace(10, 14, 40), np.full(40, 5.0)], axis=1)
+    rear = np.array([[10.0, 5.4], [10.0, 5.8], [10.0, 6.2], [10.0, 6.6]])
+    strays = np.array([[11.0, 6.9], [12.7, 5.9], [13.4, 6.6]])
+    assert link(np.concatenate([side, rear])).line[40:].tolist() == [1] * 4
+    assert link(np.concatenate([side, strays])).line[40:].tolist() == [-1] * 3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_windows_and_mirrors_are_outliers_and_bodies_are_not(seed):
+    """A window is a line of its own, parallel to the rear; a mirror stands before the side."""
+    car = Car(center=(14.0, 6.0), heading=0.2, mirrors=True, window_depth=1.2)
+    points, wrong = scan_car(car, np.random.default_rng(seed))
+    removed = link(points).line < 0
+    assert wrong.sum() > 8
+    assert np.mean(removed[wrong]) > 0.8
+    assert np.mean(removed[~wrong]) < 0.1
+
+
+def test_curves_belong_to_their_line_but_not_to_its_direction():
+    """Rounded corners are body; they must neither count as outliers nor turn the heading."""
+    points, _ = scan_car(Car(center=(12.0, 5.0), heading=0.2, layer_bias=(0.0,) * 4), np.random.default_rng(2))
+    with_curves, without = link(points), link(points, curve_depth_m=0.05)
+    assert np.sum(with_curves.line < 0) < 0.5 * np.sum(without.line < 0)
+    assert abs(off_quarter(with_curves.heading[0], 0.2)) < 0.5
+
+
+def test_the_sparse_long_flank_leads():
+    """A dense bumper with its rounded corner has the most points, but nothing fixes the heading like 4 m of flank."""
+    flank = np.stack([np.linspace(10.5, 14.2, 9), np.full(9, 4.0)], axis=1)
+    corner = np.array([10.35, 4.35]) - 0.35 * np.stack([np.cos(a := np.linspace(0.1, 1.5, 12)), np.sin(a)], axis=1)
+    bumper = np.stack([np.full(20, 10.0), np.linspace(4.3, 4.8, 20)], axis=1)
+    linkage = link(ranged(np.concatenate([flank, corner, bumper]), np.random.default_rng(3)))
+    assert abs(off_quarter(linkage.heading[0], 0.0)) < 1.0
+    assert linkage.line[:9].tolist() == [0] * 9
+    assert set(linkage.line[21:]) == {1}
+    paper = link(np.concatenate([flank, corner, bumper]), variant="paper")
+    assert np.mean(paper.line[21:] == 0) == 1.0, "the largest cluster is the paper's dominant line"
+
+
+def front_view(z=True):
+    """A front of 1.8 m at x = 10, a hood's edge by the unseen left flank, and mirrors: points, who is no body."""
+    front = np.stack([np.full(25, 10.0), np.linspace(-0.9, 0.9, 25), np.full(25, 0.5)], axis=1)
+    edge = np.array([[10.8, 0.82, 0.9], [11.2, 0.74, 0.95]])
+    wrong = np.array([[11.4, 1.06, 1.0], [11.4, -1.05, 1.0], [11.0, 0.2, 0.95], [11.1, -0.3, 0.95]])
+    points = np.concatenate([front, edge, wrong])
+    return points if z else points[:, :2], np.repeat([False, True], [27, 4])
+
+
+@pytest.mark.parametrize("z", [True, False])
+def test_a_front_has_sides_that_are_not_seen(z):
+    """Beyond its ends are mirrors, well behind it is what is seen over it, but along its ends the body goes on."""
+    points, wrong = front_view(z)
+    np.testing.assert_array_equal(link(points).line < 0, wrong)
+
+
+def test_the_foot_of_a_mirror_goes_with_it():
+    """A mirror's inner points lie in the plane of the flank: only its height and the points outside give them away."""
+    flank = np.stack([np.linspace(10, 14, 41), np.full(41, 4.0), np.full(41, 0.6)], axis=1)
+    high = np.array([[10.6, 4.0, 1.0], [13.6, 4.0, 1.0]])
+    mirror = np.array([[12.5, 3.85, 1.0], [12.5, 3.93, 1.0], [12.51, 4.0, 1.0]])
+    points = np.concatenate([flank, high, mirror])
+    assert np.flatnonzero(link(points).line < 0).tolist() == [43, 44, 45]
+    assert np.flatnonzero(link(points[:, :2]).line < 0).tolist() == [43, 44]
+
+
+def test_bulging_sides_are_body():
+    """A side that is not as flat as configured widens the gate; a fixed one would take its ends or middle away."""
+    place = np.linspace(0, 4, 60)
+    flank = np.stack([10.0 + place, 4.0 + 0.08 * np.sin(np.pi * place / 4)], axis=1)
+    assert np.all(link(flank).line == 0)
+
+
+def test_two_points_across_are_a_second_face():
+    """Cars are rectangular: what stands square at the end of a flank is believed although chance could make it."""
+    flank = np.stack([np.linspace(10, 14, 30), np.full(30, 4.0)], axis=1)
+    across = np.array([[9.98, 4.7], [10.01, 5.1]])
+    assert link(np.concatenate([flank, across])).line.tolist() == [0] * 30 + [1] * 2
+
+
+def test_largest_jump_by_hand():
+    """Sizes 6, 5, 1, 1 and a minimal sample of 2: the largest jump is from 5 to 2, so two lines stay."""
+    points = np.random.default_rng(0).random((13, 2))
+    cluster = np.repeat([0, 6, 11, 12], [6, 5, 1, 1])
+    np.testing.assert_allclose(
+        lines.largest_clusters(points, cluster), [lines.fit_line(points, cluster, name) for name in (0, 6)]
+    )
+
+
+def test_a_segment_depends_on_its_own_points_only():
+    """A shared random state would make a car's fit depend on what else is in the frame."""
+    first, second = noisy_l(1), noisy_l(2) + 20.0
+    alone = link(second)
+    together = tlinkage.link(
+        np.concatenate([first, second]),
+        Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2),
+        LinkageConfig(),
+    )
+    np.testing.assert_array_equal(together.line[len(first) :], alone.line)
+    assert together.heading[1] == alone.heading[0]
+
+
+def test_thinning_keeps_the_answer():
+    """All points refine the lines of the subset: without that, 60 of 6000 points would leave 0.3 degrees."""
+    linkage = link(ranged(l_shape(0.4, step=0.001), np.random.default_rng(5)))
+    assert abs(off_quarter(linkage.heading[0], 0.4)) < 0.05
+    assert np.mean(linkage.line >= 0) > 0.99
+
+
+def test_seed_decides():
+    points = np.random.default_rng(3).normal(10.0, 0.5, (100, 2))
+    assert link(points, seed=1).heading[0] == link(points, seed=1).heading[0]
+    assert any(link(points, seed=s).heading[0] != link(points, seed=1).heading[0] for s in range(2, 12))
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        np.array([[5.0, 5.0]]),
+        np.array([[5.0, 5.0], [6.0, 5.0]]),
+        np.full((30, 2), 7.0),
+        np.stack([np.linspace(5, 9, 30), np.full(30, 3.0)], axis=1),
+        np.repeat([[5.0, 5.0], [9.0, 5.0]], 10, axis=0),
+        np.random.default_rng(0).normal(10.0, 0.5, (100_000, 2)),
+    ],
+    ids=["one", "two", "identical", "collinear", "two places", "many"],
+)
+def test_degenerate_segments_have_a_dominant_line(points):
+    linkage = link(points)
+    assert np.isfinite(linkage.heading[0])
+    assert np.any(linkage.line == 0)
+
+
+def test_no_segment():
+    linkage = tlinkage.link(np.ones((3, 3)), Segments(np.full(3, -1), 0), LinkageConfig())
+    assert linkage.line.tolist() == [-1, -1, -1]
+    assert linkage.heading.shape == (0,)
+
+
+@pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"locality": -1.0}, {"samples_per_point": 0}, {"points_max": 1}])
+def test_config_says_what_is_wrong(values):
+    with pytest.raises(ValueError, match=next(iter(values))):
+        LinkageConfig(**values)

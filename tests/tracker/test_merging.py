@@ -1,0 +1,79 @@
+"""One vehicle seen in pieces, and vehicles that only follow each other."""
+
+import numpy as np
+import pytest
+
+from tracker.merging import Pieces, UnionConfig, claim, hull, one_vehicle
+from tracker.records import Segments
+from tracker.tracking.footprint import Footprint
+
+CONFIG = UnionConfig()
+
+
+def pieces(*boxes, speed=15.0, hits=20):
+    """Boxes (x, y, heading, length, width) that drive along x."""
+    x, y, heading, length, width = np.array(boxes, dtype=float).T
+    speeds = np.broadcast_to(speed, len(x)).astype(float)
+    return Pieces(
+        center=np.stack([x, y], axis=1),
+        heading=heading,
+        size=np.stack([length, width], axis=1),
+        velocity=np.stack([speeds, 0 * speeds], axis=1),
+        hits=np.full(len(x), hits),
+    )
+
+
+CAB, TRAILER = (14.0, 3.0, 0.0, 2.4, 2.5), (5.0, 3.0, 0.0, 10.0, 2.5)
+
+
+def test_a_tractor_and_its_trailer_are_one_vehicle():
+    both = pieces(CAB, TRAILER)
+    assert one_vehicle(both, 0, 1, CONFIG)
+    low, high = hull(both, 0, 1)
+    np.testing.assert_allclose(both.center[0] + [low, high], [[0.0, 1.75], [15.2, 4.25]])
+
+
+def test_a_side_and_a_rear_that_meet_in_a_blind_corner_are_one_vehicle():
+    assert one_vehicle(pieces((2.0, 2.3, 0.0, 5.8, 0.2), (-2.9, 3.4, np.pi / 2, 2.3, 0.1), speed=12.0), 0, 1, CONFIG)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        pieces(CAB, TRAILER, speed=2.0),
+        pieces(CAB, TRAILER, speed=[15.0, 12.0]),
+        pieces(CAB, TRAILER, hits=4),
+        pieces(CAB, (5.0, -0.5, 0.0, 10.0, 2.5)),
+        pieces(CAB, (-4.0, 3.0, 0.0, 10.0, 2.5)),
+        pieces((10.0, 3.0, 0.0, 4.5, 1.8), (0.0, 3.0, 0.0, 4.5, 1.8), speed=12.0),
+        pieces(CAB, (5.0, 3.0, 0.4, 10.0, 0.1)),
+    ],
+    ids=["a queue that crawls", "another speed", "speeds not known yet", "next lane", "20 m", "half a second", "bent"],
+)
+def test_others_are_not(other):
+    assert not one_vehicle(other, 0, 1, CONFIG)
+
+
+def test_all_that_lies_in_a_vehicle_is_one_segment():
+    """Two pieces of it, a car beside it, something half inside, and points of no segment."""
+    cab, trailer = [[13.0, 1.8], [14.0, 1.8]], [[1.0, 1.8], [9.0, 1.7]]
+    car, half, loose = [[5.0, -1.0], [8.0, -1.0]], [[15.1, 4.0], [19.0, 4.0]], [[5.0, 3.0]]
+    points = np.array(car + cab + half + trailer + loose)
+    segments = Segments(label=np.array([0, 0, 1, 1, 2, 2, 3, 3, -1]), count=4)
+    whole = pieces((7.6, 3.0, 0.0, 15.2, 2.5))
+    united = claim(points, segments, whole, CONFIG)
+    assert united.count == 3
+    assert united.label.tolist() == [0, 0, 1, 1, 2, 2, 1, 1, -1]
+
+
+def test_a_vehicle_out_of_sight_claims_nothing():
+    segments = Segments(label=np.array([0, 1]), count=2)
+    united = claim(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)), CONFIG)
+    assert united.label.tolist() == [0, 1]
+
+
+def test_a_wall_that_comes_into_view_does_not_leave_its_place():
+    first = Footprint(np.array([0.0, 5.0]), 0.0, np.array([4.0, 0.1]))
+    assert not Footprint(np.array([8.0, 5.0]), 0.0, np.array([20.0, 0.1])).clear_of(first).any()
+    assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([4.5, 0.1])).clear_of(first).tolist() == [True, False]
+    assert not Footprint(np.array([2.0, 6.0]), np.pi / 2, np.array([4.5, 1.8])).clear_of(first).any()

@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+
+from tracker.tracking.filters import FilterConfig, Filters, bank, heading_filter, integrator, motion, process_noise
+
+CONFIG = FilterConfig()
+R = np.array([[0.1**2, 0.003], [0.003, 0.2**2]])
+P0 = np.diag([0.04, 0.04])
+
+
+def started(position=(1.0, 2.0)):
+    return bank(np.array(position), P0, CONFIG)
+
+
+def filterpy_twins(filters):
+    """The same filters by filterpy."""
+    twins = []
+    for mean, covariance in zip(filters.mean, filters.covariance, strict=True):
+        kf = KalmanFilter(dim_x=6, dim_z=2)
+        kf.x, kf.P, kf.H, kf.R = mean.copy(), covariance.copy(), np.eye(2, 6), R
+        twins.append(kf)
+    return twins
+
+
+def test_integrator_moves_a_constant_acceleration_exactly():
+    dt = 0.7
+    position, velocity, acceleration = 3.0, -2.0, 4.0
+    moved = integrator(3, dt) @ [position, velocity, acceleration]
+    assert moved == pytest.approx(
+        [position + velocity * dt + acceleration * dt**2 / 2, velocity + acceleration * dt, acceleration]
+    )
+
+
+def test_process_noise_of_constant_velocity_is_the_textbook_one():
+    # Bar-Shalom, Li, Kirubarajan (2001), eq. 6.2.2-12: q [[dt^3/3, dt^2/2], [dt^2/2, dt]].
+    dt, q = 0.5, 0.3
+    assert process_noise(2, dt, q) == pytest.approx(q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]))
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_process_noise_does_not_depend_on_how_time_is_cut(order):
+    """Ten short steps add up to a long one; noise that is white from step to step would not."""
+    short, noise = integrator(order, 0.1), np.zeros((order, order))
+    for _ in range(10):
+        noise = short @ noise @ short.T + process_noise(order, 0.1, 0.7)
+    assert noise == pytest.approx(process_noise(order, 1.0, 0.7))
+
+
+def test_a_run_of_the_bank_equals_filterpy():
+    """The batch against the reference, over forty steps with wild measurements."""
+    rng, filters = np.random.default_rng(4), started()
+    twins, step = filterpy_twins(filters), motion(0.08, CONFIG)
+    for _ in range(40):
+        filters.predict(step.models)
+        z = rng.normal([1.0, 2.0], 2.0)
+        filters.correct(z - filters.mean[:, :2], R)
+        for m, kf in enumerate(twins):
+            kf.predict(F=step.models.transition[m], Q=step.models.noise[m])
+            kf.update(z)
+    assert filters.mean == pytest.approx(np.array([kf.x for kf in twins]), abs=1e-9)
+    assert filters.covariance == pytest.approx(np.array([kf.P for kf in twins]), abs=1e-9)
+
+
+@pytest.mark.parametrize(("model", "order"), [(0, 1), (1, 2), (2, 3)])
+def test_each_filter_follows_its_own_motion_exactly(model, order):
+    """Noise-free motion of the filter's own kind is predicted to the millimetre after four seconds."""
+    chain = np.array([[5.0, -3.0], [8.0, 2.0], [1.5, -0.5]])[:order]
+    dt, filters = 0.08, started(chain[0])
+    for k in range(50):
+        chain = integrator(order, dt) @ chain
+        filters.predict(motion(dt, CONFIG).models)
+        if k < 49:
+            filters.correct(chain[0] - filters.mean[:, :2], R * 1e-6)
+    assert filters.mean[model, :2] == pytest.approx(chain[0], abs=2e-3)
+
+
+def test_what_a_model_leaves_out_is_a_spread_without_memory():
+    """A velocity that a standing vehicle's filter kept would leak into those that start from it."""
+    filters = Filters(np.ones((3, 6)), np.tile(np.eye(6), (3, 1, 1)))
+    filters.predict(motion(0.08, CONFIG).models)
+    assert filters.mean[0, 2:] == pytest.approx(np.zeros(4))
+    assert filters.mean[1, 4:] == pytest.approx(np.zeros(2))
+    assert np.diag(filters.covariance[0])[2:4] == pytest.approx(CONFIG.starting_speed_std_mps**2)
+    assert np.diag(filters.covariance[1])[4:] == pytest.approx(CONFIG.manoeuvre_std_mps2**2)
+    assert filters.covariance[1, :4, 4:] == pytest.approx(np.zeros((4, 2)))
+
+
+def test_heading_filter_learns_a_turn():
+    heading = heading_filter(0.0, 0.02**2, CONFIG)
+    for k in range(1, 60):
+        heading.predict(motion(0.08, CONFIG).heading)
+        heading.correct(np.array([[0.5 * 0.08 * k]]) - heading.mean[:, :1], np.array([[0.02**2]]))
+    assert heading.mean[0] == pytest.approx([0.5 * 0.08 * 59, 0.5], abs=0.02)
+
+
+def test_bad_noise_is_refused():
+    with pytest.raises(ValueError, match="position_std_floor_m"):
+        FilterConfig(position_std_floor_m=0.0)
+    with pytest.raises(ValueError, match="jerk_std_mps3"):
+        FilterConfig(jerk_std_mps3=0.0)

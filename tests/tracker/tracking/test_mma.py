@@ -1,0 +1,167 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal, multivariate_t
+
+from tracker.tracking import mma
+from tracker.tracking.filter_bank import build
+from tracker.tracking.filters import FilterConfig, Filters, motion
+from tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
+
+CONFIG = MmaConfig()
+DT = 0.08
+R = np.eye(2) * 0.02**2
+
+
+def filters(speed=0.0, speed_std=0.1):
+    """Three filters at the origin that go along x."""
+    mean = np.zeros((3, 6))
+    mean[:, 2] = speed
+    return Filters(mean, np.tile(np.diag([0.01, 0.01, speed_std**2, speed_std**2, 1.0, 1.0]), (3, 1, 1)))
+
+
+def test_update_is_bayes_rule():
+    # (12) by hand: priors 1/3 each, likelihoods 1, 2, 1 -> 1/4, 1/2, 1/4.
+    posterior = mma.update(mma.initial_probability(), np.log([1.0, 2.0, 1.0]))
+    assert posterior == pytest.approx([0.25, 0.5, 0.25])
+
+
+def test_a_common_outlier_changes_nothing():
+    prior = np.array([0.2, 0.5, 0.3])
+    assert mma.update(prior, np.full(3, -1e6)) == pytest.approx(prior)
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(*[st.floats(-1e4, 50)] * 3), min_size=1, max_size=20))
+def test_probabilities_sum_to_one_and_never_fall_below_the_floor(evidence):
+    probability, floor = mma.initial_probability(), CONFIG.probability_floor
+    for log_likelihood in evidence:
+        probability = mma.update(probability, np.array(log_likelihood), floor)
+        assert probability.sum() == pytest.approx(1.0)
+        assert probability.min() >= floor / (1 + 3 * floor)
+
+
+@pytest.mark.parametrize(("dof", "density"), [(4.0, multivariate_t), (1e9, multivariate_normal)])
+def test_score_is_the_density_with_the_measurement_noise(dof, density):
+    """(11) is the limit without tails; S without R, as (10) is printed, would be far off."""
+    three, residual = filters(), np.array([[0.1, 0.2], [0.3, -0.1], [0.0, 0.5]])
+    noise = np.array([[0.04, 0.01], [0.01, 0.02]])
+    spread = three.covariance[0, :2, :2] + noise
+    extra = {"df": dof} if density is multivariate_t else {}
+    found, _ = mma.score(three, residual, noise, dof)
+    assert found == pytest.approx([density.logpdf(r, np.zeros(2), spread, **extra) for r in residual], rel=1e-5)
+
+
+def test_noise_is_raised_for_a_jump_that_no_model_predicts():
+    three, noise = filters(), np.eye(2) * 0.01
+    near, far = np.zeros((3, 2)), np.full((3, 2), 3.0)
+    assert mma.score(three, near, noise, 4.0)[1] == 1.0
+    one_does = np.concatenate([far[:2], near[:1]])
+    assert mma.score(three, one_does, noise, 4.0)[1] == 1.0
+    assert mma.score(three, far, noise, 4.0)[1] == pytest.approx((4 + 18 / 0.02) / 6)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.4, 5.0])
+def test_transitions_are_probabilities_and_only_slow_vehicles_stop(speed):
+    chain = mma.transitions(filters(speed), DT, CONFIG)
+    assert chain.sum(axis=1) == pytest.approx(1.0)
+    assert (chain >= 0).all()
+    if speed == 5.0:
+        assert chain[CV, STATIONARY] == pytest.approx(0.0, abs=1e-8)
+    if speed == 0.0:
+        assert chain[CV, STATIONARY] > 0.3
+
+
+def test_mix_keeps_mean_and_spread_of_the_whole():
+    """The mixture of the mixed filters is the mixture of those before, by its moments."""
+    rng = np.random.default_rng(2)
+    root = rng.normal(size=(3, 6, 6))
+    three = Filters(rng.normal(size=(3, 6)), root @ root.swapaxes(1, 2))
+    probability = np.array([0.2, 0.5, 0.3])
+    chain = mma.transitions(three, DT, CONFIG)
+    mixed, prior = mma.mix(three, probability, chain)
+
+    def moments(filters, weight):
+        mean = weight @ filters.mean
+        off = filters.mean - mean
+        return mean, np.einsum("m,mij->ij", weight, filters.covariance + off[:, :, None] * off[:, None, :])
+
+    assert prior == pytest.approx(probability @ chain)
+    for after, before in zip(moments(mixed, prior), moments(three, probability), strict=True):
+        assert after == pytest.approx(before)
+
+
+def drive(acceleration, method="mma", seed=1, noise_m=0.02):
+    """Follow a car that drives at 10 m/s and has accelerations (K,) along x.
+
+    Returns the errors (K,) of what is believed, those of the filter of constant velocity, and the models (K,).
+    """
+    rng, config = np.random.default_rng(seed), MmaConfig(method=method)
+    bank = build(np.zeros(2), R, FilterConfig(), config)
+    x, speed, errors, cv_errors, models = 0.0, 10.0, [], [], []
+    for a in acceleration:
+        x, speed = x + speed * DT + 0.5 * a * DT**2, speed + a * DT
+        bank.predict(motion(DT, FilterConfig()))
+        z = np.array([x, 0.0]) + rng.normal(0, noise_m, 2)
+        bank.observe(z - bank.filters.mean[:, :2], R)
+        errors.append(bank.estimate[0][0] - x)
+        cv_errors.append(bank.filters.mean[CV, 0] - x)
+        models.append(int(np.argmax(bank.probability)))
+    return np.array(errors), np.array(cv_errors), np.array(models)
+
+
+BRAKES = np.concatenate([np.zeros(60), np.full(40, -2.0), np.zeros(60)])
+
+
+@pytest.mark.parametrize("method", ["mma", "imm"])
+def test_a_manoeuvre_is_seen_soon_and_left_soon(method):
+    *_, models = drive(BRAKES, method)
+    assert np.mean(models[20:60] == CV) > 0.9
+    assert np.argmax(models[60:] == CA) < 10
+    assert np.argmax(models[100:] == CV) < 25
+
+
+def test_filters_that_talk_are_ready_after_a_manoeuvre():
+    """The constant velocity filter that nobody told of the braking is off by centimetres when it is wanted again."""
+    off = {method: np.abs(drive(BRAKES, method)[1][95:105]).mean() for method in ("mma", "imm", "paper")}
+    assert max(off["mma"], off["imm"]) < 0.5 * off["paper"]
+
+
+def test_imm_and_mma_agree_where_one_model_is_sure():
+    imm, mma_ = drive(np.zeros(80), "imm")[0], drive(np.zeros(80), "mma")[0]
+    assert imm[30:] == pytest.approx(mma_[30:], abs=0.01)
+
+
+def test_a_measurement_far_out_leaves_finite_probabilities():
+    for method in ("mma", "imm", "paper"):
+        bank = build(np.zeros(2), R, FilterConfig(), MmaConfig(method=method))
+        bank.predict(motion(DT, FilterConfig()))
+        bank.observe(np.full((3, 2), 1e4), R)
+        assert np.isfinite(bank.probability).all()
+        assert bank.probability.sum() == pytest.approx(1.0)
+
+
+def test_bad_settings_are_refused():
+    with pytest.raises(ValueError, match="probability_floor"):
+        MmaConfig(probability_floor=0.4)
+    with pytest.raises(ValueError, match="stopping_time_s"):
+        MmaConfig(stopping_time_s=5.0)
+
+
+@pytest.mark.parametrize("method", ["mma", "imm"])
+def test_a_point_known_worse_is_corrected_and_its_speed_is_not(method):
+    """Half a metre of error that was no motion: without `loosen` the filters would take it for a speed of metres."""
+    config = MmaConfig(method=method, tail_dof=1e9)
+    followed = build(np.zeros(2), R, FilterConfig(), config)
+    step = motion(DT, FilterConfig())
+    for k in range(20):
+        followed.predict(step)
+        followed.observe(np.array([8.0 * DT * (k + 1), 0.0]) - followed.filters.mean[:, :2], R)
+    followed.predict(step)
+    followed.loosen(np.eye(2) * 0.5**2)
+    before = followed.filters.mean.copy()
+    followed.observe(np.array([0.5, 0.0]) + before[CV, :2] - before[:, :2], R)
+    change = (followed.filters.mean - before)[CV]
+    assert change[0] == pytest.approx(0.5, abs=0.01)
+    assert abs(change[2]) < 0.1

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+from tracker.geometry import rotate, wrap
+from tracker.tracking.orientation import (
+    OrientationConfig,
+    by_course,
+    by_size,
+    course,
+    first_guess,
+    turn_sign,
+    turn_size,
+    way_needed,
+)
+
+CONFIG = OrientationConfig()
+WHOLE = np.ones(2, dtype=bool)
+
+
+@pytest.mark.parametrize("quarters", range(-3, 8))
+def test_turned_names_mean_the_same_corner(quarters):
+    sign, size, heading = np.array([1, -1]), np.array([4.6, 1.8]), 0.4
+    before = rotate(0.5 * sign * size, heading)
+    after = rotate(0.5 * turn_sign(sign, quarters) * turn_size(size, quarters), heading + quarters * np.pi / 2)
+    assert after == pytest.approx(before)
+
+
+@pytest.mark.parametrize(
+    ("size", "forward", "expected"),
+    [
+        ((4.5, 1.7), 0.0, 0.0),  # L-shape: the longer side is the length
+        ((1.7, 4.5), 0.0, 90.0),
+        ((4.5, 0.1), 0.0, 0.0),  # a side alone: longer than any car is wide
+        ((0.1, 1.8), 0.0, 0.0),  # a rear alone: the seen side is the width
+        ((1.8, 0.1), 0.0, 90.0),
+        ((2.2, 1.7), 0.0, 0.0),  # both sides seen in part
+        ((0.1, 1.8), 180.0, 180.0),  # of two directions the ego's own
+    ],
+)
+def test_first_guess(size, forward, expected):
+    quarters = first_guess(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG)
+    assert np.cos(quarters * np.pi / 2 - np.radians(expected)) ** 2 == pytest.approx(1.0)
+    if expected in (0.0, 180.0):
+        assert wrap(quarters * np.pi / 2 - np.radians(expected)) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3)])
+def test_motion_contradicts_the_heading(velocity, quarters):
+    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG)
+    assert by_course(0.0, direction) == quarters
+
+
+def test_going_sideways_takes_a_longer_way_and_a_known_length_never_does():
+    bare, long = np.array([1.7, 0.2]), np.array([4.6, 0.2])
+    assert way_needed(2, long, CONFIG) == way_needed(2, bare, CONFIG) == CONFIG.reversal_m
+    assert way_needed(1, bare, CONFIG) > 2.5  # the rear of a standing car that comes into view is as wide
+    assert way_needed(3, long, CONFIG) == np.inf
+
+
+def test_a_cut_face_broader_than_a_car_is_a_side():
+    """2.4 m from end to end is the rear of a truck; 2.4 m between two things that hide the rest is a car's side."""
+    face = np.array([0.1, 2.4])
+    assert first_guess(0.0, face, WHOLE, 0.0, CONFIG) % 2 == 0
+    assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
+
+
+def test_a_vague_velocity_has_no_course():
+    fast = np.array([5.0, 0.0])
+    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == 0.0
+    assert course(fast, np.eye(2) * 2.0**2, CONFIG) is None
+
+
+@pytest.mark.parametrize(
+    ("size", "forward", "quarters"),
+    [
+        ((0.2, 4.6), 90.0, 1),  # the remembered width is no width
+        ((0.2, 4.6), -90.0, 3),
+        ((1.7, 0.2), 90.0, 1),  # the seen side is a rear, not a length
+        ((12.0, 2.5), 180.0, 0),  # without motion a vehicle is not turned around
+    ],
+)
+def test_size_tells_length_from_width_while_a_vehicle_is_slow(size, forward, quarters):
+    assert by_size(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG) == quarters

@@ -1,0 +1,1 @@
+"""Detection: points to boxes."""

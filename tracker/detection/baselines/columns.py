@@ -1,0 +1,61 @@
+"""The baselines as further columns of the candidates."""
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.detection.baselines import autoware, jlinkage, principal_axes, ransac_lines, two_set_split
+from tracker.detection.baselines.baseline_config import BaselineConfig
+from tracker.detection.rectangles import measure
+from tracker.detection.segmentation import by_segment
+from tracker.geometry import fold
+from tracker.records import BASELINES, Candidates, Floats, Linkage, Segments
+
+Baseline = Callable[[Floats, BaselineConfig], float]
+"""From points (N, 2) of a segment in the ego frame [m], two places at least, to a heading modulo 90 degrees [rad]."""
+
+HEADINGS: dict[str, Baseline] = {
+    "principal_axes": principal_axes.heading,
+    "two_set_split": two_set_split.heading,
+    "ransac_lines": ransac_lines.heading,
+    "jlinkage": jlinkage.heading,
+    "autoware": autoware.heading,
+}
+
+
+def append(
+    points_ego: npt.NDArray[np.floating],
+    segments: Segments,
+    linkage: Linkage,
+    candidates: Candidates,
+    config: BaselineConfig,
+) -> Candidates:
+    """Candidates of points (N, 2 or more columns) with the columns of `BASELINES` after their own.
+
+    A baseline's heading judges all points of a segment; its sides are measured on the points on lines, as those of the
+    other methods are. It has no cost and is not selected. What is not fitted is NaN.
+    """
+    shape = (segments.count, len(BASELINES))
+    heading, center, size = np.full(shape, np.nan), np.full((*shape, 2), np.nan), np.full((*shape, 2), np.nan)
+    if config.enabled and segments.count:
+        order, offset = by_segment(segments)
+        points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
+        heading = fold(np.array([headings(part, config) for part in np.split(points, offset[1:-1])]))
+        center, size = measure(points_ego, segments, linkage, heading)
+    return Candidates(
+        heading=np.concatenate([candidates.heading, heading], axis=1),
+        center_ego=np.concatenate([candidates.center_ego, center], axis=1),
+        size=np.concatenate([candidates.size, size], axis=1),
+        cost=np.concatenate([candidates.cost, np.full(shape, np.nan)], axis=1),
+        best=candidates.best,
+    )
+
+
+def headings(points: Floats, config: BaselineConfig) -> list[float]:
+    """Heading of points (N, 2) by each baseline [rad]; 0 for points in one place, which have no direction."""
+    if not np.ptp(points, axis=0).any():
+        return [0.0] * len(BASELINES)
+    kept = min(len(points), config.points_max)
+    sample = points[np.arange(kept) * len(points) // kept]
+    return [HEADINGS[name](sample, config) for name in BASELINES]

@@ -1,0 +1,61 @@
+"""Sequential RANSAC (Fischler and Bolles 1981): the line that most points agree on, then one in what is left."""
+
+import numpy as np
+
+from tracker.detection.baselines.baseline_config import BaselineConfig
+from tracker.detection.baselines.principal_axes import direction
+from tracker.detection.kernels.lines import fit_line
+from tracker.records import Bools, Floats
+
+SIDES = 2
+"""Lines looked for: no more sides of a vehicle are seen at once."""
+MINIMAL_SAMPLE = 2
+"""Points that define a line, and lie on it whatever the others do."""
+TRIALS = 100
+"""Samples a line. One of them is of a side that holds a quarter of the points with probability
+1 - (1 - 1/16)^100 = 99.8 %."""
+
+
+def heading(points_ego: Floats, config: BaselineConfig) -> float:
+    """Direction of the line that most of the points (N, 2) are nearest to [rad].
+
+    Each line is fitted by least squares to the points that agree on it, which are then put aside. In the end every
+    point is given to the nearest line, so that those at a corner do not stay with the line found first.
+    """
+    random = np.random.Generator(np.random.Philox(config.seed))
+    lines, left = [], points_ego
+    for _ in range(SIDES):
+        agreeing = consensus(left, config.inlier_m, random)
+        if agreeing.sum() <= MINIMAL_SAMPLE:
+            break
+        lines.append(fit_line(left, agreeing.astype(np.int64), 1))
+        left = left[~agreeing]
+    if not lines:
+        return direction(points_ego)
+    distance = distances(points_ego, np.array(lines))
+    nearest = np.where(distance.min(axis=0) < config.inlier_m, distance.argmin(axis=0), SIDES)
+    return direction(points_ego[nearest == np.bincount(nearest, minlength=SIDES)[:SIDES].argmax()])
+
+
+def consensus(points: Floats, inlier_m: float, random: np.random.Generator) -> Bools:
+    """(N,) the points near the line through two of them that most points are near to."""
+    if len(points) < MINIMAL_SAMPLE:
+        return np.zeros(len(points), dtype=np.bool_)
+    one = random.integers(len(points), size=TRIALS)
+    other = (one + random.integers(1, len(points), size=TRIALS)) % len(points)
+    near = distances(points, through(points[one], points[other])) < inlier_m
+    return np.asarray(near[near.sum(axis=1).argmax()])
+
+
+def through(one: Floats, other: Floats) -> Floats:
+    """Lines (M, 3) through pairs of points (M, 2): unit normal and offset; of equal points infinitely far away."""
+    along = other - one
+    length = np.hypot(*along.T)
+    normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.where(length > 0.0, length, 1.0)[:, None]
+    offset = np.where(length > 0.0, -np.sum(normal * one, axis=1), np.inf)
+    return np.column_stack([normal, offset])
+
+
+def distances(points: Floats, lines: Floats) -> Floats:
+    """(M, N) distance of points (N, 2) to lines (M, 3) [m]."""
+    return np.abs(lines[:, :2] @ points.T + lines[:, 2:])

@@ -1,0 +1,120 @@
+"""The fitting half of the tracker: from one scan to the boxes of the vehicles in it."""
+
+import math
+from dataclasses import dataclass, field
+
+from tracker import merging as union
+from tracker.detection import boxes, preprocess, rectangles, segmentation, selection, tlinkage
+from tracker.detection import truncation as ends
+from tracker.detection.background import Background, BackgroundConfig
+from tracker.detection.baselines import columns
+from tracker.detection.baselines.baseline_config import BaselineConfig
+from tracker.detection.boxes import BoxConfig
+from tracker.detection.deskew import EgoMotion, Movers, SweepConfig, undo_targets
+from tracker.detection.preprocess import PreprocessConfig
+from tracker.detection.rectangles import RectangleConfig
+from tracker.detection.segmentation import SegmentationConfig
+from tracker.detection.selection import SelectionConfig
+from tracker.detection.suppression import ShadowConfig, in_shadow
+from tracker.detection.tlinkage import LinkageConfig
+from tracker.detection.truncation import EndConfig
+from tracker.geometry import rotate
+from tracker.merging import Pieces, UnionConfig
+from tracker.records import Bools, Boxes, Candidates, Detection, Floats, Linkage, Segments
+from tracker.scan import Scan
+
+CLOCK_DIGITS = 9
+"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class DetectorConfig:
+    """One section per stage of the fitting half."""
+
+    preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
+    sweep: SweepConfig = field(default_factory=SweepConfig)
+    segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    union: UnionConfig = field(default_factory=UnionConfig)
+    ends: EndConfig = field(default_factory=EndConfig)
+    linkage: LinkageConfig = field(default_factory=LinkageConfig)
+    rectangles: RectangleConfig = field(default_factory=RectangleConfig)
+    selection: SelectionConfig = field(default_factory=SelectionConfig)
+    baselines: BaselineConfig = field(default_factory=BaselineConfig)
+    boxes: BoxConfig = field(default_factory=BoxConfig)
+    shadow: ShadowConfig = field(default_factory=ShadowConfig)
+
+
+class Detector:
+    """Finds vehicles in scan after scan; it remembers how the ego moves and where walls are, but no vehicle.
+
+    A tracker of another kind makes one and calls `step`: all that follows its boxes may then be its own. Each of the
+    stages `segment`, `link`, `fit` and `box` may be replaced by a subclass.
+    """
+
+    def __init__(self, config: DetectorConfig | None = None) -> None:
+        self.config = config or DetectorConfig()
+        self._ego_motion = EgoMotion(self.config.sweep)
+        self._background = Background(self.config.background)
+        self._time = -math.inf
+
+    def check(self, scan: Scan) -> None:
+        """Raise ValueError for a scan that `step` would not take: malformed, or not later than the one before."""
+        scan.check()
+        if round(scan.time - self._time, CLOCK_DIGITS) <= 0.0:
+            raise ValueError(
+                f"the scan of {scan.time} s is not later than the one before, of {self._time} s; "
+                "leave it out, or use a new tracker for another recording"
+            )
+
+    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+        """Fit a box to every vehicle in a scan.
+
+        `movers` are the vehicles known so far, where they should be at the scan's time: points on them are moved by
+        their motion during the sweep. Without them only the ego's own motion is made up for. `long` are those that are
+        longer than a car, in the odometry frame: all that is seen in the box of one is one segment. Odd scans are
+        treated as in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
+        """
+        self.check(scan)
+        self._time = scan.time
+        config = self.config
+        keep = preprocess.keep(scan, config.preprocess)
+        scan = preprocess.masked(scan)
+        swept, scan = scan, self._ego_motion.undo(scan)
+        segments = self.segment(scan, keep, long)
+        if movers is not None:
+            scan = undo_targets(scan, segments, movers, config.sweep)
+        cut_off = ends.cut_off(swept, keep, segments, config.ends)
+        linkage = self.link(scan, segments)
+        candidates = self.fit(scan, segments, linkage)
+        return Detection(segments, linkage, candidates, self.box(scan, segments, linkage, candidates, cut_off))
+
+    def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
+        """Group the points to `keep` (N,) into things that may be vehicles: walls are dropped, pieces of one united."""
+        segments = segmentation.segment(scan.points_ego, keep, self.config.segmentation)
+        points_odom = into_odom(scan)
+        segments = self._background.remove(points_odom, segments)
+        return segments if long is None else union.claim(points_odom, segments, long, self.config.union)
+
+    def link(self, scan: Scan, segments: Segments) -> Linkage:
+        """Tell lines from outliers in every segment."""
+        return tlinkage.link(scan.points_ego, segments, self.config.linkage)
+
+    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+        """Fit a rectangle per method to every segment, and select the best."""
+        points, config = scan.points_ego, self.config
+        found = rectangles.fit(points, segments, linkage, config.rectangles)
+        candidates = selection.select(points, segments, linkage, found, config.selection)
+        return columns.append(points, segments, linkage, candidates, config.baselines)
+
+    def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
+        """Make boxes of the best rectangles that are a vehicle's, of things that go on beyond points `cut_off` (N,)."""
+        fitted = boxes.build(
+            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes
+        )
+        return fitted.subset(~in_shadow(fitted, self.config.shadow))
+
+
+def into_odom(scan: Scan) -> Floats:
+    """(N, 2) points of the scan in the odometry frame [m]."""
+    return rotate(scan.points_ego[:, :2], scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]

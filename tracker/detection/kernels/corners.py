@@ -1,0 +1,107 @@
+"""Hot loops of corners: which of the lines that T-linkage proposes is a vehicle's side, and what stands across it."""
+
+import numpy as np
+from numba import njit
+
+from tracker.detection.kernels.faces import depths, inward
+from tracker.detection.kernels.lines import extent, fit_line, near
+from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
+from tracker.records import Floats, Ints
+
+
+@njit(cache=True)
+def beside(place: Floats, member: Ints, beyond_max: float) -> Ints:
+    """1 for places no more than `beyond_max` past the ends of the members', else 0."""
+    low, high = np.inf, -np.inf
+    for i in range(len(place)):
+        if member[i] == 1:
+            low, high = min(low, place[i]), max(high, place[i])
+    return ((place > low - beyond_max) & (place < high + beyond_max)).astype(np.int64)
+
+
+@njit(cache=True)
+def explained(first: Floats, aside: Ints, second: Floats, gates: Floats, depth_max: float) -> int:
+    """Points on either of two faces, less those that speak against them; depths (N,) behind each, gates (2, N).
+
+    A body is convex: nothing of it lies outside of a face, and little well inside. What curves away right behind a face
+    counts for nothing.
+    """
+    score = 0
+    for i in range(len(first)):
+        if first[i] < -gates[0, i] or second[i] < -gates[1, i]:
+            score -= 1
+        elif first[i] < gates[0, i] or second[i] < gates[1, i]:
+            score += 1
+        elif not (aside[i] == 1 and first[i] < depth_max) and second[i] >= depth_max:
+            score -= 1
+    return score
+
+
+@njit(cache=True)
+def across(
+    points: Floats, face: Floats, noise: Floats, gate: float, depth_max: float, beyond_max: float, length_min: float
+) -> tuple[int, Floats]:
+    """Score of a face, alone or with the best one across it at either end, and that other face (3,) or zeros.
+
+    Every point off the face may be on the other one, which holds two at least, farther apart than a mirror is long.
+    """
+    depth, place, std = depths(points, face, noise)
+    turned = np.array([face[1], -face[0], 0.0])
+    gates = gate * np.stack((std, depths(points, turned, noise)[2]))
+    aside = beside(place, (np.abs(depth) < gates[0]).astype(np.int64), beyond_max)
+    other, best = np.zeros(3), explained(depth, aside, np.full(len(points), np.inf), gates, depth_max)
+    for c in range(len(points)):
+        if depth[c] < gates[0, c]:
+            continue
+        nearest, farthest, count, mean = np.inf, -np.inf, 0, 0.0
+        for i in range(len(points)):
+            if depth[i] > gates[0, i] and abs(place[i] - place[c]) < gates[1, i]:
+                nearest, farthest = min(nearest, depth[i]), max(farthest, depth[i])
+                count, mean = count + 1, mean + place[i]
+        if count < MINIMAL_SAMPLE or farthest - nearest < length_min:
+            continue
+        for sign in (1.0, -1.0):
+            score = explained(depth, aside, sign * (place - place[c]), gates, depth_max)
+            if score > best:
+                best, other = score, np.array([sign * face[1], -sign * face[0], -sign * mean / count])
+    return best, other
+
+
+@njit(cache=True)
+def best_corner(
+    points: Floats,
+    sample: Floats,
+    cluster: Ints,
+    tau: float,
+    noise: Floats,
+    gate: float,
+    depth_max: float,
+    beyond_max: float,
+    length_min: float,
+) -> Floats:
+    """Corner (2, 3) that explains most of `sample`, of those that the lines of its clusters propose.
+
+    Clusters compete with all the points that their rectangle explains, not with their own: a dense rounded corner makes
+    a larger cluster than the sparse flank beside it, but leaves the flank unexplained. Of equals the one that fixes the
+    heading better is taken. The largest cluster is the answer if no other is long enough.
+    """
+    size = np.bincount(cluster, minlength=len(sample))
+    corner, best, best_hold, nothing = np.zeros((2, 3)), -len(sample) - 1, 0.0, np.zeros(len(points), np.int64)
+    for rank, name in enumerate(np.argsort(-size, kind="mergesort")):
+        if rank > 0 and size[name] <= MINIMAL_SAMPLE:
+            break
+        line = fit_line(sample, cluster, name)
+        member = near(points, line, tau, nothing)
+        if member.sum() > MINIMAL_SAMPLE:
+            line = fit_line(points, member, 1)
+            member = near(points, line, tau, nothing)
+        length = extent(points, line, member)[0]
+        if rank > 0 and length < length_min:
+            continue
+        face = inward(points, line, tau)
+        score, other = across(sample, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
+        hold = length * length * member.sum()
+        if score > best or (score == best and hold > best_hold):
+            best, best_hold = score, hold
+            corner[0], corner[1] = face, other
+    return corner

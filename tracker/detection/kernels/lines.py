@@ -1,0 +1,148 @@
+"""Hot loops of lines: which clusters of points are lines, and which points lie on them."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
+from tracker.records import Floats, Ints
+
+
+@njit(cache=True)
+def fit_line(points: Floats, member: Ints, name: int) -> Floats:
+    """Total least squares line (3,) through the points, one at least, whose `member` is `name`."""
+    count, x, y = 0, 0.0, 0.0
+    for i in range(len(points)):
+        if member[i] == name:
+            count, x, y = count + 1, x + points[i, 0], y + points[i, 1]
+    x, y = x / count, y / count
+    xx, xy, yy = 0.0, 0.0, 0.0
+    for i in range(len(points)):
+        if member[i] == name:
+            dx, dy = points[i, 0] - x, points[i, 1] - y
+            xx, xy, yy = xx + dx * dx, xy + dx * dy, yy + dy * dy
+    direction = 0.5 * math.atan2(2.0 * xy, xx - yy)
+    a, b = -math.sin(direction), math.cos(direction)
+    return np.array([a, b, -a * x - b * y])
+
+
+@njit(cache=True)
+def log_chance(count: int, support: int, share: float) -> float:
+    """Log of the expected number of lines that `support` of `count` scattered points are near by chance.
+
+    Every pair of points is a line, the others are near it with probability `share`:
+    C(count, 2) * P(Binomial(count - 2, share) >= support - 2).
+    """
+    pairs = math.log(0.5 * count * (count - 1))
+    trials, hits = count - MINIMAL_SAMPLE, support - MINIMAL_SAMPLE
+    if hits <= trials * share:
+        return pairs
+    term = math.lgamma(trials + 1) - math.lgamma(hits + 1) - math.lgamma(trials - hits + 1)
+    term += hits * math.log(share) + (trials - hits) * math.log1p(-share)
+    total, ratio = 1.0, 1.0
+    for j in range(hits, trials):
+        ratio *= (trials - j) / (j + 1) * share / (1.0 - share)
+        total += ratio
+    return pairs + term + math.log(total)
+
+
+@njit(cache=True)
+def near(points: Floats, line: Floats, tau: float, taken: Ints) -> Ints:
+    """1 for points within tau of the line that are not taken, else 0."""
+    member = np.zeros(len(points), np.int64)
+    for i in range(len(points)):
+        if taken[i] == 0 and abs(line[0] * points[i, 0] + line[1] * points[i, 1] + line[2]) < tau:
+            member[i] = 1
+    return member
+
+
+@njit(cache=True)
+def extent(points: Floats, line: Floats, member: Ints) -> tuple[float, float]:
+    """Length and width of the box around the members, along and across the line."""
+    low_t, high_t, low_d, high_d = np.inf, -np.inf, np.inf, -np.inf
+    for i in range(len(points)):
+        if member[i] == 1:
+            t = line[1] * points[i, 0] - line[0] * points[i, 1]
+            d = line[0] * points[i, 0] + line[1] * points[i, 1]
+            low_t, high_t, low_d, high_d = min(low_t, t), max(high_t, t), min(low_d, d), max(high_d, d)
+    return high_t - low_t, high_d - low_d
+
+
+@njit(cache=True)
+def find_lines(points: Floats, sample: Floats, cluster: Ints, tau: float, length_min: float, turn_min: float) -> Floats:
+    """Lines (L, 3) of the clusters of `sample` that are not outliers, L >= 1: the largest, and every further side."""
+    size = np.bincount(cluster, minlength=len(sample))
+    lines, taken, share = np.empty((0, 3)), np.zeros(len(points), np.int64), 1.0
+    for name in np.argsort(-size, kind="mergesort"):
+        if len(lines) > 0 and size[name] <= MINIMAL_SAMPLE:
+            break
+        line = fit_line(sample, cluster, name)
+        member = near(points, line, tau, taken)
+        line = fit_line(points, member, 1) if member.sum() > MINIMAL_SAMPLE else line
+        member = near(points, line, tau, taken)
+        if len(lines) == 0:
+            length, width = extent(points, line, np.ones(len(points), np.int64))
+            share = min(0.999, 2.0 * tau * math.hypot(length, width) / ((length + 2.0 * tau) * (width + 2.0 * tau)))
+        elif (
+            member.sum() <= MINIMAL_SAMPLE
+            or np.any(np.abs(lines[:, 0] * line[1] - lines[:, 1] * line[0]) < turn_min)
+            or extent(points, line, member)[0] < length_min
+            or log_chance(len(points) - taken.sum(), member.sum(), share) > 0.0
+        ):
+            continue
+        lines = np.concatenate((lines, line.reshape(1, 3)))
+        taken += member
+    return lines
+
+
+@njit(cache=True)
+def assign(points: Floats, lines: Floats, tau: float) -> Ints:
+    """Nearest line within tau of each point, or -1."""
+    label = np.full(len(points), -1, np.int64)
+    for i in range(len(points)):
+        closest = tau
+        for k in range(len(lines)):
+            distance = abs(lines[k, 0] * points[i, 0] + lines[k, 1] * points[i, 1] + lines[k, 2])
+            if distance < closest:
+                closest, label[i] = distance, k
+    return label
+
+
+@njit(cache=True)
+def settle(points: Floats, lines: Floats, tau: float) -> Ints:
+    """Fit lines to the points nearest to them and assign again; (N,) line of each point, 0 the largest, -1 none."""
+    label = assign(points, lines, tau)
+    for k in range(len(lines)):
+        if np.sum(label == k) > MINIMAL_SAMPLE:
+            lines[k] = fit_line(points, label, k)
+    label = assign(points, lines, tau)
+    size = np.array([np.sum(label == k) for k in range(len(lines))])
+    rank = np.full(len(lines), -1, np.int64)
+    for place, k in enumerate(np.argsort(-size, kind="mergesort")):
+        if place == 0 or size[k] > MINIMAL_SAMPLE:
+            rank[k] = place
+    for i in range(len(points)):
+        if label[i] >= 0:
+            label[i] = rank[label[i]]
+    return label
+
+
+@njit(cache=True)
+def largest_clusters(sample: Floats, cluster: Ints) -> Floats:
+    """Lines (L, 3) of the clusters before the largest jump in size, L >= 1 (Magri and Fusiello's rule for outliers).
+
+    A minimal sample is set among the clusters, so that a line alone stands out.
+    """
+    size = np.bincount(cluster, minlength=len(sample))
+    order = np.argsort(-size, kind="mergesort")
+    ranked = np.append(size[order], 0)
+    kept, jump = 1, -1
+    for k in range(len(sample)):
+        below = max(ranked[k + 1], MINIMAL_SAMPLE)
+        if ranked[k] - below > jump:
+            kept, jump = k + 1, ranked[k] - below
+    lines = np.empty((kept, 3))
+    for k in range(kept):
+        lines[k] = fit_line(sample, cluster, order[k])
+    return lines

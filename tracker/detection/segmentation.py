@@ -1,0 +1,88 @@
+"""Adaptive segmentation (Zhang 2017): points within a radius that grows with range belong together."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.detection.kernels.chains import connected
+from tracker.records import NOT_USED, Bools, Floats, Ints, Segments
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentationConfig:
+    """Reach of a point: radius_m + radius_per_m * range.
+
+    A layer's beams are 0.5 degrees apart, the two pairs interleave to 0.25 (IBEO LUX): 0.17 m at 40 m on a surface
+    seen face on, 0.7 m on a side seen at 15 degrees. Cars in adjacent lanes are 1.4 to 1.7 m apart, queued ones 2.
+    The defaults reach 0.7 m at 10 m and 1.3 m at 40 m.
+    """
+
+    radius_m: float = 0.5
+    """Reach at the ego [m]; must also bridge a side mirror (0.2 m)."""
+    radius_per_m: float = 0.02
+    """Growth of the reach with range, no dimension."""
+    points_min: int = 5
+    """Smaller segments are dropped: a rectangle has five parameters."""
+
+    def __post_init__(self) -> None:
+        if self.radius_m <= 0.0 or self.radius_per_m < 0.0:
+            raise ValueError("radius_m must be positive and radius_per_m not negative")
+        if self.points_min < 2:
+            raise ValueError(f"points_min is {self.points_min}; a segment needs at least 2 points to have a direction")
+
+
+def segment(points_ego: npt.NDArray[np.floating], keep: Bools, config: SegmentationConfig) -> Segments:
+    """Group the kept points (N, 2 or more columns) into chains of pairs within the reach of either point.
+
+    Segments are numbered by their first point. The chains are those of a KD-tree search over all pairs; points are
+    first binned into cells no wider than the smallest reach, so that a dense cluster costs no pairs.
+    """
+    used = np.flatnonzero(keep)
+    points = np.asarray(points_ego[used, :2], dtype=np.float64)
+    root = used[connect(points, config)]
+    _, member, size = np.unique(root, return_inverse=True, return_counts=True)
+    kept = size >= config.points_min
+    number = np.where(kept, np.cumsum(kept) - 1, NOT_USED)
+    label = np.full(len(points_ego), NOT_USED, dtype=np.int64)
+    label[used] = number[member]
+    return Segments(label=label, count=int(kept.sum()))
+
+
+def connect(points: Floats, config: SegmentationConfig) -> Ints:
+    """(N,) index of the first point of each point's chain."""
+    if not len(points):
+        return np.empty(0, dtype=np.int64)
+    radius = config.radius_m + config.radius_per_m * np.hypot(points[:, 0], points[:, 1])
+    pitch = radius.min() / math.sqrt(2.0)
+    column, row = np.floor(points / pitch).astype(np.int64).T
+    order = np.lexsort((row, column))
+    column, row = column[order], row[order]
+    start = np.flatnonzero(np.diff(column, prepend=column[0] - 1) | np.diff(row, prepend=row[0]))
+    root = connected(
+        points[order],
+        radius[order],
+        column[start],
+        row[start],
+        np.append(start, len(points)),
+        math.ceil(radius.max() / pitch),
+    )
+    first = np.full(len(points), len(points), dtype=np.int64)
+    np.minimum.at(first, root, order)
+    chain = np.empty(len(points), dtype=np.int64)
+    chain[order] = first[root]
+    return chain
+
+
+def by_segment(segments: Segments) -> tuple[Ints, Ints]:
+    """Indices of the used points, segment by segment in scan order, and (S + 1,) where each segment starts."""
+    order = np.argsort(segments.label, kind="stable")
+    offset = np.searchsorted(segments.label[order], np.arange(segments.count + 1))
+    return order[offset[0] :], offset - offset[0]
+
+
+def keep_only(segments: Segments, kept: Bools) -> Segments:
+    """Drop the segments that are not `kept` (S,), and number the others anew in the same order."""
+    number = np.append(np.where(kept, np.cumsum(kept) - 1, NOT_USED), NOT_USED)
+    return Segments(label=number[segments.label], count=int(kept.sum()))

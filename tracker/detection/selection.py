@@ -1,0 +1,82 @@
+"""Best selection: which of the candidate headings is right, and how far it should still be turned."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.detection.kernels.heading_search import align, side_distances
+from tracker.detection.rectangles import Rectangles, measure
+from tracker.detection.segmentation import by_segment
+from tracker.geometry import fold
+from tracker.records import Candidates, Floats, Linkage, Segments
+
+
+@dataclass(frozen=True, slots=True)
+class SelectionConfig:
+    """Which cost decides."""
+
+    variant: Literal["alignment", "paper"] = "alignment"
+    """`paper`: equation (3), the variance of the absolute residuals on the dominant line, among the four candidates.
+    T-linkage's heading is that line's least-squares direction, so that others hardly win. `alignment`: how well all
+    points of the segment line up along the heading and across it; the cheapest candidate is turned to the least."""
+    reach_m: float = 0.08
+    """Points of a side seen face on are at most this far apart across it [m]: three standard deviations of their
+    range, as `linkage.tau_m`. Range noise lies along the beam: across a side seen at an angle there is less of it."""
+    flatness_m: float = 0.03
+    """The same across a side that a beam grazes [m]: what is not range noise. A LUX's beam is 2.8 cm wide at 20 m, a
+    standard deviation of 0.8 cm, and panels are flat to as much."""
+
+    def __post_init__(self) -> None:
+        if min(self.reach_m, self.flatness_m) <= 0.0:
+            raise ValueError("reach_m and flatness_m must be positive distances in metres")
+
+
+def select(
+    points_ego: npt.NDArray[np.floating],
+    segments: Segments,
+    linkage: Linkage,
+    rectangles: Rectangles,
+    config: SelectionConfig,
+) -> Candidates:
+    """Cost of every rectangle for points (N, 2 or more columns), and the cheapest per segment.
+
+    The last method, `refined`, is the cheapest of the others, turned by `alignment` and not by `paper`.
+    """
+    if config.variant == "paper":
+        heading, cost = rectangles.heading, residual_variance(points_ego, segments, linkage, rectangles.heading)
+        cheapest = np.argmin(cost, axis=1)[:, None]
+        heading, cost = (np.hstack([of, np.take_along_axis(of, cheapest, axis=1)]) for of in (heading, cost))
+    else:
+        order, offset = by_segment(segments)
+        points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
+        heading, cost = align(points, offset, rectangles.heading, config.reach_m, config.flatness_m)
+    refined = fold(heading[:, -1:])
+    center, size = measure(points_ego, segments, linkage, refined)
+    return Candidates(
+        heading=np.hstack([rectangles.heading, refined]),
+        center_ego=np.hstack([rectangles.center_ego, center]),
+        size=np.hstack([rectangles.size, size]),
+        cost=cost,
+        best=np.argmin(cost, axis=1),
+    )
+
+
+def residual_variance(
+    points_ego: npt.NDArray[np.floating], segments: Segments, linkage: Linkage, heading: Floats
+) -> Floats:
+    """Equation (3) for headings (S, M): variance of the absolute residuals on the dominant line [m^2].
+
+    A residual is a point's distance to the side of the rectangle that the line lies along, moved to the middle of
+    the line. (3) leaves the offset c of H open; at the edge of a tight rectangle all residuals would have one sign,
+    the absolute value would do nothing, and least squares would win always.
+    """
+    dominant = np.flatnonzero(linkage.line == 0)
+    dominant = dominant[np.argsort(segments.label[dominant], kind="stable")]
+    offset = np.searchsorted(segments.label[dominant], np.arange(segments.count + 1))
+    points = np.asarray(points_ego[dominant, :2], dtype=np.float64, order="C")
+    distance = side_distances(points, offset, heading)
+    count = np.diff(offset)[:, None]
+    mean, square = (np.add.reduceat(power, offset[:-1]) / count for power in (distance, distance**2))
+    return np.asarray(square - mean**2)

@@ -1,0 +1,176 @@
+"""The filter bank, equations (6) to (9): Kalman filters in batches of plain arrays.
+
+All three models are one chain of integrators per axis, cut at position, velocity or acceleration. Each holds all six
+numbers x, y, vx, vy, ax, ay all the same: those that its model leaves out are nobody's estimate but a spread, which
+another model starts from when the vehicle changes its mind. So the models can pass their states on, and one pass of
+numpy serves any number of filters; filterpy is the oracle of the tests, and runs `tracker.tracking.imm`.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from filterpy.common import Q_continuous_white_noise
+
+from tracker.bounds import require_within
+from tracker.records import MODELS, Floats
+
+STATE_DIM = 6
+"""x, y, vx, vy, ax, ay [m, s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilterConfig:
+    """Noise of the filter bank; process noise is what each model does not know of a car's motion.
+
+    What a model leaves out is no white noise but lasts: an acceleration of standard deviation s that is forgotten over
+    T acts on the velocity as white noise of spectral density 2 s^2 T once it is looked at for longer than T (Singer
+    1970; Bar-Shalom, Li, Kirubarajan 2001, section 8.2). Densities do not depend on how often the vehicle is seen.
+    """
+
+    drift_density_m2ps: float = 4e-4
+    """Stationary model: the seen corner of a standing vehicle wanders by some 2 cm in a second, as the view of its
+    rounded end changes [m^2/s]."""
+    acceleration_std_mps2: float = 0.1
+    """Constant velocity model: what a driver who keeps the speed does without noticing, a fifth of the mode's limit of
+    0.4 to 0.6 [m/s^2] ..."""
+    acceleration_time_s: float = 1.0
+    """... which lasts this long [s]: 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
+    jerk_std_mps3: float = 1.0
+    """Constant acceleration model: ordinary driving stays below 2 to 3, two standard deviations and more [m/s^3] ..."""
+    jerk_time_s: float = 0.5
+    """... and a jerk lasts as long as a foot moves [s]: 2 x 1^2 x 0.5 = 1 m^2/s^5."""
+    yaw_acceleration_std_radps2: float = 0.6
+    """Heading filter: into a turn of 10 m radius at 6 m/s, that is to 0.6 rad/s, in one second [rad/s^2] ..."""
+    yaw_acceleration_time_s: float = 0.04
+    """... by a wheel whose motion is new at each scan: half of one [s]; 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
+    starting_speed_std_mps: float = 0.5
+    """Speed of a vehicle that begins to move when it is first seen to do so, the limit of the mode [m/s]."""
+    manoeuvre_std_mps2: float = 1.5
+    """Acceleration of one that begins to accelerate: comfortable driving stays below 2 to 3 [m/s^2]."""
+    initial_speed_std_mps: float = 8.0
+    """Speed of a vehicle before it was seen twice: urban traffic up to 60 km/h, two standard deviations [m/s]."""
+    initial_yaw_rate_std_radps: float = 0.2
+    """Its yaw rate [rad/s]."""
+    position_std_floor_m: float = 0.007
+    """Corner noise from scan to scan that the fit cannot know: where the beams happen to meet the outline [m]."""
+    heading_std_floor_rad: float = 0.02
+    """Heading noise that the fit cannot know [rad]."""
+
+    def __post_init__(self) -> None:
+        require_within(self, 1e-9, 1e3, "drift_density_m2ps", "acceleration_std_mps2", "jerk_std_mps3")
+        require_within(self, 1e-6, 1e3, "acceleration_time_s", "jerk_time_s", "yaw_acceleration_time_s")
+        require_within(self, 1e-6, 1e3, "yaw_acceleration_std_radps2", "initial_yaw_rate_std_radps")
+        require_within(self, 1e-6, 1e3, "starting_speed_std_mps", "manoeuvre_std_mps2", "initial_speed_std_mps")
+        require_within(self, 1e-6, 1e3, "position_std_floor_m", "heading_std_floor_rad")
+
+
+def integrator(order: int, dt: float) -> Floats:
+    """(order, order) transition of a chain of integrators: the one-axis block of (7), (8) and (9)."""
+    chain = np.eye(order)
+    if order > 1:
+        chain[0, 1] = dt
+    if order > 2:
+        chain[1, 2], chain[0, 2] = dt, dt**2 / 2
+    return chain
+
+
+def density(order: int, config: FilterConfig) -> float:
+    """Spectral density of the derivative of position that a model of this order takes for white."""
+    return (
+        config.drift_density_m2ps,
+        2 * config.acceleration_std_mps2**2 * config.acceleration_time_s,
+        2 * config.jerk_std_mps3**2 * config.jerk_time_s,
+    )[order - 1]
+
+
+def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
+    """(order, order) one-axis noise of a chain of integrators that is driven by white noise from above.
+
+    Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
+    """
+    if order == 1:
+        return np.array([[spectral_density * dt]])
+    return np.asarray(Q_continuous_white_noise(dim=order, dt=dt, spectral_density=spectral_density))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """Transition and noise of K filters of n states for one time step."""
+
+    transition: Floats
+    """(K, n, n)."""
+    noise: Floats
+    """(K, n, n)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """What all tracks have in common over one time step."""
+
+    dt: float
+    """[s]."""
+    models: Step
+    """One filter per model, 6 states."""
+    heading: Step
+    """One filter, heading and yaw rate."""
+
+
+@lru_cache(maxsize=8)
+def motion(dt: float, config: FilterConfig) -> Motion:
+    """Equations (7), (8) and (9) for a time step `dt` [s]; remembered, since scans come at a steady rate."""
+    axes, spread = np.eye(2), spreads(config)
+    transition, noise = np.zeros((2, len(MODELS), 3, 3))
+    for m, order in enumerate(range(1, len(MODELS) + 1)):
+        transition[m, :order, :order] = integrator(order, dt)
+        noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, spread))
+        noise[m, :order, :order] = process_noise(order, dt, density(order, config))
+    turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
+    return Motion(
+        dt=dt,
+        models=Step(np.asarray(np.kron(transition, axes)), np.asarray(np.kron(noise, axes))),
+        heading=Step(integrator(2, dt)[None], process_noise(2, dt, turning)[None]),
+    )
+
+
+def spreads(config: FilterConfig) -> Floats:
+    """(3,) variance of position, velocity and acceleration where a model leaves them out."""
+    return np.square([0.0, config.starting_speed_std_mps, config.manoeuvre_std_mps2])
+
+
+@dataclass(slots=True, eq=False)
+class Filters:
+    """K Kalman filters of n states each, of which the first ones are measured."""
+
+    mean: Floats
+    """(K, n)."""
+    covariance: Floats
+    """(K, n, n)."""
+
+    def predict(self, step: Step) -> None:
+        """Move on by one time step."""
+        self.mean = (step.transition @ self.mean[..., None])[..., 0]
+        self.covariance = step.transition @ self.covariance @ step.transition.swapaxes(-1, -2) + step.noise
+
+    def correct(self, residual: Floats, noise: Floats) -> None:
+        """Correct by pre-fit residuals (K, m) of the first m states, of covariance (m, m)."""
+        measured = residual.shape[-1]
+        spread = self.covariance[:, :measured, :measured] + noise
+        gain = np.linalg.solve(spread, self.covariance[:, :measured]).swapaxes(-1, -2)
+        self.mean = self.mean + (gain @ residual[..., None])[..., 0]
+        self.covariance = self.covariance - gain @ self.covariance[:, :measured]
+        self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
+
+
+def bank(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
+    """One filter per model, from a first observation (2,) [m] of covariance (2, 2) [m^2]."""
+    count = len(MODELS)
+    spread = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
+    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(spread), np.eye(2)), (count, 1, 1))
+    mean[:, :2], variance[:, :2, :2] = position, covariance
+    return Filters(mean, variance)
+
+
+def heading_filter(heading: float, variance: float, config: FilterConfig) -> Filters:
+    """Build the heading block of (9), state (heading, yaw rate); here yaw rate does turn the heading."""
+    return Filters(np.array([[heading, 0.0]]), np.diag([variance, config.initial_yaw_rate_std_radps**2])[None])

@@ -1,0 +1,76 @@
+"""The bank as filterpy's interacting multiple model: the reference that multiple-model association is held against."""
+
+import numpy as np
+from filterpy.kalman import IMMEstimator, KalmanFilter
+
+from tracker.records import MODELS, Floats
+from tracker.tracking import mma
+from tracker.tracking.filters import STATE_DIM, Filters, Motion
+from tracker.tracking.mma import MmaConfig
+
+
+class FilterpyImm:
+    """Believes the mean of all models, weighed by their probabilities (Blom and Bar-Shalom 1988)."""
+
+    def __init__(self, filters: Filters, config: MmaConfig) -> None:
+        self._config = config
+        # M[i, j] is the probability of the change from i to j, other than filterpy's docstring says.
+        self._imm = IMMEstimator(
+            [_kalman(mean, covariance) for mean, covariance in zip(filters.mean, filters.covariance, strict=True)],
+            mma.initial_probability(),
+            np.eye(len(MODELS)),
+        )
+
+    @property
+    def probability(self) -> Floats:
+        """(M,)."""
+        return np.asarray(self._imm.mu)
+
+    @property
+    def filters(self) -> Filters:
+        """The M filters, copied."""
+        models = self._imm.filters
+        return Filters(np.array([kf.x for kf in models]), np.array([kf.P for kf in models]))
+
+    @property
+    def estimate(self) -> tuple[Floats, Floats]:
+        """Mean (6,) and covariance (6, 6) of the mixture."""
+        return np.asarray(self._imm.x), np.asarray(self._imm.P)
+
+    def predict(self, step: Motion) -> None:
+        """Mix the models and move on by one time step."""
+        imm = self._imm
+        imm.M = mma.transitions(self.filters, step.dt, self._config)
+        # filterpy does this with the last scan's M; here it depends on the state, and time passes unseen, too.
+        imm.cbar = imm.mu @ imm.M
+        imm.omega = imm.mu[:, None] * imm.M / imm.cbar
+        imm.mu = imm.cbar
+        for kf, transition, noise in zip(imm.filters, step.models.transition, step.models.noise, strict=True):
+            kf.F, kf.Q = transition, noise
+        imm.predict()
+
+    def observe(self, residual: Floats, noise: Floats) -> Floats:
+        """Take over what the likeliest model is off by; all models of filterpy's are given the same measurement."""
+        best = int(np.argmax(self._imm.mu))
+        _, raised = mma.score(self.filters, residual, noise, self._config.tail_dof)
+        for kf in self._imm.filters:
+            kf.R = raised * noise
+        self._imm.update(self._imm.filters[best].x[:2] + residual[best])
+        return raised * noise
+
+    def shift(self, offset: Floats) -> None:
+        """Move the tracked point by (2,) [m]."""
+        for kf in (*self._imm.filters, self._imm):
+            kf.x[:2] += offset
+
+    def loosen(self, covariance: Floats) -> None:
+        """Know the tracked point worse by (2, 2) [m^2]."""
+        for kf in (*self._imm.filters, self._imm):
+            kf.P[:2, :2] += covariance
+
+
+def _kalman(mean: Floats, covariance: Floats) -> KalmanFilter:
+    """One of the models, measured in x and y."""
+    kf = KalmanFilter(dim_x=STATE_DIM, dim_z=2)
+    kf.x, kf.P, kf.H = mean.copy(), covariance.copy(), np.eye(2, STATE_DIM)
+    return kf
