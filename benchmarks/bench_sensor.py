@@ -9,15 +9,15 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
 from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.raycaster import Caster
+from sensor_model.raycaster import Raycaster
 from sensor_model.rig.beams import BeamTable, beam_table
 from sensor_model.rig.rig import load_rig
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sensor_model.sensor_config import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
@@ -93,7 +93,7 @@ def beside_embreex(sensor: SensorConfig, frame: WorldFrame) -> Row:
     Ours also sweeps, counts what each body would show alone, and listens for echoes.
     """
     beams, shop = beam_table(RIG), _shop(sensor)
-    caster, walls, setting = Caster(beams, sensor), walls_of(NO_OBSTACLES), _setting(beams, frame)
+    caster, walls, setting = Raycaster(beams, sensor), walls_of(NO_OBSTACLES), _setting(beams, frame)
     ours_ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
     embree_ms = embreex_ms(shop.place(frame), *ray_grid(beams, sensor.footprint))
     peer = f"embreex: {embree_ms:.2f} ms, ours: {ours_ms:.2f} ms, scene update and cast"
@@ -110,7 +110,7 @@ def thinned(frame: WorldFrame, vehicles: int) -> WorldFrame:
 def cost_of_hits(vehicles: int) -> Row:
     """Time of a footprint cast for each 1000 beams that hit a vehicle, on a road with room for 100."""
     frame, beams, shop = thinned(motorway(max(TRAFFIC)), vehicles), beam_table(RIG), _shop(FOOTPRINT)
-    caster, walls, setting = Caster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _setting(beams, frame)
+    caster, walls, setting = Raycaster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _setting(beams, frame)
     echoes = caster.cast(shop.place(frame), walls, setting)
     met = len(np.unique(np.concatenate([echoes.beam, echoes.lost_beam])))
     hit = len(np.unique(echoes.beam[echoes.target >= 0]))
@@ -154,13 +154,13 @@ def far_city(buildings: int) -> Obstacles:
     return Obstacles.from_polygons(list(corners), [10.0] * buildings)
 
 
-def _shop(sensor: SensorConfig) -> BodyShop:
-    return BodyShop(mirrors=True, plain=False, glass=sensor.glass, seed=1)
+def _shop(sensor: SensorConfig) -> BodyFactory:
+    return BodyFactory(mirrors=True, plain=False, glass=sensor.glass, seed=1)
 
 
-def _setting(beams: BeamTable, frame: WorldFrame) -> Setting:
+def _setting(beams: BeamTable, frame: WorldFrame) -> ScanContext:
     units, ego = beams.units, frame.ego
-    return Setting(
+    return ScanContext(
         frame_index=0,
         origin_ego=units.origin_ego,
         R_ego_unit=units.R_ego_unit,

@@ -12,7 +12,7 @@ from distributed import Client
 
 from scenarios.run import device
 from scenarios.study import dask_runs
-from scenarios.study.design import Run, runs
+from scenarios.study.design import StudyRun, runs
 from scenarios.study.study_file import Study
 from scenarios.study.worker import carry_out
 
@@ -48,7 +48,7 @@ def rows() -> dict[str, dict[str, Any]]:
     }
 
 
-def _bare(some: list[Run]) -> float:
+def _bare(some: list[StudyRun]) -> float:
     """Seconds that the runs take."""
     begin = time.perf_counter()
     for run in some:
@@ -56,7 +56,7 @@ def _bare(some: list[Run]) -> float:
     return time.perf_counter() - begin
 
 
-def _swept(client: Client, some: list[Run]) -> float:
+def _swept(client: Client, some: list[StudyRun]) -> float:
     """Seconds that the runs take."""
     begin = time.perf_counter()
     for _ in dask_runs.rows_of(client, some):

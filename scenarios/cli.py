@@ -4,8 +4,22 @@ import sys
 
 import typer
 
-from scenarios.commands import compare, grade, list_scenarios, run, search, sweep, view
-from scenarios.commands.error_line import complain
+from scenarios.commands import (
+    baseline,
+    blame,
+    check_tracker,
+    compare,
+    grade,
+    list_scenarios,
+    mcap,
+    report,
+    run,
+    schema,
+    search,
+    sweep,
+    view,
+)  # fmt: skip
+from scenarios.commands.error_line import print_error
 from scenarios.errors import Interrupted
 
 app = typer.Typer(
@@ -15,8 +29,8 @@ app = typer.Typer(
 )
 app.command("list")(list_scenarios.list_scenarios)
 for command in (
-    run.run, view.view, view.report, run.blame, compare.compare, compare.baseline, grade.grade,
-    grade.check_tracker, grade.mcap, sweep.sweep, search.search, list_scenarios.schema,
+    run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
+    check_tracker.check_tracker, mcap.mcap, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
 
@@ -31,16 +45,16 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
     except typer.TyperException as error:
-        return complain(error.format_message(), error.exit_code)
+        return print_error(error.format_message(), error.exit_code)
     except Interrupted as error:
-        return complain(str(error), INTERRUPTED)
+        return print_error(str(error), INTERRUPTED)
     except Exception as error:
         code = _exit_code(error)
         if code == UNKNOWN:
             raise
         if code != INTERRUPTED:
-            return complain(str(error), code)
-    return complain("interrupted; nothing was written", code) if code == INTERRUPTED else code
+            return print_error(str(error), code)
+    return print_error("interrupted; nothing was written", code) if code == INTERRUPTED else code
 
 
 INTERRUPTED = 130

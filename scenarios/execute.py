@@ -9,7 +9,7 @@ from rich.console import RenderableType
 
 from scenarios.dataset import writer as dataset
 from scenarios.dataset.writer import DatasetWriter
-from scenarios.files.expect import Check, Verdict, check, verdict
+from scenarios.files.expect import Check, RunVerdict, check, verdict
 from scenarios.files.scenario import Scenario
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.report import text as report
@@ -22,7 +22,7 @@ from tracker.scan import Scan
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ExecutedRun:
     """A run that is on disk."""
 
     result: Result
@@ -33,7 +33,7 @@ class Outcome:
     """Its folder."""
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RunVerdict:
         """Whether it did what was expected of it."""
         return verdict(self.checks, self.result.complete)
 
@@ -52,7 +52,7 @@ def execute(
     record: bool = True,
     record_scans: bool = False,
     dataset_to: Path | None = None,
-) -> Outcome:
+) -> ExecutedRun:
     """Run a scenario, grade it, and write its folder.
 
     Parameters
@@ -94,4 +94,4 @@ def execute(
         for writer in writers:
             writer.finish(result)
         run_folder.write(folder, result, checks, report.as_text(printed))
-    return Outcome(result, checks, printed, out)
+    return ExecutedRun(result, checks, printed, out)

@@ -18,7 +18,7 @@ from scenarios.files import toml_file
 from scenarios.report.pytest_report import FOLDER, SuiteReport
 
 if TYPE_CHECKING:
-    from scenarios.execute import Outcome
+    from scenarios.execute import ExecutedRun
 
 _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
 """Tells a scenario from other TOML files even where it is broken: it must not go unnoticed."""
@@ -126,14 +126,14 @@ class ScenarioItem(pytest.Item):
         place = above.relative_to(root) if above.is_relative_to(root) else above.relative_to(above.anchor)
         return Path(self.config.getoption("--luxloop-out")) / place / self.name
 
-    def _tell_properties(self, outcome: "Outcome") -> None:
+    def _tell_properties(self, outcome: "ExecutedRun") -> None:
         """Put the figures into the JUnit file."""
         self.user_properties += [("seed", self.seed), ("trace_hash", outcome.result.trace_hash)]
         self.user_properties += [(FOLDER, str(outcome.out))]
         figures = {check.name: check.metric.value for check in outcome.checks}
         self.user_properties += [(name, "n/a" if value is None else value) for name, value in figures.items()]
 
-    def _explain(self, outcome: "Outcome") -> str:
+    def _explain(self, outcome: "ExecutedRun") -> str:
         """Say which expectations failed, by how much and where, and how to look at it."""
         from scenarios.grading.worst_frames import worst_frames
         from scenarios.report.cells import unit_of, value_of
@@ -152,7 +152,7 @@ class ScenarioItem(pytest.Item):
         lines += ["", "To run it again and watch it:", *self._commands(outcome)]
         return "\n".join(lines)
 
-    def _commands(self, outcome: "Outcome") -> list[str]:
+    def _commands(self, outcome: "ExecutedRun") -> list[str]:
         tracker = self.config.getoption("--luxloop-tracker")
         again = ["luxloop", "run", str(self.path), "--seed", str(self.seed), "--out", str(outcome.out)]
         commands = [again + (["--tracker", tracker] if tracker else []), ["luxloop", "view", str(outcome.out)]]

@@ -14,17 +14,17 @@ from sensor_model.noise.rain import drops
 from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.spray import clusters, spray_echoes
 from sensor_model.noise.thresholds import Thresholds
-from sensor_model.raycaster import Caster, Echoes
+from sensor_model.raycaster import Echoes, Raycaster
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sim.world import WorldFrame
 
 
 class Clutterer:
     """Adds ghosts, false alarms, raindrops and spray to what comes back from surfaces."""
 
-    def __init__(self, noise: NoiseConfig, beams: BeamTable, caster: Caster, draws: Draws) -> None:
+    def __init__(self, noise: NoiseConfig, beams: BeamTable, caster: Raycaster, draws: Draws) -> None:
         self._noise = noise
         self._beams = beams
         self._caster = caster
@@ -38,7 +38,7 @@ class Clutterer:
         return self._noise.rain.enabled or self._noise.spray.enabled
 
     def add(
-        self, returns: Returns, echoes: Echoes, bodies: Bodies, walls: Walls, setting: Setting, needed: Thresholds,
+        self, returns: Returns, echoes: Echoes, bodies: Bodies, walls: Walls, setting: ScanContext, needed: Thresholds,
         frame: WorldFrame,
     ) -> Returns:  # fmt: skip
         """Return the returns of a frame with all that else makes an echo."""

@@ -1,32 +1,30 @@
 """The sensor: a world frame goes in, a scan and its truth come out."""
 
 import numpy as np
-import numpy.typing as npt
 
-from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.arrays import Floats
+from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.walls import Vicinity, walls_of
 from sensor_model.clutter import Clutterer
 from sensor_model.noise.attitude import Attitude
 from sensor_model.noise.calibration import doubled, sync_jitter, true_mounts
-from sensor_model.noise.detection import Detection, why_lost
+from sensor_model.noise.detection import DetectionThresholds, why_lost
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.rain import extinction
 from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.ranging import Measured, measured
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
-from sensor_model.raycaster import Caster, Echoes
+from sensor_model.raycaster import Echoes, Raycaster
 from sensor_model.returns import NOTHING, Returns
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Rig
-from sensor_model.scan_context import Setting, displacement, over_ground
+from sensor_model.scan_context import ScanContext, displacement, over_ground
 from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import NO_ACTOR, Cause, Loss, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
-
-Floats = npt.NDArray[np.float64]
 
 
 class Lidar:
@@ -63,11 +61,11 @@ class Lidar:
         self._draws = Draws(seed, self.beams)
         self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
         self._attitude = Attitude(noise.attitude, self._draws)
-        self._detection = Detection(noise, self.beams, self._draws, [mount.name for mount in rig.mounts])
+        self._detection = DetectionThresholds(noise, self.beams, self._draws, [mount.name for mount in rig.mounts])
         plain = not noise.layer_overlap.enabled
-        self._bodies = BodyShop(mirrors=noise.mirror.enabled, plain=plain, glass=sensor.glass, seed=seed)
+        self._bodies = BodyFactory(mirrors=noise.mirror.enabled, plain=plain, glass=sensor.glass, seed=seed)
         self._vicinity = Vicinity(walls_of(obstacles))
-        self._caster = Caster(self.beams, sensor)
+        self._caster = Raycaster(self.beams, sensor)
         self._clutter = Clutterer(noise, self.beams, self._caster, self._draws)
         self._odometry = Odometry(noise.odometry, self._draws)
 
@@ -84,12 +82,12 @@ class Lidar:
         ranges = measured(returns.beam, returns.range, on_a_surface, self.beams, self._noise, self._draws, frame.index)
         return self._scan(frame, returns, ranges), self._truth(frame, echoes, returns, ranges, bodies, setting, needed)
 
-    def _setting(self, frame: WorldFrame, needed: Thresholds) -> Setting:
+    def _setting(self, frame: WorldFrame, needed: Thresholds) -> ScanContext:
         """Circumstances of a sweep: the units are on a body that may tilt, and not quite where they should be."""
         R_level_body = self._attitude.at(frame.time)
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
-        return Setting(
+        return ScanContext(
             frame_index=frame.index,
             origin_ego=origin_body @ R_level_body.T,
             R_ego_unit=R_level_body @ R_body_unit,
@@ -126,7 +124,7 @@ class Lidar:
         )
 
     def _truth(
-        self, frame: WorldFrame, echoes: Echoes, returns: Returns, ranges: Measured, bodies: Bodies, setting: Setting,
+        self, frame: WorldFrame, echoes: Echoes, returns: Returns, ranges: Measured, bodies: Bodies, setting: ScanContext,
         needed: Thresholds,
     ) -> ScanTruth:  # fmt: skip
         beams, actors = self.beams, frame.actors

@@ -3,13 +3,11 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats
 from sensor_model.bodies.scene import relative_pose
 from sensor_model.noise.odometry_drift import OdometryNoise
 from sensor_model.noise.random_draws import Draws, Purpose
-
-Floats = npt.NDArray[np.float64]
 
 _RUN = 0  # in place of a frame: one draw for the run
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.bodies.walls import Walls
 from sensor_model.kernels import echoes as kernel
@@ -15,11 +16,8 @@ from sensor_model.kernels.rig_scan import cast_rig
 from sensor_model.kernels.secondary_rays import cast_rays
 from sensor_model.noise.ghosts import Mirrored
 from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sensor_model.sensor_config import SensorConfig
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 GROUND_REFLECTIVITY = 0.2
 """Diffuse reflectivity of dry asphalt at 905 nm; an estimate."""
@@ -57,7 +55,7 @@ class Echoes:
     """(A, U) rays that would, were it alone on the ground."""
 
 
-class Caster:
+class Raycaster:
     """Casts a rig's beams, each as a grid of rays over its footprint. The ground is the plane z = 0."""
 
     def __init__(self, beams: BeamTable, sensor: SensorConfig) -> None:
@@ -73,13 +71,13 @@ class Caster:
         self._echo, self._echo_id = np.empty((3, room)), np.empty((3, room), dtype=np.int64)
         self._lost_beam, self._lost_echo = np.empty(len(beams), dtype=np.int64), np.empty((2, len(beams)))
 
-    def firing_time(self, setting: Setting) -> Floats:
+    def firing_time(self, setting: ScanContext) -> Floats:
         """(B,) when each beam really fires, from the frame's time [s]."""
         if not setting.time_jitter.any():
             return self._time
         return self._time + setting.time_jitter[self._unit]
 
-    def reach(self, setting: Setting) -> float:
+    def reach(self, setting: ScanContext) -> float:
         """Return how far from the ego a thing that stands may be and still count [m].
 
         That holds for ghosts too: no unit reports one beyond its range, and a way by a mirror is no shorter.
@@ -87,7 +85,7 @@ class Caster:
         time = self._longest + float(np.abs(setting.time_jitter).max())
         return reach_of_rig(setting.origin_ego, self._beams.units.range_max, time, setting.drive)
 
-    def cast(self, bodies: Bodies, walls: Walls, setting: Setting, *, free_range: bool = False) -> Echoes:
+    def cast(self, bodies: Bodies, walls: Walls, setting: ScanContext, *, free_range: bool = False) -> Echoes:
         """Find what comes back to every beam.
 
         Parameters
@@ -127,17 +125,17 @@ class Caster:
 
     def cast_mirrored(
         self, beam: Ints, origins_ego: Floats, directions_ego: Floats, reach: Floats, bodies: Bodies, walls: Walls,
-        setting: Setting,
+        setting: ScanContext,
     ) -> Mirrored:  # fmt: skip
         """Follow rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
         time = self.firing_time(setting)[beam]
         surroundings = _surroundings(walls, setting)
         return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), surroundings))
 
-    def _timed(self, setting: Setting) -> records.Beams:
+    def _timed(self, setting: ScanContext) -> records.Beams:
         return records.Beams(self._direction, self._beams.gain, setting.threshold, self.firing_time(setting))
 
-    def _units(self, setting: Setting) -> records.Units:
+    def _units(self, setting: ScanContext) -> records.Units:
         units = self._beams.units
         return records.Units(
             setting.origin_ego, setting.R_ego_unit, units.range_min, units.range_max, units.pulse_length,
@@ -190,5 +188,5 @@ def _solids(bodies: Bodies) -> records.Solids:
     )  # fmt: skip
 
 
-def _surroundings(walls: Walls, setting: Setting) -> records.Surroundings:
-    return records.Surroundings(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, setting.extinction)
+def _surroundings(walls: Walls, setting: ScanContext) -> records.StaticScene:
+    return records.StaticScene(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, setting.extinction)

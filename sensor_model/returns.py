@@ -5,10 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from sensor_model.arrays import Bytes, Floats, Ints
 from tracker.scan import PointFlag
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 NOTHING = -1
 GROUND = -2
@@ -31,9 +29,9 @@ class Returns:
     """(N,) row of the actor met, or `GROUND`, `WALL`, `NOTHING`."""
     surface: Ints
     """(N,) plane of `Bodies` on actors, wall of `Walls` on walls, else 0."""
-    part: npt.NDArray[np.uint8]
+    part: Bytes
     """(N,) `Part`."""
-    cause: npt.NDArray[np.uint8]
+    cause: Bytes
     """(N,) `Cause`."""
     point_body: Floats
     """(N, 2) the point in the frame of the actor it is on, were that straight [m]; zero elsewhere."""
@@ -44,7 +42,7 @@ class Returns:
         return len(self.beam)
 
     @property
-    def echo(self) -> npt.NDArray[np.uint8]:
+    def echo(self) -> Bytes:
         """(N,) number of the return in its beam, 0 for the nearest."""
         number = np.arange(len(self.beam))
         first = np.flatnonzero(np.diff(self.beam, prepend=-1))

@@ -3,19 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats
 from sensor_model.bodies.scene import Bodies
-from sensor_model.kernels.records import Drive
+from sensor_model.kernels.records import EgoDrive
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import BeamTable
 from sim.world import Ego
 
-Floats = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Setting:
+class ScanContext:
     """Of U units and B beams. The ego frame is level: what is here is over ground, whatever the ego believes."""
 
     frame_index: int
@@ -38,10 +36,10 @@ class Setting:
     """Of the air [1/m]."""
 
     @property
-    def drive(self) -> Drive:
+    def drive(self) -> EgoDrive:
         """The ego's motion, as the kernels take it."""
         (vx, vy), (ax, ay) = self.ego_velocity, self.ego_acceleration
-        return Drive(vx, vy, ax, ay, self.ego_yaw_rate)
+        return EgoDrive(vx, vy, ax, ay, self.ego_yaw_rate)
 
 
 def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:
@@ -52,7 +50,7 @@ def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:
 
 
 def displacement(
-    returns: Returns, beams: BeamTable, mounts: tuple[Floats, Floats], bodies: Bodies, setting: Setting
+    returns: Returns, beams: BeamTable, mounts: tuple[Floats, Floats], bodies: Bodies, setting: ScanContext
 ) -> Floats:
     """(N,) how far each point is put from where exact mounts and firing times would put it [m].
 

@@ -6,6 +6,8 @@ from enum import IntEnum, IntFlag
 import numpy as np
 import numpy.typing as npt
 
+from sensor_model.arrays import Bytes, Floats, Ints
+
 NO_ACTOR = -1
 """`ScanTruth.actor_id` of points on the ground, on obstacles and on nothing."""
 
@@ -95,43 +97,43 @@ class View(IntEnum):
 class ScanTruth:
     """Truth beside a `Scan` of N points, for the frame's A actors in the order of `WorldFrame.actors`."""
 
-    actor_id: npt.NDArray[np.int64]
+    actor_id: Ints
     """(N,) the actor the point lies on, `NO_ACTOR` where none."""
-    part: npt.NDArray[np.uint8]
+    part: Bytes
     """(N,) `Part`."""
-    cause: npt.NDArray[np.uint8]
+    cause: Bytes
     """(N,) `Cause`."""
     true_range: npt.NDArray[np.float32]
     """(N,) range without noise [m]."""
-    lost_unit: npt.NDArray[np.uint8]
+    lost_unit: Bytes
     """(L,) unit of each lost beam: one with no echo of what it met. Clutter may still have given it a point."""
     lost_beam: npt.NDArray[np.int32]
     """(L,) index of the lost beam in its unit's beam table."""
-    lost_cause: npt.NDArray[np.uint8]
+    lost_cause: Bytes
     """(L,) `Loss`."""
     unit_hits: npt.NDArray[np.int32]
     """(A, U) rays of each unit that end on the actor, before any loss or noise, however near. A beam is one ray or,
     with a footprint, many."""
     unit_hits_alone: npt.NDArray[np.int32]
     """(A, U) rays that would, were it alone on the ground."""
-    faces: npt.NDArray[np.uint8]
+    faces: Bytes
     """(A,) `Face` bits of the faces that returned at least `MIN_FACE_HITS` beams."""
-    view: npt.NDArray[np.uint8]
+    view: Bytes
     """(A,) `View`."""
 
     @property
-    def hits(self) -> npt.NDArray[np.int64]:
+    def hits(self) -> Ints:
         """(A,) rays of all units that end on the actor."""
-        hits: npt.NDArray[np.int64] = self.unit_hits.sum(axis=1, dtype=np.int64)
+        hits: Ints = self.unit_hits.sum(axis=1, dtype=np.int64)
         return hits
 
     @property
-    def hits_alone(self) -> npt.NDArray[np.int64]:
+    def hits_alone(self) -> Ints:
         """(A,) rays of all units that would, were it alone on the ground."""
-        hits: npt.NDArray[np.int64] = self.unit_hits_alone.sum(axis=1, dtype=np.int64)
+        hits: Ints = self.unit_hits_alone.sum(axis=1, dtype=np.int64)
         return hits
 
     @property
-    def visible_fraction(self) -> npt.NDArray[np.float64]:
+    def visible_fraction(self) -> Floats:
         """(A,) hits / hits_alone, 0 to 1; 0 where not even a lone actor would be met."""
         return self.hits / np.maximum(self.hits_alone, 1)

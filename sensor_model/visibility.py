@@ -1,17 +1,13 @@
 """What each actor shows of itself, and which of its points lie where a fitted outline must not look for them."""
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Bytes, Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.raycaster import Echoes
 from sensor_model.returns import GROUND, Returns
 from sensor_model.truth import Cause, Face, Part, View
 from sim.world import Actors
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bytes = npt.NDArray[np.uint8]
 
 MIN_FACE_HITS = 3
 """Points on a face of an actor from which the face counts as visible."""

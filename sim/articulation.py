@@ -10,9 +10,8 @@ lie around 7.7 m behind the kingpin.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from sim.arrays import Floats
 
 SHORTEST_M, LONGEST_M = 13.5, 19.0
 """Between these, tractors are alike and trailers differ in length. Any other vehicle is the nearest one, scaled."""

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from sim.arrays import Floats, Ints
 from sim.kinematics import Kinematics
 from sim.modes import ModeJudge, ModeLimits
 from sim.roster import Member
-from sim.world import Actors, Ego, Floats, Ints, WorldFrame
+from sim.world import Actors, Ego, WorldFrame
 
 
-class Delivery:
+class FrameBuilder:
     """Builds the frames of one run, one after the other.
 
     Parameters

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sim.arrays import Bools, Floats
 from sim.roster import Member
-from sim.world import Floats
 
 
 def wrap_angle(angle: Floats) -> Floats:
@@ -39,7 +38,7 @@ class Kinematics:
     """(N,) [rad/s], counter-clockwise positive."""
     articulation: Floats
     """(N,) [rad] see `sim.world.Actors`."""
-    changes_lane: npt.NDArray[np.bool_]
+    changes_lane: Bools
     """(N,) see `sim.world.Actors`."""
     deviation: Floats
     """(N, 2) [m] see `sim.world.Actors`."""

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from sim.world import Floats, Ints, Mode
+from sim.arrays import Bools, Floats, Ints
+from sim.world import Mode
 
 _NO, _YES, _UNKNOWN = range(3)
 
@@ -76,7 +77,7 @@ class ModeJudge:
         moving = np.where(self._accelerates == _YES, Mode.ACCELERATING, Mode.CONSTANT_VELOCITY)
         return np.where(self._moves == _YES, moving, Mode.STATIONARY).astype(np.uint8)
 
-    def _rows_before(self, id: Ints) -> tuple[Ints, npt.NDArray[np.bool_]]:
+    def _rows_before(self, id: Ints) -> tuple[Ints, Bools]:
         """Rows (N,) of the actors in the frame before, and whether they were there (N,)."""
         if not len(self._id):
             return np.zeros(len(id), dtype=np.int64), np.zeros(len(id), dtype=np.bool_)
@@ -89,7 +90,7 @@ def _trigger(low: float, high: float) -> Floats:
     return np.array([high, low, (low + high) / 2])
 
 
-def _switched(state: States, before: Ints, known: npt.NDArray[np.bool_], value: Floats, trigger: Floats) -> States:
+def _switched(state: States, before: Ints, known: Bools, value: Floats, trigger: Floats) -> States:
     """States (N,) of triggers that were in `state` (rows `before`, where `known`) and now see `value` (N,)."""
     last = np.full(len(value), _UNKNOWN, dtype=np.intp)
     last[known] = state[before[known]]

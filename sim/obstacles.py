@@ -14,13 +14,14 @@ from typing import Literal
 
 import numpy as np
 
-from sim.world import Floats, Obstacles
+from sim.arrays import Floats
+from sim.world import Obstacles
 
 StreetKind = Literal["building", "wall", "barrier", "fence", "guard-rail", "pole", "tree", "traffic-sign", "bollard"]
 
 
 @dataclass(frozen=True, slots=True)
-class Usual:
+class ObstacleDefaults:
     """What a kind of thing is like, unless told otherwise."""
 
     form: Literal["outline", "line", "places"]
@@ -38,16 +39,16 @@ class Usual:
         return 1 if self.form == "places" else 2
 
 
-USUAL: dict[StreetKind, Usual] = {
-    "building": Usual("outline", height=10.0, reflectivity=0.3),
-    "wall": Usual("line", height=2.0, reflectivity=0.3),
-    "barrier": Usual("line", height=0.81, reflectivity=0.3),
-    "fence": Usual("line", height=1.8, reflectivity=0.3),
-    "guard-rail": Usual("line", height=0.787, reflectivity=0.4),
-    "pole": Usual("places", height=8.0, reflectivity=0.3, diameter=0.2),
-    "tree": Usual("places", height=4.0, reflectivity=0.3, diameter=0.35),
-    "traffic-sign": Usual("places", height=2.5, reflectivity=0.4, diameter=0.076),
-    "bollard": Usual("places", height=1.0, reflectivity=0.4, diameter=0.12),
+USUAL: dict[StreetKind, ObstacleDefaults] = {
+    "building": ObstacleDefaults("outline", height=10.0, reflectivity=0.3),
+    "wall": ObstacleDefaults("line", height=2.0, reflectivity=0.3),
+    "barrier": ObstacleDefaults("line", height=0.81, reflectivity=0.3),
+    "fence": ObstacleDefaults("line", height=1.8, reflectivity=0.3),
+    "guard-rail": ObstacleDefaults("line", height=0.787, reflectivity=0.4),
+    "pole": ObstacleDefaults("places", height=8.0, reflectivity=0.3, diameter=0.2),
+    "tree": ObstacleDefaults("places", height=4.0, reflectivity=0.3, diameter=0.35),
+    "traffic-sign": ObstacleDefaults("places", height=2.5, reflectivity=0.4, diameter=0.076),
+    "bollard": ObstacleDefaults("places", height=1.0, reflectivity=0.4, diameter=0.12),
 }
 """A tree is its trunk and a sign its post: crowns and plates are above all beams within 50 m. A fence is of boards."""
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.world import Floats
+from sim.arrays import Floats
 
 STEP_M = 10_000.0
 """Full, so that people recognise their maps; zero for the usual small one."""

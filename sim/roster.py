@@ -23,7 +23,7 @@ class Member:
     reflectivity: float
 
 
-class Cast:
+class Roster:
     """Everyone who has appeared in a run, numbered in order of appearance. Numbers are never reused.
 
     Parameters

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from sim.world import Floats, Obstacles, WorldFrame
+from sim.arrays import Floats
+from sim.world import Obstacles, WorldFrame
 
 
 class TrafficError(Exception):

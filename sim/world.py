@@ -11,8 +11,7 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from sim.arrays import Bools, Floats, Ints
 
 
 class Kind(IntEnum):
@@ -84,7 +83,7 @@ class Actors:
     """(N,) [rad] yaw of the tractor relative to the trailer, whose the pose is; 0 for whatever does not bend."""
     mode: npt.NDArray[np.uint8]
     """(N,) `Mode`."""
-    changes_lane: npt.NDArray[np.bool_]
+    changes_lane: Bools
     """(N,) the simulator lets it jump to the next lane about now, which takes seconds on the road."""
     deviation: Floats
     """(N, 2) [m] how far its front bumper (with highway-env, its centre) is ahead of where the simulator has it, and

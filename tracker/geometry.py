@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from tracker.arrays import Bools, Floats
 
 QUARTER = np.pi / 2
 
@@ -18,7 +18,7 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
     return turned
 
 
-def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> npt.NDArray[np.bool_]:
+def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:
     """(P, B) whether points (P, 2) lie inside the boxes with centre (B, 2), heading (B,) and size (B, 2)."""
     own_frame = rotate(points[:, None] - center, -heading)
     return np.asarray(np.all(np.abs(own_frame) <= 0.5 * size, axis=2))

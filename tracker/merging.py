@@ -7,14 +7,14 @@ that is seen inside its box is one segment.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import inside, reach, rotate
-from tracker.records import Bools, Floats, Segments
+from tracker.records import Segments
 
 
 @dataclass(frozen=True, slots=True)
-class UnionConfig:
+class MergeConfig:
     """When pieces are one vehicle."""
 
     speed_min_mps: float = 5.0
@@ -49,7 +49,7 @@ class Pieces:
     """(T, 2) seen length and width [m]."""
     velocity: Floats
     """(T, 2) [m/s]."""
-    hits: npt.NDArray[np.int64]
+    hits: Ints
     """(T,)."""
 
 
@@ -61,7 +61,7 @@ def hull(pieces: Pieces, a: int, b: int) -> tuple[Floats, Floats]:
     return 0.5 * low, 0.5 * high
 
 
-def one_vehicle(pieces: Pieces, a: int, b: int, config: UnionConfig) -> bool:
+def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     """Whether two tracks are pieces of one vehicle."""
     velocity = pieces.velocity[[a, b]]
     speed = float(np.hypot(*velocity.T).min())
@@ -78,7 +78,7 @@ def one_vehicle(pieces: Pieces, a: int, b: int, config: UnionConfig) -> bool:
     return bool(fits and gap <= config.headway_max_s * speed)
 
 
-def claim(points_odom: Floats, segments: Segments, pieces: Pieces, config: UnionConfig) -> Segments:
+def claim(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Segments:
     """Make one segment of all that lie in the box of the same vehicle, for points (N, 2) [m]."""
     if not len(pieces.hits):
         return segments
@@ -92,7 +92,7 @@ def claim(points_odom: Floats, segments: Segments, pieces: Pieces, config: Union
     return Segments(label=label, count=len(names))
 
 
-def _held(points_odom: Floats, segments: Segments, pieces: Pieces, config: UnionConfig) -> Bools:
+def _held(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Bools:
     """(S, T) whether nearly all of a segment lies in the box of a vehicle."""
     used = np.flatnonzero(segments.label >= 0)
     within = inside(points_odom[used], pieces.center, pieces.heading, pieces.size + 2 * config.margin_m)

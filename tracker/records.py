@@ -10,11 +10,8 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import rotate
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
 """Where a candidate heading comes from, in the order of `Candidates`' second axis."""

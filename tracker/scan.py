@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Floats, Floats32
+
 COLUMNS: dict[str, np.dtype[Any]] = {
     "time_offset": np.dtype(np.float32),
     "unit": np.dtype(np.uint8),
@@ -42,11 +44,11 @@ class Scan:
 
     time: float
     """[s] at the frame's clock."""
-    ego_pose_odom: npt.NDArray[np.float64]
+    ego_pose_odom: Floats
     """(3,) x [m], y [m], yaw [rad] of the ego frame in the odometry frame."""
-    points_ego: npt.NDArray[np.float32]
+    points_ego: Floats32
     """(N, 3) x, y, z in the ego frame of the point's own time [m]."""
-    time_offset: npt.NDArray[np.float32]
+    time_offset: Floats32
     """(N,) the point's own time minus `time` [s]."""
     unit: npt.NDArray[np.uint8]
     """(N,) index of the unit in the rig."""
@@ -54,7 +56,7 @@ class Scan:
     """(N,) 0 is the lowest."""
     echo: npt.NDArray[np.uint8]
     """(N,) 0 is the nearest echo of its beam."""
-    echo_pulse_width: npt.NDArray[np.float32]
+    echo_pulse_width: Floats32
     """(N,) [m]."""
     flags: npt.NDArray[np.uint16]
     """(N,) `PointFlag`."""

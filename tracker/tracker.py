@@ -5,18 +5,19 @@ from itertools import combinations
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.deskew import Movers
 from tracker.detection.detector import CLOCK_DIGITS, Detector, DetectorConfig
 from tracker.geometry import inside, rotate
 from tracker.merging import Pieces, hull, one_vehicle
-from tracker.records import Bools, Floats, Ints, Status, StepTrace, Tracks
+from tracker.records import Status, StepTrace, Tracks
 from tracker.scan import Scan
 from tracker.tracking import extent, orientation
 from tracker.tracking.association import AssociationConfig, assign, score
-from tracker.tracking.confirmation import LifeConfig
+from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig, motion
-from tracker.tracking.hypotheses import Pairing, Predictions, ReadingConfig, pair
+from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, Predictions, pair
 from tracker.tracking.mma import MmaConfig
 from tracker.tracking.observations import Observations, observe
 from tracker.tracking.orientation import OrientationConfig
@@ -32,14 +33,14 @@ ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 class TrackerConfig(DetectorConfig):
     """One section per stage: those of the fitting half, then those of the tracking half."""
 
-    reading: ReadingConfig = field(default_factory=ReadingConfig)
+    reading: HypothesisConfig = field(default_factory=HypothesisConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)
     filters: FilterConfig = field(default_factory=FilterConfig)
     mma: MmaConfig = field(default_factory=MmaConfig)
     extent: ExtentConfig = field(default_factory=ExtentConfig)
     orientation: OrientationConfig = field(default_factory=OrientationConfig)
     corner: CornerConfig = field(default_factory=CornerConfig)
-    life: LifeConfig = field(default_factory=LifeConfig)
+    life: TrackLifeConfig = field(default_factory=TrackLifeConfig)
 
 
 class Tracker:
@@ -68,7 +69,7 @@ class Tracker:
 
         A scan without points, or whose points make no vehicle (one alone, all in one place), updates nothing: tracks
         coast. Points in a row are a vehicle's side. A point whose place or time is not finite is ignored. After a gap
-        between scans, tracks that have waited longer than `LifeConfig` lets them are dead; the others are taken up
+        between scans, tracks that have waited longer than `TrackLifeConfig` lets them are dead; the others are taken up
         again where they should be by then.
 
         Raises
@@ -120,7 +121,7 @@ class Tracker:
                 track_id[b] = self._tracks[t].id
         return track_id
 
-    def _score(self, predictions: Predictions, pairing: Pairing, seen: Observations) -> tuple[Floats, Bools]:
+    def _score(self, predictions: Predictions, pairing: Hypotheses, seen: Observations) -> tuple[Floats, Bools]:
         """(T, B) cost of each pair of track and box, and (T, B) whether it is admissible."""
         return score(predictions, pairing, seen, self.config.association)
 

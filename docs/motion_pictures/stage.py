@@ -16,7 +16,7 @@ from scenarios.grading.articulated import parts
 from sim.kinematics import Kinematics, RawFrame
 from sim.physical.layer import PhysicalTruth
 from sim.physical.physical_config import PhysicalConfig
-from sim.roster import Cast, Member
+from sim.roster import Member, Roster
 from sim.sumo.ego import await_ego
 from sim.sumo.input_checks import sumo_command
 from sim.sumo.reader import SumoReader
@@ -79,7 +79,7 @@ def _run(traffic: SumoTraffic, folder: Path, frames: int) -> Traffic:
     files = {"net-file": [traffic.net], "route-files": traffic.routes, "additional-files": traffic.additional}
     libsumo.start(sumo_command(folder, files, DT, SEED, traffic.options))
     ego, raw = await_ego(libsumo, traffic.ego, until=traffic.max_wait_s), []
-    reader = SumoReader(libsumo, ego, Cast(SEED, redraw_default_sizes=True), [], RANGE_M, DT)
+    reader = SumoReader(libsumo, ego, Roster(SEED, redraw_default_sizes=True), [], RANGE_M, DT)
     while len(raw) < frames and (frame := reader.read()):
         raw.append(frame)
         libsumo.simulationStep()

@@ -9,15 +9,15 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
 from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.raycaster import Caster, Echoes
+from sensor_model.raycaster import Echoes, Raycaster
 from sensor_model.rig.beams import BeamTable, beam_table
 from sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
 from sensor_model.rig.unit import UnitModel
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Cause, Part, ScanTruth
 from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
@@ -158,8 +158,8 @@ def cast(
     """Cast a rig's beams into a scene, without noise; by default every unit has its own threshold."""
     sensor = sensor or SensorConfig()
     beams, ego = beam_table(rig), where.frame.ego
-    bodies = BodyShop(mirrors=True, plain=False, glass=sensor.glass, seed=None).place(where.frame)
-    setting = Setting(
+    bodies = BodyFactory(mirrors=True, plain=False, glass=sensor.glass, seed=None).place(where.frame)
+    setting = ScanContext(
         frame_index=where.frame.index,
         origin_ego=beams.units.origin_ego,
         R_ego_unit=beams.units.R_ego_unit,
@@ -171,7 +171,7 @@ def cast(
         extinction=extinction,
     )
     walls = walls_of(where.obstacles).seen_from(ego.pose_world)
-    return Cast(beams, bodies, Caster(beams, sensor).cast(bodies, walls, setting))
+    return Cast(beams, bodies, Raycaster(beams, sensor).cast(bodies, walls, setting))
 
 
 def outline(axes: Axes, frame: WorldFrame, *, along_y: bool = False, **style: object) -> None:

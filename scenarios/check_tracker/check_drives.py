@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scenarios.arrays import Floats
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
-from scenarios.grading.plane_geometry import Floats
 from scenarios.run import loop
 from tracker.records import MODELS, Tracks
 from tracker.scan import Scan
@@ -22,7 +22,7 @@ MANY = 20_000
 """Points of one cluster; a method that looks at all pairs of them would take minutes."""
 
 
-class Drive(NamedTuple):
+class CheckDrive(NamedTuple):
     """Scans for one instance of a tracker."""
 
     name: str
@@ -36,7 +36,7 @@ class Drive(NamedTuple):
         return f"{self.name}, scan {index} at {self.scans[index].time:.2f} s{label}"
 
 
-def drives() -> list[Drive]:
+def drives() -> list[CheckDrive]:
     """Return the real drive first, and the odd ones after it."""
     real = simulated()
     half = len(real) // 2
@@ -82,15 +82,15 @@ class Silent:
         )
 
 
-def _drive(name: str, scans: list[Scan]) -> Drive:
-    return Drive(name, tuple(scans), ("",) * len(scans))
+def _drive(name: str, scans: list[Scan]) -> CheckDrive:
+    return CheckDrive(name, tuple(scans), ("",) * len(scans))
 
 
 def _silent(scan: Scan) -> Scan:
     return Scan.from_points(scan.time, np.empty((0, 3)), scan.ego_pose_odom)
 
 
-def _odd_scans() -> Drive:
+def _odd_scans() -> CheckDrive:
     """Each kind of odd scan a few times, so that tracks may start of it, with nothing in between."""
     side = np.column_stack([np.linspace(5.0, 9.4, 40), np.full(40, 3.0), np.full(40, 0.6)])
     rear = np.column_stack([np.full(20, 5.0), np.linspace(3.0, 4.8, 20), np.full(20, 0.6)])
@@ -118,4 +118,4 @@ def _odd_scans() -> Drive:
     }
     labels = [label for label in kinds for _ in range(4)]
     scans = [Scan.from_points(DT_S * k, kinds[label], (0.1 * k, 0.0, 0.002 * k)) for k, label in enumerate(labels)]
-    return Drive("odd scans", tuple(scans), tuple(labels))
+    return CheckDrive("odd scans", tuple(scans), tuple(labels))

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from scenarios.arrays import Bools, Floats
 from scenarios.check_tracker.checks import Fault, Faults
 from tracker.records import MODELS, NOT_USED, Status, StepTrace, Tracks
 from tracker.scan import Scan
@@ -56,7 +56,7 @@ def check_values(tracks: Tracks) -> Faults:
     if (times > 1).any():
         yield Fault("ids are unique", f"id {ids[times > 1][0]} is there {times.max()} times")
     share = tracks.model_probability
-    sums: npt.NDArray[np.float64] = share.sum(axis=1)
+    sums: Floats = share.sum(axis=1)
     what = "model_probability"
     yield from _where("probabilities sum to 1", tracks, share >= 0.0, what, lambda t: share[t].tolist())
     sound = np.isclose(sums, 1.0, rtol=0.0, atol=TOLERANCE)
@@ -70,7 +70,7 @@ def check_covariances(tracks: Tracks) -> Faults:
         models = tracks.model_covariance_odom
         matrices |= {f"model_covariance_odom of {model}": models[:, m] for m, model in enumerate(MODELS)}
     for name, matrix in matrices.items():
-        finite: npt.NDArray[np.bool_] = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
+        finite: Bools = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
         yield from _where("covariances are sound", tracks, finite, f"{name} is not finite")
         matrix = np.where(finite[:, None, None], matrix, 0.0)
         margin = TOLERANCE * np.abs(matrix).max(axis=(1, 2), initial=np.finfo(np.float64).tiny)
@@ -101,7 +101,7 @@ def check_trace(trace: StepTrace, scan: Scan) -> Faults:
 def _where(
     check: str,
     tracks: Tracks,
-    good: npt.NDArray[np.bool_],
+    good: Bools,
     what: str,
     value: Callable[[int], Any] | None = None,
 ) -> Faults:

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import zip_longest
 
-from scenarios.check_tracker.check_drives import Drive
+from scenarios.check_tracker.check_drives import CheckDrive
 from scenarios.check_tracker.checks import CHECKS, Fault, Faults, Findings
 from scenarios.check_tracker.output_checks import check_covariances, check_shapes, check_trace, check_values
 from scenarios.run.device import Device, DeviceFactory
@@ -22,7 +22,7 @@ OF_ANSWERS = (
 """Checks that are done as soon as there is one answer."""
 
 
-def examine(make_device: DeviceFactory, drives: list[Drive]) -> Findings:
+def examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
     """Drive a tracker through all drives, the first one several times."""
     faults, done = [], {"is made from a TrackerConfig", "takes every scan"}
     passages = []
@@ -45,7 +45,7 @@ class Passage:
     """One instance on its way through one drive."""
 
     make_device: DeviceFactory
-    drive: Drive
+    drive: CheckDrive
     faults: list[Fault] = field(default_factory=list)
     hashes: list[str] = field(default_factory=list)
     """Of the answers, as they were given."""
@@ -119,14 +119,14 @@ class Passage:
         self.faults += [fault._replace(where=self.drive.where(index)) for fault in faults]
 
 
-def _repeat(make_device: DeviceFactory, drive: Drive, first: Passage) -> Faults:
+def _repeat(make_device: DeviceFactory, drive: CheckDrive, first: Passage) -> Faults:
     """A second instance, all the same."""
     again = Passage(make_device, drive)
     again.to_end()
     yield from _compare("same scans, same answers", first, again, "a second instance answers otherwise")
 
 
-def _interleave(make_device: DeviceFactory, drives: list[Drive], alone: list[Passage]) -> Faults:
+def _interleave(make_device: DeviceFactory, drives: list[CheckDrive], alone: list[Passage]) -> Faults:
     """Two instances take turns in two drives."""
     pair = [Passage(make_device, drive) for drive in (drives[0], drives[-1])]
     for indices in zip_longest(*(range(len(passage.drive.scans)) for passage in pair)):

@@ -1,1 +1,1 @@
-"""What the command line can do, a file for each group of commands. Heavy imports are inside the functions."""
+"""The commands of the command line, one file per command. Heavy imports are inside the functions."""

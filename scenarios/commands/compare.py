@@ -1,4 +1,4 @@
-"""`luxloop compare` and `luxloop baseline`."""
+"""`luxloop compare`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -29,27 +29,3 @@ def compare(
     else:
         text.show(comparison_table.report(comparison))
     raise typer.Exit(1 if comparison.failed or comparison.verdict == "worse" else 0)
-
-
-def baseline(
-    runs: Annotated[Path, typer.Argument(metavar="RUNS", help="The folder of runs that shall be the baseline.")],
-    out: Annotated[Path, typer.Option(help="The file, to be committed; an earlier baseline there is replaced.")],
-) -> None:
-    """Write a baseline file for `luxloop compare`: the only way in which one ever changes."""
-    from scenarios.compare import baseline_file as file
-    from scenarios.compare import sides
-    from scenarios.compare.run_pairs import listed
-
-    side = sides.read_runs(runs)
-    before = {run.key: run for run in file.read(out)} if out.exists() else {}
-    file.write(out, list(side.runs.values()))
-    changed = [key for key in side.runs if key in before and side.runs[key].trace_hash != before[key].trace_hash]
-    print(f"{out}: {len(side.runs)} runs, {out.stat().st_size / 1000:.0f} kB")
-    for what, keys in (
-        ("new", [key for key in side.runs if key not in before]),
-        ("changed", changed),
-        ("dropped", [key for key in before if key not in side.runs]),
-        ("ended early, and will not be compared", [key for key, run in side.runs.items() if run.ended_early]),
-    ):
-        if keys:
-            print(f"{len(keys)} {what}: {listed(keys)}")

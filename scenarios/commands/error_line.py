@@ -1,15 +1,25 @@
-"""What goes wrong, in one line."""
+"""Errors on one line of standard error."""
 
 import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenarios.result import Result
 
 LONGEST_LINE = 1000
-"""Letters. All environments of highway-env take 600; of what is longer, beginning and end tell the most."""
+"""Letters. The list of all highway-env environments takes 600; longer lines keep their beginning and end."""
 
 
-def complain(message: str, code: int) -> int:
-    """Say it in one line that can be read, whatever a simulator or a file put into it, and return the exit code."""
+def print_error(message: str, code: int) -> int:
+    """Print a message as one printable line on standard error, and return the exit code."""
     line = "".join(letter if letter.isprintable() else "?" for letter in " ".join(message.split()))
     if len(line) > LONGEST_LINE:
         line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
     print(f"luxloop: error: {line}", file=sys.stderr)
     return code
+
+
+def print_early_end(result: "Result", kept: str) -> int:
+    """Print why a run ended early and what is kept of it, and return the exit code."""
+    remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
+    return print_error(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)

@@ -1,4 +1,4 @@
-"""`luxloop grade`, `luxloop check-tracker` and `luxloop mcap`: what needs no simulator."""
+"""`luxloop grade`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -75,30 +75,3 @@ def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json:
     else:
         text.show(printed)
         print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
-
-
-def check_tracker(
-    tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as in `luxloop run --tracker`.")],
-) -> None:
-    """Check whether a tracker keeps the contract, with real and odd scans."""
-    from scenarios.check_tracker.check_drives import drives
-    from scenarios.check_tracker.findings_table import table
-    from scenarios.check_tracker.sequence_checks import examine
-    from scenarios.report import text
-    from scenarios.run import device
-
-    findings = examine(device.load(tracker), drives())
-    text.show(table(findings, tracker))
-    raise typer.Exit(0 if findings.passed else 1)
-
-
-def mcap(
-    run: RunFolder,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
-) -> None:
-    """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""
-    from scenarios.offline.mcap.export import export
-    from scenarios.offline.recorded_run import RecordedRun
-
-    frames = export(RecordedRun.open(run), file)
-    print(f"{frames} frames are in {file}")

@@ -1,4 +1,4 @@
-"""`luxloop list` and `luxloop schema`."""
+"""`luxloop list`."""
 
 from typing import Annotated
 
@@ -23,13 +23,3 @@ def list_scenarios(
     for entry in shipped.study_entries() if studies else shipped.entries():
         table.add_row(*entry)
     Console().print(table)
-
-
-def schema(
-    study: Annotated[bool, typer.Option("--study", help="Of study files instead.")] = False,
-) -> None:
-    """Print the JSON schema of scenario files, for editors."""
-    from scenarios.files.scenario import Scenario, schema_text
-    from scenarios.study.study_file import Study
-
-    print(schema_text(Study if study else Scenario), end="")

@@ -1,16 +1,13 @@
-"""`luxloop run` and `luxloop blame`: what simulates."""
+"""`luxloop run`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, Tracker, overrides
-from scenarios.commands.error_line import complain
+from scenarios.commands.error_line import print_early_end
 from scenarios.oracle.stage import Stage
-
-if TYPE_CHECKING:
-    from scenarios.result import Result
 
 
 def run(
@@ -57,32 +54,5 @@ def run(
         if dataset_to:
             print(f"The data set is in {dataset_to}")
     if not result.complete:
-        code = _complain_of_the_end(result, f"the {result.frames} frames until then are in {out}, marked incomplete")
+        code = print_early_end(result, f"the {result.frames} frames until then are in {out}, marked incomplete")
     raise typer.Exit(code)
-
-
-def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
-    """Tell which stage of the shipped tracker costs what, by putting the truth in the place of each in turn."""
-    import json
-
-    from scenarios.files import shipped
-    from scenarios.files.scenario import Scenario
-    from scenarios.oracle.stage_blame import document, find_out
-    from scenarios.report import text
-    from scenarios.report.blame_tables import tell
-
-    found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
-    if as_json:
-        print(json.dumps(document(found), allow_nan=False))
-    else:
-        text.show(tell(found))
-    code, result = 0, found.shipped
-    if not result.complete:
-        code = _complain_of_the_end(result, f"the figures are of the {result.frames} frames until then")
-    raise typer.Exit(code)
-
-
-def _complain_of_the_end(result: "Result", kept: str) -> int:
-    """Say why a run ended early, and what is left of it."""
-    remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
-    return complain(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)

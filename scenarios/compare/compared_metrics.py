@@ -10,9 +10,9 @@ from typing import Literal
 
 import numpy as np
 
+from scenarios.arrays import Floats
 from scenarios.compare.sums import COLUMNS
 from scenarios.compare.vehicle_sums import ALPHAS
-from scenarios.grading.plane_geometry import Floats
 
 _AT = {name: place for place, name in enumerate(COLUMNS)}
 
@@ -42,7 +42,7 @@ LENGTH = Relevance(absolute=0.0002, relative=0.01)
 
 
 @dataclass(frozen=True, slots=True)
-class Headline:
+class ComparedMetric:
     """One metric: what vehicles add to `part`, over what they add to `whole`."""
 
     name: str
@@ -80,30 +80,30 @@ def _hota(sums: Floats) -> Floats:
     return hota
 
 
-def _mean(name: str, unit: str, relevance: Relevance, part: str, whole: str) -> Headline:
-    return Headline(name, unit, "less", relevance, (whole,), (part,))
+def _mean(name: str, unit: str, relevance: Relevance, part: str, whole: str) -> ComparedMetric:
+    return ComparedMetric(name, unit, "less", relevance, (whole,), (part,))
 
 
-HEADLINES = (
-    Headline("track.hota", "1", "more", SHARE, ("observations", "reported")),
-    Headline("track.idf1", "1", "more", SHARE, ("observations", "reported"), ("identified", "identified")),
-    Headline(
+COMPARED_METRICS = (
+    ComparedMetric("track.hota", "1", "more", SHARE, ("observations", "reported")),
+    ComparedMetric("track.idf1", "1", "more", SHARE, ("observations", "reported"), ("identified", "identified")),
+    ComparedMetric(
         "track.mota", "1", "more", SHARE, ("observations",), ("hits", "hits", "-reported", "-switches")
     ),  # 1 - (misses + false + switches) / observations
-    Headline("track.missed_rate", "1", "less", SHARE, ("observations",), ("observations", "-hits")),
-    Headline("track.false_rate", "1", "less", SHARE, ("observations",), ("reported", "-hits")),
-    Headline("track.id_switch_rate", "1", "less", RARE, ("observations",), ("switches",)),
-    Headline("track.occlusion_survival", "1", "more", SHARE, ("occlusions",), ("survived",)),
+    ComparedMetric("track.missed_rate", "1", "less", SHARE, ("observations",), ("observations", "-hits")),
+    ComparedMetric("track.false_rate", "1", "less", SHARE, ("observations",), ("reported", "-hits")),
+    ComparedMetric("track.id_switch_rate", "1", "less", RARE, ("observations",), ("switches",)),
+    ComparedMetric("track.occlusion_survival", "1", "more", SHARE, ("occlusions",), ("survived",)),
     _mean("track.heading_flip_rate", "1", SHARE, "flipped", "moving"),
-    Headline("track.heading_unflipped_mean_deg", "deg", "less", ANGLE, ("moving", "-flipped"), ("heading_deg",)),
+    ComparedMetric("track.heading_unflipped_mean_deg", "deg", "less", ANGLE, ("moving", "-flipped"), ("heading_deg",)),
     _mean("mma.mma.stationary_target.x_abs_mean_m", "m", LENGTH, "standing_x_m", "standing"),
     _mean("mma.mma.stationary_target.y_abs_mean_m", "m", LENGTH, "standing_y_m", "standing"),
     _mean("mma.mma.moving_target.x_abs_mean_m", "m", LENGTH, "moving_x_m", "moving"),
     _mean("mma.mma.moving_target.y_abs_mean_m", "m", LENGTH, "moving_y_m", "moving"),
-    Headline("mma.mode_accuracy", "1", "more", SHARE, ("standing", "moving"), ("right_mode",)),
+    ComparedMetric("mma.mode_accuracy", "1", "more", SHARE, ("standing", "moving"), ("right_mode",)),
     _mean("fit.best.heading_abs_mean_deg", "deg", ANGLE, "fit_heading_deg", "fitted"),
     _mean("fit.best.position_abs_mean_m", "m", LENGTH, "fit_position_m", "fitted"),
-    Headline("fit.best.coverage", "1", "more", SHARE, ("segmented",), ("fitted",)),
+    ComparedMetric("fit.best.coverage", "1", "more", SHARE, ("segmented",), ("fitted",)),
     _mean("segmentation.over_rate", "1", SHARE, "split", "segmented"),
     _mean("segmentation.under_rate", "1", SHARE, "merged", "segments"),
     _mean("segmentation.missed_rate", "1", SHARE, "in_no_segment", "segmented"),

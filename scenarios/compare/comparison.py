@@ -6,18 +6,18 @@ from typing import Literal
 
 import numpy as np
 
-from scenarios.compare.compared_metrics import HEADLINES, Headline
+from scenarios.arrays import Floats
+from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from scenarios.compare.digest import Expectation, Key
 from scenarios.compare.resampling import Difference, differences
 from scenarios.compare.run_pairs import Pair, Pairs
-from scenarios.grading.plane_geometry import Floats
 
 LEVEL = 0.01
 """Chance that any metric is called better or worse though nothing has changed."""
 MOST = 3
 """Runs that are named as those that moved a metric."""
 
-Verdict = Literal["same", "unclear", "better", "worse", "lost", "not measured"]
+MetricVerdict = Literal["same", "unclear", "better", "worse", "lost", "not measured"]
 """`better` and `worse` are no chance and large enough to matter. `same` is neither, and no change that matters lies in
 the interval; where one does, the runs are too few to tell: `unclear`. `lost`: BASE measured it, HEAD does not."""
 
@@ -28,9 +28,9 @@ Fate = Literal["newly failed", "now known to fail", "still failing", "mended"]
 class Change:
     """One metric in BASE and in HEAD."""
 
-    headline: Headline
+    headline: ComparedMetric
     numbers: Difference
-    verdict: Verdict
+    verdict: MetricVerdict
     where: dict[Key, float]
     """Runs that moved it most, and by how much; of better and worse ones only."""
 
@@ -61,7 +61,7 @@ class Moved:
     change: Floats
     """(R, len(COLUMNS)) HEAD's minus BASE's of each run."""
 
-    def most(self, headline: Headline) -> dict[Key, float]:
+    def most(self, headline: ComparedMetric) -> dict[Key, float]:
         """Take back one run's change after the other; by how much each moves the value of all, the most first."""
         moved = np.nan_to_num(headline.value(self.head[None]) - headline.value(self.head - self.change))
         order = np.argsort(-np.abs(moved), kind="stable")[:MOST].tolist()
@@ -96,12 +96,12 @@ def compare(pairs: Pairs) -> Comparison:
     base, head = (np.vstack(side) for side in zip(*units, strict=True))
     change_of_run = np.array([(h - b).sum(axis=0) for b, h in units])
     moved = Moved([pair.key for pair in pairs.compared], head.sum(axis=0), change_of_run)
-    found = differences(base, head, HEADLINES)
-    changes = [_change(headline, numbers, moved) for headline, numbers in zip(HEADLINES, found, strict=True)]
+    found = differences(base, head, COMPARED_METRICS)
+    changes = [_change(headline, numbers, moved) for headline, numbers in zip(COMPARED_METRICS, found, strict=True)]
     return Comparison(pairs, changes, [fall for pair in pairs.compared for fall in _falls(pair)])
 
 
-def judge(headline: Headline, numbers: Difference) -> Verdict:
+def judge(headline: ComparedMetric, numbers: Difference) -> MetricVerdict:
     """Say what a difference is."""
     margin = headline.relevance.margin(numbers.base)
     if math.isnan(numbers.difference):
@@ -112,7 +112,7 @@ def judge(headline: Headline, numbers: Difference) -> Verdict:
     return "same" if -margin <= low and high <= margin else "unclear"
 
 
-def _change(headline: Headline, numbers: Difference, moved: Moved) -> Change:
+def _change(headline: ComparedMetric, numbers: Difference, moved: Moved) -> Change:
     verdict = judge(headline, numbers)
     return Change(headline, numbers, verdict, moved.most(headline) if verdict in ("better", "worse") else {})
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from scenarios.compare.compared_metrics import HEADLINES
+from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.comparison import LEVEL, Change, Comparison, Fall
 from scenarios.compare.run_pairs import Pair
 
@@ -62,7 +62,7 @@ def _pair(pair: Pair) -> dict[str, Any]:
         **pair.key._asdict(),
         "identical": pair.identical,
         "same_truth": pair.same_truth,
-        "metrics": {h.name: [_number(h.value(base)[0]), _number(h.value(head)[0])] for h in HEADLINES},
+        "metrics": {h.name: [_number(h.value(base)[0]), _number(h.value(head)[0])] for h in COMPARED_METRICS},
     }
 
 

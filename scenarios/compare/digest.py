@@ -11,7 +11,7 @@ import pandas as pd
 
 from scenarios.compare.sums import VehicleSums, vehicle_sums
 from scenarios.errors import OutputError
-from scenarios.files.expect import Limit, Outcome, check
+from scenarios.files.expect import ExpectationOutcome, Limit, check
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.result import Result
 from scenarios.run import run_folder
@@ -42,7 +42,7 @@ class Key(NamedTuple):
 class Expectation:
     """An expectation of a scenario beside what came out."""
 
-    outcome: Outcome
+    outcome: ExpectationOutcome
     value: float | None
     limit: str
 

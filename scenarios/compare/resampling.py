@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.compare.compared_metrics import Headline
+from scenarios.arrays import Floats
+from scenarios.compare.compared_metrics import ComparedMetric
 from scenarios.grading.bootstrap import QUANTILES
-from scenarios.grading.plane_geometry import Floats
 
 RESAMPLES = 2000
 SEED = 0
@@ -42,7 +42,7 @@ class Difference:
         return self.head - self.base
 
 
-def differences(base: Floats, head: Floats, headlines: tuple[Headline, ...]) -> list[Difference]:
+def differences(base: Floats, head: Floats, headlines: tuple[ComparedMetric, ...]) -> list[Difference]:
     """Compare the units' sums (U, len(COLUMNS)) of BASE and HEAD in every headline metric."""
     rng = np.random.default_rng(SEED)
     units = len(base)
@@ -58,7 +58,7 @@ def differences(base: Floats, head: Floats, headlines: tuple[Headline, ...]) -> 
     ]
 
 
-def values(sums: Floats, headlines: tuple[Headline, ...]) -> Floats:
+def values(sums: Floats, headlines: tuple[ComparedMetric, ...]) -> Floats:
     """(R, M) metrics for R sets of sums (R, len(COLUMNS))."""
     return np.column_stack([headline.value(sums) for headline in headlines])
 

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from scenarios.arrays import Floats
 from scenarios.compare.digest import LIMITS, Key, RunDigest, differing
 from scenarios.compare.sides import Side
 from scenarios.errors import InputError
-from scenarios.grading.plane_geometry import Floats
 
 SAID = {"device": "The device under test", "tracker": "The [tracker] table", LIMITS: "The [expect] table"}
 """What may differ between BASE and HEAD, and is told."""

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Floats, Ints
 from scenarios.compare.vehicle_sums import ALPHAS, match
 from scenarios.grading import occlusion_metrics, track_metrics
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.plane_geometry import Floats, Ints
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODELS
 
@@ -54,7 +54,7 @@ class VehicleSums:
         return np.hstack([self.sums, hota])
 
 
-class _Rows(NamedTuple):
+class _VehicleRows(NamedTuple):
     """Finds the row of a vehicle; whoever was never graded counts as nobody."""
 
     vehicle: Ints
@@ -78,7 +78,7 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
     """
     truth, tracks = tables["truth"], tables["tracks"]
     graded, judged = truth[truth["graded"]], tracks[tracks["judged"]]
-    rows = _Rows(np.union1d([NO_ACTOR], graded["actor_id"]))
+    rows = _VehicleRows(np.union1d([NO_ACTOR], graded["actor_id"]))
     matched, matches = _follow(rows, tables, config)
     sums = {
         "observations": rows.sum(graded["actor_id"]),
@@ -93,7 +93,9 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
     return VehicleSums(rows.vehicle, _rounded(column), matches)
 
 
-def _follow(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> tuple[dict[str, Floats], Ints]:
+def _follow(
+    rows: _VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig
+) -> tuple[dict[str, Floats], Ints]:
     """Whom the tracks follow; a track on a graded vehicle is reported of it, any other one of nobody."""
     sequence = track_metrics.sequence(tables["truth"], tables["tracks"], tables["overlaps"])
     matching, vehicle = match(sequence, config.hit_iou_min), sequence["actor_ids"]
@@ -110,7 +112,7 @@ def _follow(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: GradingConf
     }, pairs
 
 
-def _fit(rows: _Rows, fits: pd.DataFrame) -> dict[str, Floats]:
+def _fit(rows: _VehicleRows, fits: pd.DataFrame) -> dict[str, Floats]:
     """Errors of the chosen rectangles."""
     best = fits[fits["best"] & np.isfinite(fits["heading_error_deg"])]
     return {
@@ -120,7 +122,7 @@ def _fit(rows: _Rows, fits: pd.DataFrame) -> dict[str, Floats]:
     }
 
 
-def _positions(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
+def _positions(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
     """Errors of the tracks that follow graded vehicles, and their modes, as in `grading.mma` and `grading.modes`."""
     sums = {"right_mode": rows.sum(judged["actor_id"], judged["model"].to_numpy(object) == judged["true_mode"])}
     stands = judged["true_mode"] == MODELS[0]
@@ -131,7 +133,7 @@ def _positions(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
     return sums
 
 
-def _headings(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
+def _headings(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
     """Moving vehicles whose track points backwards, as in `grading.track`, and the error where it does not."""
     moving = judged[judged["true_mode"] != MODELS[0]]
     error = moving["heading_error_deg"].abs()
@@ -143,7 +145,7 @@ def _headings(rows: _Rows, judged: pd.DataFrame) -> dict[str, Floats]:
 
 
 def _segmentation(
-    rows: _Rows, graded: pd.DataFrame, segments: pd.DataFrame, config: GradingConfig
+    rows: _VehicleRows, graded: pd.DataFrame, segments: pd.DataFrame, config: GradingConfig
 ) -> dict[str, Floats]:
     """Vehicles that were cut up or overlooked, and segments that hold two things, as in `grading.segmentation`."""
     seen = graded[graded["largest_segment_share"].notna()]
@@ -156,7 +158,7 @@ def _segmentation(
     }
 
 
-def _occlusions(rows: _Rows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, Floats]:
+def _occlusions(rows: _VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, Floats]:
     """Occlusions, and how many of them the track outlived."""
     found = [
         (vehicle, episode.survived)

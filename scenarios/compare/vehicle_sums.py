@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from scenarios.grading.plane_geometry import Floats, Ints
+from scenarios.arrays import Floats, Ints
 from scenarios.grading.switches import ROUNDING, hits, switches
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenarios.arrays import Floats
 from scenarios.control.surroundings import Surroundings
-from scenarios.grading.plane_geometry import CORNER_SIGNS, Floats, corner
+from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
 
 _SLOWEST = 1.0
 """[m/s] A slower ego's yaw rate tells no curvature: it is divided by this speed at least."""

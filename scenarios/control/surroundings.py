@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scenarios.arrays import Floats, Ints
 from scenarios.grading.articulated import parts
-from scenarios.grading.plane_geometry import Floats, Ints, into_frame, turned, wrap
+from scenarios.grading.plane_geometry import into_frame, turned, wrap
 from scenarios.grading.track_matches import track_boxes
 from sim.world import Ego, WorldFrame
 from tracker.records import Status, Tracks

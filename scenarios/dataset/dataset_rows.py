@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenarios.arrays import Floats
 from scenarios.dataset.dataset_columns import Values
 from scenarios.grading.frame_grade import FrameGrade
-from scenarios.grading.plane_geometry import Floats, corner, into_frame, nearest_sign
+from scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
 from sensor_model.truth import ScanTruth
 from sim.world import Actors, Ego, WorldFrame
 from tracker.scan import Scan

@@ -8,9 +8,9 @@ from typing import Literal
 from scenarios.grading.metric_names import METRICS
 from scenarios.result import Metric
 
-Verdict = Literal["passed", "failed", "incomplete"]
+RunVerdict = Literal["passed", "failed", "incomplete"]
 
-Outcome = Literal["passed", "failed", "known failure", "unexpected pass"]
+ExpectationOutcome = Literal["passed", "failed", "known failure", "unexpected pass"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class Check:
         return self.metric.value is not None and self.limit.holds(self.metric.value)
 
     @property
-    def outcome(self) -> Outcome:
+    def outcome(self) -> ExpectationOutcome:
         """What came out, in the light of what is known."""
         if self.limit.known_failure:
             return "unexpected pass" if self.holds else "known failure"
@@ -97,7 +97,7 @@ def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit]) -> list[Ch
     return [Check(name, limit, metrics[name]) for name, limit in expect.items()]
 
 
-def verdict(checks: Iterable[Check], complete: bool) -> Verdict:
+def verdict(checks: Iterable[Check], complete: bool) -> RunVerdict:
     """Say whether no check failed, but for known failures.
 
     An incomplete run shows neither: what is missing could have gone either way.

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from scenarios.grading.plane_geometry import Floats, Ints, turned
+from scenarios.arrays import Floats, Ints
+from scenarios.grading.plane_geometry import turned
 from sim.articulation import hitch
 
 

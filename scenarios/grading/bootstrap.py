@@ -6,9 +6,8 @@ Application, section 3.8). The interval is the percentiles', of as many vehicles
 """
 
 import numpy as np
-import numpy.typing as npt
 
-from scenarios.grading.plane_geometry import Floats, Ints
+from scenarios.arrays import Floats, Ints
 
 RESAMPLES = 1000
 SEED = 0
@@ -55,7 +54,7 @@ class Bootstrap:
             return None
         row = np.searchsorted(self.vehicles, vehicle)
         own = np.stack([np.bincount(row, column, len(self.vehicles)) for column in columns], axis=1)
-        sums: npt.NDArray[np.float64] = self.times @ own
+        sums: Floats = self.times @ own
         return sums
 
 

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from scenarios.arrays import Floats, Ints
 from scenarios.grading.frame_truth import Instant
-from scenarios.grading.plane_geometry import Floats, Ints
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.rig.rig import Rig
 from sensor_model.truth import Cause

@@ -6,13 +6,14 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading import bound
 from scenarios.grading.bound import Ranging
 from scenarios.grading.frame_truth import Instant
 from scenarios.grading.metric_names import FIT_METHODS, VIEWS
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.ownership import NOBODY, Ownership
-from scenarios.grading.plane_geometry import QUARTER, Floats, Ints, corner, iou, matching_sign, nearest_sign, wrap
+from scenarios.grading.plane_geometry import QUARTER, corner, iou, matching_sign, nearest_sign, wrap
 from tracker.records import BASELINES, METHODS, StepTrace
 
 BOX = ("x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m")
@@ -82,7 +83,7 @@ def measure(fits: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _oracle(method: npt.NDArray[np.int8], error: Floats) -> npt.NDArray[np.bool_]:
+def _oracle(method: npt.NDArray[np.int8], error: Floats) -> Bools:
     """Mark the least error of each observation's `METHODS`; baselines cannot be chosen, and NaN is no error."""
     choice = np.flatnonzero(method < len(METHODS)).reshape(-1, len(METHODS))
     least = choice[np.arange(len(choice)), np.where(np.isfinite(error), np.abs(error), np.inf)[choice].argmin(axis=1)]

@@ -2,23 +2,22 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
+from scenarios.arrays import Bools, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameGrade:
     """Verdicts of one frame for A actors, T tracks and B boxes; `NO_ACTOR` and NaN where there is none."""
 
-    graded: npt.NDArray[np.bool_]
+    graded: Bools
     """(A,) the actor is a vehicle near enough, with enough points of its own, and not bent."""
-    points: npt.NDArray[np.int64]
+    points: Ints
     """(A,) scan points that lie on the actor."""
-    track_actor: npt.NDArray[np.int64]
+    track_actor: Ints
     """(T,) id of the actor each track follows."""
-    track_heading_error: npt.NDArray[np.float64]
+    track_heading_error: Floats
     """(T,) track minus truth, modulo a full turn, in (-pi, pi] [rad]."""
-    box_actor: npt.NDArray[np.int64]
+    box_actor: Ints
     """(B,) id of the graded actor that owns most points of the box's segment."""
-    box_heading_error: npt.NDArray[np.float64]
+    box_heading_error: Floats
     """(B,) box minus truth, modulo a quarter turn, in (-pi/4, pi/4] [rad]."""

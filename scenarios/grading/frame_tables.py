@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.grading.matching import Verdict
+from scenarios.grading.matching import TrackVerdict
 from scenarios.grading.metric_names import CANDIDATES, ESTIMATES, VIEWS
 from sensor_model.truth import Cause, View
 from sim.world import Kind, WorldFrame
@@ -61,7 +61,7 @@ TRACKS: Schema = {
     "width_m": np.float64,
     "model": MODELS,
     **{f"probability_{model}": np.float64 for model in MODELS},
-    "verdict": tuple(verdict.name.lower() for verdict in Verdict),
+    "verdict": tuple(verdict.name.lower() for verdict in TrackVerdict),
     "actor_id": np.int64,
     "true_mode": MODELS,
     "iou": np.float64,

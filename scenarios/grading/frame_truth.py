@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.articulated import tractors, trailers
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import point_rows
-from scenarios.grading.plane_geometry import Floats, Ints, into_frame, iou_table
+from scenarios.grading.plane_geometry import into_frame, iou_table
 from sensor_model.truth import ScanTruth
 from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
 from tracker.scan import Scan
@@ -33,9 +34,9 @@ class Instant:
     """(N,) row of the actor each point lies on, -1 for none."""
     points: Ints
     """(A,) points of its own."""
-    bent: npt.NDArray[np.bool_]
+    bent: Bools
     """(A,) no rectangle describes it: it is articulated and bent."""
-    graded: npt.NDArray[np.bool_]
+    graded: Bools
     """(A,)."""
 
     @property

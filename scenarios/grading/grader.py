@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
+from scenarios.arrays import Floats, Ints
 from scenarios.grading import (
     dataset_statistics,
     fit_metrics,
@@ -25,7 +26,7 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.matching import Pairer
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.ownership import NOBODY, Ownership
-from scenarios.grading.plane_geometry import QUARTER, Floats, Ints, wrap
+from scenarios.grading.plane_geometry import QUARTER, wrap
 from scenarios.grading.snapshots import Snapshots
 from scenarios.grading.track_matches import Following
 from scenarios.result import Metric

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.plane_geometry import Floats, Ints
 from sensor_model.truth import NO_ACTOR
 
 NO_TRACK = -1
@@ -18,7 +18,7 @@ CONTINUITY = 1000.0
 (Bernardin and Stiefelhagen 2008, section 2.1.3)."""
 
 
-class Verdict(IntEnum):
+class TrackVerdict(IntEnum):
     """What a track is to the grader in one frame."""
 
     GRADED = 0
@@ -34,13 +34,13 @@ class Verdict(IntEnum):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pairing:
+class FrameMatching:
     """Reported tracks (T) against actors (A)."""
 
     actor_row: Ints
     """(T,) row of the actor each track follows, -1 for none."""
     verdict: npt.NDArray[np.int8]
-    """(T,) `Verdict`."""
+    """(T,) `TrackVerdict`."""
 
 
 class Pairer:
@@ -55,10 +55,10 @@ class Pairer:
         self,
         actor_id: Ints,
         overlap: Floats,
-        graded: npt.NDArray[np.bool_],
+        graded: Bools,
         track_id: Ints,
         track_boxes: Floats,
-    ) -> Pairing:
+    ) -> FrameMatching:
         """Pair reported tracks, boxes (T, 5) in the ego frame, with all actors by their overlap (A, T)."""
         before = np.array([self._followed.get(track, NO_ACTOR) for track in track_id.tolist()], dtype=np.int64)
         score = overlap + CONTINUITY * (actor_id[:, None] == before)
@@ -69,20 +69,18 @@ class Pairer:
         actor_row[column[paired]] = row[paired]
         self._followed = dict(zip(track_id[column[paired]].tolist(), actor_id[row[paired]].tolist(), strict=True))
         far = np.hypot(track_boxes[:, 0], track_boxes[:, 1]) > self._config.range_max_m
-        return Pairing(actor_row, _verdicts(overlap, actor_row, graded, far))
+        return FrameMatching(actor_row, _verdicts(overlap, actor_row, graded, far))
 
 
-def _verdicts(
-    overlap: Floats, actor_row: Ints, graded: npt.NDArray[np.bool_], far: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.int8]:
+def _verdicts(overlap: Floats, actor_row: Ints, graded: Bools, far: Bools) -> npt.NDArray[np.int8]:
     """(T,) verdicts; a track that is not paired is on the actor it overlaps most."""
     if not len(graded):
-        return np.where(far, Verdict.OUTSIDE, Verdict.FALSE).astype(np.int8)
+        return np.where(far, TrackVerdict.OUTSIDE, TrackVerdict.FALSE).astype(np.int8)
     paired = actor_row >= 0
     on = np.where(paired, actor_row, overlap.argmax(axis=0))
     touches = paired | (overlap.max(axis=0) > 0.0)
     return np.select(
         [paired & graded[on], touches & ~graded[on], far],
-        [Verdict.GRADED, Verdict.UNGRADED, Verdict.OUTSIDE],
-        default=Verdict.FALSE,
+        [TrackVerdict.GRADED, TrackVerdict.UNGRADED, TrackVerdict.OUTSIDE],
+        default=TrackVerdict.FALSE,
     ).astype(np.int8)

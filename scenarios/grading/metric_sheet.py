@@ -3,14 +3,13 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.bootstrap import Bootstrap, Interval
 from scenarios.grading.metric_names import METRICS
-from scenarios.grading.plane_geometry import Floats, Ints
 from scenarios.result import Metric
 
-Values = npt.NDArray[np.float64] | npt.NDArray[np.bool_]
+Values = Floats | Bools
 
 
 class MetricSheet:

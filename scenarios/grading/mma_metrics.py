@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Floats, Ints
 from scenarios.grading.metric_names import ESTIMATES, TARGETS
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import Floats, Ints, corner, matching_sign, turned
+from scenarios.grading.plane_geometry import corner, matching_sign, turned
 from tracker.records import MODELS, Tracks
 
 NO_PAIR = "no confirmed track followed a graded vehicle"

@@ -5,9 +5,9 @@ from itertools import pairwise, product
 import numpy as np
 import pandas as pd
 
+from scenarios.arrays import Floats
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.mma_metrics import NO_PAIR
-from scenarios.grading.plane_geometry import Floats
 from tracker.records import MODELS
 
 NOT_TOLD = "the tracks do not tell which model was selected"

@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Ints
 from scenarios.grading.metric_names import CAUSES
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.ownership import NOBODY, Ownership
-from scenarios.grading.plane_geometry import Ints
 from sensor_model.truth import ON_NOTHING, Cause
 from tracker.records import StepTrace
 

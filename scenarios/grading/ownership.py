@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from scenarios.grading.plane_geometry import Ints
+from scenarios.arrays import Bools, Ints
 from sensor_model.truth import NO_ACTOR
 from tracker.records import Segments
 
@@ -33,7 +32,7 @@ class Ownership:
     """(S,) row of the graded vehicle that owns most points of the segment, `NOBODY` where none does."""
 
     @classmethod
-    def of(cls, row: Ints, segments: Segments, graded: npt.NDArray[np.bool_], share_min: float) -> "Ownership":
+    def of(cls, row: Ints, segments: Segments, graded: Bools, share_min: float) -> "Ownership":
         """Count points (N,) given by their actor's row; an owner is graded and holds more than `share_min`."""
         shape = (len(graded) + 1, segments.count)
         used = np.flatnonzero(segments.label >= 0)

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from scenarios.arrays import Floats, Ints
 
 QUARTER = np.pi / 2
 PARALLEL = 1e-9

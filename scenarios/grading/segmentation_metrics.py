@@ -6,15 +6,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.ownership import Ownership
-from scenarios.grading.plane_geometry import Floats, Ints
 from sensor_model.truth import NO_ACTOR
 
 
-def rows(
-    actor_id: Ints, graded: npt.NDArray[np.bool_], ownership: Ownership, share_min: float
-) -> dict[str, npt.NDArray[Any]]:
+def rows(actor_id: Ints, graded: Bools, ownership: Ownership, share_min: float) -> dict[str, npt.NDArray[Any]]:
     """Return the segments of one frame of which a graded vehicle holds at least `share_min`."""
     share = ownership.counts / np.maximum(ownership.size, 1)
     touched = (share[:-1][graded] >= share_min).any(axis=0)

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Floats, Ints
 from scenarios.grading.frame_tables import SNAPSHOT_KINDS, SNAPSHOT_POINTS, SNAPSHOTS, TableBuilder
 from scenarios.grading.frame_truth import Instant
-from scenarios.grading.matching import NO_TRACK, Verdict
-from scenarios.grading.plane_geometry import Floats, Ints
+from scenarios.grading.matching import NO_TRACK, TrackVerdict
 from scenarios.grading.track_matches import Following
 from sensor_model.truth import NO_ACTOR
 from sim.world import Mode
@@ -82,7 +82,7 @@ class Snapshots:
         waiting = [actor for actor, since in self._graded_since.items() if time - since >= PATIENCE_S]
         alone = np.isin(now.actors.id, waiting)
         alone[following.actor_row[following.actor_row >= 0]] = False
-        false = following.verdict == Verdict.FALSE
+        false = following.verdict == TrackVerdict.FALSE
         places = np.vstack([now.boxes_ego[alone, :2], following.boxes_ego[false, :2]])
         if len(places):
             what = f"{alone.sum()} graded vehicles without a track, {false.sum()} tracks on nothing"
@@ -106,7 +106,7 @@ class Snapshots:
 
 def _track_heading(now: Instant, following: Following, tracks: Tracks) -> Iterator[Snapshot]:
     """The track on a moving graded vehicle whose heading is most off."""
-    judged = np.flatnonzero(following.verdict == Verdict.GRADED)
+    judged = np.flatnonzero(following.verdict == TrackVerdict.GRADED)
     row = following.actor_row[judged]
     moving = now.actors.mode[row] != Mode.STATIONARY  # the front of a standing one cannot be told
     error = np.degrees(following.heading_error[judged][moving])

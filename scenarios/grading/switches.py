@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import linear_sum_assignment
 
+from scenarios.arrays import Ints
 from scenarios.grading.matching import CONTINUITY, NO_TRACK
-from scenarios.grading.plane_geometry import Ints
 
 ROUNDING = float(np.finfo(np.float64).eps)
 """By which trackeval lets an overlap miss the limit."""

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenarios.arrays import Floats, Ints
 from scenarios.grading import mma_metrics
 from scenarios.grading.frame_truth import Instant
-from scenarios.grading.matching import NO_TRACK, Pairer, Verdict
-from scenarios.grading.plane_geometry import Floats, Ints, into_frame, out_of_frame, turned, wrap
+from scenarios.grading.matching import NO_TRACK, Pairer, TrackVerdict
+from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned, wrap
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODELS, Status, Tracks
 
@@ -36,7 +37,7 @@ class Following:
     actor_row: Ints
     """(T,) row of the actor each track follows, -1 for none; tracks that are not reported follow nobody."""
     verdict: npt.NDArray[np.int8]
-    """(T,) `Verdict`."""
+    """(T,) `TrackVerdict`."""
     overlap: Floats
     """(A, T) intersection over union; 0 for tracks that are not reported."""
     heading_error: Floats
@@ -52,7 +53,7 @@ class Following:
         pairing = pairer.pair(now.actors.id, overlap[:, reported], now.graded, tracks.id[reported], boxes[reported])
         actor_row = np.full(len(tracks), -1, dtype=np.int64)
         actor_row[reported] = pairing.actor_row
-        verdict = np.full(len(tracks), Verdict.UNREPORTED, dtype=np.int8)
+        verdict = np.full(len(tracks), TrackVerdict.UNREPORTED, dtype=np.int8)
         verdict[reported] = pairing.verdict
         error = np.full(len(tracks), np.nan)
         pair = np.flatnonzero(actor_row >= 0)
@@ -73,7 +74,7 @@ class Following:
     def rows(self, now: Instant, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
         """Rows of the track table."""
         x, y, yaw = out_of_frame(self.boxes_ego[:, :3], now.frame.ego.pose_world).T
-        judged = self.verdict == Verdict.GRADED
+        judged = self.verdict == TrackVerdict.GRADED
         row = np.flatnonzero(judged)
         true_boxes = now.boxes_ego[self.actor_row[row]]
         pair = np.flatnonzero(self.actor_row >= 0)

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scenarios.arrays import Floats
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import Floats
 from scenarios.grading.switches import in_view, switches
 from tracker.records import MODELS
 

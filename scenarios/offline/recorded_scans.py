@@ -8,10 +8,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from scenarios.arrays import Floats
 from scenarios.dataset.dataset_columns import FILES, Column, Values
 from scenarios.dataset.dataset_rows import records_of
 from scenarios.errors import OutputError
-from scenarios.grading.plane_geometry import Floats
 from scenarios.run import run_folder
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame

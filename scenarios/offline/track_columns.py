@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 import pyarrow.parquet as pq
 
+from scenarios.arrays import Bools, Floats
 from scenarios.dataset.dataset_columns import Column
 from scenarios.errors import TracksError
 from tracker.records import Status
@@ -60,7 +61,7 @@ def read(path: Path) -> pd.DataFrame:
     return pd.DataFrame({**columns, "status": _status(path, table)})
 
 
-def require(path: Path, cells: pd.Series, good: npt.NDArray[np.bool_], remedy: str) -> None:
+def require(path: Path, cells: pd.Series, good: Bools, remedy: str) -> None:
     """Raise a TracksError with the first row whose cell is not good."""
     if not good.all():
         row = int(np.argmin(good))
@@ -85,7 +86,7 @@ def _table(path: Path) -> pd.DataFrame:
 
 def _numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:
     """(N,) finite numbers, whole ones where the column holds such."""
-    values: npt.NDArray[np.float64] = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
+    values: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
     require(path, cells, np.isfinite(values), "should be a number")
     if column.kind is not np.int64:
         return values

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from scenarios.arrays import Floats, Ints
 from scenarios.errors import TracksError
-from scenarios.grading.plane_geometry import Floats, Ints, into_frame, nearest_sign, turned
+from scenarios.grading.plane_geometry import into_frame, nearest_sign, turned
 from scenarios.offline import track_columns
 from tracker.records import MODELS, Tracks
 from tracker.scan import Scan
@@ -95,5 +95,5 @@ def _tracks(rows: pd.DataFrame, scan: Scan) -> Tracks:
     )
 
 
-def _untold(*shape: int) -> npt.NDArray[np.float64]:
+def _untold(*shape: int) -> Floats:
     return np.full(shape, np.nan)

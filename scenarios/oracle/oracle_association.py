@@ -11,10 +11,10 @@ truth: out of the gate a box is left alone if it would take its track away from 
 
 import numpy as np
 
-from scenarios.grading.plane_geometry import Floats, Ints
+from scenarios.arrays import Bools, Floats, Ints
 from sensor_model.truth import NO_ACTOR
-from tracker.records import Bools, Status
-from tracker.tracking.hypotheses import Pairing, Predictions
+from tracker.records import Status
+from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.track import Track
 
 AWAY_M = 0.5
@@ -32,7 +32,7 @@ def admissible(track_actor: Ints, box_actor: Ints, in_gate: Bools, misread: Bool
     return np.asarray(same & (in_gate | (out_of_all_gates & ~misread)))
 
 
-def leads_away(predictions: Predictions, pairing: Pairing, true_center: Floats) -> Bools:
+def leads_away(predictions: Predictions, pairing: Hypotheses, true_center: Floats) -> Bools:
     """(T, B) whether a box would take a track away from where its vehicle is, (T, 2) in the odometry frame [m]."""
     each, model = np.arange(len(true_center)), predictions.probability.argmax(axis=1)
     off = predictions.selected - predictions.to_corner - true_center

@@ -1,7 +1,7 @@
 """The fitting half with the truth in the place of stages."""
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.ownership import NOBODY
-from scenarios.grading.plane_geometry import Floats, Ints
 from scenarios.oracle import oracle_fit as fit
 from scenarios.oracle import oracle_outliers, oracle_segmentation
 from scenarios.oracle.oracle_truth import Truth
@@ -9,7 +9,7 @@ from scenarios.oracle.stage import Stage
 from tracker.detection.deskew import Movers
 from tracker.detection.detector import Detector, DetectorConfig
 from tracker.merging import Pieces
-from tracker.records import Bools, Boxes, Candidates, Detection, Linkage, Segments
+from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
 from tracker.scan import Scan
 
 

@@ -11,12 +11,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from scenarios.grading.plane_geometry import QUARTER, Floats, Ints, turned
+from scenarios.arrays import Bools, Floats, Ints
+from scenarios.grading.plane_geometry import QUARTER, turned
 from scenarios.oracle.oracle_truth import Truth
 from tracker.geometry import fold
-from tracker.records import METHODS, Bools, Boxes, Candidates, Segments
+from tracker.records import METHODS, Boxes, Candidates, Segments
 from tracker.scan import Scan
 
 BEST = METHODS.index("refined")
@@ -80,7 +80,7 @@ def visible(points: Floats, row: Ints, size: Floats) -> tuple[Floats, Floats]:
 def select(candidates: Candidates, true: TrueRectangles) -> Candidates:
     """Put the true rectangles among the candidates, and select them."""
 
-    def with_truth(column: npt.NDArray[np.float64], values: Floats | float) -> Floats:
+    def with_truth(column: Floats, values: Floats | float) -> Floats:
         changed = column.copy()
         changed[true.segment, BEST] = values
         return changed

@@ -6,7 +6,8 @@ for itself. The filters, their noise and when they are corrected are the tracker
 
 import numpy as np
 
-from tracker.records import MODELS, Floats
+from scenarios.arrays import Floats
+from tracker.records import MODELS
 from tracker.tracking.filter_bank import SelectedBank
 from tracker.tracking.mma import LEAST_PROBABILITY
 

@@ -7,10 +7,10 @@ for later stages to say, as it is without the oracle. Too small segments are dro
 
 import numpy as np
 
+from scenarios.arrays import Bools, Ints
 from scenarios.grading.ownership import NOBODY
-from scenarios.grading.plane_geometry import Ints
 from tracker.detection.segmentation import keep_only
-from tracker.records import NOT_USED, Bools, Segments
+from tracker.records import NOT_USED, Segments
 
 
 def actors_first(point_row: Ints, keep: Bools, rest: Segments, points_min: int) -> Segments:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.errors import DeviceError
-from scenarios.grading.plane_geometry import Ints
 from scenarios.oracle import oracle_association
 from scenarios.oracle.oracle_detector import OracleDetector
 from scenarios.oracle.oracle_model import ToldBank
@@ -13,9 +13,9 @@ from scenarios.oracle.oracle_truth import Truth
 from scenarios.oracle.stage import Stage
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.world import WorldFrame
-from tracker.records import Bools, Floats, Status
+from tracker.records import Status
 from tracker.tracker import Tracker, TrackerConfig
-from tracker.tracking.hypotheses import Pairing, Predictions
+from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.observations import Observations
 
 
@@ -46,7 +46,7 @@ class OracleTracker(Tracker):
         super()._predict(time)
         self._tell_modes()
 
-    def _score(self, predictions: Predictions, pairing: Pairing, seen: Observations) -> tuple[Floats, Bools]:
+    def _score(self, predictions: Predictions, pairing: Hypotheses, seen: Observations) -> tuple[Floats, Bools]:
         cost, in_gate = super()._score(predictions, pairing, seen)
         if Stage.ASSOCIATION in self._stages:
             told, actor = self._fitting, self._track_actor

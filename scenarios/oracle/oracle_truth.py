@@ -3,20 +3,18 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.frame_truth import IS_VEHICLE
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import NOBODY, Ownership, point_rows
-from scenarios.grading.plane_geometry import Floats, Ints, into_frame, out_of_frame, turned
+from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
 from sim.world import WorldFrame
 from tracker.records import Segments
 
 USUAL = GradingConfig()
 """Who owns a segment, and which trucks are bent, is as the grader has it by default."""
-
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

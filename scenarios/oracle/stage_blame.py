@@ -19,7 +19,7 @@ from tracker.scan import Scan
 Metrics = dict[str, Metric]
 
 
-class Headline(NamedTuple):
+class BlameMetric(NamedTuple):
     """A metric that stages are blamed by."""
 
     name: str
@@ -28,32 +28,32 @@ class Headline(NamedTuple):
 
 
 OF_STAGES = (
-    Headline("segmentation.over_rate", "split", "less"),
-    Headline("segmentation.under_rate", "merged", "less"),
-    Headline("segmentation.missed_rate", "unfound", "less"),
-    Headline("outliers.mirror.precision", "mirror prec.", "more"),
-    Headline("outliers.mirror.recall", "mirror recall", "more"),
-    Headline("outliers.layer_overlap.precision", "overlap prec.", "more"),
-    Headline("outliers.layer_overlap.recall", "overlap recall", "more"),
-    Headline("fit.best.heading_abs_mean_deg", "heading [deg]", "less"),
-    Headline("fit.best.position_abs_mean_m", "corner [m]", "less"),
+    BlameMetric("segmentation.over_rate", "split", "less"),
+    BlameMetric("segmentation.under_rate", "merged", "less"),
+    BlameMetric("segmentation.missed_rate", "unfound", "less"),
+    BlameMetric("outliers.mirror.precision", "mirror prec.", "more"),
+    BlameMetric("outliers.mirror.recall", "mirror recall", "more"),
+    BlameMetric("outliers.layer_overlap.precision", "overlap prec.", "more"),
+    BlameMetric("outliers.layer_overlap.recall", "overlap recall", "more"),
+    BlameMetric("fit.best.heading_abs_mean_deg", "heading [deg]", "less"),
+    BlameMetric("fit.best.position_abs_mean_m", "corner [m]", "less"),
 )
 """What the fitting half is graded by."""
 
 OF_TRACKS = (
-    Headline("mma.mma.moving_target.x_abs_mean_m", "moving x [m]", "less"),
-    Headline("mma.mma.moving_target.y_abs_mean_m", "moving y [m]", "less"),
-    Headline("mma.mode_accuracy", "mode accuracy", "more"),
-    Headline("track.hota", "HOTA", "more"),
-    Headline("track.idf1", "IDF1", "more"),
-    Headline("track.missed", "missed", "less"),
-    Headline("track.false", "false", "less"),
-    Headline("track.id_switches", "id switches", "less"),
-    Headline("track.occlusion_survival", "survival", "more"),
+    BlameMetric("mma.mma.moving_target.x_abs_mean_m", "moving x [m]", "less"),
+    BlameMetric("mma.mma.moving_target.y_abs_mean_m", "moving y [m]", "less"),
+    BlameMetric("mma.mode_accuracy", "mode accuracy", "more"),
+    BlameMetric("track.hota", "HOTA", "more"),
+    BlameMetric("track.idf1", "IDF1", "more"),
+    BlameMetric("track.missed", "missed", "less"),
+    BlameMetric("track.false", "false", "less"),
+    BlameMetric("track.id_switches", "id switches", "less"),
+    BlameMetric("track.occlusion_survival", "survival", "more"),
 )
 """What the whole tracker is graded by."""
 
-HEADLINES = (*OF_STAGES, *OF_TRACKS)
+BLAME_METRICS = (*OF_STAGES, *OF_TRACKS)
 
 SHOWN_DIGITS = 3
 """Of differences; smaller ones are none."""
@@ -67,7 +67,7 @@ class Blame:
     by_truth: dict[Stage, Metrics]
     """Metrics with the truth in the place of one stage."""
 
-    def gain(self, stage: Stage, headline: Headline) -> float | None:
+    def gain(self, stage: Stage, headline: BlameMetric) -> float | None:
         """How much better the truth for a stage makes a metric, in its unit; None where it does not apply to both."""
         as_is, by_truth = self.shipped.metrics[headline.name].value, self.by_truth[stage][headline.name].value
         if as_is is None or by_truth is None:
@@ -75,7 +75,7 @@ class Blame:
         gain = by_truth - as_is if headline.better == "more" else as_is - by_truth
         return round(gain, SHOWN_DIGITS) + 0.0  # no negative zero
 
-    def ranking(self, headline: Headline) -> list[Stage]:
+    def ranking(self, headline: BlameMetric) -> list[Stage]:
         """The stages whose truth makes a metric better, the one that gains most first."""
         gains = {stage: self.gain(stage, headline) or 0.0 for stage in Stage}
         return sorted((stage for stage in Stage if gains[stage] > 0.0), key=lambda stage: -gains[stage])
@@ -136,7 +136,7 @@ def document(blame: Blame) -> dict[str, Any]:
     result = blame.shipped
 
     def headlines(metrics: Metrics) -> dict[str, Any]:
-        return {headline.name: asdict(metrics[headline.name]) for headline in HEADLINES}
+        return {headline.name: asdict(metrics[headline.name]) for headline in BLAME_METRICS}
 
     return {
         "scenario": result.scenario,
@@ -147,5 +147,5 @@ def document(blame: Blame) -> dict[str, Any]:
         "frames": result.frames,
         "shipped": headlines(result.metrics),
         "by_truth": {stage: headlines(metrics) for stage, metrics in blame.by_truth.items()},
-        "ranking": {headline.name: blame.ranking(headline) for headline in HEADLINES},
+        "ranking": {headline.name: blame.ranking(headline) for headline in BLAME_METRICS},
     }

@@ -7,14 +7,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from scenarios.arrays import Floats
 from sim.world import Obstacles
 
 if TYPE_CHECKING:
     import rerun as rr
 
-Floats = npt.NDArray[np.float64]
 Color = tuple[int, int, int]
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.control.cruise import Decision
 from scenarios.grading.articulated import parts
 from scenarios.grading.frame_grade import FrameGrade
@@ -20,9 +21,6 @@ from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
 from sim.world import Actors, Ego, Mode, Obstacles, WorldFrame
 from tracker.records import Boxes, Status, StepTrace, Tracks
 from tracker.scan import Scan
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 class NullRecorder:
@@ -114,7 +112,7 @@ class Recorder:
             style = rr.SeriesLines(names=list(lines), colors=list(lines.values()), widths=1.5)
             self._stream.log(path, style, static=True)
 
-    def _log_truth(self, actors: Actors, pose: Floats, visible: Floats, graded: npt.NDArray[np.bool_]) -> None:
+    def _log_truth(self, actors: Actors, pose: Floats, visible: Floats, graded: Bools) -> None:
         hidden_color, visible_color = np.array(look.HIDDEN), np.array(look.VISIBLE)
         colors = hidden_color + visible[:, None] * (visible_color - hidden_color)
         colors = colors * np.where(graded, 1.0, look.DIM)[:, None]

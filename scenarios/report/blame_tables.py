@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from scenarios.oracle.stage import Stage
-from scenarios.oracle.stage_blame import HEADLINES, OF_STAGES, OF_TRACKS, SHOWN_DIGITS, Blame, Headline
+from scenarios.oracle.stage_blame import BLAME_METRICS, OF_STAGES, OF_TRACKS, SHOWN_DIGITS, Blame, BlameMetric
 from scenarios.report import text
 from scenarios.report.cells import NONE, table_of, value_of
 
@@ -27,7 +27,7 @@ def tell(blame: Blame) -> RenderableType:
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
-def _table(title: str, blame: Blame, headlines: Sequence[Headline]) -> Table:
+def _table(title: str, blame: Blame, headlines: Sequence[BlameMetric]) -> Table:
     """A row for each stage: the metric's value, and its difference below."""
     table = table_of(title, "truth for")
     for headline in headlines:
@@ -39,7 +39,7 @@ def _table(title: str, blame: Blame, headlines: Sequence[Headline]) -> Table:
     return table
 
 
-def _cell(blame: Blame, stage: Stage, headline: Headline) -> Text:
+def _cell(blame: Blame, stage: Stage, headline: BlameMetric) -> Text:
     metric, gain = blame.by_truth[stage][headline.name], blame.gain(stage, headline)
     if not gain:
         return Text(value_of(metric), style="dim")
@@ -51,10 +51,10 @@ def _cell(blame: Blame, stage: Stage, headline: Headline) -> Text:
 def _verdicts(blame: Blame) -> Text:
     """A sentence on each metric."""
     lines = [Text("Which stage costs most", style="bold")]
-    return Text("\n").join(lines + [Text(_verdict(blame, headline)) for headline in HEADLINES])
+    return Text("\n").join(lines + [Text(_verdict(blame, headline)) for headline in BLAME_METRICS])
 
 
-def _verdict(blame: Blame, headline: Headline) -> str:
+def _verdict(blame: Blame, headline: BlameMetric) -> str:
     """Which stage costs most, and which comes next."""
     as_is = blame.shipped.metrics[headline.name]
     if as_is.value is None:

@@ -3,7 +3,7 @@
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.files.expect import Check, Outcome
+from scenarios.files.expect import Check, ExpectationOutcome
 from scenarios.grading.metric_names import CAUSES, DRIVERS, REGISTRY, SAFETY, TIMED_STAGES
 from scenarios.report.cells import percent_of, table_of, value_of
 from scenarios.result import Result
@@ -74,7 +74,7 @@ def speed(result: Result) -> Table:
     return table
 
 
-STYLES: dict[Outcome, str] = {
+STYLES: dict[ExpectationOutcome, str] = {
     "passed": "green",
     "failed": "bold red",
     "known failure": "yellow",

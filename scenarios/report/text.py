@@ -8,7 +8,7 @@ from rich.console import Console, Group, RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from scenarios.files.expect import Check, Verdict, verdict
+from scenarios.files.expect import Check, RunVerdict, verdict
 from scenarios.report import paper_tables, tables
 from scenarios.result import Result
 from scenarios.run.device import SHIPPED
@@ -27,7 +27,7 @@ STAGES = (
 )
 """Beginnings of the names of metrics on the tracker's stages that are in none of the other tables."""
 
-COLORS: dict[Verdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
+COLORS: dict[RunVerdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
 
 
 def report(result: Result, checks: list[Check]) -> Group:

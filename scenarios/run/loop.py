@@ -25,15 +25,8 @@ from scenarios.run.warm_up import warm_up
 from sensor_model.lidar import Lidar
 from sensor_model.rig.rig import Rig, RigError, load_rig
 from sensor_model.truth import ScanTruth
-from sim.highway.highway_config import HighwayTraffic
-from sim.highway.highway_source import HighwaySource
-from sim.process.process_source import AHEAD, ApartSource
-from sim.replay.replay_config import ReplayTraffic
-from sim.replay.replay_source import ReplaySource
-from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from sim.factory import make_source
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
-from sim.sumo.sumo_config import SumoTraffic
-from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 
@@ -123,18 +116,9 @@ def _rig(scenario: Scenario) -> Rig:
 
 
 def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
-    """Make the traffic source of a scenario; it delivers whom the farthest seeing unit can see."""
+    """Make the traffic source of a scenario, with a range that covers the unit that sees farthest."""
     range_m = max(mount.model.range_max_m for mount in rig.mounts)
-    match scenario.traffic:
-        case SumoTraffic() as config:
-            ahead = 0 if config.ego_control else AHEAD
-            return ApartSource(SumoSource(config, scenario.folder, range_m), "SUMO", ahead)
-        case HighwayTraffic() as config:
-            return HighwaySource(config, scenario.folder, range_m)
-        case ScriptedTraffic() as config:
-            return ScriptedSource(config, scenario.folder, range_m)
-        case ReplayTraffic() as config:
-            return ReplaySource(config, scenario.folder, range_m)
+    return make_source(scenario.traffic, scenario.folder, range_m)
 
 
 def _drives(

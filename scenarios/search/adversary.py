@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from scenarios.errors import Interrupted, StudyError
-from scenarios.execute import Outcome, execute
+from scenarios.execute import ExecutedRun, execute
 from scenarios.files.scenario import Scenario
 from scenarios.run import device
 from scenarios.search import finding_file, reductions
@@ -28,7 +28,7 @@ class Found:
 
     file: Path
     """The scenario file."""
-    outcome: Outcome
+    outcome: ExecutedRun
     """Of its run."""
     what: str
     """What happens, and in which frame."""

@@ -9,13 +9,13 @@ from typing import Any
 from scenarios.errors import OutputError
 from scenarios.search.objective import fails
 from scenarios.study import append_log
-from scenarios.study.design import Run
+from scenarios.study.design import StudyRun
 from scenarios.study.study_file import Search
 from scenarios.study.worker import BROKEN, Row, carry_out
 
 Json = dict[str, Any]
 
-CarryOut = Callable[[list[Run]], Iterable[list[Row]]]
+CarryOut = Callable[[list[StudyRun]], Iterable[list[Row]]]
 """Carries out runs, and gives their rows as they come."""
 
 
@@ -74,7 +74,7 @@ class Bench:
     def ask_all(self, documents: list[Json]) -> list[Answer]:
         """Run scenarios side by side, but for those that have been run before; their answers in the same order."""
         runs = [
-            Run(self.runs + n, {}, document["seed"], document, self.path, self.tracker)
+            StudyRun(self.runs + n, {}, document["seed"], document, self.path, self.tracker)
             for n, document in enumerate(documents, 1)
         ]
         self.runs += len(runs)
@@ -102,7 +102,7 @@ class Bench:
             ) from error
 
 
-def _here(runs: list[Run]) -> Iterable[list[Row]]:
+def _here(runs: list[StudyRun]) -> Iterable[list[Row]]:
     for run in runs:
         yield [carry_out(run)]
 

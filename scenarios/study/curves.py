@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy import stats
 
+from scenarios.arrays import Floats
 from scenarios.study.worker import BROKEN
-
-Floats = npt.NDArray[np.float64]
 
 CONFIDENCE = 0.95
 LEVELS = 12

@@ -15,7 +15,7 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 
 from scenarios.errors import InputError, StudyError
 from scenarios.run.versions import installed
-from scenarios.study.design import Run
+from scenarios.study.design import StudyRun
 from scenarios.study.worker import Row, carry_out_as_text, failed, first_columns
 
 AT_ONCE = 4000
@@ -54,7 +54,7 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
                 yield client
 
 
-def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iterator[list[Row]]:
+def rows_of(client: Client, runs: list[StudyRun], keep_at: str | None = None) -> Iterator[list[Row]]:
     """Carry out runs; yield their rows as they come, as many as have come.
 
     Raises
@@ -65,7 +65,7 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
         A worker cannot keep the folder of its run.
     """
     waiting = iter(runs)
-    run_of: dict[str, Run] = {}
+    run_of: dict[str, StudyRun] = {}
 
     def submit(count: int) -> list[Future[str]]:
         # with the client's id in its name, two sweeps on one scheduler share no task
@@ -82,7 +82,7 @@ def rows_of(client: Client, runs: list[Run], keep_at: str | None = None) -> Iter
         done.update(submit(len(futures)))
 
 
-def _rows(client: Client, run_of: dict[Future[str], Run]) -> list[Row]:
+def _rows(client: Client, run_of: dict[Future[str], StudyRun]) -> list[Row]:
     """Return the rows of ended runs, fetched in one go: one by one it is a round trip each."""
     try:
         return [json.loads(text) for text in client.gather(list(run_of))]
@@ -90,7 +90,7 @@ def _rows(client: Client, run_of: dict[Future[str], Run]) -> list[Row]:
         return [_row(run, future) for future, run in run_of.items()]
 
 
-def _row(run: Run, future: Future[str]) -> Row:
+def _row(run: StudyRun, future: Future[str]) -> Row:
     """Return the row of a finished run; of one that killed its workers, that it did."""
     try:
         row: Row = json.loads(future.result())

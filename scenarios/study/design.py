@@ -32,7 +32,7 @@ MOST_RUNS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class StudyRun:
     """One run of a study: all that a worker needs."""
 
     index: int
@@ -63,7 +63,7 @@ def _from_catalog(path: Path) -> Path:
     return path.relative_to(CATALOG) if path.is_relative_to(CATALOG) else path
 
 
-def runs(study: Study, tracker: str) -> list[Run]:
+def runs(study: Study, tracker: str) -> list[StudyRun]:
     """Return every run of a study: all seeds of the first combination, then of the next.
 
     Raises
@@ -73,7 +73,7 @@ def runs(study: Study, tracker: str) -> list[Run]:
     """
     _check_size(study)
     make, path = source(study)
-    found: list[Run] = []
+    found: list[StudyRun] = []
     for parameters in combinations(study):
         try:
             document = make({**study.fixed, **parameters})
@@ -82,7 +82,7 @@ def runs(study: Study, tracker: str) -> list[Run]:
             told = ", ".join(f"{key} = {value}" for key, value in parameters.items())
             raise StudyError(f"{study.path}: with {told}: {error}") from error
         found += [
-            Run(len(found) + i, parameters, seed, {**document, "seed": seed}, path, tracker)
+            StudyRun(len(found) + i, parameters, seed, {**document, "seed": seed}, path, tracker)
             for i, seed in enumerate(study.seed_list)
         ]
     return found

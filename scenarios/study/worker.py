@@ -12,7 +12,7 @@ from typing import Any
 from scenarios.errors import InputError, OutputError, StudyError
 from scenarios.files.shipped import CATALOG
 from scenarios.run.versions import Versions, installed
-from scenarios.study.design import Run
+from scenarios.study.design import StudyRun
 
 Row = dict[str, Any]
 """`index`, `key`, `seed`, `tracker`, the parameters by their keys, `status`, `error`, `trace_hash`, `frames`, `wall_s`,
@@ -27,12 +27,12 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 """What a full disk says, whoever writes on it."""
 
 
-def carry_out_as_text(run: Run, keep_at: str | None, need: Versions) -> str:
+def carry_out_as_text(run: StudyRun, keep_at: str | None, need: Versions) -> str:
     """As `carry_out`, in JSON without what has no value: Dask would take a row apart item by item, in 30 ms."""
     return json.dumps({name: value for name, value in carry_out(run, keep_at, need).items() if value is not None})
 
 
-def carry_out(run: Run, keep_at: str | None = None, need: Versions | None = None) -> Row:
+def carry_out(run: StudyRun, keep_at: str | None = None, need: Versions | None = None) -> Row:
     """Run, and return the row of it; what fails is a row with its error.
 
     Parameters
@@ -69,7 +69,7 @@ def carry_out(run: Run, keep_at: str | None = None, need: Versions | None = None
     return row | {"wall_s": time.perf_counter() - start}
 
 
-def first_columns(run: Run) -> Row:
+def first_columns(run: StudyRun) -> Row:
     """What is known of a run before it runs."""
     return {"index": run.index, "key": run.key, "seed": run.seed, "tracker": run.tracker, **run.parameters}
 
@@ -79,7 +79,7 @@ def failed(error: str) -> Row:
     return {"status": "error", "error": " ".join(error.split()), "trace_hash": "", "frames": 0, "wall_s": 0.0}
 
 
-def _outcome(run: Run, keep_at: str | None) -> Row:
+def _outcome(run: StudyRun, keep_at: str | None) -> Row:
     from scenarios.execute import execute
     from scenarios.files.expect import check, verdict
     from scenarios.files.scenario import Scenario

@@ -4,9 +4,8 @@ N kingpins stand at x [m] on the body's axis; angles [rad] are counter-clockwise
 """
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from sensor_model.arrays import Floats
 
 
 def turned_vectors(vectors: Floats, angle: Floats) -> Floats:

@@ -3,16 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.solids import Solid, Vector
 from sim.world import Kind
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +34,13 @@ class Body:
     """(P,) how many planes each solid has."""
     solid_bounds: Floats
     """(P, 2, 3)"""
-    solid_inner: npt.NDArray[np.bool_]
+    solid_inner: Bools
     """(P,)"""
-    solid_tractor: npt.NDArray[np.bool_]
+    solid_tractor: Bools
     """(P,)"""
     planes: Floats
     """(Q, 4)"""
-    plane_part: npt.NDArray[np.uint8]
+    plane_part: Bytes
     """(Q,)"""
     plane_reflectivity: Floats
     """(Q,)"""

@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Bytes, Floats
 from sensor_model.truth import Part
-
-Floats = npt.NDArray[np.float64]
 
 TYRE_REFLECTIVITY = 0.05
 """Carbon-black rubber; an estimate, as for black paint."""
@@ -35,7 +33,7 @@ class Glass:
             raise ValueError("interior_depth_m must be above 0 and at most 1, or the interior would not fit the cabin")
 
 
-def plane_reflectivity(part: npt.NDArray[np.uint8], paint: float, glass: Glass) -> Floats:
+def plane_reflectivity(part: Bytes, paint: float, glass: Glass) -> Floats:
     """Diffuse reflectivity (Q,) of planes of these parts (Q,) on an actor of this paint."""
     by_part = np.full(len(Part), paint)
     by_part[Part.GREENHOUSE] = glass.pane_reflectivity
@@ -44,6 +42,6 @@ def plane_reflectivity(part: npt.NDArray[np.uint8], paint: float, glass: Glass) 
     return by_part[part]
 
 
-def plane_transmission(part: npt.NDArray[np.uint8], glass: Glass) -> Floats:
+def plane_transmission(part: Bytes, glass: Glass) -> Floats:
     """Two-way power transmission (Q,) of planes of these parts (Q,): that of a pane passed twice, else 0."""
     return np.where(part == Part.GREENHOUSE, glass.transmission**2, 0.0)

@@ -4,17 +4,14 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.articulation import turned_boxes, turned_planes, turned_points, turned_vectors
 from sensor_model.bodies.body import Body, Look, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,15 +39,15 @@ class Bodies:
     """(P + 1,) solid p has planes solid_plane[p] to solid_plane[p + 1]."""
     solid_bounds: Floats
     """(P, 2, 3) box around the solid, in the body's frame [m]."""
-    solid_inner: npt.NDArray[np.bool_]
+    solid_inner: Bools
     """(P,) the solid is behind glass: only beams that pass a pane of its own body meet it."""
-    solid_tractor: npt.NDArray[np.bool_]
+    solid_tractor: Bools
     """(P,) the solid is a part of an articulated body's tractor."""
     planes: Floats
     """(Q, 4) outward unit normal and offset, in the body's frame [m]."""
     plane_turn: Floats
     """(Q,) by which the plane has been turned with a tractor, counter-clockwise [rad]."""
-    plane_part: npt.NDArray[np.uint8]
+    plane_part: Bytes
     """(Q,) `Part`."""
     plane_reflectivity: Floats
     """(Q,) diffuse, 0 to 1; the actor's own paint where the plane is painted."""
@@ -74,7 +71,7 @@ class Bodies:
         return turned_vectors(self.planes[plane, :3], -self.plane_turn[plane])
 
 
-class BodyShop:
+class BodyFactory:
     """Builds the bodies of a frame's actors; unchanged actors are not built again.
 
     Parameters

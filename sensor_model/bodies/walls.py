@@ -4,12 +4,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats, Ints
 from sim.world import Obstacles
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 STRIDE = 20.0
 """[m] The ego goes as far before the walls around it are looked up again: seldom, but with few walls too many."""

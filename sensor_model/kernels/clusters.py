@@ -6,11 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from sensor_model.arrays import Bytes, Floats, Ints, Key
 from sensor_model.kernels.philox import philox, uniform
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Key = npt.NDArray[np.uint32]
 
 _UNIT_BITS = 8  # a beam's unit is a byte: what stands above it in the counter keeps these draws apart from all others
 
@@ -19,7 +16,7 @@ _UNIT_BITS = 8  # a beam's unit is a byte: what stands above it in the counter k
 def cluster_echoes(
     key: Key, frame: int, purpose: int, centre: Floats, radius: Floats, share: Floats, tag: Ints,
     origin: Floats, rotation: Floats, velocity: Floats,
-    unit: npt.NDArray[np.uint8], index: npt.NDArray[np.int32], time: Floats, direction: Floats,
+    unit: Bytes, index: npt.NDArray[np.int32], time: Floats, direction: Floats,
     fan_unit: Ints, fan_row: Ints, fan_azimuth: Floats, row_beam: Ints,
 ) -> Floats:  # fmt: skip
     """(B,) range of the nearest echo from C clusters of droplets, infinite where there is none [m].

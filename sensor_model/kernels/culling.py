@@ -8,7 +8,8 @@ import math
 import numpy as np
 from numba import njit
 
-from sensor_model.kernels.records import Drive, Floats, Ints
+from sensor_model.arrays import Floats, Ints
+from sensor_model.kernels.records import EgoDrive
 
 _SLACK = 1e-9  # of a step: rounding must not lose the beam that just grazes a thing
 
@@ -16,7 +17,7 @@ _SLACK = 1e-9  # of a step: rounding must not lose the beam that just grazes a t
 @njit(cache=True)
 def bodies_in_sight(
     motion: Floats, bounds: Floats, origin: Floats, rotation: Floats, reach: float, half_width: float, time: float,
-    drive: Drive, interval: Floats,
+    drive: EgoDrive, interval: Floats,
 ) -> None:  # fmt: skip
     """Fill `interval` (A, 2) with lowest and highest azimuth of the beams that may meet each body; empty, NaN, if none.
 
@@ -45,7 +46,7 @@ def bodies_in_sight(
 @njit(cache=True)
 def walls_in_sight(
     ends: Floats, z: Floats, origin: Floats, rotation: Floats, reach: float, half_width: float, time: float,
-    drive: Drive, interval: Floats,
+    drive: EgoDrive, interval: Floats,
 ) -> None:  # fmt: skip
     """Like `bodies_in_sight`, of walls (E,)."""
     x, y = np.empty(8), np.empty(8)
@@ -59,7 +60,7 @@ def walls_in_sight(
 
 
 @njit(cache=True)
-def reach_of_rig(origin: Floats, reach: Floats, time: float, drive: Drive) -> float:
+def reach_of_rig(origin: Floats, reach: Floats, time: float, drive: EgoDrive) -> float:
     """Return how far from the ego, in plan, a beam of any unit gets, straight on or by way of mirrors [m].
 
     Parameters
@@ -100,7 +101,7 @@ def azimuths_in(interval: Floats, first: float, step: float, count: int, rows: I
 
 
 @njit(cache=True)
-def _passed(drive: Drive, origin: Floats, time: float) -> tuple[float, float]:
+def _passed(drive: EgoDrive, origin: Floats, time: float) -> tuple[float, float]:
     """How far a unit goes with the ego in a time [m], and how far it turns [rad], at most."""
     turned = abs(drive.yaw_rate) * time
     return _way(drive.vx, drive.vy, drive.ax, drive.ay, time) + turned * math.hypot(origin[0], origin[1]), turned

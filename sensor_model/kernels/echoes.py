@@ -8,7 +8,7 @@ import math
 
 from numba import njit
 
-from sensor_model.kernels.records import Floats, Ints
+from sensor_model.arrays import Floats, Ints
 
 RANGE, POWER, WIDTH = range(3)
 """Rows of `sample` (range, power) and `echo` (all)."""

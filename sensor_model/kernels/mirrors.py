@@ -3,11 +3,11 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
+from sensor_model.arrays import Bytes, Floats, Ints
 from sensor_model.kernels.motion import ego_at
-from sensor_model.kernels.records import Drive, Floats, Ints
+from sensor_model.kernels.records import EgoDrive
 
 Vector = tuple[float, float, float]
 
@@ -16,10 +16,10 @@ _OFF_SURFACE_M = 1e-3  # mirrored rays start this far away, so as not to meet th
 
 @njit(cache=True)
 def bright_mirrors(
-    beam: Ints, range_: Floats, target: Ints, surface: Ints, part: npt.NDArray[np.uint8],
+    beam: Ints, range_: Floats, target: Ints, surface: Ints, part: Bytes,
     pose: Floats, yaw_rate: Floats, planes: Floats, f0: Floats, quality: Floats,
-    origin: Floats, rotation: Floats, drive: Drive,
-    unit: npt.NDArray[np.uint8], direction: Floats, time: Floats, gain: Floats, threshold: Floats,
+    origin: Floats, rotation: Floats, drive: EgoDrive,
+    unit: Bytes, direction: Floats, time: Floats, gain: Floats, threshold: Floats,
 ) -> tuple[Ints, Floats]:  # fmt: skip
     """Find, among N returns, the surfaces that mirror enough to show something white at no distance.
 

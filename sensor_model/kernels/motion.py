@@ -2,11 +2,12 @@
 
 from numba import njit
 
-from sensor_model.kernels.records import Drive, Floats
+from sensor_model.arrays import Floats
+from sensor_model.kernels.records import EgoDrive
 
 
 @njit(cache=True, inline="always")
-def ego_at(drive: Drive, time: float) -> tuple[float, float]:
+def ego_at(drive: EgoDrive, time: float) -> tuple[float, float]:
     """How far the ego has come by a time, x and y in the ego frame."""
     half = 0.5 * time * time
     return drive.vx * time + drive.ax * half, drive.vy * time + drive.ay * half

@@ -6,12 +6,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from sensor_model.arrays import Bools, Bytes, Floats, Ints, Key
 from sensor_model.kernels.philox import philox, uniform
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
-Key = npt.NDArray[np.uint32]
 
 TABLE_BITS = 12
 """Of the tables from which draws are taken where a function would cost too much."""
@@ -20,9 +16,7 @@ _TABLE_SHIFT = np.uint64(32 - TABLE_BITS)
 
 
 @njit(cache=True)
-def beam_pairs(
-    key: Key, frame: int, unit: npt.NDArray[np.uint8], index: npt.NDArray[np.int32], beam: Ints, purpose: Ints
-) -> Floats:
+def beam_pairs(key: Key, frame: int, unit: Bytes, index: npt.NDArray[np.int32], beam: Ints, purpose: Ints) -> Floats:
     """(2, N) independent numbers in (0, 1) for N beams, from the counter (frame, unit, index, purpose).
 
     Parameters
@@ -53,7 +47,7 @@ def counter_pairs(key: Key, frame: Ints, first: Ints, second: Ints, purpose: Int
 
 @njit(cache=True)
 def soft_thresholds(
-    key: Key, frame: int, purpose: int, unit: npt.NDArray[np.uint8], index: npt.NDArray[np.int32],
+    key: Key, frame: int, purpose: int, unit: Bytes, index: npt.NDArray[np.int32],
     threshold: Floats, factor: Floats, random_rate: float,
 ) -> tuple[Floats, Bools]:  # fmt: skip
     """Threshold of every beam in one frame, and whether the beam is lost by chance.

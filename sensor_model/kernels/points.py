@@ -5,13 +5,14 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.motion import body_at, ego_at
-from sensor_model.kernels.records import Beams, Drive, Floats, Ints, Units
+from sensor_model.kernels.records import Beams, EgoDrive, Units
 
 
 @njit(cache=True)
 def points_on_bodies(
-    beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats, drive: Drive
+    beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats, drive: EgoDrive
 ) -> Floats:
     """Points of N echoes on the centres of their beams, in the frames of the bodies they are on, at their own time.
 

@@ -10,8 +10,9 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.motion import ego_at
-from sensor_model.kernels.records import Drive, Floats, Grid, Ints, Rays, Surroundings
+from sensor_model.kernels.records import EgoDrive, Grid, Rays, StaticScene
 from sensor_model.returns import GROUND, NOTHING, WALL
 
 NONE = -1
@@ -19,7 +20,7 @@ NONE = -1
 
 
 @njit(cache=True)
-def aimed(grid: Grid, f: int, time: Floats, origin: Floats, rotation: Floats, drive: Drive) -> Rays:
+def aimed(grid: Grid, f: int, time: Floats, origin: Floats, rotation: Floats, drive: EgoDrive) -> Rays:
     """Rays of fan f, from where its unit is when they fire; they have met nothing yet.
 
     Parameters
@@ -44,7 +45,7 @@ def aimed(grid: Grid, f: int, time: Floats, origin: Floats, rotation: Floats, dr
 
 @njit(cache=True)
 def _aim(
-    azimuth: Floats, first: int, turns: int, time: Floats, origin: Floats, rotation: Floats, drive: Drive,
+    azimuth: Floats, first: int, turns: int, time: Floats, origin: Floats, rotation: Floats, drive: EgoDrive,
     column: Floats,
 ) -> None:  # fmt: skip
     """Fill the columns (9, M): origin, forward and up."""
@@ -88,7 +89,7 @@ def meet_ground(
 
 
 @njit(cache=True, error_model="numpy")
-def meet_walls(rows: Ints, turns: int, rays: Rays, around: Surroundings) -> None:
+def meet_walls(rows: Ints, turns: int, rays: Rays, around: StaticScene) -> None:
     """Shorten the rays that meet walls; rows (K, 3) are wall, first azimuth and end."""
     for row in range(len(rows)):
         w = rows[row, 0]

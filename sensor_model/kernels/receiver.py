@@ -5,15 +5,16 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.echoes import BEAM, POWER, RANGE, SURFACE, TARGET, find_echoes, name_echo, sort_by_range
 from sensor_model.kernels.rays import NONE
-from sensor_model.kernels.records import Beams, Floats, Ints, Rays, Solids, Surroundings, Units
+from sensor_model.kernels.records import Beams, Rays, Solids, StaticScene, Units
 from sensor_model.returns import GROUND, NOTHING, WALL
 
 
 @njit(cache=True)
 def listen(
-    u: int, beam: Ints, beams: Beams, units: Units, bodies: Solids, around: Surroundings, turns: int, rays: Rays,
+    u: int, beam: Ints, beams: Beams, units: Units, bodies: Solids, around: StaticScene, turns: int, rays: Rays,
     echo: Floats, echo_id: Ints, found: int, lost_beam: Ints, lost_echo: Floats, lost: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Turn what comes back to each beam of a fan of unit u into echoes, or count the beam as lost.

@@ -2,12 +2,7 @@
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+from sensor_model.arrays import Bools, Floats, Ints
 
 
 class Fans(NamedTuple):
@@ -88,7 +83,7 @@ class Solids(NamedTuple):
     transmission: Floats
 
 
-class Surroundings(NamedTuple):
+class StaticScene(NamedTuple):
     """Walls in the ego frame, fields as in `walls.Walls`; and how light comes back from ground and air."""
 
     ends: Floats
@@ -99,7 +94,7 @@ class Surroundings(NamedTuple):
     """Of the air [1/m]."""
 
 
-class Drive(NamedTuple):
+class EgoDrive(NamedTuple):
     """The ego's motion over ground, in the axes of the ego frame."""
 
     vx: float

@@ -5,17 +5,18 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels import rays as ray
 from sensor_model.kernels.culling import azimuths_in, bodies_in_sight, walls_in_sight
 from sensor_model.kernels.receiver import listen
-from sensor_model.kernels.records import Beams, Drive, Fans, Floats, Grid, Ints, Solids, Surroundings, Units
+from sensor_model.kernels.records import Beams, EgoDrive, Fans, Grid, Solids, StaticScene, Units
 from sensor_model.kernels.solid_hits import meet_bodies
 from sensor_model.returns import NOTHING
 
 
 @njit(cache=True)
 def cast_rig(
-    fans: Fans, grid: Grid, beams: Beams, units: Units, bodies: Solids, around: Surroundings, drive: Drive, frame: int,
+    fans: Fans, grid: Grid, beams: Beams, units: Units, bodies: Solids, around: StaticScene, drive: EgoDrive, frame: int,
     echo: Floats, echo_id: Ints, lost_beam: Ints, lost_echo: Floats, free_range: Floats,
     unit_hits: Ints, unit_hits_alone: Ints,
 ) -> tuple[int, int]:  # fmt: skip

@@ -5,16 +5,17 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.arrays import Bools, Floats, Ints
 from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.rays import NONE
-from sensor_model.kernels.records import Bools, Floats, Ints, Solids, Surroundings
+from sensor_model.kernels.records import Solids, StaticScene
 
 _SLACK = 1e-9  # rounding must not lose a ray that just grazes a thing
 
 
 @njit(cache=True)
 def cast_rays(
-    origin: Floats, direction: Floats, time: Floats, reach: Floats, bodies: Solids, around: Surroundings
+    origin: Floats, direction: Floats, time: Floats, reach: Floats, bodies: Solids, around: StaticScene
 ) -> tuple[Floats, Floats, Floats]:
     """Cast single rays from origins (G, 3) along directions (G, 3), each at its time (G,) and as far as its reach (G,).
 

@@ -10,9 +10,10 @@ import math
 import numpy as np
 from numba import njit
 
+from sensor_model.arrays import Bools, Floats, Ints
 from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.rays import NONE, even_turns
-from sensor_model.kernels.records import Bools, Floats, Ints, Rays, Solids
+from sensor_model.kernels.records import Rays, Solids
 
 _ON_PLANE = 1e-300  # just inside: rays that go out do so at once, and none is divided by zero
 _SLACK = 1e-9  # rounding must not lose a ray that just grazes a thing

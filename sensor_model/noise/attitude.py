@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from sensor_model.arrays import Floats
 from sensor_model.noise.random_draws import Draws, Purpose
-
-Floats = npt.NDArray[np.float64]
 
 _COSINES = 64
 _RUN = 0  # in place of a frame: one draw for the run

@@ -3,15 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.rig.beams import UnitTable
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 _RUN = 0  # in place of a frame: one draw for the run
 
@@ -82,9 +78,7 @@ def sync_jitter(config: CalibrationError, units: int, frame: int, draws: Draws) 
     return config.sync_sigma_ms / 1000.0 * draws.normal_of(frame, np.arange(units), 0, Purpose.SYNC)
 
 
-def doubled(
-    config: CalibrationError, displacement: Floats, unit: npt.NDArray[np.uint8], actor: Ints, actors: int
-) -> Bools:
+def doubled(config: CalibrationError, displacement: Floats, unit: Bytes, actor: Ints, actors: int) -> Bools:
     """Say which points double a contour.
 
     Parameters

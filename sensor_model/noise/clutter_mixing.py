@@ -6,16 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.kernels.noise import separate_echoes
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.returns import NOTHING, Returns
 from sensor_model.rig.beams import BeamTable
 from sensor_model.truth import Cause, Part
 from tracker.scan import PointFlag
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,9 +27,9 @@ class Clutter:
     """(C,) of the pulse over the threshold [m]."""
     power: Floats
     """(C,) as in `Returns` [1/m^2]."""
-    part: npt.NDArray[np.uint8]
+    part: Bytes
     """(C,) `Part`: DROPLET, which a surface on the way hides, or NONE."""
-    cause: npt.NDArray[np.uint8]
+    cause: Bytes
     """(C,) `Cause`."""
     flags: npt.NDArray[np.uint16]
     """(C,) `PointFlag`."""

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.noise.dirt import window_transmission
 from sensor_model.noise.dropout import Sensitivity
 from sensor_model.noise.noise_config import NoiseConfig
@@ -15,13 +15,8 @@ from sensor_model.noise.thresholds import Thresholds
 from sensor_model.rig.beams import BeamTable
 from sensor_model.truth import Loss
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
-Losses = npt.NDArray[np.uint8]
 
-
-class Detection:
+class DetectionThresholds:
     """The detectors of one run.
 
     Parameters
@@ -87,7 +82,7 @@ class Detection:
         return firing
 
 
-def why_lost(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_power: Floats) -> Losses:
+def why_lost(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_power: Floats) -> Bytes:
     """Say why beams that met something gave no echo.
 
     The unit's own threshold comes first: an echo too weak for a clean, shaded, working unit in dry air is lost to it,

@@ -4,12 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats
 from sensor_model.rig.beams import BeamTable
 from sensor_model.rig.unit_names import ALL_UNITS, rows_of
-
-Floats = npt.NDArray[np.float64]
 
 _ROUNDING = 1e-9  # [rad], so that a sector has the beams on its edges
 

@@ -4,15 +4,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import logit
 
+from sensor_model.arrays import Bools, Floats
 from sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.rig.beams import BeamTable
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 _LOGISTIC_10_TO_90 = 2.0 * math.log(9.0)  # width of the standard logistic distribution between these shares
 

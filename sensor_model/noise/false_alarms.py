@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Ints
 from sensor_model.kernels.noise import rare_beams
 from sensor_model.noise.clutter_mixing import Clutter, faint, unit_beams
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.rig.beams import BeamTable
 from sensor_model.truth import Cause, Part
-
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

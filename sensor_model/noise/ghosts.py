@@ -4,18 +4,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.kernels.mirrors import bright_mirrors
 from sensor_model.noise.clutter_mixing import Clutter, unit_directions
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sensor_model.truth import Cause, Part
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 GLASS_NORMAL_REFLECTANCE = 0.08
 """Of a pane at normal incidence: two faces of index 1.5, 0.04 each (Fresnel)."""
@@ -72,7 +69,7 @@ class Mirrors:
         self._quality = np.zeros(len(Part))
         self._quality[Part.GREENHOUSE], self._quality[Part.BODY] = config.glass_quality, config.paint_quality
 
-    def ghosts(self, returns: Returns, bodies: Bodies, setting: Setting, time: Floats, cast: Cast) -> Clutter:
+    def ghosts(self, returns: Returns, bodies: Bodies, setting: ScanContext, time: Floats, cast: Cast) -> Clutter:
         """Find what is seen in mirrors.
 
         A beam that is mirrored at r1 with the reflectance F and meets a surface of reflectivity rho at r2 from there,
@@ -103,7 +100,7 @@ class Mirrors:
         return _clutter(beam[seen], range_[seen], power[seen], setting, self._beams)
 
 
-def _clutter(beam: Ints, range_: Floats, power: Floats, setting: Setting, beams: BeamTable) -> Clutter:
+def _clutter(beam: Ints, range_: Floats, power: Floats, setting: ScanContext, beams: BeamTable) -> Clutter:
     over_db = 10.0 * np.log10(power / setting.threshold[beam])
     unit = beams.unit[beam]
     return Clutter(

@@ -4,14 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from sensor_model.arrays import Bools
 from sensor_model.kernels import noise as kernels
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.rig.unit_names import rows_of
-
-Bools = npt.NDArray[np.bool_]
 
 TICK_S = 0.02
 """[s] Step of the chain: the scan of a LUX at its highest rate, 50 Hz. Outages are the same at every scan rate."""

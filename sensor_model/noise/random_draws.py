@@ -8,13 +8,10 @@ and it does not matter in which order frames are asked for.
 from enum import IntEnum
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.noise import beam_pairs, counter_pairs
 from sensor_model.rig.beams import BeamTable
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _WORD = 0xFFFFFFFF
 _NUMBER = 256  # purposes are fewer

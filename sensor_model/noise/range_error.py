@@ -3,14 +3,9 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from sensor_model.arrays import Floats, Ints
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.rig.beams import BeamTable
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,17 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Bools, Floats, Ints
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.outliers import gross_error
 from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.range_error import range_error
 from sensor_model.rig.beams import BeamTable
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 _PLACE_M = 0.5  # less than the shipped units' echo separation; echoes that are nearer may share their error
 

@@ -4,19 +4,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.kernels.clusters import cluster_echoes
 from sensor_model.noise.clutter_mixing import Clutter, droplets, unit_directions
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.rig.beams import BeamTable
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sensor_model.truth import Cause
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 CYCLE_S = 0.1
 """[s] Clusters are born at multiples of this, whatever the scan rate: the cycle of the unit they were counted with."""
@@ -104,7 +101,7 @@ def clusters(config: Spray, bodies: Bodies, actor_id: Ints, draws: Draws, time: 
 
 
 def spray_echoes(
-    config: Spray, cloud: Clusters, setting: Setting, time: Floats, beams: BeamTable, thresholds: Thresholds,
+    config: Spray, cloud: Clusters, setting: ScanContext, time: Floats, beams: BeamTable, thresholds: Thresholds,
     draws: Draws,
 ) -> Clutter:  # fmt: skip
     """Echoes from clusters: a beam through one gets an echo with the cluster's share, anywhere on its chord.

@@ -2,12 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Losses = npt.NDArray[np.uint8]
+from sensor_model.arrays import Bools, Bytes, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +17,7 @@ class Thresholds:
     """(B,) sensitivity in the sun, 1 in the shade."""
     passed: Floats
     """(B,) share of the power that passes the window out and back, 1 where it is clean."""
-    blind: Losses
+    blind: Bytes
     """(B,) OUTAGE or RANDOM where no echo is seen, however strong; THRESHOLD elsewhere."""
     firing: Bools
     """(B,) the beam's fan fires in this frame, and its unit is not silent."""

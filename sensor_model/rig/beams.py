@@ -6,11 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from sensor_model.arrays import Bytes, Floats, Ints
 from sensor_model.rig.rig import Mount, Rig
 from sensor_model.rig.unit import Fan, UnitModel
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,9 +57,9 @@ class BeamTable:
     layers and have the same azimuths.
     """
 
-    unit: npt.NDArray[np.uint8]
+    unit: Bytes
     """(B,) index of the unit in the rig."""
-    layer: npt.NDArray[np.uint8]
+    layer: Bytes
     """(B,) 0 is the lowest."""
     index: npt.NDArray[np.int32]
     """(B,) index of the beam in its unit."""

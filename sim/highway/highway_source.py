@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from sim.frame_builder import Delivery
+from sim.arrays import Floats
+from sim.frame_builder import FrameBuilder
 from sim.highway.agents import idle, obeying, put_drivers
 from sim.highway.environment import POLICY_HZ, Tuning, foreign, make, restore, tuning
 from sim.highway.highway_config import HighwayTraffic
 from sim.kinematics import RawFrame, wrap_angle
 from sim.origin import origin_near
 from sim.physical.layer import PhysicalTruth
-from sim.roster import Cast, Member
+from sim.roster import Member, Roster
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Floats, Kind, Obstacles, WorldFrame
+from sim.world import Kind, Obstacles, WorldFrame
 
 VEHICLE_HEIGHT = 1.5
 """[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m, before they are redrawn."""
@@ -62,11 +63,11 @@ class HighwaySource:
             self._env.reset(seed=seed)
             put_drivers(self._env, ego=config.ego == "idm")
         self._action = idle(self._env) if config.ego != "fixed" else obeying(self._env, config.env, config.action)
-        self._cast = Cast(seed, redraw_default_sizes=config.redraw_default_sizes)
+        self._cast = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
         self._member(self._env.vehicle)  # the ego is cast first
         self.origin = origin_near(_mirrored([self._env.vehicle])[0, :2])
         self._layer = PhysicalTruth(self.dt, config.smoothing, rolling=False)
-        self._delivery = Delivery(self.dt, self._range, config.modes)
+        self._delivery = FrameBuilder(self.dt, self._range, config.modes)
         self._pushed, self._end = 0, ""
         return self._obstacles()
 

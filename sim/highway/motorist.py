@@ -12,8 +12,8 @@ import numpy as np
 from highway_env.road.regulation import RegulatedRoad
 from highway_env.vehicle.behavior import IDMVehicle
 
+from sim.arrays import Floats
 from sim.highway.environment import SIMULATION_HZ
-from sim.world import Floats
 
 BEND = 3.5
 """[m/s^2] Lateral acceleration for which a driver slows down before a bend; most stay below it in everyday traffic."""

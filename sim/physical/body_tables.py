@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sim.arrays import Ints
 from sim.articulation import hitch
 from sim.physical.kernels.records import NEVER, Builds, Led, Said
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
 from sim.roster import EGO_ID, Member
-from sim.world import Ints, Kind
+from sim.world import Kind
 
 REAR_AXLE = 0.8
 """Where the rear axle is, as a share of the length behind the front bumper: of cars and, roughly, of all others."""

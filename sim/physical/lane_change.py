@@ -6,7 +6,7 @@ from sim.physical.limits import SLOW_CHANGE
 
 
 @dataclass(frozen=True, slots=True)
-class LaneChange:
+class SpreadLaneChange:
     """One jump that is being spread."""
 
     body: int
@@ -18,7 +18,7 @@ class LaneChange:
     progress: float = 0.0
     """0 before it to 1 after it."""
 
-    def onward(self, speed: float, fraction: float) -> "LaneChange":
+    def onward(self, speed: float, fraction: float) -> "SpreadLaneChange":
         """Go on for a step that is `fraction` of a whole change, at a speed [m/s]."""
         return replace(self, progress=min(self.progress + fraction * min(speed / SLOW_CHANGE, 1.0), 1.0))
 

@@ -5,16 +5,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sim.arrays import Ints
 from sim.kinematics import Kinematics, RawFrame
 from sim.physical.body_tables import Tables
 from sim.physical.kernels.frame_motion import settle
 from sim.physical.kernels.poses_in import note
-from sim.physical.lane_change import LaneChange
+from sim.physical.lane_change import SpreadLaneChange
 from sim.physical.limits import BEHIND_S
 from sim.physical.physical_config import PhysicalConfig
 from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
 from sim.roster import Member
-from sim.world import Ints
 
 
 class PhysicalTruth:
@@ -43,7 +43,7 @@ class PhysicalTruth:
         # a change begins so that the jump falls into its middle, but not before frames that are settled already
         self._change_fraction = dt / config.lane_change_s
         self._lead_frames = int(np.clip(self._ahead - half, 0, round(0.5 * config.lane_change_s / dt)))
-        self._changing: list[LaneChange] = []
+        self._changing: list[SpreadLaneChange] = []
         self._waiting: deque[tuple[list[Member], Ints]] = deque()
         self._pushed = 0
         self._ended = False
@@ -95,7 +95,7 @@ class PhysicalTruth:
 
     def _begin_to_change(self, frame: int, body: int, offset: float) -> None:
         """Spread a jump at a frame, over some frames before it too."""
-        change, known = LaneChange(body, frame, offset), self._tables.said.frame[body]
+        change, known = SpreadLaneChange(body, frame, offset), self._tables.said.frame[body]
         for at in range(max(frame - self._lead_frames, 0), frame + 1):
             if known[at % len(known)] == at:
                 change = self._shift(change, at)
@@ -111,7 +111,7 @@ class PhysicalTruth:
             if known[change.body, row] == frame and change.progress < 1
         ]
 
-    def _shift(self, change: LaneChange, frame: int) -> LaneChange:
+    def _shift(self, change: SpreadLaneChange, frame: int) -> SpreadLaneChange:
         said = self._tables.said
         row = frame % said.frame.shape[1]
         change = change.onward(said.speed[change.body, row], self._change_fraction)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.world import Floats
+from sim.arrays import Floats
 
 
 def smoothing_weights(half: int) -> Floats:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from sim.arrays import Floats
 from sim.obstacles import Prism
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
-from sim.world import Floats
 
 ROOT = "commonRoad"
 ROAD_USERS = {

@@ -15,9 +15,9 @@ from typing import BinaryIO, cast
 
 import numpy as np
 
+from sim.arrays import Floats, Ints
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
-from sim.world import Floats, Ints
 
 ROOT = "fcd-export"
 DEFAULT_TYPE = {"vehicle": "DEFAULT_VEHTYPE", "person": "DEFAULT_PEDTYPE"}

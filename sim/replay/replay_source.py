@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sim.frame_builder import Delivery
+from sim.arrays import Floats, Ints
+from sim.frame_builder import FrameBuilder
 from sim.kinematics import RawFrame, wrap_angle
 from sim.obstacles import obstacles
 from sim.origin import origin_near
@@ -13,10 +14,10 @@ from sim.physical.layer import PhysicalTruth
 from sim.replay.recording import Recording
 from sim.replay.recording_files import read_recording
 from sim.replay.replay_config import ReplayTraffic
-from sim.replay.trajectories import ROUNDING, Lives
-from sim.roster import Cast, Member
+from sim.replay.trajectories import ROUNDING, Trajectories
+from sim.roster import Member, Roster
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.world import Floats, Ints, Obstacles, WorldFrame
+from sim.world import Obstacles, WorldFrame
 
 MARGIN = 30.0
 """[m] Beyond the delivery radius: bodies that are this far are followed already, so that they come in rolling."""
@@ -51,7 +52,7 @@ class ReplaySource:
         try:
             if self._recording is None:
                 self._recording = read_recording(self._folder / self._config.file, self._config.types)
-                self._lives = Lives.of(self._recording, self._config.gap_s)
+                self._lives = Trajectories.of(self._recording, self._config.gap_s)
             self._ego, self._begin = self._beginning(self._recording)
         except TrafficInputError as error:
             raise TrafficInputError(f"{self._config.file}: {error}") from error
@@ -59,9 +60,9 @@ class ReplaySource:
         self._last = np.floor((self._lives.end - self._begin + ROUNDING) / self.dt)
         start, _ = self._lives.at(np.array([self._ego]), self._begin)
         self.origin = origin_near(start[0, :2])
-        self._cast = Cast(seed)
+        self._cast = Roster(seed)
         self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
-        self._delivery = Delivery(self.dt, self._range, self._config.modes)
+        self._delivery = FrameBuilder(self.dt, self._range, self._config.modes)
         self._next = 0
         street = [prism for obstacle in self._config.obstacle for prism in obstacle.prisms()]
         street += self._recording.street

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from sim.arrays import Floats, Ints
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
-from sim.world import Floats, Ints, Kind
+from sim.world import Kind
 
 REQUIRED = ("time_s", "id", "x_m", "y_m")
 SIZES = ("length_m", "width_m", "height_m")

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sim.arrays import Floats, Ints
 from sim.replay.recording import Recording
 from sim.source import TrafficInputError
-from sim.world import Floats, Ints
 
 FASTEST = 100.0
 """[m/s] Faster than anything on a road: what moves so was carried there, and does not streak across the map."""
@@ -19,7 +19,7 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lives:
+class Trajectories:
     """L unbroken motions of S samples. Who vanishes in between and comes back has two lives."""
 
     user: Ints
@@ -40,7 +40,7 @@ class Lives:
     """(S,) ascending in time, and from one life to the next."""
 
     @classmethod
-    def of(cls, recording: Recording, gap_s: float) -> "Lives":
+    def of(cls, recording: Recording, gap_s: float) -> "Trajectories":
         """Sort the samples of a recording into lives; where samples are further apart than `gap_s`, a new one begins.
 
         Raises

@@ -7,16 +7,17 @@ from typing import Literal
 
 import numpy as np
 
-from sim.frame_builder import Delivery
+from sim.arrays import Floats
+from sim.frame_builder import FrameBuilder
 from sim.kinematics import Kinematics, wrap_angle
 from sim.modes import ModeLimits
 from sim.obstacles import obstacles
 from sim.reflectivity import actor_rng
-from sim.roster import Cast
+from sim.roster import Roster
 from sim.scripted.motions import state_at
 from sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
 from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
-from sim.world import Floats, Kind, Obstacles, WorldFrame
+from sim.world import Kind, Obstacles, WorldFrame
 
 _JITTER_STREAM = 2
 
@@ -67,11 +68,11 @@ class ScriptedSource:
         self.origin = np.zeros(2)
         self._config = config
         self._range = range_m
-        self._delivery: Delivery | None = None
+        self._delivery: FrameBuilder | None = None
 
     def reset(self, seed: int) -> Obstacles:
         """Put everyone at their start. See `TrafficSource.reset`."""
-        ego, cast = self._config.ego, Cast(seed)
+        ego, cast = self._config.ego, Roster(seed)
         self._members = [cast.enter("ego", Kind.CAR, ego.size_m, "ego")]
         self._starts = [ego.start_world]
         self._motions = [ego.motion]
@@ -82,7 +83,7 @@ class ScriptedSource:
             self._members.append(cast.enter(number, kind, size, actor.name, actor.reflectivity))
             self._starts.append(actor.start_world + self._jitter(seed, number))
             self._motions.append(actor.motion)
-        self._delivery, self._next = Delivery(self.dt, self._range, self._config.modes), 0
+        self._delivery, self._next = FrameBuilder(self.dt, self._range, self._config.modes), 0
         return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
 
     def step(self) -> WorldFrame:

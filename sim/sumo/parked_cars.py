@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from sim.roster import Cast, Member
+from sim.arrays import Floats
+from sim.roster import Member, Roster
 from sim.sumo.parking import ParkedCar
 from sim.sumo.teleports import Point
-from sim.world import Floats
 
 Pose = tuple[float, float, float]
 
@@ -30,7 +30,7 @@ class Standing:
         Of what is near [m].
     """
 
-    def __init__(self, cast: Cast, cars: list[ParkedCar], origin: Floats, radius: float):
+    def __init__(self, cast: Roster, cars: list[ParkedCar], origin: Floats, radius: float):
         self._cast = cast
         self._cars = cars
         self._radius = radius

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sim.world import Floats
+from sim.arrays import Floats
 
 _LANE_WIDTH = 3.2
 """[m] SUMO's default, of places, too."""

@@ -10,14 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from sim.arrays import Floats
 from sim.kinematics import RawFrame
 from sim.origin import origin_near
-from sim.roster import EGO_ID, Cast, Member
+from sim.roster import EGO_ID, Member, Roster
 from sim.sumo.parked_cars import Pose, Standing
 from sim.sumo.parking import ParkedCar
-from sim.sumo.teleports import Body, Lives, Parking, Point
+from sim.sumo.teleports import Body, MemberNames, Parking, Point
 from sim.sumo.vehicle_kinds import kind_of_shape
-from sim.world import Floats, Kind
+from sim.world import Kind
 
 MARGIN = 60.0
 """[m] Read beyond the delivery range: what two who meet in a city drive in half the layer's smoothing window, and half
@@ -51,13 +52,13 @@ class SumoReader:
         Time between frames [s].
     """
 
-    def __init__(self, sumo: Any, ego: str, cast: Cast, parked: list[ParkedCar], range_m: float, dt: float):
+    def __init__(self, sumo: Any, ego: str, cast: Roster, parked: list[ParkedCar], range_m: float, dt: float):
         self._sumo = sumo
         self._ego = ego
         self._range = range_m
         self._dt = dt
-        self._vehicles = Lives(cast, "vehicle", self._vehicle_body)
-        self._people = Lives(cast, "person", self._person_body)
+        self._vehicles = MemberNames(cast, "vehicle", self._vehicle_body)
+        self._people = MemberNames(cast, "person", self._person_body)
         self._vehicles.member(ego)
         self._parking = Parking(sumo.simulation)
         self.origin: Floats = origin_near(np.array(sumo.vehicle.getPosition(ego)))
@@ -106,7 +107,7 @@ class SumoReader:
             speed=np.array([speed for _, _, speed in rows]),
         )
 
-    def _rows(self, lives: Lives, seen: _Results, parks: set[str]) -> Iterator[_Row]:
+    def _rows(self, lives: MemberNames, seen: _Results, parks: set[str]) -> Iterator[_Row]:
         """Yield who is on the road, by name. A loop: after a step of a city, numpy's functions are cold."""
         lives.next_frame()
         for name in sorted(seen):

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from sim.arrays import Floats
 from sim.obstacles import USUAL, Prism, StreetKind, build, obstacles
 from sim.source import TrafficInputError
-from sim.world import Floats, Obstacles
+from sim.world import Obstacles
 
 KIND_BY_TYPE: dict[str, StreetKind] = {
     "building": "building",

@@ -6,9 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
-from sim.frame_builder import Delivery
+from sim.arrays import Floats
+from sim.frame_builder import FrameBuilder
 from sim.physical.layer import PhysicalTruth
-from sim.roster import Cast
+from sim.roster import Roster
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.ego import EgoControl, await_ego
 from sim.sumo.error_messages import captured_stderr, one_line
@@ -17,7 +18,7 @@ from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.roadside import static_obstacles
 from sim.sumo.sumo_config import SumoTraffic
-from sim.world import Floats, Obstacles, WorldFrame
+from sim.world import Obstacles, WorldFrame
 
 
 class SumoSource:
@@ -110,13 +111,13 @@ class SumoSource:
         parked = parked_cars(command, sumo.lane, config.parking_fill, seed)
         until = sumo.simulation.getTime() + config.max_wait_s
         self._ego = await_ego(sumo, config.ego, until)
-        cast = Cast(seed, redraw_default_sizes=config.redraw_default_sizes)
+        cast = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
         self._reader = SumoReader(sumo, self._ego, cast, parked, self._range, self.dt)
         self._await_vehicles(until)
         self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
-        self._delivery = Delivery(self.dt, self._range, config.modes)
+        self._delivery = FrameBuilder(self.dt, self._range, config.modes)
         self._pushed, self._end = 0, ""
         self._take_in()
         return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin)

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from sim.roster import Cast, Member
+from sim.roster import Member, Roster
 from sim.world import Kind
 
 LEAP = 6.0
@@ -22,7 +22,7 @@ Body = tuple[Kind, tuple[float, float, float]]
 Point = tuple[float, float]
 
 
-class Lives:
+class MemberNames:
     """Vehicles, or persons: which member a name of SUMO's stands for at present.
 
     Parameters
@@ -35,7 +35,7 @@ class Lives:
         Returns kind and size [m] of a name; asked once.
     """
 
-    def __init__(self, cast: Cast, label: str, body: Callable[[str], Body]):
+    def __init__(self, cast: Roster, label: str, body: Callable[[str], Body]):
         self._cast = cast
         self._label = label
         self._body = body

@@ -11,7 +11,7 @@ import pytest
 from support.sensor_scenes import EXACT, NO_OBSTACLES, ahead, one_unit_rig, placed_scene, scan, small_unit, world
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.raycaster import Caster
+from sensor_model.raycaster import Raycaster
 from sensor_model.returns import WALL
 from sensor_model.rig.unit import Fan
 from sensor_model.sensor_config import SensorConfig
@@ -41,7 +41,7 @@ def cast(obstacles, columns=1, extinction=0.0, **changes):
     """Echoes of one beam of one row of rays."""
     rig, sensor = one_unit_rig(unit(**changes), z=1.0), SensorConfig(footprint=(1, columns))
     beams, *scene = placed_scene(rig, sensor, world(), obstacles, extinction=extinction)
-    return Caster(beams, sensor).cast(*scene)
+    return Raycaster(beams, sensor).cast(*scene)
 
 
 def decibels(power):
@@ -167,7 +167,7 @@ def test_gain_scales_power():
     fans = (Fan((0,), 0.0, 0.0, 1.0, (35.0,)),)
     rig, sensor = one_unit_rig(small_unit(fans, (0.0,)), z=1.0), SensorConfig(footprint=(1, 1))
     beams, *scene = placed_scene(rig, sensor, world(), stairs((20.0, 0.4)))
-    assert Caster(beams, sensor).cast(*scene).power == pytest.approx([0.35e-3], rel=1e-12)
+    assert Raycaster(beams, sensor).cast(*scene).power == pytest.approx([0.35e-3], rel=1e-12)
 
 
 def test_what_is_too_near_blocks_its_rays_and_no_others():
@@ -187,7 +187,7 @@ def test_rays_over_and_under_a_guard_rail_meet_what_is_behind():
     obstacles = Obstacles.from_polygons(polygons, [0.75, 9.0], 0.4, base=[0.45, 0.0])
     rig, sensor = one_unit_rig(unit(beam_height_deg=6.0), z=0.6), SensorConfig(footprint=(4, 1))
     beams, *scene = placed_scene(rig, sensor, world(), obstacles)
-    echoes = Caster(beams, sensor).cast(*scene)
+    echoes = Raycaster(beams, sensor).cast(*scene)
     rail, facade = np.cos(np.deg2rad([0.75, 2.25]))
     assert echoes.surface.tolist() == [0, 1]
     assert echoes.range == pytest.approx([10.0 / rail, 14.0 / facade], abs=1e-12)
@@ -227,7 +227,7 @@ def test_the_interior_returns_what_passes_the_pane_twice():
     for transmission in (0.8, 0.4):
         sensor = SensorConfig(footprint=(1, 1), glass=Glass(transmission=transmission))
         beams, bodies, walls, setting = placed_scene(rig, sensor, world(ahead(10.0)))
-        echoes = Caster(beams, sensor).cast(bodies, walls, setting)
+        echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
         powers[transmission] = echoes.power
         nx = bodies.planes[echoes.surface[1], 0]
         assert bodies.plane_part[echoes.surface].tolist() == [Part.GREENHOUSE, Part.INTERIOR]

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from support.sensor_scenes import LUX_RIG, Thing, ahead, placed_scene, world
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.raycaster import GROUND_REFLECTIVITY, Caster
+from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
 from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Part
 from sim.world import Kind
@@ -53,7 +53,7 @@ class Points:
         beams, bodies, walls, setting = placed_scene(rig, sensor, world(thing))
         R = Rotation.from_euler("y", pitch_deg, degrees=True).as_matrix()
         setting = replace(setting, origin_ego=setting.origin_ego @ R.T, R_ego_unit=R @ setting.R_ego_unit)
-        echoes = Caster(beams, sensor).cast(bodies, walls, setting)
+        echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
         on = np.flatnonzero(echoes.target == 0)
         beam = echoes.beam[on]
         self.part = bodies.plane_part[echoes.surface[on]]

@@ -16,7 +16,7 @@ from support.solid_mesh import corners, embree_ranges, placed
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.shapes import SHAPES
-from sensor_model.raycaster import Caster
+from sensor_model.raycaster import Raycaster
 from sensor_model.returns import GROUND, WALL
 from sensor_model.rig.rig import Mount, Rig, load_rig
 from sensor_model.rig.unit import Fan
@@ -148,7 +148,7 @@ def check_beams(echoes, sensor, beams, bodies, walls, setting, chosen):
 
 def check_against_twin(sensor, beams, bodies, walls, setting):
     """Hold all beams and all counts to the twin."""
-    echoes = Caster(beams, sensor).cast(bodies, walls, setting)
+    echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
     answers = check_beams(echoes, sensor, beams, bodies, walls, setting, range(len(beams)))
     counted = np.array([echoes.unit_hits, echoes.unit_hits_alone])
     if not np.array_equal(counted, hits(answers, beams, bodies)):
@@ -235,7 +235,7 @@ def test_shipped_rigs_equal_the_naive_twin(name, index):
     ego = replace(STILL, velocity=(25.0, 0.0), yaw_rate=0.3)
     sensor = SensorConfig()
     beams, *scene = placed_scene(load_rig(name, Path()), sensor, world(*actors, ego=ego, index=index))
-    echoes = Caster(beams, sensor).cast(*scene)
+    echoes = Raycaster(beams, sensor).cast(*scene)
     on_actors = np.unique(echoes.beam[echoes.target >= 0])
     assert len(on_actors) > 100
     chosen = np.concatenate([rng.choice(len(beams), 20), rng.choice(on_actors, 20)])
@@ -249,7 +249,7 @@ def test_a_unit_under_a_trailer_sees_it_all_around(yaw):
     rig, sensor = one_unit_rig(small_unit((full_turn,)), x=0.4, y=0.3, z=0.5), SensorConfig((1, 1))
     scene = placed_scene(rig, sensor, world(Thing(1.0, 0.0, yaw, Kind.TRAILER_TRUCK)), NO_OBSTACLES)
     check_against_twin(sensor, *scene)
-    echoes = Caster(scene[0], sensor).cast(*scene[1:])
+    echoes = Raycaster(scene[0], sensor).cast(*scene[1:])
     assert np.ptp(scene[0].azimuth[echoes.beam[echoes.target == 0]]) > np.pi
 
 
@@ -262,7 +262,7 @@ def test_a_beam_along_the_axes_of_a_body_meets_it(quarters):
     sensor = SensorConfig((1, 1))
     beams, *scene = placed_scene(rig, sensor, world(car), plain=True, mirrors=False)
     depth = car.lwh[quarters % 2] / 2
-    assert Caster(beams, sensor).cast(*scene).range == pytest.approx([10.0 - depth], abs=1e-12)
+    assert Raycaster(beams, sensor).cast(*scene).range == pytest.approx([10.0 - depth], abs=1e-12)
 
 
 def test_a_unit_exactly_as_high_as_a_roof_sees_it_below_its_horizon_only():
@@ -271,7 +271,7 @@ def test_a_unit_exactly_as_high_as_a_roof_sees_it_below_its_horizon_only():
     rig = one_unit_rig(small_unit((straight,), elevation_deg=(-1.0, 1.0)), z=1.0)
     sensor = SensorConfig((1, 1))
     beams, *scene = placed_scene(rig, sensor, world(Thing(10.0, 0.0, size=(4.0, 2.0, 1.0))), plain=True, mirrors=False)
-    assert beams.layer[Caster(beams, sensor).cast(*scene).beam].tolist() == [0]
+    assert beams.layer[Raycaster(beams, sensor).cast(*scene).beam].tolist() == [0]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -290,7 +290,7 @@ def test_embree_agrees_on_the_same_bodies_as_meshes(seed):
     sensor = SensorConfig(footprint=(1, 1), sweep=False, glass=Glass(transmission=0.0))
     beams, bodies, walls, setting = placed_scene(Rig(0.0, tuple(mounts)), sensor, world(*actors), obstacles)
     setting = replace(setting, threshold=np.full(len(beams), 1e-30))
-    echoes = Caster(beams, sensor).cast(bodies, walls, setting)
+    echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
     found = np.full(len(beams), np.inf)
     found[echoes.beam] = echoes.range
 

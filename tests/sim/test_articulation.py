@@ -12,8 +12,8 @@ from support.sensor_scenes import EXACT, PLAIN, Thing, one_unit_rig, placed_scen
 from support.solid_mesh import body_mesh, corners, embree_ranges, pieces, placed
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import Bodies, BodyShop
-from sensor_model.raycaster import Caster
+from sensor_model.bodies.scene import Bodies, BodyFactory
+from sensor_model.raycaster import Raycaster
 from sensor_model.returns import GROUND
 from sensor_model.rig.unit import Fan
 from sensor_model.sensor_config import SensorConfig
@@ -33,7 +33,7 @@ def lorry(articulation, x=0.0, y=0.0, yaw=0.0, **more):
 
 
 def place(*things, plain=False, seed=None):
-    return BodyShop(mirrors=True, plain=plain, glass=Glass(), seed=seed).place(world(*things))
+    return BodyFactory(mirrors=True, plain=plain, glass=Glass(), seed=seed).place(world(*things))
 
 
 def swung(points, angle, kingpin=KINGPIN):
@@ -146,7 +146,7 @@ def test_straight_bodies_are_as_if_nobody_could_bend():
         one, two = getattr(alone, name), getattr(beside, name)
         np.testing.assert_array_equal(one, two[: len(one)], err_msg=name)
     assert not alone.plane_turn.any()
-    shop = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=2)
+    shop = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=2)
     before, bent, again = (shop.place(world(lorry(angle))) for angle in (0.0, 0.5, 0.0))
     assert not np.array_equal(before.planes, bent.planes)
     for name in Bodies.__dataclass_fields__:
@@ -165,7 +165,7 @@ def test_embree_agrees_on_bent_trucks_as_turned_meshes(angle):
     sensor = SensorConfig(footprint=(1, 1), sweep=False, glass=Glass(transmission=0.0))
     rig = one_unit_rig(model, x=0.0137, y=0.0213, z=1.6137)
     beams, bodies, walls, setting = placed_scene(rig, sensor, world(*trucks))
-    echoes = Caster(beams, sensor).cast(bodies, walls, replace(setting, threshold=np.full(len(beams), 1e-30)))
+    echoes = Raycaster(beams, sensor).cast(bodies, walls, replace(setting, threshold=np.full(len(beams), 1e-30)))
     found = np.full(len(beams), np.inf)
     found[echoes.beam] = echoes.range
 

@@ -10,7 +10,7 @@ from support.traffic import frames
 from sim.default_sizes import RANGES, redrawn_size
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
-from sim.roster import Cast
+from sim.roster import Roster
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
@@ -104,7 +104,7 @@ def test_a_size_depends_on_seed_and_number_alone():
     assert redrawn_size(Kind.CAR, size, seed=3, actor_id=7) == drawn
     assert redrawn_size(Kind.CAR, size, seed=3, actor_id=8) != drawn
     assert redrawn_size(Kind.CAR, size, seed=4, actor_id=7) != drawn
-    crowded, sparse = (Cast(3, redraw_default_sizes=True) for _ in range(2))
+    crowded, sparse = (Roster(3, redraw_default_sizes=True) for _ in range(2))
     for number in range(7):
         crowded.enter(number, Kind.CAR, size)
         sparse.enter(number, Kind.BUS, (12.0, 2.5, 3.4))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sim.frame_builder import Delivery
+from sim.frame_builder import FrameBuilder
 from sim.kinematics import Kinematics
 from sim.modes import ModeLimits
-from sim.roster import Cast
+from sim.roster import Roster
 from sim.world import Kind, Mode
 
 DT = 0.08
@@ -28,11 +28,11 @@ def motion(pose):
 
 
 def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
-    cast = Cast(seed=0)
+    cast = Roster(seed=0)
     names = ("ego", "near", "edge", "far")
     members = [cast.enter(key, Kind.CAR, (4.0 + n, 1.8, 1.5), key) for n, key in enumerate(names)]
     pose = np.array([[10.0, 0, 0], [10, 5, 1], [40, 0, 2], [40.1, 0, 3]])
-    frame = Delivery(DT, 30.0, ModeLimits()).frame(members, motion(pose))
+    frame = FrameBuilder(DT, 30.0, ModeLimits()).frame(members, motion(pose))
     ego, actors = frame.ego, frame.actors
     assert list(actors.name) == ["near", "edge"]
     assert list(actors.id) == [1, 2]
@@ -50,9 +50,9 @@ def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
 
 
 def test_frames_are_counted_and_modes_have_a_memory():
-    cast = Cast(seed=0)
+    cast = Roster(seed=0)
     members = [cast.enter(key, Kind.CAR, SIZE) for key in ("ego", "a")]
-    delivery = Delivery(DT, 30.0, ModeLimits())
+    delivery = FrameBuilder(DT, 30.0, ModeLimits())
     frames = []
     for speed in (5.0, 0.35, 0.2, 0.45):
         still = motion(np.zeros((2, 3)))
@@ -66,8 +66,8 @@ def test_frames_are_counted_and_modes_have_a_memory():
 
 
 def test_an_empty_road_has_arrays_of_the_right_shape():
-    ego = Cast(seed=0).enter("ego", Kind.CAR, SIZE)
-    actors = Delivery(DT, 30.0, ModeLimits()).frame([ego], motion(np.zeros((1, 3)))).actors
+    ego = Roster(seed=0).enter("ego", Kind.CAR, SIZE)
+    actors = FrameBuilder(DT, 30.0, ModeLimits()).frame([ego], motion(np.zeros((1, 3)))).actors
     assert len(actors) == 0
     assert (actors.size.shape, actors.pose_world.shape, actors.mode.shape) == ((0, 3), (0, 3), (0,))
     assert (actors.name.dtype.kind, actors.mode.dtype, actors.changes_lane.dtype) == ("U", np.uint8, np.bool_)

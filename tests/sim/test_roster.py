@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from sim.reflectivity import SHADES, paint_reflectivity
-from sim.roster import Cast
+from sim.roster import Roster
 from sim.world import Kind
 
 SIZE = (4.7, 1.8, 1.5)
 
 
 def test_numbers_go_by_appearance_and_stay():
-    cast = Cast(seed=1)
+    cast = Roster(seed=1)
     assert cast.find("b") is None
     assert [cast.enter(key, Kind.CAR, SIZE).id for key in ("b", "a")] == [0, 1]
     assert cast.find("b").id == 0
@@ -19,8 +19,8 @@ def test_numbers_go_by_appearance_and_stay():
 
 
 def test_paint_depends_on_seed_and_number_alone():
-    alone = Cast(seed=3).enter("x", Kind.CAR, SIZE)
-    crowded = Cast(seed=3)
+    alone = Roster(seed=3).enter("x", Kind.CAR, SIZE)
+    crowded = Roster(seed=3)
     assert crowded.enter("y", Kind.BUS, SIZE).reflectivity == alone.reflectivity
     assert crowded.enter("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
     assert paint_reflectivity(4, 0) != alone.reflectivity

@@ -9,7 +9,7 @@ import numpy as np
 from sim.articulation import hitch
 from sim.kinematics import Kinematics, wrap_angle
 from sim.physical.body_tables import REAR_AXLE, SHORTEST_LEAD
-from sim.physical.lane_change import LaneChange
+from sim.physical.lane_change import SpreadLaneChange
 from sim.physical.limits import (
     AHEAD_S,
     AIM_M,
@@ -138,7 +138,7 @@ class Window:
 
     def _begin(self, frame, id, offset):
         """Spread a jump at a frame, the frames before it included."""
-        change = LaneChange(id, frame, offset)
+        change = SpreadLaneChange(id, frame, offset)
         for at in range(frame - self._lead, frame + 1):
             if at >= 0 and self._present[at % self._length, id]:
                 change = self._shift(change, at)

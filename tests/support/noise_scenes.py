@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor_model.noise.detection import Detection
+from sensor_model.noise.detection import DetectionThresholds
 from sensor_model.noise.noise_config import Dropout, NoiseConfig
 from sensor_model.noise.random_draws import Draws
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import load_rig
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 
 RIG = load_rig("srx_six_lux", Path())
 BEAMS = beam_table(RIG)
@@ -22,7 +22,7 @@ HARD = Dropout(enabled=False)
 def thresholds(config=None, frame=0, time=0.0, ego_yaw=0.0, seed=1, beams=BEAMS, names=NAMES):
     """Those of a frame; hard ones unless told otherwise."""
     config = config or NoiseConfig(dropout=HARD)
-    return Detection(config, beams, Draws(seed, beams), names).thresholds(frame, time, ego_yaw)
+    return DetectionThresholds(config, beams, Draws(seed, beams), names).thresholds(frame, time, ego_yaw)
 
 
 def setting(beams=BEAMS, **changes):
@@ -37,7 +37,7 @@ def setting(beams=BEAMS, **changes):
         "ego_yaw_rate": 0.0,
         "threshold": np.full(len(beams), 4e-5),
     }
-    return Setting(**(values | changes))
+    return ScanContext(**(values | changes))
 
 
 def returns(beam, range_, width=0.5):

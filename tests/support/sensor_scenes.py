@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sensor_model.bodies.scene import BodyShop
+from sensor_model.bodies.scene import BodyFactory
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
@@ -13,7 +13,7 @@ from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Mount, Rig, load_rig
 from sensor_model.rig.unit import Fan, UnitModel
-from sensor_model.scan_context import Setting
+from sensor_model.scan_context import ScanContext
 from sensor_model.sensor_config import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
@@ -106,10 +106,10 @@ def placed_scene(rig, sensor, frame, obstacles=NO_OBSTACLES, *, plain=False, mir
     `circumstances` change fields of the setting.
     """
     beams = beam_table(rig)
-    bodies = BodyShop(mirrors=mirrors, plain=plain, glass=sensor.glass, seed=None).place(frame)
+    bodies = BodyFactory(mirrors=mirrors, plain=plain, glass=sensor.glass, seed=None).place(frame)
     cos, sin = np.cos(frame.ego.pose_world[2]), np.sin(frame.ego.pose_world[2])
     R_world_ego = np.array([[cos, -sin], [sin, cos]])
-    setting = Setting(
+    setting = ScanContext(
         frame_index=frame.index,
         origin_ego=beams.units.origin_ego,
         R_ego_unit=beams.units.R_ego_unit,

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tracker.merging import Pieces, UnionConfig, claim, hull, one_vehicle
+from tracker.merging import MergeConfig, Pieces, claim, hull, one_vehicle
 from tracker.records import Segments
 from tracker.tracking.footprint import Footprint
 
-CONFIG = UnionConfig()
+CONFIG = MergeConfig()
 
 
 def pieces(*boxes, speed=15.0, hits=20):

@@ -12,7 +12,7 @@ from sensor_model.sensor_config import SensorConfig
 from sim.scripted.motions import Straight
 from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from tracker.detection.deskew import SweepConfig
+from tracker.detection.deskew import DeskewConfig
 from tracker.records import Status
 from tracker.tracker import Tracker, TrackerConfig
 
@@ -75,7 +75,7 @@ def test_an_oncoming_car_faces_the_way_it_drives():
 @pytest.mark.parametrize(("motion", "agree"), [("all", True), ("none", True), ("ego", False)])
 def test_two_units_agree_on_the_rear_of_a_car_that_keeps_its_distance(motion, agree):
     """At 25 m/s they see it 0.3 m apart over the ground, and as far from the ego: one correction needs the other."""
-    tracker, rear_x = Tracker(TrackerConfig(sweep=SweepConfig(motion=motion))), []
+    tracker, rear_x = Tracker(TrackerConfig(sweep=DeskewConfig(motion=motion))), []
     for frame, scan in drive(30, ego_mps=25.0, actors=[car(20.0, 0.0, speed_mps=25.0)]):
         _, trace = tracker.step(scan)
         if frame.index >= 10:

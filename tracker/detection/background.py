@@ -7,10 +7,10 @@ a truck. Cells that a wall once covered are therefore remembered, in the odometr
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.segmentation import by_segment, keep_only
-from tracker.records import Floats, Ints, Segments
+from tracker.records import Segments
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class Background:
         new = cells[~self._knows(cells)]
         self._cells = np.insert(self._cells, np.searchsorted(self._cells, new), new)
 
-    def _knows(self, cells: Ints) -> npt.NDArray[np.bool_]:
+    def _knows(self, cells: Ints) -> Bools:
         """Whether cells (N,) are remembered; looked up, since a long drive remembers very many."""
         place = np.searchsorted(self._cells, cells)
         known = np.zeros(len(cells), np.bool_)

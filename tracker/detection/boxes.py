@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, rotate
-from tracker.records import Bools, Boxes, Candidates, Floats, Ints, Linkage, Segments
+from tracker.records import Boxes, Candidates, Linkage, Segments
 
 CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
 """Signs of a rectangle's corners in its own frame."""

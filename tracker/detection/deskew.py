@@ -10,19 +10,17 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from tracker.arrays import Floats, Floats32, Ints
 from tracker.geometry import inside, rotate, wrap
-from tracker.records import Floats, Ints, Segments
+from tracker.records import Segments
 from tracker.scan import Scan
-
-Points = npt.NDArray[np.float32]
 
 NOBODY = -1
 
 
 @dataclass(frozen=True, slots=True)
-class SweepConfig:
+class DeskewConfig:
     """Whose motion during the sweep is made up for."""
 
     motion: Literal["none", "ego", "all"] = "all"
@@ -48,7 +46,7 @@ class Movers:
 class EgoMotion:
     """Knows from the last two scans how the ego moves."""
 
-    def __init__(self, config: SweepConfig) -> None:
+    def __init__(self, config: DeskewConfig) -> None:
         self._config = config
         self._last: tuple[float, Floats] | None = None
 
@@ -75,7 +73,7 @@ def twist(then: Floats, now: Floats, dt: float) -> tuple[Floats, float]:
     return chord / (dt * np.sinc(0.5 * turn / np.pi)), turn / dt
 
 
-def moved(points: Points, tau: Floats, velocity: Floats, yaw_rate: float) -> Points:
+def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> Floats32:
     """(N, 3) points that a body of that twist sees `tau` (N,) later [s], in its frame of now."""
     half = 0.5 * yaw_rate * tau
     cos, sin = np.cos(half), np.sin(half)
@@ -88,7 +86,7 @@ def moved(points: Points, tau: Floats, velocity: Floats, yaw_rate: float) -> Poi
     return still
 
 
-def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: SweepConfig) -> Scan:
+def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewConfig) -> Scan:
     """Return the scan with the points of each track where they are at the scan's time, and no time offset left.
 
     A segment whose middle lies in a track's box moves with that track; all other points keep place and time offset.
@@ -106,14 +104,14 @@ def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: SweepCo
     return replace(scan, points_ego=points, time_offset=tau)
 
 
-def _middle(points: Points, segments: Segments) -> Floats:
+def _middle(points: Floats32, segments: Segments) -> Floats:
     """(S, 2) mean of each segment's points."""
     bins = segments.label + 1
     x, y, size = (np.bincount(bins, weights=weights)[1:] for weights in (points[:, 0], points[:, 1], None))
     return np.stack([x, y], axis=1) / size[:, None]
 
 
-def _owner(middle: Floats, movers: Movers, config: SweepConfig) -> Ints:
+def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:
     """(S,) the track in whose box each middle (S, 2) lies, the nearest if there are several, `NOBODY` if none."""
     held = inside(middle, movers.center, movers.heading, movers.size + 2 * config.margin_m)
     x, y = (middle[:, None, axis] - movers.center[:, axis] for axis in (0, 1))

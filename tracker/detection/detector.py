@@ -4,23 +4,24 @@ import math
 from dataclasses import dataclass, field
 
 from tracker import merging as union
+from tracker.arrays import Bools, Floats
 from tracker.detection import boxes, preprocess, rectangles, segmentation, selection, tlinkage
 from tracker.detection import truncation as ends
 from tracker.detection.background import Background, BackgroundConfig
 from tracker.detection.baselines import columns
 from tracker.detection.baselines.baseline_config import BaselineConfig
 from tracker.detection.boxes import BoxConfig
-from tracker.detection.deskew import EgoMotion, Movers, SweepConfig, undo_targets
+from tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
 from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RectangleConfig
 from tracker.detection.segmentation import SegmentationConfig
 from tracker.detection.selection import SelectionConfig
-from tracker.detection.suppression import ShadowConfig, in_shadow
+from tracker.detection.suppression import SuppressionConfig, in_shadow
 from tracker.detection.tlinkage import LinkageConfig
-from tracker.detection.truncation import EndConfig
+from tracker.detection.truncation import TruncationConfig
 from tracker.geometry import rotate
-from tracker.merging import Pieces, UnionConfig
-from tracker.records import Bools, Boxes, Candidates, Detection, Floats, Linkage, Segments
+from tracker.merging import MergeConfig, Pieces
+from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
 from tracker.scan import Scan
 
 CLOCK_DIGITS = 9
@@ -32,17 +33,17 @@ class DetectorConfig:
     """One section per stage of the fitting half."""
 
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
-    sweep: SweepConfig = field(default_factory=SweepConfig)
+    sweep: DeskewConfig = field(default_factory=DeskewConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
-    union: UnionConfig = field(default_factory=UnionConfig)
-    ends: EndConfig = field(default_factory=EndConfig)
+    union: MergeConfig = field(default_factory=MergeConfig)
+    ends: TruncationConfig = field(default_factory=TruncationConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
     baselines: BaselineConfig = field(default_factory=BaselineConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
-    shadow: ShadowConfig = field(default_factory=ShadowConfig)
+    shadow: SuppressionConfig = field(default_factory=SuppressionConfig)
 
 
 class Detector:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tracker.records import Bools
+from tracker.arrays import Bools
 from tracker.scan import PointFlag, Scan
 
 

@@ -6,11 +6,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.kernels.criteria import best_headings
 from tracker.detection.kernels.sides import extents
 from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold, rotate
-from tracker.records import Floats, Ints, Linkage, Segments
+from tracker.records import Linkage, Segments
 
 RANGE_STD = 0.025
 """[m] Of a LUX's range, along the beam."""
@@ -84,9 +85,7 @@ def measure(
     return rotate(0.5 * (low + high), heading), high - low
 
 
-def _by_segment(
-    points_ego: npt.NDArray[np.floating], segments: Segments, used: npt.NDArray[np.bool_]
-) -> tuple[Floats, Ints]:
+def _by_segment(points_ego: npt.NDArray[np.floating], segments: Segments, used: Bools) -> tuple[Floats, Ints]:
     """The `used` (N,) points (K, 2) segment by segment, and (S + 1,) where each segment starts."""
     order, offset = by_segment(segments)
     kept = used[order]

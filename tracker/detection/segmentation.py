@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.kernels.chains import connected
-from tracker.records import NOT_USED, Bools, Floats, Ints, Segments
+from tracker.records import NOT_USED, Segments
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Floats
 from tracker.detection.kernels.heading_search import align, side_distances
 from tracker.detection.rectangles import Rectangles, measure
 from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold
-from tracker.records import Candidates, Floats, Linkage, Segments
+from tracker.records import Candidates, Linkage, Segments
 
 
 @dataclass(frozen=True, slots=True)

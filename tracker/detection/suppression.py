@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Bools
 from tracker.geometry import inside, rotate
-from tracker.records import Bools, Boxes
+from tracker.records import Boxes
 
 
 @dataclass(frozen=True, slots=True)
-class ShadowConfig:
+class SuppressionConfig:
     """What counts as seen over something nearer."""
 
     depth_m: float = 2.5
@@ -20,7 +21,7 @@ class ShadowConfig:
     """How far the middle of a piece may lie outside the nearer box [m]."""
 
 
-def in_shadow(boxes: Boxes, config: ShadowConfig) -> Bools:
+def in_shadow(boxes: Boxes, config: SuppressionConfig) -> Bools:
     """(B,) whether a box lies inside another that is nearer to the ego, or right behind its only seen face.
 
     No other vehicle can be there: the nearer one takes the place.

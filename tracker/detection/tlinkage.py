@@ -8,11 +8,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Floats, Ints
 from tracker.bounds import require_within
 from tracker.detection.kernels.segments import FACES, LINES, PAPER, link_segments
 from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold
-from tracker.records import Floats, Ints, Linkage, Segments
+from tracker.records import Linkage, Segments
 
 VARIANTS = {"faces": FACES, "lines": LINES, "paper": PAPER}
 

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.records import Bools, Segments
+from tracker.arrays import Bools
+from tracker.records import Segments
 from tracker.scan import Scan
 
 
 @dataclass(frozen=True, slots=True)
-class EndConfig:
+class TruncationConfig:
     """What counts as next to each other, and as nearer."""
 
     neighbour_s: float = 0.00025
@@ -28,7 +29,7 @@ class EndConfig:
             raise ValueError("neighbour_s must not be negative and nearer_m must be above 0")
 
 
-def cut_off(scan: Scan, keep: Bools, segments: Segments, config: EndConfig) -> Bools:
+def cut_off(scan: Scan, keep: Bools, segments: Segments, config: TruncationConfig) -> Bools:
     """(N,) whether a thing may go on beyond this point of it, hidden or where nobody looks.
 
     That is the first and the last return of a layer, too: there its field of view may end. `scan` is as it came:

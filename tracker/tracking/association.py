@@ -6,10 +6,10 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
 from tracker.geometry import mahalanobis
-from tracker.records import Bools, Floats
-from tracker.tracking.hypotheses import Pairing, Predictions
+from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.observations import Observations
 
 
@@ -37,7 +37,9 @@ class AssociationConfig:
         require_within(self, 0.0, 1e3, "gate_probability_min", "view_std_m", "oddity_max")
 
 
-def score(tracks: Predictions, pairing: Pairing, seen: Observations, config: AssociationConfig) -> tuple[Floats, Bools]:
+def score(
+    tracks: Predictions, pairing: Hypotheses, seen: Observations, config: AssociationConfig
+) -> tuple[Floats, Bools]:
     """(T, B) cost of each pair, and (T, B) whether the box is inside the gate of any model that may be true.
 
     The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
@@ -54,7 +56,7 @@ def score(tracks: Predictions, pairing: Pairing, seen: Observations, config: Ass
     return np.asarray(odd - 2 * np.logaddexp.reduce(log_likelihood, axis=2)), inside
 
 
-def oddity(tracks: Predictions, pairing: Pairing, heading_variance: Floats, config: AssociationConfig) -> Floats:
+def oddity(tracks: Predictions, pairing: Hypotheses, heading_variance: Floats, config: AssociationConfig) -> Floats:
     """(T, B) squared distances of heading, and of what is seen beyond the vehicle's size, each up to a limit.
 
     The boxes' headings have variances (B,). That less is seen than there is says nothing.

@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.records import Floats
+from tracker.arrays import Floats
 from tracker.tracking import extent
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.footprint import Footprint
-from tracker.tracking.track_observation import Sighting
+from tracker.tracking.track_observation import TrackObservation
 
 
 @dataclass(frozen=True, slots=True)
-class LifeConfig:
+class TrackLifeConfig:
     """When a track is believed and when it is given up."""
 
     confirm_hits: int = 4
@@ -36,10 +36,10 @@ class LifeConfig:
     """... unless it comes this often in a row."""
 
 
-class Belief:
+class Confirmation:
     """What has been seen of one track that speaks for a vehicle."""
 
-    def __init__(self, config: LifeConfig, sizes: ExtentConfig, birthplace: Footprint) -> None:
+    def __init__(self, config: TrackLifeConfig, sizes: ExtentConfig, birthplace: Footprint) -> None:
         self._config = config
         self._sizes = sizes
         self._birthplace = birthplace
@@ -56,7 +56,7 @@ class Belief:
             return hits >= self._config.sure_hits
         return self._left and hits >= self._config.confirm_hits
 
-    def see(self, seen: Sighting, seen_size: Floats) -> None:
+    def see(self, seen: TrackObservation, seen_size: Floats) -> None:
         """Count an observation for or against a vehicle of which (2,) was seen so far [m].
 
         A side alone that gets longer was not seen as a whole before: what such pieces said is lost.
@@ -73,7 +73,7 @@ class Belief:
         else:
             self._evidence[long] += vote
 
-    def go(self, seen: Sighting, footprint: Footprint) -> None:
+    def go(self, seen: TrackObservation, footprint: Footprint) -> None:
         """Look whether it has left its place.
 
         A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.

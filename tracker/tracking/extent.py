@@ -4,14 +4,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tracker.records import Bools, Floats, Ints
+from tracker.arrays import Bools, Floats, Ints
 
 ONE_SIDE, CORNER, FULL_VIEW = 1, 2, 4
 """What a sight weighs as evidence for a vehicle: walls are bare sides, some turn a corner, few measure as a car's."""
 
 
 @dataclass(frozen=True, slots=True)
-class Usual:
+class TypicalSize:
     """A class of vehicles."""
 
     length_m: float
@@ -26,11 +26,11 @@ class Usual:
 class ExtentConfig:
     """Memory of a vehicle's size and priors for the sides not seen."""
 
-    small: Usual = field(default_factory=lambda: Usual(length_m=2.2, width_m=0.8, rounding_m=0.0))
+    small: TypicalSize = field(default_factory=lambda: TypicalSize(length_m=2.2, width_m=0.8, rounding_m=0.0))
     """Motorcycles, with rider."""
-    car: Usual = field(default_factory=lambda: Usual(length_m=4.7, width_m=1.8, rounding_m=0.3))
+    car: TypicalSize = field(default_factory=lambda: TypicalSize(length_m=4.7, width_m=1.8, rounding_m=0.3))
     """Cars, whose corners are rounded by 0.25 to 0.4 m in plan view."""
-    large: Usual = field(default_factory=lambda: Usual(length_m=8.0, width_m=2.5, rounding_m=0.1))
+    large: TypicalSize = field(default_factory=lambda: TypicalSize(length_m=8.0, width_m=2.5, rounding_m=0.1))
     """Trucks and buses."""
     small_from_hits: int = 12
     """No car hides all but a motorcycle's share of itself through this many observations."""
@@ -134,7 +134,7 @@ def car_sized(seen: Floats, config: ExtentConfig) -> bool:
     return bool(seen.max() <= config.large_length_min_m and seen.min() <= config.large_width_min_m)
 
 
-def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usual:
+def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> TypicalSize:
     """Class of a vehicle of which (2,) was seen along and across the heading [m].
 
     `sights` (2,) is how often either side was seen as a whole, `hits` how often the vehicle was seen since its course
@@ -147,7 +147,7 @@ def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> Usu
     return config.small if narrow and hits >= config.small_from_hits else config.car
 
 
-def complete(seen: Floats, sights: Ints, usual: Usual, config: ExtentConfig) -> Floats:
+def complete(seen: Floats, sights: Ints, usual: TypicalSize, config: ExtentConfig) -> Floats:
     """(2,) length and width [m]: what was seen, and the usual where too little was seen to tell.
 
     `sights` (2,) is how often either side was seen as a whole.

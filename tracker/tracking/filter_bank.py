@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from tracker.records import Floats
+from tracker.arrays import Floats
 from tracker.tracking import mma
 from tracker.tracking.filters import FilterConfig, Filters, Motion, bank
 from tracker.tracking.imm import FilterpyImm

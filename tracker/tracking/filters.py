@@ -12,8 +12,9 @@ from functools import lru_cache
 import numpy as np
 from filterpy.common import Q_continuous_white_noise
 
+from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.records import MODELS, Floats
+from tracker.records import MODELS
 
 STATE_DIM = 6
 """x, y, vx, vy, ax, ay [m, s]."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats
 from tracker.geometry import reach, rotate
-from tracker.records import Bools, Floats
 
 LEFT_MARGIN_M = 1.5
 """Of a vehicle that left its place: small pieces of a wall are known no better along it [m]."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.bounds import require_within
 from tracker.geometry import QUARTER, rotate
-from tracker.records import Bools, Floats, Ints
 from tracker.tracking.observations import Observations, uncut
 
 SILENT_VARIANCE_M2 = 100.0
@@ -14,7 +14,7 @@ SILENT_VARIANCE_M2 = 100.0
 
 
 @dataclass(frozen=True, slots=True)
-class ReadingConfig:
+class HypothesisConfig:
     """What a box tells of a vehicle."""
 
     corner_margin_m: float = 0.5
@@ -65,7 +65,7 @@ class Predictions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pairing:
+class Hypotheses:
     """Every box read as an observation of every track, (T, B) pairs, in the odometry frame."""
 
     heading: Floats
@@ -86,7 +86,7 @@ class Pairing:
     """(T, B, 2) whether the near end along and across that heading is where the vehicle ends."""
 
 
-def pair(tracks: Predictions, seen: Observations, config: ReadingConfig) -> Pairing:
+def pair(tracks: Predictions, seen: Observations, config: HypothesisConfig) -> Hypotheses:
     """Read each of B boxes as each of T tracks: the track's heading tells length from width, and front from rear."""
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
     heading = seen.heading + turns * QUARTER
@@ -100,7 +100,7 @@ def pair(tracks: Predictions, seen: Observations, config: ReadingConfig) -> Pair
     silent = ~exact & np.all(misfit == 0, axis=2)
     faceless = size[..., ::-1] < config.face_min_m
     end_variance = np.where(faceless, config.end_std_m**2, 0.0)
-    return Pairing(
+    return Hypotheses(
         heading=heading,
         size=size,
         whole=uncut(cut),
@@ -122,7 +122,7 @@ def at_end(flags: Bools, sign: Floats) -> Bools:
     return np.where(sign > 0, flags[..., :2], flags[..., 2:])
 
 
-def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: ReadingConfig) -> Bools:
+def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: HypothesisConfig) -> Bools:
     """(..., 2) whether the near end of a box along and across the heading is where the vehicle ends.
 
     So it is if the face there is seen. Without it, if nothing cuts the box off there, and the side is seen about as
@@ -153,7 +153,7 @@ def fit_in(
     return np.where(exact[:, :, None], near_end, sticks_out)
 
 
-def follow(tracks: Predictions, seen: Observations, near: Floats, exact: Bools, config: ReadingConfig) -> Ints:
+def follow(tracks: Predictions, seen: Observations, near: Floats, exact: Bools, config: HypothesisConfig) -> Ints:
     """(T, B, 2) the corner to follow: the nearest, but the tracked one until another is nearer by a margin.
 
     In between both are seen equally well, and a change would only cost accuracy. Nor does the track go to the

@@ -3,7 +3,8 @@
 import numpy as np
 from filterpy.kalman import IMMEstimator, KalmanFilter
 
-from tracker.records import MODELS, Floats
+from tracker.arrays import Floats
+from tracker.records import MODELS
 from tracker.tracking import mma
 from tracker.tracking.filters import STATE_DIM, Filters, Motion
 from tracker.tracking.mma import MmaConfig

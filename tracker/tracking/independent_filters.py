@@ -2,12 +2,13 @@
 
 import numpy as np
 
+from tracker.arrays import Floats
 from tracker.geometry import mahalanobis
-from tracker.records import MODELS, Floats
+from tracker.records import MODELS
 from tracker.tracking.filters import FilterConfig, Step, bank
 
 
-class Lone:
+class IndependentFilters:
     """The filters of a bank that do not talk."""
 
     def __init__(self, position: Floats, covariance: Floats, config: FilterConfig) -> None:

@@ -12,8 +12,9 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtr
 
+from tracker.arrays import Floats
 from tracker.geometry import mahalanobis
-from tracker.records import MODELS, Floats
+from tracker.records import MODELS
 from tracker.tracking.filters import Filters
 
 LEAST_PROBABILITY = 1e-9

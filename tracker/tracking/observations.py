@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import rotate
-from tracker.records import Bools, Boxes, Floats, Ints
+from tracker.records import Boxes
 from tracker.tracking.filters import FilterConfig
 
 

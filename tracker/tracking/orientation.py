@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
-from tracker.records import Bools, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from tracker.records import MODELS, Floats, Tracks
+from tracker.arrays import Floats
+from tracker.records import MODELS, Tracks
 from tracker.tracking.filters import STATE_DIM
 from tracker.tracking.track import Track
 

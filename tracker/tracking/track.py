@@ -4,18 +4,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Floats, Ints
 from tracker.bounds import require_within
 from tracker.geometry import QUARTER, rotate, spread, variance_along, wrap
-from tracker.records import Floats, Ints, Status
+from tracker.records import Status
 from tracker.tracking import extent, filter_bank, orientation
-from tracker.tracking.confirmation import Belief, LifeConfig
+from tracker.tracking.confirmation import Confirmation, TrackLifeConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig, Motion, heading_filter
 from tracker.tracking.footprint import Footprint
-from tracker.tracking.independent_filters import Lone
+from tracker.tracking.independent_filters import IndependentFilters
 from tracker.tracking.mma import CA, STATIONARY, MmaConfig
 from tracker.tracking.orientation import OrientationConfig
-from tracker.tracking.track_observation import Sighting
+from tracker.tracking.track_observation import TrackObservation
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +46,19 @@ class TrackConfig:
     extent: ExtentConfig
     orientation: OrientationConfig
     corner: CornerConfig
-    life: LifeConfig
+    life: TrackLifeConfig
 
 
 class Track:
     """A vehicle followed by one of its corners, in the odometry frame."""
 
-    def __init__(self, track_id: int, position: Floats, first: Sighting, forward: float, config: TrackConfig) -> None:
+    def __init__(
+        self, track_id: int, position: Floats, first: TrackObservation, forward: float, config: TrackConfig
+    ) -> None:
         self.id = track_id
         self.status = Status.TENTATIVE
         self.bank = filter_bank.build(position, first.covariance, config.filters, config.mma)
-        self.alone = Lone(position, first.covariance, config.filters)
+        self.alone = IndependentFilters(position, first.covariance, config.filters)
         self.corner_sign = first.corner_sign
         self.hits = 1
         self.unseen_s = 0.0
@@ -73,7 +76,7 @@ class Track:
         self._offset_variance = np.where(
             first.exact, variance_along(first.covariance, self.heading), self._end_variance
         )
-        self._belief = Belief(config.life, config.extent, self.footprint)
+        self._belief = Confirmation(config.life, config.extent, self.footprint)
         self._belief.see(first, self.seen_size)
 
     @property
@@ -149,7 +152,7 @@ class Track:
         if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
             self.status = Status.DEAD
 
-    def update(self, seen: Sighting) -> None:
+    def update(self, seen: TrackObservation) -> None:
         """Take over one observation."""
         measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
         self._loosen(seen)
@@ -220,7 +223,7 @@ class Track:
         corner, unseen = self._config.corner, self.size - self.known_size
         return np.square(np.maximum(corner.known_std_m, corner.unseen_share * unseen))
 
-    def _loosen(self, seen: Sighting) -> None:
+    def _loosen(self, seen: TrackObservation) -> None:
         """What an end was off by, and is no more, the filters may now learn at once: it is no motion."""
         past = self._offset_variance - variance_along(seen.covariance, self.heading)
         learnt = spread(np.where(seen.exact, np.maximum(past, 0.0), 0.0), self.heading)

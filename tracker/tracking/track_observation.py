@@ -4,15 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
-from tracker.records import MODELS, Bools, Floats, Ints
-from tracker.tracking.hypotheses import Pairing, ReadingConfig, named_after, shows_end
+from tracker.records import MODELS
+from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, named_after, shows_end
 from tracker.tracking.observations import Observations, uncut
 from tracker.tracking.orientation import turn_sign, turn_size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sighting:
+class TrackObservation:
     """One box, read as one track."""
 
     misfit: Floats
@@ -35,9 +36,9 @@ class Sighting:
     """(2,) the corner to track from now on."""
 
 
-def sighting(pairing: Pairing, seen: Observations, t: int, b: int) -> Sighting:
+def sighting(pairing: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
     """Box `b`, read as an observation of track `t`."""
-    return Sighting(
+    return TrackObservation(
         misfit=pairing.misfit[t, b],
         covariance=pairing.covariance[t, b] + pairing.silence[t, b],
         heading=float(pairing.heading[t, b]),
@@ -51,8 +52,8 @@ def sighting(pairing: Pairing, seen: Observations, t: int, b: int) -> Sighting:
 
 
 def first_sighting(
-    seen: Observations, b: int, turns: int, usual: Floats, config: ReadingConfig
-) -> tuple[Sighting, Floats]:
+    seen: Observations, b: int, turns: int, usual: Floats, config: HypothesisConfig
+) -> tuple[TrackObservation, Floats]:
     """Box `b` as the first sighting of a track, and the corner (2,) to follow [m].
 
     The vehicle's heading is `turns` quarters from the box's, and it would `usual`ly be (2,) long and wide [m].
@@ -60,7 +61,7 @@ def first_sighting(
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
     cut = seen.cut[b][named_after(np.asarray(turns))]
-    first = Sighting(
+    first = TrackObservation(
         misfit=np.zeros((len(MODELS), 2)),
         covariance=seen.covariance[b, :2, :2],
         heading=heading,

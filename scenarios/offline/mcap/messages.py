@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.grading.plane_geometry import Floats
+from scenarios.arrays import Floats
 
 Message = dict[str, Any]
 Color = tuple[float, float, float, float]

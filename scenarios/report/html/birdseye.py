@@ -7,8 +7,9 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Line
 
+from scenarios.arrays import Floats
 from scenarios.grading.articulated import parts
-from scenarios.grading.plane_geometry import CORNER_SIGNS, Floats, corner, into_frame
+from scenarios.grading.plane_geometry import CORNER_SIGNS, corner, into_frame
 from scenarios.grading.worst_frames import IDENTITIES
 from scenarios.report.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE, RED, SKY
 from scenarios.report.html.svg_figure import Figure, draw

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenarios.files import shipped
-from scenarios.files.expect import Check, Limit, Outcome, Verdict, check, verdict
+from scenarios.files.expect import Check, ExpectationOutcome, Limit, RunVerdict, check, verdict
 from scenarios.grading.worst_frames import WorstFrame, worst_frames
 from scenarios.report.cells import unit_of, value_of
 from scenarios.result import Metric, Result
 from scenarios.run import run_folder
 from scenarios.run.device import SHIPPED
 
-HEADLINES = {
+SUITE_METRICS = {
     "track.hota": "HOTA",
     "track.idf1": "IDF1",
     "track.missed": "missed",
@@ -23,7 +23,7 @@ HEADLINES = {
 }
 """Metrics that a run is known by, and what they are called where there is little room."""
 
-ATTENTION: tuple[Outcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
+ATTENTION: tuple[ExpectationOutcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
 """In this order expectations are listed."""
 
 IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
@@ -31,7 +31,7 @@ IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class ReportedRun:
     """A run as pages show it."""
 
     folder: Path
@@ -41,7 +41,7 @@ class Run:
     """Where to look for why an expectation does not hold, by its metric."""
 
     @classmethod
-    def read(cls, folder: Path) -> "Run":
+    def read(cls, folder: Path) -> "ReportedRun":
         """Read a folder that `luxloop run` wrote, and hold it against its own expectations.
 
         Raises
@@ -56,7 +56,7 @@ class Run:
         return cls(folder, result, checks, worst)
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RunVerdict:
         """As of the run."""
         return verdict(self.checks, self.result.complete)
 
@@ -82,7 +82,7 @@ class Run:
     @property
     def headlines(self) -> dict[str, str]:
         """Values that it is known by, by their short names."""
-        return {name: with_unit(self.result.metrics[metric]) for metric, name in HEADLINES.items()}
+        return {name: with_unit(self.result.metrics[metric]) for metric, name in SUITE_METRICS.items()}
 
     @property
     def unmet(self) -> list[str]:

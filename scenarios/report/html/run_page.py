@@ -10,7 +10,7 @@ from scenarios.report.html.fit_figures import AGAINST, errors_against, heading_d
 from scenarios.report.html.page_tables import PageTable, page_table
 from scenarios.report.html.pages import render
 from scenarios.report.html.probabilities import model_probabilities
-from scenarios.report.html.reported_run import Run
+from scenarios.report.html.reported_run import ReportedRun
 from scenarios.report.html.svg_figure import Figure
 from scenarios.report.html.timelines import timelines
 from scenarios.report.text import STAGES
@@ -25,7 +25,7 @@ def run_page(folder: Path) -> str:
     OutputError
         It holds no run.
     """
-    run = Run.read(folder)
+    run = ReportedRun.read(folder)
     return render(
         "run.html.j2",
         run=run,

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scenarios.errors import OutputError
-from scenarios.files.expect import Verdict
+from scenarios.files.expect import RunVerdict
 from scenarios.report.html.birdseye import birdseye
 from scenarios.report.html.pages import render
-from scenarios.report.html.reported_run import HEADLINES, Run
+from scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun
 from scenarios.report.html.svg_figure import Figure
 from scenarios.run import run_folder
 
-PICTURES: dict[Verdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
+PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
 """Of a run, by its verdict."""
-ORDER: tuple[Verdict, ...] = ("failed", "incomplete", "passed")
+ORDER: tuple[RunVerdict, ...] = ("failed", "incomplete", "passed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,13 +33,13 @@ class Section:
 
     name: str
     """Its folder, from where all are."""
-    run: Run
+    run: ReportedRun
     pictures: list[Figure]
 
     @classmethod
     def read(cls, folder: Path, name: str) -> "Section":
         """Read a run and draw it."""
-        run = Run.read(folder)
+        run = ReportedRun.read(folder)
         pictures = birdseye(run.result, name, run.unmet, most=PICTURES[run.verdict])
         return cls(name, replace(run, result=replace(run.result, tables={})), pictures)
 
@@ -78,5 +78,5 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
         broken=list(broken),
         count=Counter(section.run.verdict for section in sections),
         known=[(one, check) for one in sections for check in one.run.checks if check.outcome == "known failure"],
-        headlines=list(HEADLINES.values()),
+        headlines=list(SUITE_METRICS.values()),
     )

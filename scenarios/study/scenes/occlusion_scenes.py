@@ -10,11 +10,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from scenarios.arrays import Floats
 from scenarios.study.scenes.scene_parts import CAR_M, car, motion_table, screen, wall
 from scenarios.study.scenes.shadow import cover, outline, shadow
 from sensor_model.rig.rig import load_rig
 from sim.scripted.motions import LaneChange, Motion, Straight, state_at
-from sim.world import Floats
 
 Json = dict[str, Any]
 Manoeuvre = Literal["keeps speed", "brakes", "changes lane"]

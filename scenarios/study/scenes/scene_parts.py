@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from scenarios.arrays import Floats
 from sim.scripted.motions import Motion
-from sim.world import Floats
 
 Json = dict[str, Any]
 Size = tuple[float, float, float]

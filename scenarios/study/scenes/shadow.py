@@ -4,11 +4,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq
 
+from scenarios.arrays import Bools, Floats
 from sensor_model.rig.rig import Mount, Rig
-from sim.world import Floats
 
 
 def outline(pose: Floats, size_m: Sequence[float]) -> Floats:
@@ -55,10 +54,10 @@ def _rays(rig: Rig, points_ego: Floats) -> Iterator[tuple[Floats, Floats]]:
         yield at, (points_ego - at)[_looks_along(mount, points_ego - at)]
 
 
-def _looks_along(mount: Mount, ray: Floats) -> npt.NDArray[np.bool_]:
+def _looks_along(mount: Mount, ray: Floats) -> Bools:
     """Whether rays (N, 2) from a LIDAR lie in its field of view (N,)."""
     azimuth_deg = (np.degrees(np.arctan2(ray[:, 1], ray[:, 0])) - mount.yaw_deg + 180.0) % 360.0 - 180.0
     left_deg = max(fan.start_deg for fan in mount.model.fans)
     right_deg = min(fan.stop_deg for fan in mount.model.fans)
-    inside: npt.NDArray[np.bool_] = (right_deg <= azimuth_deg) & (azimuth_deg <= left_deg)
+    inside: Bools = (right_deg <= azimuth_deg) & (azimuth_deg <= left_deg)
     return inside

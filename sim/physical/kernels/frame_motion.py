@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sim.arrays import Floats, Ints
 from sim.physical.kernels.path_following import drive, put
 from sim.physical.kernels.records import (
     ACCELERATION,
@@ -21,7 +22,6 @@ from sim.physical.kernels.records import (
     Y,
 )
 from sim.physical.kernels.smoothing import smoothed, wrapped
-from sim.world import Floats, Ints
 
 WIDTH = 11
 """Columns of a motion: pose (3), velocity (2), acceleration (2), yaw rate, articulation, deviation (2)."""

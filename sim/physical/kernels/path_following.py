@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
+from sim.arrays import Floats
 from sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
 from sim.physical.kernels.rolling_body import fastest_turn, roll, within
 from sim.physical.limits import (
@@ -32,7 +33,6 @@ from sim.physical.limits import (
     STEERING_S,
     STEP_S,
 )
-from sim.world import Floats
 
 
 @njit(cache=True)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 from numba import njit
 
+from sim.arrays import Floats, Ints
 from sim.physical.kernels.records import Builds, Said
 from sim.physical.limits import CORNER, JUMP_LONGEST, JUMP_SPEED, LEAST_STEP
-from sim.world import Floats, Ints
 
 
 @njit(cache=True)

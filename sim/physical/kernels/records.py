@@ -2,12 +2,7 @@
 
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
-from sim.world import Floats, Ints
-
-Bools = npt.NDArray[np.bool_]
+from sim.arrays import Bools, Floats, Ints
 
 X, Y, YAW, SPEED, ACCELERATION, YAW_RATE, YAW_ACCELERATION, LAG, TRAILER_YAW, TRAILER_RATE = range(10)
 """Columns of `Led.state`. The place is the rear axle's (of a tractor, its drive axle's); speed and acceleration are

@@ -7,6 +7,7 @@ import math
 
 from numba import njit
 
+from sim.arrays import Floats
 from sim.physical.kernels.records import (
     ACCELERATION,
     SPEED,
@@ -29,7 +30,6 @@ from sim.physical.limits import (
     SWING,
     SWING_ABOVE,
 )
-from sim.world import Floats
 
 
 @njit(cache=True)

@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from sim.world import Floats, Ints
+from sim.arrays import Floats, Ints
 
 
 @njit(cache=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support import recorded
 
-from scenarios.compare.compared_metrics import HEADLINES
+from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.comparison import compare, judge
 from scenarios.compare.digest import Expectation
 from scenarios.compare.resampling import Difference, differences
@@ -17,7 +17,7 @@ from scenarios.compare.sides import Side
 from scenarios.compare.sums import COLUMNS, SUMS
 
 FLAGGED = ("better", "worse", "lost")
-HEADLINE = {headline.name: headline for headline in HEADLINES}
+HEADLINE = {headline.name: headline for headline in COMPARED_METRICS}
 
 
 def side(runs):
@@ -132,7 +132,9 @@ def test_chance_flags_no_more_often_than_the_level_says():
     At a level of 10 %, 200 comparisons flag 20 by chance; a test that forgot how many metrics there are would flag 160.
     """
     rng = np.random.default_rng(7)
-    smallest = [min(difference.p for difference in differences(*lives(rng, units=12), HEADLINES)) for _ in range(200)]
+    smallest = [
+        min(difference.p for difference in differences(*lives(rng, units=12), COMPARED_METRICS)) for _ in range(200)
+    ]
     assert 6 <= sum(p <= 0.1 for p in smallest) <= 34  # 20 is the mean, 4.2 its standard deviation
 
 

@@ -11,7 +11,7 @@ from support import recorded, short_run
 
 from scenarios.cli import main
 from scenarios.compare import baseline_file, sides
-from scenarios.compare.compared_metrics import HEADLINES
+from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.run_pairs import pair
 from scenarios.compare.sums import SUMS
 from scenarios.errors import InputError, OutputError
@@ -358,7 +358,7 @@ def test_the_page_lists_every_headline_metric_with_its_margin():
     listed = {}
     for names, better, margin in re.findall(r"^\| (`\w+\..*?) \| (more|less) \| (.*?) \|$", page, re.MULTILINE):
         listed |= dict.fromkeys(re.findall(r"`([\w.]+)`", names), (better, margin))
-    assert listed == {headline.name: (headline.better, margin_of(headline)) for headline in HEADLINES}
+    assert listed == {headline.name: (headline.better, margin_of(headline)) for headline in COMPARED_METRICS}
 
 
 def margin_of(headline):

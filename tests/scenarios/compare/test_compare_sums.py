@@ -8,7 +8,7 @@ from support import recorded
 from support.sequences import random_sequence
 from trackeval.metrics import CLEAR, HOTA, Identity
 
-from scenarios.compare.compared_metrics import HEADLINES
+from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.sums import COLUMNS, SUMS, VehicleSums
 from scenarios.compare.vehicle_sums import ALPHAS, match
 from scenarios.grading import track_metrics
@@ -21,7 +21,7 @@ RATES = {
     "track.id_switch_rate": "track.id_switches",
 }
 NAMED_AS_IN_A_RESULT = [
-    headline for headline in HEADLINES if headline.name not in {*RATES, "track.heading_unflipped_mean_deg"}
+    headline for headline in COMPARED_METRICS if headline.name not in {*RATES, "track.heading_unflipped_mean_deg"}
 ]
 
 
@@ -65,7 +65,7 @@ def test_a_headline_of_one_run_is_the_metric_of_its_result(headline):
 
 
 def test_the_rates_are_the_counts_over_the_observations():
-    headlines = {headline.name: headline for headline in HEADLINES}
+    headlines = {headline.name: headline for headline in COMPARED_METRICS}
     for run, kept in zip(recorded.runs(), recorded.base(), strict=True):
         sums = kept.vehicles.columns().sum(axis=0, keepdims=True)
         metrics = run.result.metrics
@@ -84,7 +84,7 @@ def test_runs_are_pooled_as_trackeval_combines_sequences():
         for run in recorded.runs()
     ]
     sums = np.vstack([kept.vehicles.columns() for kept in recorded.base()]).sum(axis=0, keepdims=True)
-    values = {headline.name: headline.value(sums)[0] for headline in HEADLINES}
+    values = {headline.name: headline.value(sums)[0] for headline in COMPARED_METRICS}
     for name, metric in {"HOTA": HOTA(), "MOTA": CLEAR(dict(LIMIT)), "IDF1": Identity(dict(LIMIT))}.items():
         combined = metric.combine_sequences({str(i): metric.eval_sequence(s) for i, s in enumerate(sequences)})
         assert values[f"track.{name.lower()}"] == pytest.approx(np.mean(combined[name]), abs=1e-9)
@@ -92,4 +92,4 @@ def test_runs_are_pooled_as_trackeval_combines_sequences():
 
 def test_what_was_not_there_to_see_has_no_value():
     nothing = np.zeros((1, len(COLUMNS)))
-    assert all(np.isnan(headline.value(nothing)[0]) for headline in HEADLINES)
+    assert all(np.isnan(headline.value(nothing)[0]) for headline in COMPARED_METRICS)

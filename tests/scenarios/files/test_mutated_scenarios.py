@@ -10,7 +10,7 @@ import pytest
 from support import mutants
 
 from scenarios.cli import main
-from scenarios.files.expect import Verdict
+from scenarios.files.expect import RunVerdict
 from scenarios.run import run_folder
 
 ROOT = mutants.EXAMPLES.parents[1]
@@ -55,7 +55,7 @@ def test_a_mutant_runs_or_is_told_in_one_line(number, library, tmp_path, monkeyp
 def assert_whole(code: int, out: str, err: str):
     """A run is in its folder, and what is on standard output is the same."""
     document = json.loads(out)
-    verdict: Verdict = document["verdict"]
+    verdict: RunVerdict = document["verdict"]
     assert run_folder.read(OUT).trace_hash == document["trace_hash"]
     assert code == {"passed": 0, "failed": 1, "incomplete": 3 if document["simulator_failed"] else 1}[verdict]
     assert err.count("\n") == (verdict == "incomplete")

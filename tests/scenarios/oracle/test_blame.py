@@ -10,14 +10,14 @@ from scenarios.cli import main
 from scenarios.grading.metric_names import METRICS
 from scenarios.oracle.device_choice import OracleFactory
 from scenarios.oracle.stage import Stage
-from scenarios.oracle.stage_blame import HEADLINES, find_out
+from scenarios.oracle.stage_blame import BLAME_METRICS, find_out
 from scenarios.report import text as report
 from scenarios.report.blame_tables import OWN_DRIVES, tell
 from scenarios.run import loop
 from sim.scripted.scripted_source import ScriptedSource
 from sim.source import TrafficEndedError
 
-HEADLINE = {headline.name: headline for headline in HEADLINES}
+HEADLINE = {headline.name: headline for headline in BLAME_METRICS}
 
 PLANTED = {
     Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
@@ -47,14 +47,14 @@ def test_oracles_beside_the_tracker_say_what_they_say_in_runs_of_their_own():
     stage = Stage.ASSOCIATION
     alone = loop.run(busy_street.scenario(), OracleFactory([stage]))
     beside = busy_street.blamed().by_truth[stage]
-    for headline in HEADLINES:
+    for headline in BLAME_METRICS:
         assert beside[headline.name] == alone.metrics[headline.name]
 
 
 def test_every_headline_is_a_metric_and_better_says_which_way():
     assert set(HEADLINE) <= set(METRICS)
     found = busy_street.blamed()
-    for headline in HEADLINES:
+    for headline in BLAME_METRICS:
         ranking = found.ranking(headline)
         gains = [found.gain(stage, headline) for stage in ranking]
         assert gains == sorted(gains, reverse=True)

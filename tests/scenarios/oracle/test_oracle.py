@@ -27,7 +27,7 @@ from sensor_model.truth import NO_ACTOR
 from tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from tracker.tracker import TrackerConfig
 from tracker.tracking.filters import FilterConfig, bank, motion
-from tracker.tracking.hypotheses import Pairing, Predictions
+from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.mma import MmaConfig
 
 SEGMENTATION = tuple(f"segmentation.{rate}_rate" for rate in ("over", "under", "missed"))
@@ -302,7 +302,7 @@ def test_a_box_that_is_a_cars_length_off_is_misread():
     )  # fmt: skip
     assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
     flags = np.zeros((1, 2, 2), dtype=bool)
-    pairing = Pairing(
+    pairing = Hypotheses(
         heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), whole=flags, misfit=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
         covariance=np.zeros((1, 2, 2, 2)), silence=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)), exact=flags,
     )  # fmt: skip

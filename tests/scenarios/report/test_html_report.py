@@ -22,7 +22,7 @@ from scenarios.report.html.fit_figures import AGAINST, errors_against, observati
 from scenarios.report.html.page_tables import page_table
 from scenarios.report.html.palette import TONES
 from scenarios.report.html.probabilities import most_eventful
-from scenarios.report.html.reported_run import Run
+from scenarios.report.html.reported_run import ReportedRun
 from scenarios.report.html.run_page import run_page
 from scenarios.report.html.suite_page import Broken, find_runs, suite_page
 from scenarios.report.html.svg_figure import draw
@@ -190,7 +190,7 @@ def test_the_verdict_is_told_with_needs_and_reasons(pages):
 
 
 def test_a_run_page_holds_the_numbers_of_the_printed_tables(runs):
-    run, text = Run.read(runs / "bad-seed4"), run_page(runs / "bad-seed4")
+    run, text = ReportedRun.read(runs / "bad-seed4"), run_page(runs / "bad-seed4")
     table = page_table(paper_tables.heading_error(run.result))
     best = next(row for row in table.rows if row.cells[0].text == "best")
     assert f"{run.result.metrics['fit.best.heading_abs_mean_deg'].value:.3f}" in [cell.text for cell in best.cells]
@@ -212,7 +212,7 @@ def test_figures_shorten_places_and_never_what_is_written():
 
 
 def test_a_run_page_tells_how_to_do_it_again(runs):
-    run = Run.read(runs / "bad-seed4")
+    run = ReportedRun.read(runs / "bad-seed4")
     folder = runs / "bad-seed4"
     assert run.commands == [f"luxloop run bad.toml --seed 4 --out {folder}", f"luxloop view {folder}"]
     oracle = replace(run.result, config={**run.result.config, "device": "oracle: fit, model"})

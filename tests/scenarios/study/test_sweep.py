@@ -9,7 +9,7 @@ from support.shapes import Car, scan_car
 
 from sim.scripted.motions import Arc, Straight, state_at
 from tracker.detection.boxes import BoxConfig, build
-from tracker.detection.deskew import EgoMotion, Movers, SweepConfig, twist, undo_targets
+from tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, twist, undo_targets
 from tracker.geometry import rotate
 from tracker.records import NOT_USED, Candidates, Linkage, Segments, Status
 from tracker.scan import Scan
@@ -79,7 +79,7 @@ def test_landmarks_stand_still_through_a_scripted_turn(motion):
 
     raw = seen_from(np.array([pose(time + t) for t in tau.astype(float)]), landmarks)
     true = seen_from(pose(time), landmarks)
-    ego = EgoMotion(SweepConfig())
+    ego = EgoMotion(DeskewConfig())
     first = scan_at(time - DT, wrapped(time - DT), raw, tau)
     assert np.array_equal(ego.undo(first).points_ego, first.points_ego), "one pose tells no motion"
     second = ego.undo(scan_at(time, wrapped(time), raw, tau))
@@ -90,7 +90,7 @@ def test_landmarks_stand_still_through_a_scripted_turn(motion):
 
 
 def test_points_can_be_taken_as_they_come():
-    ego = EgoMotion(SweepConfig(motion="none"))
+    ego = EgoMotion(DeskewConfig(motion="none"))
     for k in range(2):
         scan = scan_at(DT * k, (2.0 * k, 0.0, 0.0), [(10.0, 0.0)], 0.01)
         plain = ego.undo(scan)
@@ -99,7 +99,7 @@ def test_points_can_be_taken_as_they_come():
 
 
 def test_a_scan_of_the_same_time_tells_no_motion():
-    ego = EgoMotion(SweepConfig())
+    ego = EgoMotion(DeskewConfig())
     for x in (0.0, 1.0):
         scan = scan_at(5.0, (x, 0.0, 0.0), [(10.0, 0.0)], 0.01)
         assert np.array_equal(ego.undo(scan).points_ego, scan.points_ego)
@@ -125,7 +125,9 @@ def test_points_of_a_track_are_where_it_is_at_the_scan_s_time_whoever_saw_them()
     when_seen[:20] += np.outer(tau[:20], (25.0, 1.0))
     segments = Segments(np.repeat([0, 0, 1], 10), 2)
     center = rotate(np.array([20.0, 0.0]), 0.5) + pose[:2]
-    still = undo_targets(scan_at(1.0, pose, when_seen, tau), segments, movers((*center, 0.5, *velocity)), SweepConfig())
+    still = undo_targets(
+        scan_at(1.0, pose, when_seen, tau), segments, movers((*center, 0.5, *velocity)), DeskewConfig()
+    )
     assert still.points_ego[:, :2] == pytest.approx(np.vstack([rear, wall]), abs=1e-5)
     assert not still.time_offset[:20].any()
     assert still.time_offset[20:] == pytest.approx(tau[20:])
@@ -135,11 +137,11 @@ def test_a_segment_goes_with_the_nearest_track_and_points_in_none_stay():
     points = np.array([[10.0, 0.0], [10.2, 0.0], [10.1, 0.0]])
     segments = Segments(np.array([0, 0, NOT_USED]), 1)
     near_and_far = movers((11.5, 0.0, 0.0, 5.0, 0.0), (10.5, 0.0, 0.0, 10.0, 0.0))
-    still = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, near_and_far, SweepConfig())
+    still = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, near_and_far, DeskewConfig())
     assert still.points_ego[:, 0] == pytest.approx([9.9, 10.1, 10.1])
     assert still.time_offset == pytest.approx([0.0, 0.0, 0.01])
     for nobody in (movers(), movers((30.0, 0.0, 0.0, 5.0, 0.0))):
-        same = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, nobody, SweepConfig())
+        same = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, nobody, DeskewConfig())
         assert same.points_ego[:, :2] == pytest.approx(points)
 
 
@@ -174,7 +176,7 @@ def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
 
 def lead(unit_yaw_deg, ego_mps=0.0, sweep=None):
     """How far the one track's front is ahead of the car's on its way, over the last frames [m]."""
-    tracker, leads = Tracker(TrackerConfig(sweep=sweep or SweepConfig())), []
+    tracker, leads = Tracker(TrackerConfig(sweep=sweep or DeskewConfig())), []
     for k, (center, scan) in enumerate(oncoming(unit_yaw_deg, ego_mps)):
         tracks, _ = tracker.step(scan)
         if k >= 17:
@@ -190,12 +192,12 @@ def test_an_oncoming_car_is_tracked_where_it_is_at_the_scan_s_time(unit_yaw_deg,
     """At 30 m/s it comes 0.2 m nearer, or is that much farther, when a unit that looks past it sees it."""
     at_once = lead(None, ego_mps)
     assert np.abs(lead(unit_yaw_deg, ego_mps) - at_once).max() < 0.045
-    uncorrected = lead(unit_yaw_deg, ego_mps, SweepConfig(motion="ego"))
+    uncorrected = lead(unit_yaw_deg, ego_mps, DeskewConfig(motion="ego"))
     assert np.abs((uncorrected - at_once).mean()) > 0.1
 
 
 def test_boxes_outside_all_tracks_are_still_held_against_the_time_they_were_seen_at():
     """Without its segment's own correction the box carries its time, and the track makes up for it."""
-    nobody = SweepConfig(margin_m=-5.0)
+    nobody = DeskewConfig(margin_m=-5.0)
     off = lead(30.0, sweep=nobody) - lead(None)
     assert np.abs(off).max() < 0.03

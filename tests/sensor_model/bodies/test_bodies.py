@@ -11,7 +11,7 @@ from support.solid_mesh import corners, pieces
 
 from sensor_model.bodies.materials import TYRE_REFLECTIVITY, Glass
 from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.scene import Bodies, BodyShop
+from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.truth import Part
 from sim.world import Kind
@@ -28,7 +28,7 @@ SIZES = {
 
 
 def place(*things, mirrors=True, plain=False, glass=None, seed=None):
-    shop = BodyShop(mirrors=mirrors, plain=plain, glass=glass or Glass(), seed=seed)
+    shop = BodyFactory(mirrors=mirrors, plain=plain, glass=glass or Glass(), seed=seed)
     return shop.place(world(*things))
 
 
@@ -302,7 +302,7 @@ def test_a_shop_gives_what_a_new_one_would_whoever_was_there_before():
     """Fails when a body is taken from the cache for another actor, size or paint, or an offset is off by one."""
     things = [Thing(5, 1, kind=kind, id=number, paint=0.3) for number, kind in enumerate(Kind, start=1)]
     rounds = [things[:4], things[2:], [], [replace(things[3], paint=0.6), replace(things[2], size=(5.0, 1.9, 1.7))]]
-    shop = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=2)
+    shop = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=2)
     for present in [*rounds, things, things]:
         kept, fresh = shop.place(world(*present)), place(*present, seed=2)
         for name in Bodies.__dataclass_fields__:
@@ -316,7 +316,7 @@ def test_a_shop_gives_what_a_new_one_would_whoever_was_there_before():
 def test_poses_and_motions_are_turned_into_the_ego_frame(ego_yaw, yaw, x, y):
     thing = Thing(x, y, yaw, velocity=(8.0, -2.0), acceleration=(1.0, 3.0), yaw_rate=0.2)
     ego = replace(STILL, x=4.0, y=-3.0, yaw=ego_yaw)
-    shop = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=None)
+    shop = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=None)
     bodies = shop.place(world(thing, ego=ego))
     turn = np.exp(-1j * ego_yaw)
     for array, (a, b) in {

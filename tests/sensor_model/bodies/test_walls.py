@@ -24,10 +24,10 @@ from support.sensor_scenes import (
 
 from sensor_model.bodies.walls import STRIDE, Vicinity, walls_of
 from sensor_model.kernels.culling import reach_of_rig
-from sensor_model.kernels.records import Drive
+from sensor_model.kernels.records import EgoDrive
 from sensor_model.lidar import Lidar
 from sensor_model.noise.noise_config import NoiseConfig
-from sensor_model.raycaster import Caster
+from sensor_model.raycaster import Raycaster
 from sensor_model.rig.unit import Fan
 from sensor_model.truth import Cause, Part
 from sim.obstacles import build, obstacles
@@ -155,7 +155,7 @@ def scans(obstacles, poses, *, all_walls=False):
     """All that a LIDAR says of a drive, with its truth; it can be made to go through all walls of the world."""
     with pytest.MonkeyPatch.context() as patch:
         if all_walls:
-            patch.setattr(Caster, "reach", lambda *_: math.inf)
+            patch.setattr(Raycaster, "reach", lambda *_: math.inf)
         lidar = Lidar(LUX_RIG, ALL_NOISE, CENTRE_RAY, 1, obstacles)
         parts = [part for frame in drive(poses) for part in lidar.scan(frame)]
     return [getattr(part, field.name) for part in parts for field in fields(part)]
@@ -215,7 +215,7 @@ def test_a_wall_counts_if_it_is_seen_in_a_mirror_alone(x):
 def test_the_reach_of_a_rig_is_that_of_its_farthest_beam():
     """5 m ahead of the middle, 0.1 s early or late: 3 m by speed, 0.05 m by acceleration, 0.1 m by turning."""
     origin = np.array([[0.0, 0.0, 1.0], [3.0, 4.0, 0.5]])
-    turning = Drive(30.0, 0.0, 0.0, -10.0, -0.2)
+    turning = EgoDrive(30.0, 0.0, 0.0, -10.0, -0.2)
     assert reach_of_rig(origin, np.array([50.0, 60.0]), 0.1, turning) == pytest.approx(5.0 + 60.0 + 3.0 + 0.05 + 0.1)
     assert reach_of_rig(origin, np.array([70.0, 60.0]), 0.1, turning) == pytest.approx(70.0 + 3.0 + 0.05)
 

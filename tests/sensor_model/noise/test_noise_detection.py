@@ -8,7 +8,7 @@ from scipy import stats
 from support.naive_noise import soft_threshold
 from support.noise_scenes import ALL, BEAMS, HARD, NAMES, thresholds, within
 
-from sensor_model.noise.detection import Detection, why_lost
+from sensor_model.noise.detection import DetectionThresholds, why_lost
 from sensor_model.noise.noise_config import Dirt, DirtSector, Dropout, FixedOutage, NoiseConfig, Outage, Sun
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
@@ -21,7 +21,7 @@ HALF = Dirt(True, (DirtSector("front left", -5.0, 10.0, transmission=0.7),))
 
 
 def of_frames(dropout, frames, first=0):
-    detection = Detection(NoiseConfig(dropout=dropout), BEAMS, Draws(1, BEAMS), NAMES)
+    detection = DetectionThresholds(NoiseConfig(dropout=dropout), BEAMS, Draws(1, BEAMS), NAMES)
     return [detection.thresholds(frame, 0.08 * frame, 0.0) for frame in range(first, first + frames)]
 
 
@@ -58,7 +58,7 @@ def test_the_random_floor_takes_its_share():
 
 def test_without_noise_the_threshold_is_that_of_the_unit():
     """The LUX sees 10 % at 50 m: 0.1 / 50^2 = 4e-5. Fails if one frame's losses leak into the next."""
-    detection = Detection(NoiseConfig(dropout=HARD), BEAMS, Draws(1, BEAMS), NAMES)
+    detection = DetectionThresholds(NoiseConfig(dropout=HARD), BEAMS, Draws(1, BEAMS), NAMES)
     for frame in range(2):
         result = detection.thresholds(frame, 0.08 * frame, 0.0)
         assert np.all(result.threshold == pytest.approx(4e-5))

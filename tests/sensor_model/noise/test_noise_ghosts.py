@@ -10,9 +10,9 @@ from support.naive_noise import mirrored_ray, moved
 from support.noise_scenes import ALL, BEAMS, returns, setting
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyShop
+from sensor_model.bodies.scene import BodyFactory
 from sensor_model.kernels.mirrors import bright_mirrors
-from sensor_model.kernels.records import Drive
+from sensor_model.kernels.records import EgoDrive
 from sensor_model.noise.ghosts import Mirrored, Mirrors
 from sensor_model.noise.noise_config import Ghost
 from sensor_model.truth import Cause, Part
@@ -41,7 +41,7 @@ def trucks():
         reflectivity=np.array([0.4]),
     )
     ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
-    return BodyShop(mirrors=False, plain=True, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
+    return BodyFactory(mirrors=False, plain=True, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
 
 
 TRUCK = trucks()
@@ -98,7 +98,7 @@ def test_bright_mirrors_equal_their_naive_twin(seed):
     units = BEAMS.units
     row, ray = bright_mirrors(
         beam, range_, target, surface, part, pose, yaw_rate, planes, f0, quality,
-        units.origin_ego, units.R_ego_unit, Drive(*drive), BEAMS.unit, direction, time, BEAMS.gain, threshold,
+        units.origin_ego, units.R_ego_unit, EgoDrive(*drive), BEAMS.unit, direction, time, BEAMS.gain, threshold,
     )  # fmt: skip
     expected = {}
     for i in range(count):

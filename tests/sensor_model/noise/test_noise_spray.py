@@ -13,7 +13,7 @@ from support.naive_noise import cluster_echo
 from support.noise_scenes import BEAMS, HARD, setting, thresholds, within
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyShop
+from sensor_model.bodies.scene import BodyFactory
 from sensor_model.noise.noise_config import FixedOutage, NoiseConfig, Outage, Spray
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.spray import CYCLE_S, Clusters, clusters, spray_echoes
@@ -49,7 +49,7 @@ def bodies(*cars):
         reflectivity=np.full(count, 0.4),
     )
     ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
-    placed = BodyShop(mirrors=True, plain=False, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
+    placed = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
     return placed, actors.id
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from sim.replay.fcd import read_fcd
 from sim.replay.recording import ReplayType
-from sim.replay.trajectories import Lives
+from sim.replay.trajectories import Trajectories
 from sim.source import TrafficInputError
 from sim.world import Kind
 
@@ -56,7 +56,7 @@ ROUTES = """<routes><vType id="compact" length="4.25"/><vType id="long" length="
 def test_a_round_trip_through_sumo_keeps_every_pose(tmp_path):
     """Bumpers for centres are metres off, angles for yaws up to half a turn; interpolation must meet the samples."""
     said = simulate(tmp_path, ROUTES, 20.0, "--tls.all-off", "true")
-    lives = Lives.of(read := read_fcd(tmp_path / "out.xml", TYPES), gap_s=1.0)
+    lives = Trajectories.of(read := read_fcd(tmp_path / "out.xml", TYPES), gap_s=1.0)
     assert len(lives.user) == len(read.users) > 15  # nobody is cut in two
     turned = 0.0
     for (time, _, name), (x, y, angle, length) in said.items():

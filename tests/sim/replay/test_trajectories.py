@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from sim.replay.recording import Recording, RoadUser
-from sim.replay.trajectories import Lives
+from sim.replay.trajectories import Trajectories
 from sim.source import TrafficInputError
 from sim.world import Kind
 
@@ -39,7 +39,7 @@ def test_curves_are_those_of_scipy_s_monotone_interpolation(steps, moves, random
     track = np.column_stack([time, x, 2 * x[::-1], 0.1 * x])
     twice = recording(track, track + np.array([0.3, 50.0, 0.0, 0.0]))
     order = random.sample(range(len(twice.time)), len(twice.time))
-    lives = Lives.of(Recording(twice.users, twice.user[order], twice.time[order], twice.pose[order]), gap_s=1.0)
+    lives = Trajectories.of(Recording(twice.users, twice.user[order], twice.time[order], twice.pose[order]), gap_s=1.0)
     assert list(lives.user) == [0, 1]
     oracle = PchipInterpolator(time, track[:, 1:])
     for when in np.linspace(time[0], time[-1], 17):
@@ -53,27 +53,29 @@ def test_curves_are_those_of_scipy_s_monotone_interpolation(steps, moves, random
 def test_who_stops_does_not_roll_back():
     """A cubic through the samples by central differences would swing past the stop, and back before the start."""
     track = [(time, min(time, 2.0) * 5.0 + 5.0 * max(time - 4.0, 0.0), 0.0, 0.0) for time in np.arange(0, 6, 0.5)]
-    lives = Lives.of(recording(track), gap_s=1.0)
+    lives = Trajectories.of(recording(track), gap_s=1.0)
     x = np.array([lives.at(np.array([0]), when)[0][0, 0] for when in np.arange(0, 5.5, 0.01)])
     assert (np.diff(x) >= -1e-12).all()
     assert x.max() <= track[-1][1]
 
 
 def test_a_gap_ends_a_life_and_none_is_bridged():
-    lives = Lives.of(recording(along_x([0.0, 0.5, 1.0, 2.0, 2.5])), gap_s=0.9)
+    lives = Trajectories.of(recording(along_x([0.0, 0.5, 1.0, 2.0, 2.5])), gap_s=0.9)
     assert list(zip(lives.begin, lives.end, strict=True)) == [(0.0, 1.0), (2.0, 2.5)]
-    (bridged,) = Lives.of(recording(along_x([0.0, 0.5, 1.0, 2.0, 2.5])), gap_s=1.0).end
+    (bridged,) = Trajectories.of(recording(along_x([0.0, 0.5, 1.0, 2.0, 2.5])), gap_s=1.0).end
     assert bridged == 2.5
 
 
 def test_a_teleport_ends_a_life_and_a_lane_change_in_one_step_does_not():
     there = [(0.0, 0.0, 0.0, 0.0), (0.1, 1.0, 0.0, 0.0), (0.2, 2.0, 3.5, 0.0), (0.3, 40.0, 3.5, 0.0)]
-    lives = Lives.of(recording(there), gap_s=1.0)
+    lives = Trajectories.of(recording(there), gap_s=1.0)
     assert list(lives.end) == [0.2, 0.3]
 
 
 def test_yaw_goes_the_shorter_way_round():
-    lives = Lives.of(recording([(0.0, 0.0, 0.0, np.radians(170)), (1.0, -1.0, 0.0, np.radians(-170))]), gap_s=1.0)
+    lives = Trajectories.of(
+        recording([(0.0, 0.0, 0.0, np.radians(170)), (1.0, -1.0, 0.0, np.radians(-170))]), gap_s=1.0
+    )
     pose, rate = lives.at(np.array([0]), 0.5)
     assert np.cos(pose[0, 2]) == pytest.approx(-1.0)
     assert rate[0, 2] == pytest.approx(np.radians(20))
@@ -86,14 +88,14 @@ def test_yaw_that_is_not_told_is_the_course():
     goes = [(0.5 + 0.1 * step, 5.0, 1.0 + 0.5 * step, np.nan) for step in range(10)]
     rests = [(1.5 + 0.1 * step, 5.0 + wobble, 5.5, np.nan) for step, wobble in enumerate(noise)]
     parked = [(0.1 * step, -5.0, 0.0, np.nan) for step in range(20)]
-    lives = Lives.of(recording([*stands, *goes, *rests], parked), gap_s=1.0)
+    lives = Trajectories.of(recording([*stands, *goes, *rests], parked), gap_s=1.0)
     for when in (0.05, 0.2, 0.9, 1.3, 1.65, 1.9):
         pose, _ = lives.at(np.array([0, 1]), when)
         assert pose[:, 2] == pytest.approx([np.pi / 2, 0.0], abs=0.1)
 
 
 def test_outside_of_a_life_stays_its_end_and_one_sample_is_a_life():
-    lives = Lives.of(recording(along_x([0.0, 0.5]), [(3.0, 7.0, 8.0, 1.0)]), gap_s=1.0)
+    lives = Trajectories.of(recording(along_x([0.0, 0.5]), [(3.0, 7.0, 8.0, 1.0)]), gap_s=1.0)
     pose, rate = lives.at(np.array([0, 1]), 3.0)
     assert pose == pytest.approx(np.array([[5.0, 0.0, 0.0], [7.0, 8.0, 1.0]]))
     assert rate[1] == pytest.approx(np.zeros(3))
@@ -101,4 +103,4 @@ def test_outside_of_a_life_stays_its_end_and_one_sample_is_a_life():
 
 def test_nobody_is_in_two_places_at_a_time():
     with pytest.raises(TrafficInputError, match=r"^.n1. has two samples at 0\.5 s, rows 4 and 5; keep one$"):
-        Lives.of(recording(along_x([0.0, 0.5]), along_x([0.0, 0.5, 0.5])), gap_s=1.0)
+        Trajectories.of(recording(along_x([0.0, 0.5]), along_x([0.0, 0.5, 0.5])), gap_s=1.0)

@@ -14,7 +14,7 @@ import pytest
 from support.traffic import frames, play
 
 from sim.physical.physical_config import PhysicalConfig
-from sim.roster import EGO_ID, Cast
+from sim.roster import EGO_ID, Roster
 from sim.source import EgoCommand, TrafficEndedError, TrafficInputError
 from sim.sumo.ego import await_ego
 from sim.sumo.input_checks import clean_up, sumo_command
@@ -63,7 +63,7 @@ def reader(tmp_path):
         files = {"net-file": [str(CROSSING)], "route-files": ["traffic.rou.xml"]}
         libsumo.start(sumo_command(tmp_path, files, 0.08, 1, {}))
         await_ego(libsumo, "vehicle:ego", 20.0)
-        return SumoReader(libsumo, "ego", Cast(1), [], 300.0, 0.08)
+        return SumoReader(libsumo, "ego", Roster(1), [], 300.0, 0.08)
 
     yield make
     libsumo.close()

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from tracker.detection.boxes import nearest_corner
-from tracker.detection.suppression import ShadowConfig, in_shadow
+from tracker.detection.suppression import SuppressionConfig, in_shadow
 from tracker.records import Boxes
 
-CONFIG = ShadowConfig()
+CONFIG = SuppressionConfig()
 
 
 def boxes(*rectangles):

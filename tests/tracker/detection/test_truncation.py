@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracker.detection.truncation import EndConfig, cut_off
+from tracker.detection.truncation import TruncationConfig, cut_off
 from tracker.records import Segments
 from tracker.scan import Scan
 
@@ -33,7 +33,7 @@ def sweep(range_m, label, beams=None, unit=None):
 
 def cut(range_m, label, **keys):
     scan, segments = sweep(np.array(range_m, dtype=float), label, **keys)
-    return np.flatnonzero(cut_off(scan, np.ones(len(scan), bool), segments, EndConfig())).tolist()
+    return np.flatnonzero(cut_off(scan, np.ones(len(scan), bool), segments, TruncationConfig())).tolist()
 
 
 EDGES = [0, 7]
@@ -61,15 +61,15 @@ def test_other_units_sweep_on_their_own():
 def test_points_without_times_have_no_neighbours():
     scan, segments = sweep(np.array([20.0, 20.0, 10.0, 10.0]), [0, 0, 1, 1])
     scan.time_offset[:] = 0.0
-    assert not cut_off(scan, np.ones(4, bool), segments, EndConfig()).any()
+    assert not cut_off(scan, np.ones(4, bool), segments, TruncationConfig()).any()
 
 
 def test_an_empty_scan():
     scan, _ = sweep(np.empty(0), [0])
-    assert cut_off(scan, np.empty(0, bool), Segments(np.empty(0, np.int64), 0), EndConfig()).shape == (0,)
+    assert cut_off(scan, np.empty(0, bool), Segments(np.empty(0, np.int64), 0), TruncationConfig()).shape == (0,)
 
 
 @pytest.mark.parametrize("values", [{"neighbour_s": -1.0}, {"nearer_m": 0.0}])
 def test_config_says_what_is_wrong(values):
     with pytest.raises(ValueError, match=next(iter(values))):
-        EndConfig(**values)
+        TruncationConfig(**values)

@@ -9,9 +9,9 @@ from hypothesis.extra.numpy import arrays
 from support.seen import corners, observe_boxes
 
 from tracker.tracking.association import AssociationConfig, assign, score
-from tracker.tracking.hypotheses import Predictions, ReadingConfig, pair, shows_end
+from tracker.tracking.hypotheses import HypothesisConfig, Predictions, pair, shows_end
 
-CONFIG, READING = AssociationConfig(), ReadingConfig()
+CONFIG, READING = AssociationConfig(), HypothesisConfig()
 CAR = (4.6, 1.8)
 CORNERS = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
 

@@ -7,9 +7,9 @@ from support.seen import observe_boxes
 from tracker.records import MODELS, Status
 from tracker.tracker import predict
 from tracker.tracking import orientation
-from tracker.tracking.extent import ExtentConfig, Usual
+from tracker.tracking.extent import ExtentConfig, TypicalSize
 from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.hypotheses import ReadingConfig, pair
+from tracker.tracking.hypotheses import HypothesisConfig, pair
 from tracker.tracking.mma import MmaConfig
 from tracker.tracking.orientation import OrientationConfig
 from tracker.tracking.output import report
@@ -25,7 +25,7 @@ STEP = motion(DT, FilterConfig())
 CONFIG = TrackConfig(
     FilterConfig(),
     MmaConfig(),
-    ExtentConfig(car=Usual(4.7, 1.8, rounding_m=0.0)),
+    ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
     OrientationConfig(),
     CornerConfig(),
     LIFE,
@@ -37,7 +37,7 @@ def start(pose, forward=None, size=CAR, config=CONFIG):
     forward = pose[2] if forward is None else forward
     seen = observe_boxes(pose, size)
     turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, config.orientation)
-    first, corner = first_sighting(seen, 0, turns, CAR, ReadingConfig())
+    first, corner = first_sighting(seen, 0, turns, CAR, HypothesisConfig())
     return Track(0, corner, first, forward, config)
 
 
@@ -48,7 +48,7 @@ def follow(track, poses, rng=None, size=CAR):
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
         seen = observe_boxes(np.asarray(pose) + noise, size)
         track.predict(STEP)
-        track.update(sighting(pair(predict([track]), seen, ReadingConfig()), seen, 0, 0))
+        track.update(sighting(pair(predict([track]), seen, HypothesisConfig()), seen, 0, 0))
         track.settle()
         centers.append(report([track]).center_odom[0])
     return np.array(centers)

@@ -5,12 +5,13 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from tracker.arrays import Floats
 from tracker.detection.baselines import autoware, jlinkage, principal_axes, ransac_lines, two_set_split
 from tracker.detection.baselines.baseline_config import BaselineConfig
 from tracker.detection.rectangles import measure
 from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold
-from tracker.records import BASELINES, Candidates, Floats, Linkage, Segments
+from tracker.records import BASELINES, Candidates, Linkage, Segments
 
 Baseline = Callable[[Floats, BaselineConfig], float]
 """From points (N, 2) of a segment in the ego frame [m], two places at least, to a heading modulo 90 degrees [rad]."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from tracker.arrays import Floats, Ints
 from tracker.detection.baselines.baseline_config import BaselineConfig
 from tracker.detection.baselines.principal_axes import direction
 from tracker.detection.baselines.ransac_lines import distances
 from tracker.detection.kernels.linkage import agglomerate, hypotheses
 from tracker.detection.tlinkage import LinkageConfig, uniforms
-from tracker.records import Floats, Ints
 
 SAMPLING = LinkageConfig()
 """Hypotheses are drawn as T-linkage draws its own."""

@@ -2,8 +2,8 @@
 
 import math
 
+from tracker.arrays import Floats
 from tracker.detection.baselines.baseline_config import BaselineConfig
-from tracker.records import Floats
 
 
 def heading(points_ego: Floats, _: BaselineConfig) -> float:

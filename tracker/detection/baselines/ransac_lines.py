@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from tracker.arrays import Bools, Floats
 from tracker.detection.baselines.baseline_config import BaselineConfig
 from tracker.detection.baselines.principal_axes import direction
 from tracker.detection.kernels.lines import fit_line
-from tracker.records import Bools, Floats
 
 SIDES = 2
 """Lines looked for: no more sides of a vehicle are seen at once."""

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from tracker.records import Floats, Ints
+from tracker.arrays import Floats, Ints
 
 
 @njit(cache=True)

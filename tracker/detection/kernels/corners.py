@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
+from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.faces import depths, inward
 from tracker.detection.kernels.lines import extent, fit_line, near
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
-from tracker.records import Floats, Ints
 
 
 @njit(cache=True)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tracker.records import Floats, Ints
+from tracker.arrays import Floats, Ints
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tracker.records import Floats, Ints
+from tracker.arrays import Floats, Ints
 
 EGO_REACH = 2.5
 """[m] From the ego's middle to its farthest unit."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tracker.records import Floats, Ints
+from tracker.arrays import Floats, Ints
 
 BINS_PER_REACH = 4
 """Places are counted in bins this much narrower than the kernel, two thirds of its standard deviation."""

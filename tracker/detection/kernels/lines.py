@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
+from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
-from tracker.records import Floats, Ints
 
 
 @njit(cache=True)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
+from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.faces import depths, exists
-from tracker.records import Floats, Ints
 
 WIDTH_MAX = 2.8
 """[m] Of vehicles; a longer face is a flank. Mirrors stick out of flanks only: out of a front or rear just stray ranges

@@ -5,12 +5,12 @@ import math
 import numpy as np
 from numba import njit
 
+from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.corners import best_corner
 from tracker.detection.kernels.faces import excess, fit_corner
 from tracker.detection.kernels.lines import find_lines, fit_line, largest_clusters, settle
 from tracker.detection.kernels.linkage import agglomerate, hypotheses, preferences
 from tracker.detection.kernels.outline import judge
-from tracker.records import Floats, Ints
 
 FACES, LINES, PAPER = 0, 1, 2
 """Variants."""

@@ -1,0 +1,27 @@
+"""`luxloop blame`."""
+
+import typer
+
+from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, overrides
+from scenarios.commands.error_line import print_early_end
+
+
+def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
+    """Tell which stage of the shipped tracker costs what, by putting the truth in the place of each in turn."""
+    import json
+
+    from scenarios.files import shipped
+    from scenarios.files.scenario import Scenario
+    from scenarios.oracle.stage_blame import document, find_out
+    from scenarios.report import text
+    from scenarios.report.blame_tables import tell
+
+    found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
+    if as_json:
+        print(json.dumps(document(found), allow_nan=False))
+    else:
+        text.show(tell(found))
+    code, result = 0, found.shipped
+    if not result.complete:
+        code = print_early_end(result, f"the figures are of the {result.frames} frames until then")
+    raise typer.Exit(code)

@@ -1,0 +1,20 @@
+"""`luxloop check-tracker`."""
+
+from typing import Annotated
+
+import typer
+
+
+def check_tracker(
+    tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as in `luxloop run --tracker`.")],
+) -> None:
+    """Check whether a tracker keeps the contract, with real and odd scans."""
+    from scenarios.check_tracker.check_drives import drives
+    from scenarios.check_tracker.findings_table import table
+    from scenarios.check_tracker.sequence_checks import examine
+    from scenarios.report import text
+    from scenarios.run import device
+
+    findings = examine(device.load(tracker), drives())
+    text.show(table(findings, tracker))
+    raise typer.Exit(0 if findings.passed else 1)

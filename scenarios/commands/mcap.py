@@ -1,0 +1,20 @@
+"""`luxloop mcap`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scenarios.commands.arguments import RunFolder
+
+
+def mcap(
+    run: RunFolder,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
+) -> None:
+    """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""
+    from scenarios.offline.mcap.export import export
+    from scenarios.offline.recorded_run import RecordedRun
+
+    frames = export(RecordedRun.open(run), file)
+    print(f"{frames} frames are in {file}")

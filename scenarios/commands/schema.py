@@ -1,0 +1,15 @@
+"""`luxloop schema`."""
+
+from typing import Annotated
+
+import typer
+
+
+def schema(
+    study: Annotated[bool, typer.Option("--study", help="Of study files instead.")] = False,
+) -> None:
+    """Print the JSON schema of scenario files, for editors."""
+    from scenarios.files.scenario import Scenario, schema_text
+    from scenarios.study.study_file import Study
+
+    print(schema_text(Study if study else Scenario), end="")

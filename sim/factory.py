@@ -1,0 +1,39 @@
+"""Make a traffic source from its configuration, so that the run loop imports no simulator."""
+
+from pathlib import Path
+
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+from sim.process.process_source import AHEAD, ApartSource
+from sim.replay.replay_config import ReplayTraffic
+from sim.replay.replay_source import ReplaySource
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
+from sim.source import TrafficSource
+from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.sumo_source import SumoSource
+
+TrafficConfig = SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic
+
+
+def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficSource:
+    """Make the traffic source of a configuration.
+
+    Parameters
+    ----------
+    config
+        The `[traffic]` table of a scenario.
+    folder
+        Paths in `config` are relative to it.
+    range_m
+        Actors nearer to the ego than this are delivered [m].
+    """
+    match config:
+        case SumoTraffic():
+            ahead = 0 if config.ego_control else AHEAD
+            return ApartSource(SumoSource(config, folder, range_m), "SUMO", ahead)
+        case HighwayTraffic():
+            return HighwaySource(config, folder, range_m)
+        case ScriptedTraffic():
+            return ScriptedSource(config, folder, range_m)
+        case ReplayTraffic():
+            return ReplaySource(config, folder, range_m)
