@@ -2,7 +2,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: demo test slow check smoke catalog baseline bench lock
+.PHONY: demo test slow check site smoke catalog baseline bench lock
 
 demo: .venv/installed
 	$(BIN)/luxloop run sumo-crossing
@@ -19,6 +19,11 @@ check: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(MAKE) --no-print-directory site
+
+# The documentation as a site, in site/. Broken links and anchors fail.
+site: .venv/installed
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 # Scenarios as tests: the few for every change, and all; then held against the committed baseline. luxloop.html shows them.
 BASELINE := scenarios/baseline/catalog.jsonl

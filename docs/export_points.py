@@ -1,4 +1,4 @@
-"""Writes docs/examples/points.csv: what the LIDARs of docs/examples/points.toml see, and where their vehicle is.
+"""Write docs/examples/points.csv: the LIDAR points of docs/examples/points.toml, and the ego pose of each scan.
 
 python docs/export_points.py
 """
@@ -15,11 +15,11 @@ from sim.scripted.scripted_source import ScriptedSource
 EXAMPLES = Path(__file__).parent / "examples"
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "ego_x_m", "ego_y_m", "ego_yaw_rad")
 FORMAT = ("%.2f", "%.2f", "%.2f", "%.2f", "%.3f", "%.3f", "%.4f")
-"""Points to the centimetre, as the units report ranges."""
+"""Points are rounded to 1 cm, the resolution of the units' ranges."""
 
 
 def main() -> None:
-    """Play the scenario to its end and write a row for each point."""
+    """Run the scenario and write a row for each point."""
     scenario = Scenario.load(EXAMPLES / "points.toml")
     source = ScriptedSource(scenario.traffic, scenario.folder, range_m=100.0)
     rig = load_rig(str(scenario.rig), scenario.folder)
@@ -27,8 +27,8 @@ def main() -> None:
     rows = []
     for _ in range(round(scenario.duration_s / source.dt)):
         scan, _ = lidar.scan(source.step())
-        known = np.tile([scan.time, *scan.ego_pose_odom], (len(scan), 1))
-        rows.append(np.column_stack([known[:, 0], scan.points_ego, known[:, 1:]]))
+        per_scan = np.tile([scan.time, *scan.ego_pose_odom], (len(scan), 1))
+        rows.append(np.column_stack([per_scan[:, 0], scan.points_ego, per_scan[:, 1:]]))
     table = np.concatenate(rows)
     np.savetxt(EXAMPLES / "points.csv", table, FORMAT, ",", header=",".join(COLUMNS), comments="")
 

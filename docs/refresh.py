@@ -1,12 +1,12 @@
-"""Writes into the documentation what the code and a real run say. Tests fail where that is out of date.
+"""Write generated tables and quoted reports into the documentation. Tests fail where a page is out of date.
 
     python docs/refresh.py                             # tables of keys and scenarios, and the library's example
     luxloop run sumo-crossing
-    python docs/refresh.py runs/sumo-crossing-seed1    # also the report in README.md
+    python docs/refresh.py runs/sumo-crossing-seed1    # also the reports in README.md and docs/getting-started.md
     luxloop run paper-campus
     python docs/refresh.py runs/paper-campus-seed1     # also the paper's tables in docs/paper.md
 
-What it writes stands between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
+Generated text is between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
 `<!-- output -->`, `<!-- report -->` or `<!-- paper report -->` and `<!-- end -->`.
 """
 
@@ -23,44 +23,58 @@ from scenarios.run import run_folder
 from scenarios.study.study_file import Study
 
 DOCS = Path(__file__).parent
-README = DOCS.parent / "README.md"
 SCENARIO_FILES = DOCS / "scenario-files.md"
 STUDY_PAGES = (DOCS / "study-files.md", DOCS / "search.md")
 LIBRARY = DOCS / "library.md"
 CATALOG = DOCS / "catalog.md"
 EXAMPLE = (DOCS / "examples" / "track_csv.py", DOCS / "examples" / "points.csv")
-"""What `LIBRARY` shows the output of."""
+"""Program and input of the output shown in `LIBRARY`."""
 
 
 class Quote(NamedTuple):
-    """Where a report is shown, and how much of it."""
+    """Part of a report that a page shows."""
 
     page: Path
     block: str
     sections: tuple[str, ...]
-    """Beginnings of the sections that are shown after the first, which tells what was run."""
+    """Beginnings of the sections that are shown after the first, which names the run."""
+    rows: tuple[str, ...] = ()
+    """Names of the rows that are shown of each table; all if empty."""
 
 
+VERDICT = ("PASSED", "FAILED")
 QUOTES = {
-    "sumo-crossing": Quote(
-        README, "report", ("Heading error by method", "Tracking", "Time per frame", "PASSED", "FAILED")
+    "sumo-crossing": (
+        Quote(
+            DOCS.parent / "README.md",
+            "report",
+            ("Heading error by method", "Tracking", *VERDICT),
+            ("best", "oracle", "paper: best", "track.hota", "track.idf1", "track.id_switches"),
+        ),
+        Quote(
+            DOCS / "getting-started.md",
+            "report",
+            ("Heading error by method", "Tracking", "Time per frame", *VERDICT),
+        ),
     ),
-    "paper-campus": Quote(
-        DOCS / "paper.md",
-        "paper report",
-        ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error"),
+    "paper-campus": (
+        Quote(
+            DOCS / "paper.md",
+            "paper report",
+            ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error"),
+        ),
     ),
 }
-"""By the scenario that was run."""
+"""By the name of the scenario that was run."""
 
 TYPES = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false", "array": "list"}
-"""TOML's words for JSON's."""
+"""Names of JSON types in TOML."""
 
 Json = dict[str, Any]
 
 
 def main() -> None:
-    """Refresh the tables of keys and the example's output, and with run folders the reports of these."""
+    """Refresh generated tables and the example's output, and the reports of the run folders given as arguments."""
     text = SCENARIO_FILES.read_text(encoding="utf-8")
     SCENARIO_FILES.write_text(with_keys(text, Scenario.model_json_schema()), encoding="utf-8")
     for page in STUDY_PAGES:
@@ -73,17 +87,18 @@ def main() -> None:
 
 
 def quote(run: Path) -> None:
-    """Write the report of a run into the page that shows its scenario."""
+    """Write the report of a run into the pages that show its scenario."""
     scenario = json.loads((run / run_folder.RESULT).read_text(encoding="utf-8"))["scenario"]
     if scenario not in QUOTES:
         sys.exit(f"{run}: no page shows a report of {scenario}; give a run of {' or '.join(QUOTES)}")
-    page, block, sections = QUOTES[scenario]
     report = (run / run_folder.REPORT).read_text(encoding="utf-8")
-    page.write_text(with_text(page.read_text(encoding="utf-8"), block, excerpt(report, sections)), encoding="utf-8")
+    for page, block, sections, rows in QUOTES[scenario]:
+        text = with_text(page.read_text(encoding="utf-8"), block, excerpt(report, sections, rows))
+        page.write_text(text, encoding="utf-8")
 
 
 def with_keys(text: str, schema: Json) -> str:
-    """Return a page with every table of keys written anew from the JSON schema."""
+    """Return a page with every table of keys replaced by that of the JSON schema."""
     definitions = {schema["title"]: schema, **schema["$defs"]}
     return re.sub(
         r"(<!-- keys of (\w+) -->\n).*?(<!-- end -->)",
@@ -94,7 +109,7 @@ def with_keys(text: str, schema: Json) -> str:
 
 
 def with_scenarios(text: str) -> str:
-    """Return the page of the catalog with its tables written anew from the scenario files."""
+    """Return the page of the catalog with its tables replaced by those of the scenario files."""
     shipped = [Scenario.load(path) for path in listing.paths().values()]
     text = re.sub(
         r"(<!-- scenarios of (\w+) -->\n).*?(<!-- end -->)",
@@ -107,7 +122,7 @@ def with_scenarios(text: str) -> str:
 
 
 def scenario_table(scenarios: list[Scenario]) -> str:
-    """Return what happens in these scenarios, why, and what is expected, as Markdown."""
+    """Return description, reason and expectations of scenarios as a Markdown table."""
     rows = ["| scenario | what happens | why | expected |", "|---|---|---|---|"]
     for scenario in scenarios:
         name = f"`{scenario.name}`" + (" (smoke)" if scenario.suite == "smoke" else "")
@@ -117,7 +132,7 @@ def scenario_table(scenarios: list[Scenario]) -> str:
 
 
 def failure_table(scenarios: list[Scenario]) -> str:
-    """Return every expectation that is known not to hold, and why, as Markdown."""
+    """Return the expectations that are known to fail, with causes, as a Markdown table."""
     rows = ["| scenario | expectation | why it fails |", "|---|---|---|"]
     rows += [
         f"| `{scenario.name}` | `{metric}` {limit} | {limit.known_failure} |"
@@ -129,23 +144,33 @@ def failure_table(scenarios: list[Scenario]) -> str:
 
 
 def with_text(page: str, name: str, text: str) -> str:
-    """Return a page with the block `name` written anew."""
+    """Return a page with the content of block `name` replaced."""
     start, _, rest = page.partition(f"<!-- {name} -->\n")
     _, _, after = rest.partition("<!-- end -->")
     return f"{start}<!-- {name} -->\n```text\n{text}\n```\n<!-- end -->{after}"
 
 
-def excerpt(report: str, beginnings: tuple[str, ...]) -> str:
-    """Return the sections of a report that begin so, after the first; `[...]` stands where others are left out."""
+def excerpt(report: str, beginnings: tuple[str, ...], rows: tuple[str, ...] = ()) -> str:
+    """Return the first section of a report and those with one of the `beginnings`.
+
+    `[...]` marks omitted sections. With `rows`, tables are reduced to the rows of these names, without such marks.
+    """
     lines = "\n".join(line.rstrip() for line in report.splitlines())
     header, *sections = re.split(r"\n\n+(?!whole loop)", lines.strip())
     shown = [header]
     for section in sections:
         if section.startswith(beginnings):
-            shown.append(section)
-        elif shown[-1] != "[...]":
+            shown.append(with_rows(section, rows) if rows else section)
+        elif not rows and shown[-1] != "[...]":
             shown.append("[...]")
     return "\n\n".join(shown)
+
+
+def with_rows(table: str, names: tuple[str, ...]) -> str:
+    """Return a table of a report with its heading and the rows of these names; text without a table stays."""
+    heading, rule, body = table.partition("\u2500\n")
+    rows = [line for line in body.splitlines() if line.split("  ")[0] in names]
+    return "\n".join([heading + rule.rstrip("\n"), *rows])
 
 
 def key_table(definition: Json, definitions: Json) -> str:
@@ -159,13 +184,13 @@ def key_table(definition: Json, definitions: Json) -> str:
 
 
 def default_of(field: Json) -> str:
-    """Return a key's default as it would stand in TOML; nothing for what is absent or empty by default."""
+    """Return a key's default in TOML syntax; an empty string if the default is absent or empty."""
     default = field.get("default")
     return "" if default in (None, "", [], {}) or isinstance(default, dict) else f"`{json.dumps(default)}`"
 
 
 def type_of(field: Json) -> str:
-    """Return a key's type in TOML's words."""
+    """Return the TOML name of a key's type."""
     if "const" in field:
         return f'`"{field["const"]}"`'
     if "enum" in field:
@@ -176,7 +201,7 @@ def type_of(field: Json) -> str:
 
 
 def meaning_of(field: Json, definitions: Json) -> str:
-    """Return a key's description, else that of the table it holds."""
+    """Return a key's description, or else that of the table it contains."""
     text: str = field.get("description", "")
     if not text and "$ref" in field:
         text = definitions[field["$ref"].rpartition("/")[2]].get("description", "").partition("\n\n")[0]

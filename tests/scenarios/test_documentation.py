@@ -1,4 +1,4 @@
-"""The documentation: its commands run, its examples work, and it names every key, metric and column there is."""
+"""The documentation: its commands run, its examples work, and it lists every key, metric, column and command."""
 
 import ast
 import importlib.util
@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 import tomli_w
+import typer
 from support import short_run
 
-from scenarios.cli import main
+from scenarios.cli import app, main
 from scenarios.control import safety
 from scenarios.files import shipped as listing
 from scenarios.files.expect import check
@@ -37,8 +38,12 @@ from tracker.records import MODELS
 ROOT = Path(__file__).parents[2]
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
+INDEX, FIRST_STEPS, TOUR, COMMANDS = (
+    ROOT / "docs" / f"{name}.md" for name in ("index", "getting-started", "tour", "command-line")
+)
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
-EXAMPLE = ROOT / "docs" / "examples" / "my-first.toml"
+EXAMPLES = {README: "braking-car.toml", FIRST_STEPS: "my-first.toml"}
+"""The scenario file that a page shows as a whole."""
 VARIANT = ROOT / "docs" / "examples" / "paper-variant.toml"
 SHORT_S = "1"
 """Simulated time of shipped scenarios here [s]."""
@@ -46,7 +51,7 @@ ABSENT = (
     *("sim", "sensor_model", "scenarios", "libsumo", "highway_env", "gymnasium", "rerun", "pandas", "pyarrow"),
     *("pydantic", "typer", "rich", "shapely", "trackeval", "matplotlib"),
 )
-"""What is not there where the tracker is installed alone, or need not be."""
+"""Packages that the tracker alone must not need."""
 MADE_LATER = {"benchmarks/latest.json"}
 
 _spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
@@ -77,7 +82,7 @@ def section_tree(page: Path, title: str) -> str:
 
 
 def follow(command: list[str]) -> int:
-    """Carry out a `luxloop` command, what ships cut short; a viewer would need a screen."""
+    """Execute a `luxloop` command, with shipped scenarios shortened. `view` only checks the recording: no screen here."""
     _, verb, *rest = command
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
@@ -88,7 +93,7 @@ def follow(command: list[str]) -> int:
     else:
         shortened = rest
     code = main([verb, *shortened])
-    return 0 if shortened != rest and code == 1 else code  # in so short a time an expectation may fail
+    return 0 if shortened != rest and code == 1 else code  # expectations may fail in so short a run
 
 
 def cut_short(study: str) -> str:
@@ -105,26 +110,57 @@ def cut_short(study: str) -> str:
 
 @pytest.fixture(scope="module")
 def newcomer(tmp_path_factory):
-    """A folder in which somebody has typed every command of the README."""
+    """A folder in which every command of the README and of the first pages was executed, and the exit codes."""
     folder = tmp_path_factory.mktemp("clone")
     (folder / "docs").symlink_to(ROOT / "docs")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.syspath_prepend(folder)
-        codes = {shlex.join(words): follow(words) for words in commands(README) if words[0] == "luxloop"}
+        typed = dict.fromkeys(shlex.join(words) for page in (README, FIRST_STEPS, TOUR) for words in commands(page))
+        codes = {line: follow(shlex.split(line)) for line in typed if line.startswith("luxloop ")}
     return folder, codes
 
 
-def test_every_command_of_the_readme_runs(newcomer):
+def test_every_command_of_the_readme_and_the_first_pages_runs(newcomer):
     _, codes = newcomer
     assert any("--tracker docs.examples.my_tracker" in command for command in codes)
-    assert any(str(EXAMPLE.relative_to(ROOT)) in command for command in codes)
+    for example in EXAMPLES.values():
+        assert any(f"docs/examples/{example}" in command for command in codes)
     assert set(codes.values()) == {0}, codes
 
 
-def test_every_make_target_that_is_named_is_there():
+def test_the_readme_is_short_and_begins_with_a_picture():
+    lines = README.read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 130
+    assert any(re.match(r"!\[.+\]\(docs/pictures/", line) for line in lines[:15])
+
+
+def test_the_index_and_the_navigation_list_every_page_in_the_same_order():
+    linked = re.findall(r"^\| \[[^]]+\]\(([\w-]+\.md)\)", INDEX.read_text(encoding="utf-8"), re.MULTILINE)
+    navigation = re.findall(r"^ +- .+: ([\w-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE)
+    assert navigation == [INDEX.name, *linked]
+    assert sorted(navigation) == sorted(path.name for path in (ROOT / "docs").glob("*.md"))
+
+
+def test_every_command_and_every_option_of_run_is_listed():
+    known = typer.main.get_command(app).commands
+    text = COMMANDS.read_text(encoding="utf-8")
+    assert re.findall(r"^\| `luxloop ([\w-]+)", text, re.MULTILINE) == list(known)
+    options = [name for option in known["run"].params for name in option.opts if name.startswith("--")]
+    assert re.findall(r"^\| `(--[\w-]+)", text, re.MULTILINE) == options
+
+
+def test_the_citation_and_the_changelog_are_of_this_version():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    citation, changes = ((ROOT / name).read_text(encoding="utf-8") for name in ("CITATION.cff", "CHANGELOG.md"))
+    (released,) = re.findall(rf"^## \[{re.escape(version)}\] - ([\d-]+)$", changes, re.MULTILINE)
+    assert f"\nversion: {version}\ndate-released: {released}\n" in citation
+    assert f"version = {{{version}}}" in README.read_text(encoding="utf-8")
+
+
+def test_every_make_target_that_is_named_exists():
     targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)[1].split()
-    typed = {words[1] for words in commands(README) if words[0] == "make"}
+    typed = {words[1] for page in (README, FIRST_STEPS) for words in commands(page) if words[0] == "make"}
     named = {name for page in PAGES for name in re.findall(r"`make (\w+)`", page.read_text(encoding="utf-8"))}
     assert typed == {"demo", "test"}
     assert typed | named <= set(targets)
@@ -136,19 +172,27 @@ def test_the_python_example_reads_the_tables(newcomer, monkeypatch):
     exec(compile(code, RESULTS.name, "exec"), {})
 
 
-def test_the_readme_quotes_the_example_scenario():
-    assert blocks(README, "toml") == [EXAMPLE.read_text(encoding="utf-8")]
+@pytest.mark.parametrize("page", EXAMPLES, ids=lambda page: page.name)
+def test_pages_quote_their_example_scenario(page):
+    assert blocks(page, "toml") == [(ROOT / "docs" / "examples" / EXAMPLES[page]).read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize("scenario", refresh.QUOTES)
-def test_pages_show_reports_as_they_are_printed(scenario):
-    """Figures may differ, from run to run and from machine to machine; sections and rows may not."""
-    page, block, sections = refresh.QUOTES[scenario]
-    (shown,) = blocks(page, "text")
-    assert f"<!-- {block} -->\n```text\n{scenario}: " in page.read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    ("scenario", "quote"),
+    [
+        pytest.param(scenario, quote, id=f"{scenario}-{quote.page.name}")
+        for scenario, quotes in refresh.QUOTES.items()
+        for quote in quotes
+    ],
+)
+def test_pages_show_reports_as_they_are_printed(scenario, quote):
+    """Sections and rows are equal. Figures may differ between runs and machines."""
+    (shown,) = blocks(quote.page, "text")
+    assert f"<!-- {quote.block} -->\n```text\n{scenario}: " in quote.page.read_text(encoding="utf-8")
     result = short_run.result()
-    printed = refresh.excerpt(report.as_text(report.report(result, check(result.metrics, {}))), sections)
-    assert rows(shown) == rows(printed), f"run: luxloop run {scenario}; python docs/refresh.py <its folder>"
+    printed = report.as_text(report.report(result, check(result.metrics, {})))
+    expected = rows(refresh.excerpt(printed, quote.sections, quote.rows))
+    assert rows(shown) == expected, f"run: luxloop run {scenario}; python docs/refresh.py <its folder>"
 
 
 def test_the_page_of_the_paper_shows_its_four_tables():
@@ -184,7 +228,7 @@ def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
 
 
 def rows(text: str) -> list[str]:
-    lines = text.partition("\n\n")[2].splitlines()  # what was run is told first
+    lines = text.partition("\n\n")[2].splitlines()  # the first paragraph names the run
     return [re.split(r"  |: \d", line)[0] for line in lines if line[:1].strip(" ─")]
 
 
@@ -192,13 +236,15 @@ def test_the_tables_of_keys_are_those_of_the_schema():
     schema = Scenario.model_json_schema()
     text = KEYS.read_text(encoding="utf-8")
     assert refresh.with_keys(text, schema) == text, "run: python docs/refresh.py"
-    told = set(re.findall(r"<!-- keys of (\w+) -->", text))
-    assert told == {"Scenario", *schema["$defs"]}, "give a new table its heading, `keys of` and `end` by hand"
+    documented = set(re.findall(r"<!-- keys of (\w+) -->", text))
+    assert documented == {"Scenario", *schema["$defs"]}, (
+        "add the heading and the `keys of` and `end` marks of a new table by hand"
+    )
 
 
 @pytest.mark.parametrize("block", blocks(KEYS, "toml"), ids=lambda block: block.split("\n")[0][:40])
 def test_examples_of_scenario_files_are_valid(block, tmp_path, monkeypatch):
-    """Whole ones are run as well, unless they need a net that is not there; parts are put into a whole one."""
+    """Complete examples also run, except those with a fictitious net; partial ones extend a complete scenario."""
     monkeypatch.chdir(tmp_path)
     document = tomllib.loads(block)
     path = short_run.write(tmp_path, block if "duration_s" in document else f"{short_run.TEXT}\n{block}")
@@ -231,7 +277,7 @@ def test_the_library_page_s_python_runs():
     assert len(names["seen"]) == 1
 
 
-def test_the_library_page_names_all_that_the_tracker_imports():
+def test_the_library_page_lists_every_package_that_the_tracker_imports():
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "tracker").rglob("*.py")]
     nodes = [node for tree in trees for node in ast.walk(tree)]
     imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
@@ -301,7 +347,7 @@ def test_every_table_and_every_field_of_the_result_is_listed():
 
 
 @each_page
-def test_links_lead_somewhere(page):
+def test_links_resolve(page):
     for target, anchor in re.findall(r"\]\((?!https?:)([^)#]*)#?([^)]*)\)", page.read_text(encoding="utf-8")):
         linked = page.parent / target if target else page
         assert linked.exists(), target
@@ -313,13 +359,16 @@ def test_links_lead_somewhere(page):
 @each_page
 def test_files_that_are_named_exist(page):
     text = page.read_text(encoding="utf-8")
-    names = re.findall(r"((?:sim|sensor_model|tracker|scenarios|docs|benchmarks)/[\w./-]+\.(?:py|toml|json|md))", text)
+    folders = "sim|sensor_model|tracker|scenarios|tests|docs|benchmarks"
+    names = re.findall(rf"(?<![\w./-])((?:{folders})/[\w./-]+\.(?:py|toml|json|md|cff))", text)
     assert {name for name in names if not (ROOT / name).exists()} <= MADE_LATER
     assert not re.search(r"/(?:work|root|home|tmp)/", text), "a path of one machine"
 
 
 def test_pictures_are_shown_and_small():
-    shown = {name for page in PAGES for name in re.findall(r"pictures/(\w+\.png)\)", page.read_text(encoding="utf-8"))}
+    texts = [page.read_text(encoding="utf-8") for page in PAGES]
+    shown = {name for text in texts for name in re.findall(r"pictures/(\w+\.(?:png|gif))\)", text)}
     pictures = {path.name: path.stat().st_size for path in (ROOT / "docs" / "pictures").iterdir()}
     assert shown == set(pictures)
-    assert max(pictures.values()) < 300_000
+    for name, size in pictures.items():
+        assert size < (2_000_000 if name.endswith(".gif") else 300_000), name
