@@ -109,7 +109,7 @@ def polygons(axes: Axes, corners: np.ndarray, **style: object) -> None:
 
 
 class Look(NamedTuple):
-    """What the map and the close-up draw differently."""
+    """Style in which the map and the close-up differ: areas of points, widths of lines, sizes of text."""
 
     point_size: float
     line: float

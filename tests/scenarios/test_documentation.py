@@ -82,7 +82,7 @@ def section_tree(page: Path, title: str) -> str:
 
 
 def follow(command: list[str]) -> int:
-    """Execute a `luxloop` command, with shipped scenarios shortened. `view` only checks the recording: no screen here."""
+    """Execute a `luxloop` command, with shipped scenarios shortened. `view` only checks that a recording exists."""
     _, verb, *rest = command
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
