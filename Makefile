@@ -21,9 +21,9 @@ check: .venv/installed
 	$(BIN)/lint-imports
 	$(MAKE) --no-print-directory site
 
-# The documentation as a site, in site/. Broken links and anchors fail.
+# The documentation as a site, in site/. Broken links and anchors fail, but not with --quiet, which hides them.
 site: .venv/installed
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 # Scenarios as tests: the few for every change, and all; then held against the committed baseline. luxloop.html shows them.
 BASELINE := scenarios/baseline/catalog.jsonl

@@ -61,7 +61,13 @@ QUOTES = {
         Quote(
             DOCS / "paper.md",
             "paper report",
-            ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error"),
+            (
+                "What there was to see",
+                "Data set",
+                "Heading error by method",
+                "Share of heading errors",
+                "Absolute error",
+            ),
         ),
     ),
 }
