@@ -14,7 +14,7 @@ from support import short_run
 from support.frames import CAR_SIZE, Body, Scripted, observe, trace_of, world_frame
 
 from scenarios.grading.bound import CORNER_RADIUS_M, Ranging, bound, observed, on_faces
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
 from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions
@@ -66,7 +66,7 @@ def scene(places, unit=0, dt=0.0, body=None, ego_motion=(0.0, 0.0, 0.0), noise=0
 
 
 def bound_of(frame, scan, truth, ranging=RANGING):
-    now = Instant.of(frame, scan, truth, GradingConfig())
+    now = FrameTruth.of(frame, scan, truth, GradingConfig())
     label, nought = np.zeros(len(scan), np.int64), np.zeros(1, np.int64)
     return float(observed(now, ranging, label, nought, nought)[0])
 
@@ -177,7 +177,7 @@ def test_only_clean_points_of_the_vehicle_in_its_segment_count():
     cause = truth.cause.copy()
     cause[-1] = Cause.MIRROR
     assert bound_of(frame, scan, replace(truth, cause=cause)) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
-    now = Instant.of(frame, scan, truth, GradingConfig())
+    now = FrameTruth.of(frame, scan, truth, GradingConfig())
     label, nought = np.array([0] * len(PLACES) + [1]), np.zeros(1, np.int64)
     assert observed(now, RANGING, label, nought, nought)[0] == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
 

@@ -9,7 +9,7 @@ from support.frames import Body, Scripted, observe, trace_of, world_frame
 
 from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.ownership import NOBODY, Ownership, point_rows
+from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
 from sensor_model.truth import NO_ACTOR, Cause
 from sim.world import Kind
 from tracker.records import Segments
@@ -114,4 +114,4 @@ def test_ownership_counts_as_a_loop_does(points, graded):
     np.testing.assert_array_equal(owned.counts, expected)
     for s in range(4):
         owners = [a for a in range(3) if graded[a] and expected[a, s] > 0.5 * expected[:, s].sum()]
-        assert owned.owner[s] == (owners[0] if owners else NOBODY)
+        assert owned.owner[s] == (owners[0] if owners else NO_ACTOR_ROW)

@@ -11,7 +11,7 @@ from support.frames import Body, Estimate, Scripted, drive, follow, grade_run
 from support.stub_trackers import Perfect
 
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import Pairer
+from scenarios.grading.matching import TrackMatcher
 from scenarios.grading.metric_names import GRADED
 from scenarios.grading.plane_geometry import iou_table
 from sim.world import Kind
@@ -171,11 +171,11 @@ def test_pairs_are_the_best_there_are(actors, tracks, seed):
     truth, seen = boxes(actors), boxes(tracks)
     config = GradingConfig()
     graded, table = np.ones(actors, bool), iou_table(truth, seen)
-    pairing = Pairer(config).pair(np.arange(actors), table, graded, np.arange(tracks), seen)
+    matching = TrackMatcher(config).match(np.arange(actors), table, graded, np.arange(tracks), seen)
     overlap = np.array([[naive.iou(a, b) for b in seen] for a in truth]).reshape(actors, tracks)
     score = np.where(overlap >= config.match_iou_min, overlap, 0.0)
     expected = sum(score[row, column] for row, column in naive.best_pairing(score))
-    pairs = [(row, column) for column, row in enumerate(pairing.actor_row) if row >= 0]
+    pairs = [(row, column) for column, row in enumerate(matching.actor_row) if row >= 0]
     assert sum(score[row, column] for row, column in pairs) == pytest.approx(expected, abs=1e-6)
     assert all(overlap[pair] >= config.match_iou_min - 1e-6 for pair in pairs)
 

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.grading.snapshots import APART_S, PATIENCE_S, PER_KIND, SNAPSHOT_KINDS
+from scenarios.grading.snapshots import APART_S, CONFIRMATION_S, PER_KIND, SNAPSHOT_KINDS
 from scenarios.grading.worst_frames import worst_frames
 from tracker.scan import Scan
 from tracker.tracker import Tracker
@@ -41,7 +41,9 @@ def test_few_frames_are_kept_of_each_kind_and_apart(result):
 
 def test_a_kept_frame_is_the_worst_there_is(result):
     truth, fits = result.tables["truth"], result.tables["fits"]
-    lost = truth[truth["graded"] & (truth["track_id"] < 0) & (truth["time_s"] >= PATIENCE_S)].groupby("frame").size()
+    lost = (
+        truth[truth["graded"] & (truth["track_id"] < 0) & (truth["time_s"] >= CONFIRMATION_S)].groupby("frame").size()
+    )
     false = result.tables["tracks"].query("verdict == 'false'").groupby("frame").size()
     wrong = lost.add(false, fill_value=0)
     kept = result.tables["snapshots"].set_index("kind")
@@ -55,7 +57,7 @@ def test_a_kept_frame_is_the_worst_there_is(result):
 def test_a_vehicle_that_has_just_come_is_not_missed_yet(result):
     """Fails when the first frames, in which nothing can have a track, crowd out what is worth a look."""
     kept = result.tables["snapshots"]
-    assert (kept.loc[kept["kind"] == "detection", "time_s"] >= PATIENCE_S).all()
+    assert (kept.loc[kept["kind"] == "detection", "time_s"] >= CONFIRMATION_S).all()
 
 
 def test_an_identity_that_is_lost_is_kept(result):
@@ -87,5 +89,5 @@ def test_points_of_kept_frames_are_all_there(result):
 
 def test_newcomers_without_a_track_are_not_the_worst_of_missed(result):
     worst = worst_frames(result, "track.missed", count=1)[0]
-    assert worst.time_s >= PATIENCE_S
+    assert worst.time_s >= CONFIRMATION_S
     assert worst.what.startswith("2 graded vehicles without a track")
