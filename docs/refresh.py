@@ -48,7 +48,7 @@ QUOTES = {
     "paper-campus": Quote(
         DOCS / "paper.md",
         "paper report",
-        ("What there was to see", "Heading error by method", "Share of heading errors", "Absolute error"),
+        ("Data set", "Heading error by method", "Share of heading errors", "Absolute error"),
     ),
 }
 """By the scenario that was run."""

@@ -204,7 +204,7 @@ def test_the_layout_is_in_the_file_and_shows_only_what_is_recorded(recording: Pa
             assert path.partition("/visualizers")[0] in logged
         for mapping in columns.get("VisualizerInstruction:component_map", []):
             assert mapping[0]["source_component"] in read(recording, "/world/ego/points")
-    assert {"Points by cause", "Points by unit", "Points by layer", "Events", "What you see"} <= set(names)
+    assert {"Points by cause", "Points by unit", "Points by layer", "Events", "Legend"} <= set(names)
 
 
 def test_legend_and_lines_are_named(recording: Path) -> None:

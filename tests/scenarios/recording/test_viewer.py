@@ -22,20 +22,20 @@ START_S = 90.0
 def test_the_viewer_goes_to_what_failed():
     result = short_run.result()
     first = worst_frames(result, "fit.best.heading_abs_mean_deg", count=1)[0]
-    found = viewer.moment(result, ["perf.sensor_ms_p50", "fit.best.heading_abs_mean_deg"])
+    found = viewer.frame_to_show(result, ["perf.sensor_ms_p50", "fit.best.heading_abs_mean_deg"])
     assert (found.frame, found.time_s) == (first.frame, first.time_s)
     assert found.what.startswith("fit.best.heading_abs_mean_deg: ")
-    unfailed = viewer.moment(result, [])
+    unfailed = viewer.frame_to_show(result, [])
     assert unfailed.frame == result.tables["snapshots"]["frame"][0]
-    assert viewer.moment(result, [], frame=7)[:2] == (7, pytest.approx(7 * 0.08))
+    assert viewer.frame_to_show(result, [], frame=7)[:2] == (7, pytest.approx(7 * 0.08))
     spotless = replace(result, tables={**result.tables, "snapshots": result.tables["snapshots"].iloc[:0]})
-    assert viewer.moment(spotless, []) is None
+    assert viewer.frame_to_show(spotless, []) is None
 
 
 def test_the_viewer_wants_a_frame_of_the_run():
     result = short_run.result()
     with pytest.raises(InputError, match=f"--frame {result.frames}: the run has frames 0 to {result.frames - 1}"):
-        viewer.moment(result, [], frame=result.frames)
+        viewer.frame_to_show(result, [], frame=result.frames)
 
 
 def test_view_wants_a_run_with_a_recording(capfd, tmp_path):
@@ -57,7 +57,7 @@ def test_the_real_viewer_opens_at_the_moment(tmp_path):
     shown = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
     try:
         deadline = time.monotonic() + START_S
-        while shown.poll() is None and time.monotonic() < deadline and not viewer.point_at(port, 0.4):
+        while shown.poll() is None and time.monotonic() < deadline and not viewer.set_time_cursor(port, 0.4):
             time.sleep(0.2)
         if shown.poll() is not None:
             pytest.skip("the viewer does not start here: no graphics driver (Debian: mesa-vulkan-drivers)")
