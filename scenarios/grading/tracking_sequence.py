@@ -67,7 +67,8 @@ def _ids_per_frame(rows: pd.DataFrame, column: str, ids: Ints, frames: Ints) -> 
     """Return the renumbered ids of each frame."""
     rows = rows.sort_values("frame", kind="stable")
     renumbered = np.searchsorted(ids, rows[column].to_numpy())
-    return np.split(renumbered, np.searchsorted(rows["frame"].to_numpy(), frames[1:]))
+    per_frame = np.split(renumbered, np.searchsorted(rows["frame"].to_numpy(), frames[1:]))
+    return per_frame[: len(frames)]  # without frames, np.split returns one empty array
 
 
 def _similarity_per_frame(

@@ -88,9 +88,8 @@ def _embed(svg: str, alternative: str, size_in: tuple[float, float]) -> Markup:
     body = svg[svg.index("<g id=") : svg.rindex("</svg>")]
     body = re.sub(r'<style type="text/css">.*?</style>', "", body, flags=re.DOTALL)
     body = re.sub(r'<g id="[^"]*"', "<g", body)
-    body = re.sub(
-        r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), body
-    )  # within tags only, not in text
+    # Coordinates are in tags; numbers in text stay.
+    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), body)
     body = re.sub(r"M ([\d.]+) ([\d.]+) \nL \1 \2 ?\n?", r"M\1 \2h0", body)  # dots
     width, height = (72.0 * side for side in size_in)
     opening = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(alternative)}">'
