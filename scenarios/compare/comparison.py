@@ -26,7 +26,7 @@ ExpectationFate = Literal["newly failed", "now known to fail", "still failing", 
 
 @dataclass(frozen=True, slots=True)
 class MetricChange:
-    """One metric in BASE and in HEAD."""
+    """A metric in BASE and in HEAD."""
 
     metric: ComparedMetric
     numbers: Difference

@@ -28,7 +28,7 @@ TIE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One metric in BASE and HEAD; numbers are NaN if a side has no value."""
+    """A metric in BASE and HEAD; numbers are NaN if a side has no value."""
 
     base: float
     head: float

@@ -1,4 +1,4 @@
-"""One side of a comparison, read from a folder of runs, a single run, or a baseline file."""
+"""Side of a comparison, read from a folder of runs, a single run, or a baseline file."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -13,7 +13,7 @@ from scenarios.grading.snapshots import CONFIRMATION_S
 from tracker.records import MODELS
 
 Row = Mapping[str, Any]
-"""One row of a table by column, and its `badness`."""
+"""A row of a table by column, and its `badness`."""
 
 NEW_VEHICLE_WEIGHT = 0.01
 """Badness of a vehicle without a track that was first graded less than `CONFIRMATION_S` ago."""

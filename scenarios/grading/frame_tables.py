@@ -48,7 +48,7 @@ TRUTH: Schema = {
     "segments": np.int64,
     "largest_segment_share": np.float64,
 }
-"""One row per actor and frame. `segments` counts the segments with at least `part_share_min` of its points; the largest
+"""A row per actor and frame. `segments` counts the segments with at least `part_share_min` of its points; the largest
 share is NaN without a trace of the tracker. `mode` is the true `Mode`, by the name of the matching motion model."""
 
 TRACKS: Schema = {
@@ -71,7 +71,7 @@ TRACKS: Schema = {
     "nees": np.float64,
     **{f"{model}_{measure}": np.float64 for measure in ("nees", "nis") for model in MODELS},
 }
-"""One row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN for a
+"""A row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN for a
 track that follows no actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the
 corner errors (ego axes), the NEES, and the NEES and NIS of each model are NaN."""
 
@@ -99,7 +99,7 @@ FITS: Schema = {
     "true_length_m": np.float64,
     "true_width_m": np.float64,
 }
-"""One row per fit observation and candidate; the candidates of one observation are consecutive. A method without a fit
+"""A row per fit observation and candidate; the candidates of one observation are consecutive. A method without a fit
 has a NaN rectangle, a baseline without a fit has no row. `heading_bound_deg` is the observation's Cramer-Rao bound, NaN
 without one. `fit_metrics.measure` adds the errors: `heading_error_deg`, `position_error_m`, `iou` and `oracle`."""
 
@@ -110,7 +110,7 @@ SEGMENTS: Schema = {
     "share": np.float64,
     "second_share": np.float64,
 }
-"""One row per segment in which a graded vehicle has at least `part_share_min` of the points: the actor with most
+"""A row per segment in which a graded vehicle has at least `part_share_min` of the points: the actor with most
 points, its share, and the second largest share."""
 
 OUTLIERS: Schema = {
@@ -119,7 +119,7 @@ OUTLIERS: Schema = {
     "removed": np.int64,
     "clean_removed_beside": np.int64,
 }
-"""One row per cause: points in the segments of graded vehicles, the number of them removed by T-linkage, and the number
+"""A row per cause: points in the segments of graded vehicles, the number of them removed by T-linkage, and the number
 of clean points removed in segments with points of this cause."""
 
 SCHEMAS: Mapping[str, Schema] = {
@@ -148,7 +148,7 @@ SNAPSHOTS: Schema = {
     "ego_length_m": np.float64,
     "ego_width_m": np.float64,
 }
-"""One row per kept frame, one of the worst of its kind: size, description and position of the error."""
+"""A row per kept frame, one of the worst of its kind: size, description and position of the error."""
 
 SNAPSHOT_POINTS: Schema = {
     "x_ego_m": np.float32,
@@ -156,7 +156,7 @@ SNAPSHOT_POINTS: Schema = {
     "actor_id": np.int64,
     "cause": tuple(cause.name.lower() for cause in Cause),
 }
-"""One row per scan point of the kept frames."""
+"""A row per scan point of the kept frames."""
 
 
 class TableBuilder:

@@ -16,7 +16,7 @@ SHORT_S = 2.0
 
 
 class Occlusion(NamedTuple):
-    """One occlusion of a followed vehicle."""
+    """Occlusion of a followed vehicle."""
 
     gap_s: float
     """Time from the last graded frame before to the first after the occlusion [s]."""

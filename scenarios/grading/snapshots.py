@@ -32,7 +32,7 @@ class Snapshot:
     """A frame with one error."""
 
     kind: str
-    """One of `SNAPSHOT_KINDS`."""
+    """An element of `SNAPSHOT_KINDS`."""
     badness: float
     """Size of the error, a count or degrees; larger is worse among frames of the same kind."""
     what: str

@@ -9,7 +9,7 @@ from scenarios.arrays import Floats, Ints
 
 
 class TrackingSequence(TypedDict):
-    """One run of V vehicles and T tracks with ids renumbered from 0, as trackeval's metric classes expect it.
+    """A run of V vehicles and T tracks with ids renumbered from 0, as trackeval's metric classes expect it.
 
     `frames` and `actor_ids` are ours: trackeval ignores them.
     """

@@ -16,7 +16,7 @@ _MODES = ("mode_accuracy", "stationary_accuracy", "confusion", "switch_latency_f
 
 
 class WorstFrame(NamedTuple):
-    """One frame to look at, and a description of the error in it."""
+    """A frame to look at, and a description of the error in it."""
 
     frame: int
     time_s: float

@@ -14,7 +14,7 @@ LOST_S = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One event: INFO for the normal life cycle of a track, WARN for a lost target, ERROR for a tracker error."""
+    """An event: INFO for the normal life cycle of a track, WARN for a lost target, ERROR for a tracker error."""
 
     level: Literal["INFO", "WARN", "ERROR"]
     text: str

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Tone(NamedTuple):
-    """One colour for light and dark backgrounds."""
+    """A colour for light and dark backgrounds."""
 
     light: str
     dark: str

@@ -38,7 +38,7 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One figure of a page."""
+    """A figure of a page."""
 
     name: str
     """Anchor in the page."""

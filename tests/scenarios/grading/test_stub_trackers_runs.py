@@ -170,7 +170,7 @@ def test_swapped_ids_lower_identity_and_not_detection(world, perfect):
     assert swapped.value["track.id_switches"] == swapped.value["track.id_switches_in_view"] == 2
     assert swapped.value["track.mota"] == pytest.approx(1 - 2 / swapped.n)
     assert swapped.value["track.idf1"] == pytest.approx((others + max(a1 + b1, a2 + b2)) / swapped.n)
-    # Each of a's frames before: a1 with the same track, a2 of a and b2 of that track apart; the others correspondingly.
+    # For each of the a1 frames before the swap, a2 frames of a and b2 frames of its track do not match, and so on.
     apart = [(a1, a2 + b2), (a2, a1 + b1), (b1, b2 + a2), (b2, b1 + a1)]
     assa = (others + sum(own * own / (own + rest) for own, rest in apart)) / swapped.n
     assert swapped.value["track.assa"] == pytest.approx(assa)
@@ -197,7 +197,7 @@ def test_biased_yaw_changes_heading_and_corner(world, perfect, bias_deg):
 
 
 def test_false_tracks_lower_precision_only(world, perfect):
-    """One false track in each of F frames: DetA = N / (N + F), IDF1 = 2 N / (2 N + F)."""
+    """A false track in each of F frames: DetA = N / (N + F), IDF1 = 2 N / (2 N + F)."""
     ghost = world(GhostMaking)
     n, false = ghost.n, ghost.frames
     assert ghost.value["track.false"] == false
