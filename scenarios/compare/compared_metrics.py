@@ -36,9 +36,9 @@ SHARE = Relevance(absolute=0.005)
 RARE = Relevance(absolute=0.0005)
 """For rare events: one more in 2000 observations, which are 160 s of one vehicle in view."""
 ANGLE = Relevance(absolute=0.001, relative=0.01)
-"""For mean errors [deg]: one percent, and at least a negligible error."""
+"""For mean errors [deg]: one percent, but at least 0.001 deg."""
 LENGTH = Relevance(absolute=0.0002, relative=0.01)
-"""For mean errors [m]: as for angles."""
+"""For mean errors [m]: one percent, but at least 0.2 mm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ COLUMNS = (*SUMS, *(f"matched_{alpha:.2f}" for alpha in ALPHAS), *(f"associated_
 """`SUMS`, then HOTA's true positives and their association scores at each overlap threshold."""
 
 DIGITS = 6
-"""Significant digits of a sum. BASE and HEAD are rounded alike, whether read from a baseline file or not."""
+"""Significant digits of a sum. Sums of run folders are rounded as those in baseline files."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,8 @@ class GradingConfig:
     """An articulated truck bent by a larger angle [deg] is not graded in that frame, because one rectangle does not
     describe it. At 5 degrees, the smallest rectangle around it is 1.4 degrees off its trailer, as much as good fits."""
     memory_s: float = 3.0
-    """Longest occlusion [s] that `track.occlusion_survival` counts."""
+    """Longest occlusion [s] that counts for `track.occlusion_survival`, also the longest time to the track before and
+    after it."""
     hidden_fraction_max: float = 0.1
     """A vehicle is occluded in a gap of its grading if its visible fraction falls to this value or below."""
     match_iou_min: float = 0.1

@@ -139,12 +139,12 @@ def test_method_without_a_rectangle_does_not_count_and_oracle_selects_among_the_
 
 
 def turns(order=METHODS, otherwise=5.0, **by_name):
-    """Turns of methods in their order, some by name."""
+    """Rotations of methods in their order, some given by name [deg]."""
     return tuple(by_name.get(name, otherwise) for name in order)
 
 
 def with_baselines(traced, frame, **turn_deg):
-    """The trace with a column for each baseline: the true box turned by so much, nothing where it is not named."""
+    """Add a column for each baseline to the trace: the true box rotated by `turn_deg`, or NaN without one."""
     fitted, count = traced.candidates, traced.segments.count
     turned = frame.actors.pose_world[0, 2] + np.radians(turns(BASELINES, np.nan, **turn_deg))
 
@@ -161,8 +161,8 @@ def with_baselines(traced, frame, **turn_deg):
     return replace(traced, candidates=candidates)
 
 
-def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
-    """Fails when a method's figures land in another's row, or a baseline that cannot be chosen is held against best."""
+def test_enabled_baselines_are_graded_by_name_and_are_never_the_oracle():
+    """Fails when the figures of methods are exchanged, or the regret includes baselines, which are not selectable."""
 
     def trace(frame, truth):
         traced = trace_of(frame, truth, turn_deg=turns(variance=3.0, tlinkage=2.0))

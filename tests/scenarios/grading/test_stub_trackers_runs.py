@@ -164,7 +164,7 @@ def test_swapped_ids_lower_identity_and_not_detection(world, perfect):
     a, b = perfect.graded.groupby("actor_id").size().sort_values(kind="stable").index[-2:]
     at = 20
     swapped = world(partial(IdSwapping, pair=(a, b), at=at))
-    a1, b1, a2, b2 = (swapped.count(who, when) for when in (slice(at), slice(at, None)) for who in (a, b))
+    a1, b1, a2, b2 = (swapped.count(actor, frames) for frames in (slice(at), slice(at, None)) for actor in (a, b))
     others = swapped.n - (a1 + a2 + b1 + b2)
     assert min(a1, b1, a2, b2) >= 10
     assert swapped.value["track.id_switches"] == swapped.value["track.id_switches_in_view"] == 2
@@ -181,7 +181,7 @@ def test_swapped_ids_lower_identity_and_not_detection(world, perfect):
 
 @pytest.mark.parametrize("bias_deg", [5.0, 180.0])
 def test_biased_yaw_changes_heading_and_corner(world, perfect, bias_deg):
-    """A corner at distance r from the centre moves by 2 r sin(bias / 2); after a half turn another corner is tracked."""
+    """A corner at distance r from the centre moves by 2 r sin(bias / 2); after a half turn another corner is used."""
     biased = world(partial(BiasedYaw, bias_deg=bias_deg))
     assert biased.value["track.heading_abs_mean_deg"] == pytest.approx(bias_deg)
     assert biased.value["track.heading_flip_rate"] == (bias_deg > 90)
