@@ -1,20 +1,20 @@
-"""Pytest plug-in that writes the report of all runs at the end of a session."""
+"""Writes the suite's report at the end of a pytest session, of all runs of all its workers."""
 
 from pathlib import Path
 
 import pytest
 
 FOLDER = "folder"
-"""User property of a test with the path of its run folder."""
+"""User property of a test that tells where its run is."""
 
 
 class SuiteReport:
-    """Collects the runs of all tests, in the only process or in the controller of pytest-xdist's workers.
+    """A plug-in of the process that gathers the reports of all tests: the only one, or the workers' controller.
 
     Parameters
     ----------
     out
-        Path of the page.
+        The page.
     """
 
     def __init__(self, out: Path) -> None:
@@ -23,7 +23,7 @@ class SuiteReport:
         self._broken: list[tuple[str, str]] = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Record the folder of a run, or the error message of a test without one."""
+        """Note where a run is, or why there is none."""
         if report.when != "call" or ".toml::" not in report.nodeid:
             return
         folder = dict(report.user_properties).get(FOLDER)
@@ -33,10 +33,10 @@ class SuiteReport:
             self._broken.append((report.nodeid, report.longreprtext))
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Write the page, and print its path."""
+        """Write the page, and say where it is."""
         from scenarios.report.html import pages
         from scenarios.report.html.suite_page import Broken, suite_page
 
         if self._folders or self._broken:
-            pages.write(self._out, suite_page(self._folders, [Broken(*failure) for failure in self._broken]))
+            pages.write(self._out, suite_page(self._folders, [Broken(*one) for one in self._broken]))
             terminalreporter.write_line(f"The report is in {self._out}")
