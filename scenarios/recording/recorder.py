@@ -14,7 +14,7 @@ from scenarios.arrays import Bools, Floats
 from scenarios.control.cruise import Decision
 from scenarios.grading.articulated import parts
 from scenarios.grading.frame_grade import FrameGrade
-from scenarios.recording import blueprint as look
+from scenarios.recording import blueprint
 from scenarios.recording.archetypes import boxes, flat, rings, transform, walls
 from scenarios.recording.events import EventFinder
 from scenarios.recording.plots import plot_values
@@ -59,7 +59,7 @@ class Recorder:
         self._events = EventFinder()
         self._stream = rr.RecordingStream("luxloop")
         self._stream.set_log_time_enabled(False)
-        self._stream.save(path, default_blueprint=look.layout(controlled=controlled))
+        self._stream.save(path, default_blueprint=blueprint.layout(controlled=controlled))
         self._stream.send_recording_name(scenario)
 
     def log(
@@ -111,22 +111,22 @@ class Recorder:
     def _log_static(self, ego: Ego, origin_world: Floats) -> None:
         import rerun as rr
 
-        body = boxes(np.zeros((1, 3)), ego.size[None], look.WHITE, labels=["ego"], solid=True)
-        buildings = walls(self._obstacles, origin_world[:2], look.WALL_TOP_M, look.DARK)
-        legend = rr.TextDocument(look.LEGEND, media_type=rr.MediaType.MARKDOWN)
-        self._stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, look.point_classes(), static=True)
+        body = boxes(np.zeros((1, 3)), ego.size[None], blueprint.WHITE, labels=["ego"], solid=True)
+        buildings = walls(self._obstacles, origin_world[:2], blueprint.WALL_TOP_M, blueprint.DARK)
+        legend = rr.TextDocument(blueprint.LEGEND, media_type=rr.MediaType.MARKDOWN)
+        self._stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, blueprint.point_classes(), static=True)
         self._stream.log("world/obstacles", buildings, static=True)
         self._stream.log("world/ego/body", body, static=True)
-        self._stream.log("world/ego/rings", rings(look.RINGS_M, look.DARK), static=True)
+        self._stream.log("world/ego/rings", rings(blueprint.RINGS_M, blueprint.DARK), static=True)
         self._stream.log("legend", legend, static=True)
-        for path, lines in {**look.PLOTS, look.CONTROL: look.CONTROL_LINES}.items():
+        for path, lines in {**blueprint.PLOTS, blueprint.CONTROL: blueprint.CONTROL_LINES}.items():
             style = rr.SeriesLines(names=list(lines), colors=list(lines.values()), widths=1.5)
             self._stream.log(path, style, static=True)
 
     def _log_truth(self, actors: Actors, pose: Floats, visible: Floats, graded: Bools) -> None:
-        hidden_color, visible_color = np.array(look.HIDDEN), np.array(look.VISIBLE)
+        hidden_color, visible_color = np.array(blueprint.HIDDEN), np.array(blueprint.VISIBLE)
         colors = hidden_color + visible[:, None] * (visible_color - hidden_color)
-        colors = colors * np.where(graded, 1.0, look.DIM)[:, None]
+        colors = colors * np.where(graded, 1.0, blueprint.DIM)[:, None]
         row, pose, size = parts(pose, actors.size, actors.articulation)
         names = [str(name) for name in actors.name[row]]
         self._stream.log("world/truth", boxes(pose, size, colors[row], labels=names, show_labels=False))
@@ -135,11 +135,11 @@ class Recorder:
         import rerun as rr
 
         background = (truth.actor_id == NO_ACTOR) & (truth.cause == Cause.CLEAN)
-        cause = np.where(background, look.BACKGROUND, truth.cause)
+        cause = np.where(background, blueprint.BACKGROUND, truth.cause)
         radii = rr.Radius.ui_points(np.where(truth.cause == Cause.CLEAN, 1.5, 2.5))
         points = rr.Points3D(scan.points_ego, class_ids=cause, radii=radii)
         # One set of positions with three colourings. A view can use another component's colours, but not class ids.
-        cycle = np.array(look.CYCLE, np.uint8)
+        cycle = np.array(blueprint.CYCLE, np.uint8)
         colorings = {
             "unit": rr.components.ColorBatch(cycle[scan.unit % len(cycle)]),
             "layer": rr.components.ColorBatch(cycle[scan.layer % len(cycle)]),
@@ -148,14 +148,14 @@ class Recorder:
 
     def _log_fits(self, fits: Boxes) -> None:
         pose = np.column_stack([fits.center_ego, fits.heading])
-        self._stream.log("world/ego/fits", boxes(pose, flat(fits.size), look.YELLOW))
+        self._stream.log("world/ego/fits", boxes(pose, flat(fits.size), blueprint.YELLOW))
 
     def _log_control(self, ego: Ego, decision: Decision) -> None:
         import rerun as rr
 
         speed = float(np.linalg.norm(ego.velocity_world))
         gap = decision.lead.gap if decision.lead else np.nan
-        self._stream.log(look.CONTROL, rr.Scalars([speed, decision.speed_mps, gap]))
+        self._stream.log(blueprint.CONTROL, rr.Scalars([speed, decision.speed_mps, gap]))
 
     def _log_events(self, frame: WorldFrame, tracks: Tracks, grade: FrameGrade) -> None:
         import rerun as rr

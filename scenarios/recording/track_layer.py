@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.arrays import Floats, Ints
-from scenarios.recording import blueprint as look
+from scenarios.recording import blueprint
 from scenarios.recording.archetypes import boxes, flat, texts
 from tracker.records import Status, Tracks
 
@@ -28,13 +28,13 @@ class TrackLayer:
         import rerun as rr
 
         confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
-        hues = np.array(look.CYCLE)[tracks.id % len(look.CYCLE)]
-        colors = hues * np.where(confirmed, 1.0, look.DIM)[:, None]
-        suffix = np.where(confirmed, np.array(look.MODEL_NAMES)[tracks.model], np.where(coasting, "coasting", ""))
+        hues = np.array(blueprint.CYCLE)[tracks.id % len(blueprint.CYCLE)]
+        colors = hues * np.where(confirmed, 1.0, blueprint.DIM)[:, None]
+        suffix = np.where(confirmed, np.array(blueprint.MODEL_NAMES)[tracks.model], np.where(coasting, "coasting", ""))
         labels = [f"{track} {text}" if text else "" for track, text in zip(tracks.id, suffix, strict=True)]
         center, yaw = tracks.center_odom, tracks.mean[:, 6]
         line_ui = np.where(confirmed, 2.5, 1.0)
-        ahead = (0.5 * tracks.size[:, :1] + look.NAME_GAP_M) * np.column_stack([np.cos(yaw), np.sin(yaw)])
+        ahead = (0.5 * tracks.size[:, :1] + blueprint.NAME_GAP_M) * np.column_stack([np.cos(yaw), np.sin(yaw)])
         velocities = rr.Arrows3D(
             origins=flat(center),
             vectors=flat(tracks.mean[:, 2:4]),
@@ -45,7 +45,7 @@ class TrackLayer:
             "tracks": boxes(np.column_stack([center, yaw]), flat(tracks.size), colors, line_ui=line_ui),
             "tracks/names": texts(center + ahead, labels, colors),
             "velocities": velocities,
-            "trails": self._trails(tracks.id, center, (look.DIM * hues).astype(np.uint8)),
+            "trails": self._trails(tracks.id, center, (blueprint.DIM * hues).astype(np.uint8)),
         }
 
     def _trails(self, track_id: Ints, center_odom: Floats, colors: npt.NDArray[np.uint8]) -> "rr.LineStrips3D":

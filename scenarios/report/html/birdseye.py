@@ -72,7 +72,7 @@ def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:
     def on(canvas: Canvas) -> None:
         canvas.set_layout_engine("none")
         axes = canvas.add_axes((0.004, 0.004, 0.992, 0.992))
-        _frame_of(axes, snapshot)
+        _set_view(axes, snapshot)
         _points(axes, at_frame["snapshot_points"])
         _truth(axes, at_frame["truth"], ego)
         _fits(axes, at_frame["fits"])
@@ -84,14 +84,14 @@ def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:
     return draw(anchor, NAMES[snapshot["kind"]], caption, (4.5, 4.5), on)
 
 
-def _up(ego_frame: Floats) -> Floats:
+def _to_canvas(ego_frame: Floats) -> Floats:
     """Rotate (..., 2) from forward and left to right and up."""
     return np.stack([-ego_frame[..., 1], ego_frame[..., 0]], axis=-1)
 
 
-def _frame_of(axes: Axes, snapshot: pd.Series) -> None:
+def _set_view(axes: Axes, snapshot: pd.Series) -> None:
     """Set the limits to show the ego and the error, and draw a scale bar and a ring around the error."""
-    place = _up(snapshot[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
+    place = _to_canvas(snapshot[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
     middle = 0.5 * place
     reach = float(np.clip(np.abs(middle).max() + MARGIN_M, *REACH_M))
     axes.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach), aspect="equal")
@@ -112,7 +112,7 @@ def _points(axes: Axes, points: pd.DataFrame) -> None:
         (points[~noise & on_actor], SKY, 1.7),
         (points[noise], RED, 2.0),
     ):
-        at = _up(rows[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
+        at = _to_canvas(rows[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
         inside = (left < at[:, 0]) & (at[:, 0] < right) & (low < at[:, 1]) & (at[:, 1] < high)
         dots = GRID_M * np.unique(np.round(at[inside] / GRID_M), axis=0)
@@ -126,7 +126,7 @@ def _points(axes: Axes, points: pd.DataFrame) -> None:
 
 def _outlines(boxes: Floats) -> Floats:
     """(N, 4, 2) corners of boxes (N, 5) in the ego frame, in drawing coordinates."""
-    return _up(corner(boxes[:, None, :], np.broadcast_to(CORNER_SIGNS, (len(boxes), 4, 2))))
+    return _to_canvas(corner(boxes[:, None, :], np.broadcast_to(CORNER_SIGNS, (len(boxes), 4, 2))))
 
 
 def _truth(axes: Axes, truth: pd.DataFrame, ego: Floats) -> None:
@@ -137,7 +137,7 @@ def _truth(axes: Axes, truth: pd.DataFrame, ego: Floats) -> None:
     for k, outline in zip(row, _outlines(np.hstack([poses, sizes])), strict=True):
         color, line = (INK, "-") if graded[k] else (MUTED, (0, (3, 2)))
         axes.add_patch(Polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=1.0))
-    for at, actor, counts in zip(_up(pose[:, :2]), truth["actor_id"], graded, strict=True):
+    for at, actor, counts in zip(_to_canvas(pose[:, :2]), truth["actor_id"], graded, strict=True):
         if counts:
             axes.text(at[0], at[1], str(actor), color=INK, fontsize=7.5, ha="center", va="center", clip_on=True)
 
