@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rerun.chunk import RrdReader
 from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
 from scenarios.control.corridor import Lead
@@ -35,6 +34,8 @@ def record(path: Path, steps: list[Step], obstacles: Obstacles | None = None) ->
 
 def read(path: Path, entity: str, *, static: bool = False) -> dict[str, list[Any]]:
     """Return the rows of an entity by column, in the order of frames."""
+    from rerun.chunk import RrdReader
+
     columns: dict[str, list[Any]] = {}
     for chunk in RrdReader(path).stream():
         if chunk.entity_path == entity and chunk.is_static == static:
@@ -191,6 +192,8 @@ def test_walls_are_at_the_obstacles(recording: Path) -> None:
 
 def test_layout_is_in_the_file_and_shows_recorded_paths_only(recording: Path) -> None:
     # Fails when a view or an override refers to a path without data: the view would be empty.
+    from rerun.chunk import RrdReader
+
     logged = {str(chunk.entity_path) for chunk in RrdReader(recording).stream()}
     (layout,) = RrdReader(recording).blueprints()
     names = []
