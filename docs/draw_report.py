@@ -1,4 +1,4 @@
-"""Draws the picture of a report in report.md, with the system's Chromium.
+"""Draw the picture of a report for report.md, with the system's Chromium.
 
 luxloop run sumo-crossing
 python docs/draw_report.py runs/sumo-crossing-seed1
@@ -18,14 +18,14 @@ from scenarios.report.html.run_page import run_page
 PICTURE = Path(__file__).parent / "pictures" / "report.png"
 SIZE = {"width": 1200, "height": 1280}
 SHOWN = ("header", "#timelines")
-"""What of the page is scrolled to the top, and shown from there on."""
+"""Selectors of the parts that are scrolled to the top of a view."""
 SCALE = 0.6
 GAP = 16
-"""Between the parts [pixels]."""
+"""Gap between the views [pixels]."""
 
 
 def main() -> None:
-    """Write the picture: its beginning, and the timelines beside it."""
+    """Write the picture: the beginning of the report, and the timelines beside it."""
     page_text = run_page(Path(sys.argv[1]))
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         path = Path(folder) / "report.html"
@@ -35,19 +35,19 @@ def main() -> None:
         page.goto(path.as_uri())
         views = []
         for part in SHOWN:
-            page.locator(part).evaluate("one => one.scrollIntoView()")
+            page.locator(part).evaluate("element => element.scrollIntoView()")
             views.append(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
         browser.close()
     save(views)
 
 
 def save(views: list[Image.Image]) -> None:
-    """Put views beside each other, small enough for a page."""
+    """Save the views side by side, scaled down for a page."""
     width, height = (round(SCALE * side) for side in (SIZE["width"], SIZE["height"]))
     whole = Image.new("RGB", (len(views) * (width + GAP) - GAP, height), "#d4d7d9")
     for k, view in enumerate(views):
         whole.paste(view.resize((width, height), Image.Resampling.LANCZOS), (k * (width + GAP), 0))
-    steps = whole.point(lambda value: min(255, 8 * ((value + 4) // 8)))  # fewer colours make it small
+    steps = whole.point(lambda value: min(255, 8 * ((value + 4) // 8)))  # fewer colours give a smaller file
     steps.save(PICTURE, optimize=True)
 
 

@@ -1,10 +1,10 @@
-"""Renders the picture of a recording in the README, with the real viewer and without a screen.
+"""Render the picture of a recording for the README, with the rerun viewer in headless mode.
 
     luxloop run sumo-crossing --out run
     python docs/make_pictures.py run/recording.rrd 20.0
 
-It needs the rerun program on PATH (`. .venv/bin/activate`) and a graphics driver;
-Mesa's software driver lavapipe will do (Debian: mesa-vulkan-drivers).
+Requires the rerun program on PATH (`. .venv/bin/activate`) and a graphics driver. Mesa's software driver lavapipe is
+sufficient (Debian: mesa-vulkan-drivers).
 """
 
 import io
@@ -18,13 +18,13 @@ from rerun.experimental import ViewerClient
 PICTURE = Path(__file__).parent / "pictures" / "recording.png"
 WIDTH = 1600
 TOP_BAR = 36
-"""Height of the viewer's own menu, which is cut off [pixels of 1920 x 1080]."""
+"""Height of the viewer's menu, which is cropped [pixels of 1920 x 1080]."""
 SETTLE_S = 4.0
-"""The viewer loads and draws in the background and does not say when it is done [s]."""
+"""Waiting time for loading and drawing [s]. The viewer does not report when it is done."""
 
 
 def screenshot(recording: Path, at_s: float) -> Image.Image:
-    """Open a recording at a simulated time and return what the viewer shows."""
+    """Open a recording at a simulated time and return a screenshot of the viewer."""
     viewer = ViewerClient.spawn(headless=True, port=9898, hide_welcome_screen=True)
     try:
         viewer.open(str(recording.resolve()))
@@ -37,7 +37,7 @@ def screenshot(recording: Path, at_s: float) -> Image.Image:
 
 
 def main() -> None:
-    """Write the picture, with colours in steps of 8 to keep it small."""
+    """Write the picture, with colours in steps of 8 for a small file."""
     image = screenshot(Path(sys.argv[1]), float(sys.argv[2])).convert("RGB")
     image = image.crop((0, TOP_BAR, image.width, image.height))
     image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.BILINEAR)

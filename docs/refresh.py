@@ -62,7 +62,6 @@ QUOTES = {
             DOCS / "paper.md",
             "paper report",
             (
-                "What there was to see",
                 "Data set",
                 "Heading error by method",
                 "Share of heading errors",

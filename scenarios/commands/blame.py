@@ -14,13 +14,13 @@ def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, 
     from scenarios.files.scenario import Scenario
     from scenarios.oracle.stage_blame import document, find_out
     from scenarios.report import text
-    from scenarios.report.blame_tables import tell
+    from scenarios.report.blame_tables import blame_report
 
     found = find_out(Scenario.load(shipped.find(scenario), overrides(seed, duration)))
     if as_json:
         print(json.dumps(document(found), allow_nan=False))
     else:
-        text.show(tell(found))
+        text.show(blame_report(found))
     code, result = 0, found.shipped
     if not result.complete:
         code = print_early_end(result, f"the figures are of the {result.frames} frames until then")

@@ -19,7 +19,7 @@ def view(
 
     recording = run_folder.recording(run)
     shown = ReportedRun.read(run)
-    look = viewer.moment(shown.result, shown.unmet, frame)
+    look = viewer.frame_to_show(shown.result, shown.unmet, frame)
     if look:
         print(f"{'Go to' if web else 'Opens at'} {look}")
     raise typer.Exit(viewer.show(recording, look.time_s if look else None, web=web))

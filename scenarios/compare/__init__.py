@@ -1,1 +1,1 @@
-"""Two sets of runs held against each other: what changed, what failed, and what is only chance."""
+"""Comparison of two sets of runs: significant changes of metrics, and newly failed expectations."""

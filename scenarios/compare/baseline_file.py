@@ -1,7 +1,7 @@
-"""A baseline: the runs that others are held against, in one file small enough to be committed.
+"""Baseline file: reference runs of a comparison in one file, small enough to be committed.
 
-JSON Lines: a line that says what the file is, then a line per run in the order of scenario and seed, so that a
-difference of two versions of the file tells which runs have changed. Equal runs give equal bytes.
+The format is JSON Lines: a header, then one line per run, sorted by scenario and seed. A diff of two versions of the
+file thus names the changed runs. Equal runs give equal bytes.
 """
 
 import json
@@ -12,25 +12,25 @@ from typing import Any
 import numpy as np
 
 from scenarios.compare.digest import Expectation, Key, RunDigest
-from scenarios.compare.sums import SUMS, VehicleSums
-from scenarios.compare.vehicle_sums import ALPHAS
+from scenarios.compare.vehicle_sums import SUMS, VehicleSums
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file, atomic_folder
+from scenarios.grading.tracking_scores import ALPHAS
 
 FORMAT = 1
-"""Goes up when files of before can no longer be read."""
+"""Format version; increased by incompatible changes."""
 HEADER = {"luxloop_baseline": FORMAT, "sums": ["vehicle", *SUMS]}
 
-MEND = "write it anew with luxloop baseline"
+REMEDY = "write the file again with luxloop baseline"
 
 
 def write(path: Path, runs: list[RunDigest]) -> None:
-    """Write a baseline file; it appears as a whole or not at all.
+    """Write a baseline file atomically.
 
     Raises
     ------
     OutputError
-        It cannot be written there.
+        The file cannot be written.
     """
     documents = [HEADER, *(_document(run) for run in sorted(runs, key=lambda run: run.key))]
     lines = [json.dumps(document, separators=(",", ":"), ensure_ascii=False, allow_nan=False) for document in documents]
@@ -48,29 +48,29 @@ def read(path: Path) -> list[RunDigest]:
     Raises
     ------
     OutputError
-        It is none, or one of another version.
+        The file is missing, damaged, or of another format version.
     """
     try:
         header, *documents = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     except OSError as error:
         raise OutputError(f"{path}: {error.strerror}; give a folder of runs or a baseline file") from error
     except ValueError as error:
-        raise OutputError(f"{path}: no baseline file ({error}); {MEND}") from error
+        raise OutputError(f"{path}: not a baseline file ({error}); {REMEDY}") from error
     if header != HEADER:
-        raise OutputError(f"{path}: no baseline file of this version; {MEND}")
+        raise OutputError(f"{path}: not a baseline file of this version; {REMEDY}")
     runs = []
     for number, document in enumerate(documents, start=2):
         try:
             runs.append(_run(document))
         except (KeyError, TypeError, ValueError, IndexError) as error:
-            raise OutputError(f"{path}: line {number} holds no run ({error!r}); {MEND}") from error
+            raise OutputError(f"{path}: line {number} is not a run ({error!r}); {REMEDY}") from error
     return runs
 
 
 def _document(run: RunDigest) -> dict[str, Any]:
     vehicles = run.vehicles
     sums = [
-        [vehicle, *map(_short, row)]
+        [vehicle, *map(_compact, row)]
         for vehicle, row in zip(vehicles.vehicle.tolist(), vehicles.sums.tolist(), strict=True)
     ]
     return {
@@ -88,8 +88,8 @@ def _document(run: RunDigest) -> dict[str, Any]:
     }
 
 
-def _short(value: float) -> float:
-    """The shortest number for a sum; most are whole."""
+def _compact(value: float) -> float:
+    """Return whole numbers, the most frequent sums, as integers."""
     return int(value) if value.is_integer() else value
 
 

@@ -1,8 +1,8 @@
-"""The metrics that are compared, and how each comes from sums over vehicles.
+"""Compared metrics, and their computation from sums over vehicles.
 
-A few of each stage, so that a change that hurts shows in one of them at least; every further one makes chance harder to
-tell from change. Times are left out: they are the machine's. So is what has no vehicle to it, as how a controlled ego
-drives: of that, the expectations tell.
+The list has a few metrics of each stage, so that a degradation of any stage shows. Every further metric would lower the
+statistical power of the comparison. Times are not compared, because they depend on the machine. Metrics without
+vehicles, like the safety of a controlled ego, are not compared either; expectations cover them.
 """
 
 from dataclasses import dataclass
@@ -11,15 +11,15 @@ from typing import Literal
 import numpy as np
 
 from scenarios.arrays import Floats
-from scenarios.compare.sums import COLUMNS
-from scenarios.compare.vehicle_sums import ALPHAS
+from scenarios.compare.vehicle_sums import COLUMNS
+from scenarios.grading.tracking_scores import ALPHAS
 
-_AT = {name: place for place, name in enumerate(COLUMNS)}
+_INDEX = {name: index for index, name in enumerate(COLUMNS)}
 
 
 @dataclass(frozen=True, slots=True)
 class Relevance:
-    """From which difference on anybody would care; the larger of both counts."""
+    """Smallest relevant difference of a metric: the larger of an absolute and a relative one."""
 
     absolute: float
     """In the metric's unit."""
@@ -27,35 +27,35 @@ class Relevance:
     """Share of BASE's value."""
 
     def margin(self, base: float) -> float:
-        """The least difference from this value that is relevant."""
+        """Return the smallest relevant difference from the value `base`."""
         return max(self.absolute, self.relative * abs(base))
 
 
 SHARE = Relevance(absolute=0.005)
-"""Of a share or score between 0 and 1: half a percent of what was to be seen."""
+"""For shares and scores between 0 and 1: half a percent of the observations."""
 RARE = Relevance(absolute=0.0005)
-"""Of what happens now and then: one more in 2000 observations, 160 s of one vehicle in view."""
+"""For rare events: one more in 2000 observations, which are 160 s of one vehicle in view."""
 ANGLE = Relevance(absolute=0.001, relative=0.01)
-"""Of a mean error [deg]: a hundredth of it, if that is not next to nothing."""
+"""For mean errors [deg]: one percent, but at least 0.001 deg."""
 LENGTH = Relevance(absolute=0.0002, relative=0.01)
-"""Of a mean error [m], likewise."""
+"""For mean errors [m]: one percent, but at least 0.2 mm."""
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedMetric:
-    """One metric: what vehicles add to `part`, over what they add to `whole`."""
+    """A metric as the ratio of two sums over vehicles, `part` over `whole`."""
 
     name: str
     unit: str
     better: Literal["more", "less"]
     relevance: Relevance
     whole: tuple[str, ...]
-    """Columns that are added up; there is no value where they are 0."""
+    """Columns that add up to the denominator; the metric has no value if it is 0."""
     part: tuple[str, ...] = ()
-    """Likewise; those with a minus are taken away. HOTA, which is no ratio, has none."""
+    """Columns that add up to the numerator; a leading minus subtracts. Empty for HOTA, which is not a ratio."""
 
     def value(self, sums: Floats) -> Floats:
-        """(R,) values for R sets of sums (R, len(COLUMNS)); NaN where there was nothing to see."""
+        """Return the values (R,) for R sets of sums (R, len(COLUMNS)); NaN without observations."""
         whole = _total(sums, self.whole)
         safe = np.where(whole > 0.0, whole, np.nan)
         return _total(sums, self.part) / safe if self.part else _hota(sums) + 0.0 * safe
@@ -64,18 +64,18 @@ class ComparedMetric:
 def _total(sums: Floats, names: tuple[str, ...]) -> Floats:
     total = np.zeros(len(sums))
     for name in names:
-        total += -sums[:, _AT[name[1:]]] if name.startswith("-") else sums[:, _AT[name]]
+        total += -sums[:, _INDEX[name[1:]]] if name.startswith("-") else sums[:, _INDEX[name]]
     return total
 
 
 def _hota(sums: Floats) -> Floats:
-    """Geometric mean of detection and association, averaged over overlaps (Luiten et al. 2021).
+    """Geometric mean of detection and association accuracy, averaged over overlap thresholds (Luiten et al. 2021).
 
-    Pooled over runs as trackeval combines sequences.
+    Runs are pooled as trackeval combines sequences.
     """
     detections = _total(sums, ("observations", "reported"))[:, None]
     matched, associated = np.split(sums[:, -2 * len(ALPHAS) :], 2, axis=1)
-    # DetA = TP / (TP + FN + FP), AssA = sum of A / TP: their product has no TP to divide by.
+    # DetA = TP / (TP + FN + FP), AssA = sum of A / TP: TP cancels in their product.
     hota: Floats = np.sqrt(associated / np.maximum(detections - matched, 1.0)).mean(axis=1)
     return hota
 
@@ -111,5 +111,5 @@ COMPARED_METRICS = (
 """Named as in a result, except
 
 - the rates of tracking: counts of a result (`track.missed`, `track.false`, `track.id_switches`) over its observations;
-- `track.heading_unflipped_mean_deg`: `track.heading_abs_mean_deg` of the headings that are no more than 90 degrees off.
-  A few that are turned by 180 would drown it; they are counted by `track.heading_flip_rate`."""
+- `track.heading_unflipped_mean_deg`: `track.heading_abs_mean_deg` of the headings with errors of at most 90 degrees.
+  A few flipped headings would dominate the mean; `track.heading_flip_rate` counts them."""

@@ -4,12 +4,12 @@ import math
 from typing import Any
 
 from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.comparison import LEVEL, Change, Comparison, Fall
+from scenarios.compare.comparison import LEVEL, Comparison, ExpectationChange, MetricChange
 from scenarios.compare.run_pairs import Pair
 
 
 def document(comparison: Comparison, base: str, head: str) -> dict[str, Any]:
-    """Everything that a comparison says; null stands for what was not measured."""
+    """Return a comparison as a JSON document; missing values are null."""
     pairs = comparison.pairs
     return {
         "base": base,
@@ -17,10 +17,10 @@ def document(comparison: Comparison, base: str, head: str) -> dict[str, Any]:
         "verdict": comparison.verdict,
         "failed": comparison.failed,
         "level": LEVEL,
-        "metrics": {change.headline.name: _metric(change) for change in comparison.changes},
-        "expectations": [_fall(fall) for fall in comparison.falls],
+        "metrics": {change.metric.name: _metric(change) for change in comparison.changes},
+        "expectations": [_expectation(change) for change in comparison.expectation_changes],
         "pairs": [_pair(pair) for pair in pairs.compared],
-        "not_compared": [{**key._asdict(), "reason": why} for key, why in pairs.unlike.items()],
+        "not_compared": [{**key._asdict(), "reason": why} for key, why in pairs.incomparable.items()],
         "newly_incomplete": [key._asdict() for key in pairs.newly_incomplete],
         "only_in_base": [key._asdict() for key in pairs.only_base],
         "only_in_head": [key._asdict() for key in pairs.only_head],
@@ -28,11 +28,11 @@ def document(comparison: Comparison, base: str, head: str) -> dict[str, Any]:
     }
 
 
-def _metric(change: Change) -> dict[str, Any]:
+def _metric(change: MetricChange) -> dict[str, Any]:
     numbers = change.numbers
     return {
-        "unit": change.headline.unit,
-        "better": change.headline.better,
+        "unit": change.metric.unit,
+        "better": change.metric.better,
         "base": _number(numbers.base),
         "head": _number(numbers.head),
         "difference": _number(numbers.difference),
@@ -44,25 +44,25 @@ def _metric(change: Change) -> dict[str, Any]:
     }
 
 
-def _fall(fall: Fall) -> dict[str, Any]:
+def _expectation(change: ExpectationChange) -> dict[str, Any]:
     return {
-        **fall.key._asdict(),
-        "metric": fall.name,
-        "limit": fall.head.limit,
-        "base": fall.base.value if fall.base else None,
-        "head": fall.head.value,
-        "fate": fall.fate,
+        **change.key._asdict(),
+        "metric": change.name,
+        "limit": change.head.limit,
+        "base": change.base.value if change.base else None,
+        "head": change.head.value,
+        "fate": change.fate,
     }
 
 
 def _pair(pair: Pair) -> dict[str, Any]:
-    """One pair of runs with its own values: to look at, not to judge by."""
+    """Return the metrics of a single pair, for information; the verdict is based on the pooled runs."""
     base, head = (sums.sum(axis=0, keepdims=True) for sums in pair.units())
     return {
         **pair.key._asdict(),
         "identical": pair.identical,
         "same_truth": pair.same_truth,
-        "metrics": {h.name: [_number(h.value(base)[0]), _number(h.value(head)[0])] for h in COMPARED_METRICS},
+        "metrics": {m.name: [_number(m.value(base)[0]), _number(m.value(head)[0])] for m in COMPARED_METRICS},
     }
 
 

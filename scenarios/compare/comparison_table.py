@@ -1,4 +1,4 @@
-"""A comparison as people read it: what was compared, the metrics, the expectations, and the verdict last."""
+"""Comparison as text: compared runs, metrics, expectations, and the verdict at the end."""
 
 import math
 
@@ -7,39 +7,39 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.compare.comparison import LEVEL, Change, Comparison
+from scenarios.compare.comparison import LEVEL, Comparison, MetricChange
 from scenarios.compare.digest import Expectation
 from scenarios.compare.run_pairs import Pairs, listed
 from scenarios.report.cells import NONE, table_of
 
 COLORS = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow"}
-"""Of the verdicts that want attention, those first that want most."""
+"""Colours of verdicts that need attention, the most important first."""
 FATES = {"newly failed": "red", "mended": "green"}
 
 
 def report(comparison: Comparison) -> Group:
-    """Everything a person wants to know of a comparison."""
+    """Return the printed report of a comparison."""
     sections: list[RenderableType] = [
         _runs(comparison.pairs),
         _metrics(comparison.changes),
-        *([_expectations(comparison)] if comparison.falls else []),
+        *([_expectations(comparison)] if comparison.expectation_changes else []),
         _conclusion(comparison),
     ]
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
 def _runs(pairs: Pairs) -> Text:
-    """Say what was compared, and everything that was not."""
+    """List the compared runs and the runs left out."""
     identical = sum(pair.identical for pair in pairs.compared)
     lines = [f"{len(pairs.compared)} pairs of runs compared, {identical} of them identical (same trace hash)"]
-    lines += [f"Not compared: {key}: {why}" for key, why in pairs.unlike.items()]
+    lines += [f"Not compared: {key}: {why}" for key, why in pairs.incomparable.items()]
     lines += [f"Only in BASE: {listed(pairs.only_base)}"] if pairs.only_base else []
     lines += [f"Only in HEAD: {listed(pairs.only_head)}"] if pairs.only_head else []
     return Text("\n".join(lines + pairs.notes))
 
 
-def _metrics(changes: list[Change]) -> Table:
-    """One line per metric; below those that changed, the runs that moved them."""
+def _metrics(changes: list[MetricChange]) -> Table:
+    """Return a table with a row per metric; changed ones are followed by the runs with the largest contributions."""
     table = table_of("Metrics", "metric", "BASE", "HEAD", "change", "95 % interval")
     table.add_column("verdict", no_wrap=True)
     for change in changes:
@@ -47,7 +47,7 @@ def _metrics(changes: list[Change]) -> Table:
             continue
         numbers = change.numbers
         table.add_row(
-            change.headline.name,
+            change.metric.name,
             *(_number(value) for value in (numbers.base, numbers.head)),
             _number(numbers.difference, sign="+"),
             ", ".join(_number(end, sign="+") for end in numbers.interval),
@@ -59,34 +59,34 @@ def _metrics(changes: list[Change]) -> Table:
 
 
 def _expectations(comparison: Comparison) -> Table:
-    """Expectations that do not hold on one of the sides."""
+    """Return a table of the expectations that fail on at least one side."""
     table = table_of("Expectations", "run", "limit", "BASE", "HEAD")
     table.add_column("", no_wrap=True)
-    for fall in comparison.falls:
-        style = FATES.get(fall.fate, "")
-        values = (_value(fall.base), _value(fall.head))
-        table.add_row(str(fall.key), f"{fall.name} {fall.head.limit}", *values, Text(fall.fate, style=style))
+    for change in comparison.expectation_changes:
+        style = FATES.get(change.fate, "")
+        values = (_value(change.base), _value(change.head))
+        table.add_row(str(change.key), f"{change.name} {change.head.limit}", *values, Text(change.fate, style=style))
     return table
 
 
 def _conclusion(comparison: Comparison) -> Text:
-    """Both verdicts: whether anything changed, and whether anything failed."""
+    """Return both verdicts: changed metrics, and failures."""
     verdict, early = comparison.verdict, comparison.pairs.newly_incomplete
     text = Text(verdict.upper(), style=f"bold {COLORS.get(verdict, 'green')}")
-    named = {found: [c.headline.name for c in comparison.changes if c.verdict == found] for found in COLORS}
-    told = [f"{found}: {', '.join(names)}" for found, names in named.items() if names]
-    text.append(": " + ("; ".join(told) or "no metric has changed"), style="not bold default")
-    failed = sum(fall.fate == "newly failed" for fall in comparison.falls)
+    named = {found: [c.metric.name for c in comparison.changes if c.verdict == found] for found in COLORS}
+    listed_names = [f"{found}: {', '.join(names)}" for found, names in named.items() if names]
+    text.append(": " + ("; ".join(listed_names) or "no metric has changed"), style="not bold default")
+    failed = sum(change.fate == "newly failed" for change in comparison.expectation_changes)
     if failed:
-        text.append(f"\nNEWLY FAILED: {failed} expectations that BASE met, or did not have yet", style="red")
+        text.append(f"\nNEWLY FAILED: {failed} expectations that BASE met or did not have", style="red")
     if early:
         text.append(f"\nNEWLY INCOMPLETE: {listed(early)}", style="red")
     if named["unclear"]:
-        text.append("\nUnclear: may have changed by more than matters; more seeds would tell", style="dim")
-    absent = [change.headline.name for change in comparison.changes if change.verdict == "not measured"]
+        text.append("\nUnclear: a relevant change is possible; run more seeds for a decision", style="dim")
+    absent = [change.metric.name for change in comparison.changes if change.verdict == "not measured"]
     if absent:
-        text.append(f"\nNothing to measure: {', '.join(absent)}", style="dim")
-    text.append(f"\nIf nothing had changed, any better or worse would have a chance of {LEVEL:.0%}", style="dim")
+        text.append(f"\nNo observations: {', '.join(absent)}", style="dim")
+    text.append(f"\nWithout any change, the probability of a better or worse is {LEVEL:.0%}", style="dim")
     return text
 
 

@@ -1,4 +1,4 @@
-"""What is kept of a run to compare it with another: a few kilobytes, whether just read or from a baseline file."""
+"""Digest of a run for comparisons: a few kilobytes, computed from a run folder or read from a baseline file."""
 
 import hashlib
 import json
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from scenarios.compare.sums import VehicleSums, vehicle_sums
+from scenarios.compare.vehicle_sums import VehicleSums, vehicle_sums
 from scenarios.errors import OutputError
 from scenarios.files.expect import ExpectationOutcome, Limit, check
 from scenarios.grading.grading_config import GradingConfig
@@ -17,19 +17,19 @@ from scenarios.result import Result
 from scenarios.run import run_folder
 
 PROSE = ("description", "reason", "suite")
-"""Keys of a scenario that change nothing in its runs."""
+"""Keys of a scenario without influence on its runs."""
 LIMITS = "expect"
-"""Key of the expectations, which are not compared but hold or not."""
+"""Key of the expectations."""
 
 TIMES = "perf."
-"""Beginning of the names of metrics that are the machine's: they hold or not on that machine, and are not kept."""
+"""Prefix of metrics that depend on the machine. Their expectations are not part of a digest."""
 
-TRACKERS = ("track_id", "segments", "largest_segment_share")
-"""Columns of the truth table that tell what the tracker made of it."""
+TRACKER_COLUMNS = ("track_id", "segments", "largest_segment_share")
+"""Columns of the truth table that depend on the tracker."""
 
 
 class Key(NamedTuple):
-    """What two runs must have in common to be a pair."""
+    """Scenario and seed, which two runs of a pair have in common."""
 
     scenario: str
     seed: int
@@ -40,7 +40,7 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """An expectation of a scenario beside what came out."""
+    """An expectation of a scenario and its outcome."""
 
     outcome: ExpectationOutcome
     value: float | None
@@ -48,36 +48,36 @@ class Expectation:
 
     @property
     def holds(self) -> bool:
-        """Whether the value keeps to the limit."""
+        """True if the value is within the limit."""
         return self.outcome in ("passed", "unexpected pass")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunDigest:
-    """One run."""
+    """Digest of one run."""
 
     key: Key
     trace_hash: str
     truth_hash: str
-    """Of all that the tracker had no part in: where it is equal, both trackers were given the same traffic and points
-    (of a run on the same kind of machine)."""
+    """Hash of the truth without the tracker's columns. If it is equal, both trackers had the same traffic and points
+    (on the same kind of machine)."""
     ended_early: str
     """As in `Result`."""
     device: str
     sections: dict[str, str]
-    """Fingerprint of each top-level key of the effective configuration."""
+    """Fingerprint of the value of each top-level key of the effective configuration."""
     versions: dict[str, str]
     expectations: dict[str, Expectation]
     vehicles: VehicleSums
 
 
 def read_run(folder: Path) -> RunDigest:
-    """Read and sum up the run in a folder.
+    """Read a run folder and return its digest.
 
     Raises
     ------
     OutputError
-        There is none in it, or it is damaged or of another version.
+        The folder has no run, or the run is damaged or of another version.
     """
     try:
         result = run_folder.read(folder)
@@ -85,16 +85,16 @@ def read_run(folder: Path) -> RunDigest:
     except KeyError as error:
         raise OutputError(f"{folder}: the run has no {error}; run the scenario again with this version") from error
     except (TypeError, ValueError) as error:
-        raise OutputError(f"{folder}: not the run of this version ({error}); run the scenario again") from error
+        raise OutputError(f"{folder}: not a run of this version ({error}); run the scenario again") from error
 
 
 def digest(result: Result) -> RunDigest:
-    """Sum up a run.
+    """Return the digest of a result.
 
     Raises
     ------
     KeyError, TypeError, ValueError
-        It is of another version.
+        The result is of another version.
     """
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
     checks = check(result.metrics, limits)
@@ -117,10 +117,10 @@ def _fingerprint(section: Any) -> str:
 
 
 def _truth_hash(truth: pd.DataFrame) -> str:
-    rows = pd.util.hash_pandas_object(truth.drop(columns=[*TRACKERS]), index=False)
+    rows = pd.util.hash_pandas_object(truth.drop(columns=[*TRACKER_COLUMNS]), index=False)
     return hashlib.blake2b(rows.to_numpy().tobytes(), digest_size=8).hexdigest()
 
 
 def differing(base: Mapping[str, str], head: Mapping[str, str]) -> list[str]:
-    """Keys that are not the same in both, or not in both."""
+    """Return the keys with different values, or in one of the two only, sorted."""
     return sorted(key for key in base.keys() | head.keys() if base.get(key) != head.get(key))

@@ -1,4 +1,4 @@
-"""One side of a comparison: a folder of runs, a single run, or a baseline file."""
+"""Side of a comparison, read from a folder of runs, a single run, or a baseline file."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +16,7 @@ class Side:
     path: Path
     runs: dict[Key, RunDigest]
     unfinished: list[str]
-    """Names of folders that no run has finished, which were left out."""
+    """Names of temporary folders of unfinished runs, which are left out."""
 
 
 def read(path: Path) -> Side:
@@ -25,13 +25,13 @@ def read(path: Path) -> Side:
     Raises
     ------
     OutputError
-        There is no run in it, one of them is damaged, or two are of the same scenario and seed.
+        `path` has no run, a run is damaged, or two runs have the same scenario and seed.
     """
     return read_runs(path) if path.is_dir() else _side(path, [(run, path) for run in baseline_file.read(path)], [])
 
 
 def read_runs(folder: Path) -> Side:
-    """Read all runs in a folder and below it, or the one that it is itself.
+    """Read all runs in a folder and its subfolders, or a single run folder.
 
     Raises
     ------
@@ -39,15 +39,15 @@ def read_runs(folder: Path) -> Side:
         As for `read`.
     """
     if not folder.is_dir():
-        raise OutputError(f"{folder}: no such folder; give one that holds runs of luxloop run or pytest")
+        raise OutputError(f"{folder}: no such folder; give a folder with runs of luxloop run or pytest")
     unfinished = sorted(path.name for path in folder.rglob(".*.partial"))
     return _side(folder, [(read_run(run), run) for run in run_folder.found_in(folder)], unfinished)
 
 
 def _side(path: Path, runs: list[tuple[RunDigest, Path]], unfinished: list[str]) -> Side:
-    """Put the runs, each with the place it is from, in the order of scenario and seed."""
+    """Sort the runs, each with the path it was read from, by scenario and seed."""
     if not runs:
-        raise OutputError(f"{path}: no run in it; give a folder that luxloop run or pytest wrote runs into")
+        raise OutputError(f"{path}: no run in it; give a folder with runs of luxloop run or pytest")
     by_key: dict[Key, RunDigest] = {}
     places: dict[Key, Path] = {}
     for run, place in sorted(runs, key=lambda entry: entry[0].key):

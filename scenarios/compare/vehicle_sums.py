@@ -1,95 +1,181 @@
-"""HOTA, CLEAR and Identity vehicle by vehicle: the summands of which trackeval reports the totals."""
+"""Sums of one run per vehicle, from which the metrics of any set of vehicles follow by addition."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import numpy.typing as npt
+import pandas as pd
 
 from scenarios.arrays import Floats, Ints
-from scenarios.grading.switches import ROUNDING, hits, switches
+from scenarios.grading import occlusion_metrics
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from scenarios.grading.tracking_sequence import tracking_sequence
+from sensor_model.truth import NO_ACTOR
+from tracker.records import MODELS
 
-ALPHAS = np.arange(0.05, 0.99, 0.05)
-"""Overlaps at which HOTA asks for a match, 19 of them (Luiten et al. 2021, HOTA)."""
+SUMS = (
+    *("observations", "reported", "hits", "switches", "identified"),
+    *("fitted", "fit_heading_deg", "fit_position_m"),
+    *("moving", "flipped", "heading_deg", "moving_x_m", "moving_y_m"),
+    *("standing", "standing_x_m", "standing_y_m", "right_mode"),
+    *("segmented", "split", "in_no_segment", "segments", "merged"),
+    *("occlusions", "survived"),
+)
+"""Names of the sums over a vehicle's frames: counts, and absolute errors in the unit at the end of the name."""
+
+COLUMNS = (*SUMS, *(f"matched_{alpha:.2f}" for alpha in ALPHAS), *(f"associated_{alpha:.2f}" for alpha in ALPHAS))
+"""`SUMS`, then HOTA's true positives and their association scores at each overlap threshold."""
+
+DIGITS = 6
+"""Significant digits of a sum. Sums of run folders are rounded as those in baseline files."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Matching:
-    """Who was matched with whom, of V vehicles and T tracks that are numbered as in the sequence."""
+class VehicleSums:
+    """Sums of one run for V vehicles. The first row, `NO_ACTOR`, holds what belongs to no graded vehicle."""
 
-    hits: Ints
-    """(V,) frames in which a track hits the vehicle (CLEAR)."""
-    switches: Ints
-    """(V,) id switches (CLEAR)."""
-    identified: Ints
-    """(V,) frames in which the one track hits it that stands for it over the whole run (Identity)."""
-    overlaps: Ints
-    """(V, T, len(ALPHAS) + 1) frames in which HOTA matches them, by how many of `ALPHAS` their overlap reaches."""
-    track_frames: Ints
-    """(T,) frames in which the track is reported."""
+    vehicle: Ints
+    """(V,) ids, ascending."""
+    sums: Floats
+    """(V, len(SUMS))."""
+    matches: Ints
+    """(M, 2 + len(ALPHAS)) HOTA's pairs: vehicle, frames of the track, and frames in which they match, by the largest
+    of `ALPHAS` that their overlap reaches."""
+
+    def columns(self) -> Floats:
+        """(V, len(COLUMNS)) sums; a pair matched in c frames adds c and c * c / (frames of either) to those of HOTA."""
+        row = np.searchsorted(self.vehicle, self.matches[:, 0])
+        matched = self.matches[:, :1:-1].cumsum(axis=1)[:, ::-1]  # an overlap reaches all smaller thresholds as well
+        either = self.sums[row, 0, None] + self.matches[:, 1:2] - matched
+        hota = np.zeros((len(self.vehicle), 2 * len(ALPHAS)))
+        np.add.at(hota, row, np.hstack([matched, matched**2 / either]))
+        return np.hstack([self.sums, hota])
 
 
-def match(sequence: dict[str, Any], hit_iou_min: float) -> Matching:
-    """Match vehicles with tracks, each time as trackeval does.
+class _VehicleRows(NamedTuple):
+    """Row of each vehicle; actors that were never graded share the row of `NO_ACTOR`."""
+
+    vehicle: Ints
+
+    def sum(self, actor_id: npt.ArrayLike, values: npt.ArrayLike | None = None) -> Floats:
+        """(V,) sums of values (n,) of actors (n,), or numbers of rows without values."""
+        actor_id = np.asarray(actor_id, dtype=np.int64)
+        row = np.minimum(np.searchsorted(self.vehicle, actor_id), len(self.vehicle) - 1)
+        row = np.where(self.vehicle[row] == actor_id, row, 0)
+        weights = None if values is None else np.asarray(values, dtype=np.float64)
+        return np.bincount(row, weights, len(self.vehicle)).astype(np.float64)
+
+
+def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> VehicleSums:
+    """Add up the tables of a run per vehicle.
 
     Parameters
     ----------
-    sequence
-        As `scenarios.grading.track_metrics.sequence` gathers it for trackeval.
-    hit_iou_min
-        Overlap from which CLEAR and Identity count a hit.
+    tables
+        As in `scenarios.grading.frame_tables`.
+    config
+        Limits of the run's grading.
+
+    Raises
+    ------
+    KeyError
+        A table or a column is missing.
     """
-    vehicles, tracks = sequence["num_gt_ids"], sequence["num_tracker_ids"]
-    hit = [vehicle for _, vehicle, _ in hits(sequence, hit_iou_min)]
-    switched = [switch.vehicle for switch in switches(sequence, hit_iou_min)]
-    return Matching(
-        hits=_count(np.concatenate(hit) if hit else [], vehicles),
-        switches=_count(switched, vehicles),
-        identified=_identified(sequence, hit_iou_min),
-        overlaps=_hota_matches(sequence),
-        track_frames=_count(np.concatenate([[], *sequence["tracker_ids"]]), tracks),
-    )
+    truth, tracks = tables["truth"], tables["tracks"]
+    graded, judged = truth[truth["graded"]], tracks[tracks["judged"]]
+    rows = _VehicleRows(np.union1d([NO_ACTOR], graded["actor_id"]))
+    tracking, matches = _tracking(rows, tables, config)
+    sums = {
+        "observations": rows.sum(graded["actor_id"]),
+        **tracking,
+        **_fits(rows, tables["fits"]),
+        **_positions(rows, judged),
+        **_headings(rows, judged),
+        **_segmentation(rows, graded, tables["segments"], config),
+        **_occlusions(rows, tables, config),
+    }
+    column = np.column_stack([sums[name] for name in SUMS])
+    return VehicleSums(rows.vehicle, _rounded(column), matches)
 
 
-def _count(ids: Any, length: int) -> Ints:
-    return np.bincount(np.asarray(ids, dtype=np.int64), minlength=length)
+def _tracking(
+    rows: _VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig
+) -> tuple[dict[str, Floats], Ints]:
+    """Summands of HOTA, CLEAR and Identity; reported tracks that follow no graded vehicle count for `NO_ACTOR`."""
+    sequence = tracking_sequence(tables["truth"], tables["tracks"], tables["overlaps"])
+    scores, vehicle = VehicleScores.of(sequence, config.hit_iou_min), sequence["actor_ids"]
+    reported = tables["tracks"]
+    reported = reported[reported["verdict"].isin(["graded", "false"])]
+    of_actor = np.where(reported["verdict"] == "graded", reported["actor_id"], NO_ACTOR)
+    v, t = np.nonzero(scores.hota_matches[:, :, 1:].any(axis=2))
+    pairs = np.column_stack([vehicle[v], scores.track_frames[t], scores.hota_matches[v, t, 1:]])
+    return {
+        "reported": rows.sum(of_actor),
+        "hits": rows.sum(vehicle, scores.hits),
+        "switches": rows.sum(vehicle, scores.id_switches),
+        "identified": rows.sum(vehicle, scores.identified),
+    }, pairs
 
 
-def _identified(sequence: dict[str, Any], hit_iou_min: float) -> Ints:
-    """Pair whole tracks with vehicles, as many hits as there can be (Ristani et al. 2016)."""
-    together = np.zeros((sequence["num_gt_ids"], sequence["num_tracker_ids"]), dtype=np.int64)
-    for vehicle, track, overlap in _steps(sequence):
-        together[np.ix_(vehicle, track)] += overlap >= hit_iou_min
-    row, column = linear_sum_assignment(together, maximize=True)
-    out = np.zeros(len(together), dtype=np.int64)
-    out[row] = together[row, column]
-    return out
+def _fits(rows: _VehicleRows, fits: pd.DataFrame) -> dict[str, Floats]:
+    """Errors of the selected rectangles, as in `grading.fit_metrics`."""
+    best = fits[fits["best"] & np.isfinite(fits["heading_error_deg"])]
+    return {
+        "fitted": rows.sum(best["actor_id"]),
+        "fit_heading_deg": rows.sum(best["actor_id"], best["heading_error_deg"].abs()),
+        "fit_position_m": rows.sum(best["actor_id"], best["position_error_m"]),
+    }
 
 
-def _hota_matches(sequence: dict[str, Any]) -> Ints:
-    """Match frame by frame, those first that agree over the whole run (Luiten et al. 2021)."""
-    alignment = _alignment(sequence)
-    out = np.zeros((*alignment.shape, len(ALPHAS) + 1), dtype=np.int64)
-    for vehicle, track, overlap in _steps(sequence):
-        row, column = linear_sum_assignment(alignment[np.ix_(vehicle, track)] * overlap, maximize=True)
-        reached = np.searchsorted(ALPHAS - ROUNDING, overlap[row, column], side="right")
-        out[vehicle[row], track[column], reached] += 1
-    return out
+def _positions(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
+    """Position errors and correct modes of judged tracks, as in `grading.mma_metrics` and `grading.mode_metrics`."""
+    sums = {"right_mode": rows.sum(judged["actor_id"], judged["model"].to_numpy(object) == judged["true_mode"])}
+    stands = judged["true_mode"] == MODELS[0]
+    for target, seen in (("standing", judged[stands]), ("moving", judged[~stands])):
+        sums[target] = rows.sum(seen["actor_id"])
+        for axis in "xy":
+            sums[f"{target}_{axis}_m"] = rows.sum(seen["actor_id"], seen[f"mma_{axis}_error_m"].abs())
+    return sums
 
 
-def _alignment(sequence: dict[str, Any]) -> Floats:
-    """(V, T) share of their frames that a vehicle and a track have in common, weighted by overlap."""
-    common = np.zeros((sequence["num_gt_ids"], sequence["num_tracker_ids"]))
-    for vehicle, track, overlap in _steps(sequence):
-        either = overlap.sum(axis=0) + overlap.sum(axis=1)[:, None] - overlap
-        common[np.ix_(vehicle, track)] += np.divide(overlap, either, np.zeros_like(overlap), where=either > ROUNDING)
-    vehicle_frames = _count(np.concatenate([[], *sequence["gt_ids"]]), len(common))
-    track_frames = _count(np.concatenate([[], *sequence["tracker_ids"]]), common.shape[1])
-    alignment: Floats = common / (vehicle_frames[:, None] + track_frames - common)
-    return alignment
+def _headings(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
+    """Flipped headings of moving vehicles, as in `grading.track_metrics`, and the errors of the others."""
+    moving = judged[judged["true_mode"] != MODELS[0]]
+    error = moving["heading_error_deg"].abs()
+    flipped = error > 90.0
+    return {
+        "flipped": rows.sum(moving["actor_id"], flipped),
+        "heading_deg": rows.sum(moving["actor_id"], error.where(~flipped, 0.0)),
+    }
 
 
-def _steps(sequence: dict[str, Any]) -> list[tuple[Ints, Ints, Floats]]:
-    """Vehicles, tracks and their overlaps in every step that has both."""
-    steps = zip(sequence["gt_ids"], sequence["tracker_ids"], sequence["similarity_scores"], strict=True)
-    return [(vehicle, track, overlap) for vehicle, track, overlap in steps if overlap.size]
+def _segmentation(
+    rows: _VehicleRows, graded: pd.DataFrame, segments: pd.DataFrame, config: GradingConfig
+) -> dict[str, Floats]:
+    """Split and missed vehicles, and merged segments, as in `grading.segmentation_metrics`."""
+    seen = graded[graded["largest_segment_share"].notna()]
+    return {
+        "segmented": rows.sum(seen["actor_id"]),
+        "split": rows.sum(seen["actor_id"], seen["segments"] >= 2),
+        "in_no_segment": rows.sum(seen["actor_id"], seen["largest_segment_share"] <= 0.5),
+        "segments": rows.sum(segments["actor_id"]),
+        "merged": rows.sum(segments["actor_id"], segments["second_share"] >= config.part_share_min),
+    }
+
+
+def _occlusions(rows: _VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, Floats]:
+    """Occlusions, and those that the track id survived, as in `grading.occlusion_metrics`."""
+    found = [
+        (vehicle, occlusion.survived)
+        for vehicle, occlusion in occlusion_metrics.occlusions(tables["truth"], tables["tracks"], config)
+    ]
+    vehicle, survived = np.reshape(found, (-1, 2)).T
+    return {"occlusions": rows.sum(vehicle), "survived": rows.sum(vehicle, survived)}
+
+
+def _rounded(sums: Floats) -> Floats:
+    """Round to `DIGITS` significant digits through decimal text, so that a baseline file returns the same numbers."""
+    return np.array([[float(f"{value:.{DIGITS}g}") for value in row] for row in sums.tolist()])

@@ -1,1 +1,1 @@
-"""Grading: what the tracker said, held against the truth of the simulation."""
+"""Grading of a run: tracks and detections compared with the simulated ground truth."""

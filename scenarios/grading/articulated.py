@@ -1,4 +1,4 @@
-"""An articulated truck as two boxes: one rectangle does not describe it while it is bent."""
+"""Articulated trucks as two boxes: while a truck is bent, one rectangle does not describe it."""
 
 import numpy as np
 
@@ -8,29 +8,38 @@ from sim.articulation import hitch
 
 
 def trailers(pose: Floats, size: Floats) -> tuple[Floats, Floats]:
-    """Poses (N, 3) and sizes of the trailers of N trucks.
+    """Return poses (N, 3) and sizes of the trailers of N trucks.
 
     Parameters
     ----------
     pose
-        (N, 3) of the straight trucks' boxes, in any frame.
+        (N, 3) poses of the straight trucks' boxes, in any frame [m, m, rad].
     size
-        (N, 2) or (N, 3) of them, the length first [m].
+        (N, 2) or (N, 3) sizes of these boxes, length first [m].
     """
     front = hitch(size[:, 0]).trailer_front
-    return _ahead(pose, -0.5 * front), _as_long_as(size, size[:, 0] - front)
+    return _moved_ahead(pose, -0.5 * front), _with_length(size, size[:, 0] - front)
 
 
 def tractors(pose: Floats, size: Floats, articulation: Floats) -> tuple[Floats, Floats]:
-    """Poses and sizes of what is before the trailers, turned about the kingpins by `articulation` (N,) [rad]."""
+    """Return poses (N, 3) and sizes of the tractors, rotated about the kingpins by `articulation` (N,) [rad].
+
+    Parameters
+    ----------
+    pose, size
+        As for `trailers`.
+    """
     places = hitch(size[:, 0])
-    kingpin = _ahead(pose, 0.5 * size[:, 0] - places.kingpin)
+    kingpin = _moved_ahead(pose, 0.5 * size[:, 0] - places.kingpin)
     kingpin[:, 2] += articulation
-    return _ahead(kingpin, places.kingpin - 0.5 * places.trailer_front), _as_long_as(size, places.trailer_front)
+    return _moved_ahead(kingpin, places.kingpin - 0.5 * places.trailer_front), _with_length(size, places.trailer_front)
 
 
 def parts(pose: Floats, size: Floats, articulation: Floats) -> tuple[Ints, Floats, Floats]:
-    """Boxes that show N vehicles: row of the vehicle, pose and size of each; first one for each, then the tractors."""
+    """Return boxes that show N vehicles: vehicle row, pose and size of each.
+
+    The first N are the vehicles, bent trucks as their trailers; the tractors of the bent trucks follow.
+    """
     bent = np.flatnonzero(articulation)
     poses, sizes = pose.copy(), size.copy()
     poses[bent], sizes[bent] = trailers(pose[bent], size[bent])
@@ -38,12 +47,12 @@ def parts(pose: Floats, size: Floats, articulation: Floats) -> tuple[Ints, Float
     return np.append(np.arange(len(pose)), bent), np.vstack([poses, tractor_pose]), np.vstack([sizes, tractor_size])
 
 
-def _ahead(pose: Floats, distance: Floats) -> Floats:
-    """Poses (N, 3) moved along their headings by distances (N,) [m]."""
+def _moved_ahead(pose: Floats, distance: Floats) -> Floats:
+    """Move poses (N, 3) along their headings by distances (N,) [m]."""
     moved = pose.copy()
     moved[:, :2] += turned(np.column_stack([distance, np.zeros_like(distance)]), pose[:, 2])
     return moved
 
 
-def _as_long_as(size: Floats, length: Floats) -> Floats:
+def _with_length(size: Floats, length: Floats) -> Floats:
     return np.column_stack([length, size[:, 1:]])

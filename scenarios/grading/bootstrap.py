@@ -1,8 +1,8 @@
-"""Intervals of what is averaged over many frames of few vehicles.
+"""Bootstrap confidence intervals of averages over many frames of few vehicles.
 
-One vehicle is much the same from frame to frame, so that observations are far from independent; vehicles are drawn
-instead, with all of their observations (cluster bootstrap: Davison and Hinkley 1997, Bootstrap Methods and their
-Application, section 3.8). The interval is the percentiles', of as many vehicles as there were.
+Observations of one vehicle are correlated from frame to frame. Whole vehicles are therefore resampled, with all their
+observations (cluster bootstrap: Davison and Hinkley 1997, Bootstrap Methods and their Application, section 3.8). Each
+resample has as many vehicles as the run; the interval lies between two percentiles of the resamples.
 """
 
 import numpy as np
@@ -11,19 +11,19 @@ from scenarios.arrays import Floats, Ints
 
 RESAMPLES = 1000
 SEED = 0
-"""Fixed, so that a run's intervals are the same every time."""
+"""Fixed for reproducible intervals."""
 QUANTILES = (0.025, 0.975)
 
 Interval = tuple[float, float]
 
 
 class Bootstrap:
-    """Draws from a run's vehicles, the same draws for every metric.
+    """Resamples of a run's vehicles, shared by all metrics.
 
     Parameters
     ----------
     vehicles
-        Ids of all vehicles with observations, in any order, repeated or not.
+        Ids of all vehicles with observations, in any order, with or without repetitions.
     """
 
     def __init__(self, vehicles: Ints) -> None:
@@ -35,12 +35,12 @@ class Bootstrap:
         self.times = np.bincount(cell.ravel(), minlength=RESAMPLES * count).reshape(RESAMPLES, count).astype(np.float64)
 
     def of_ratio(self, vehicle: Ints, part: Floats, whole: Floats) -> Interval | None:
-        """Interval of sum `part` (n,) over sum `whole` (n,), observations of vehicles (n,); None if all are of one."""
+        """Return the interval of sum `part` (n,) over sum `whole` (n,), or None if all are of one `vehicle` (n,)."""
         sums = self._sums(vehicle, part, whole)
         return _interval(sums[:, 0], sums[:, 1]) if sums is not None else None
 
     def of_std(self, vehicle: Ints, values: Floats) -> Interval | None:
-        """Interval of the standard deviation of `values` (n,), likewise."""
+        """Return the interval of the standard deviation of `values` (n,), or None as for `of_ratio`."""
         sums = self._sums(vehicle, values, values**2, np.ones_like(values))
         if sums is None:
             return None
@@ -49,7 +49,7 @@ class Bootstrap:
         return _interval(np.sqrt(np.maximum(variance, 0.0)), np.ones_like(count))
 
     def _sums(self, vehicle: Ints, *columns: Floats) -> Floats | None:
-        """(RESAMPLES, columns) sums of each resample, by way of each vehicle's own."""
+        """(RESAMPLES, columns) sums of each resample, computed from the sums of each vehicle."""
         if len(np.unique(vehicle)) < 2:
             return None
         row = np.searchsorted(self.vehicles, vehicle)
@@ -59,7 +59,7 @@ class Bootstrap:
 
 
 def _interval(part: Floats, whole: Floats) -> Interval:
-    """Percentiles of the ratio, over the resamples in which there was anything."""
+    """Return percentiles of the ratio over the resamples with observations."""
     drawn = whole > 0.0
     low, high = np.quantile(part[drawn] / whole[drawn], QUANTILES)
     return float(low), float(high)

@@ -1,4 +1,4 @@
-"""What there was to see: the paper's summary of its data set, table I. No tracker has a part in it."""
+"""Summary of the graded data set, as the paper's table I. It does not depend on the tracker."""
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,15 @@ NO_OBSERVATION = "no vehicle was graded"
 
 
 def grade(sheet: MetricSheet, observations: pd.DataFrame, frames: int) -> None:
-    """Enter every `dataset` metric from the graded rows of the truth table; an observation is a vehicle in a frame."""
+    """Enter every `dataset` metric.
+
+    Parameters
+    ----------
+    observations
+        Graded rows of the truth table; an observation is a vehicle in a frame.
+    frames
+        Number of graded frames.
+    """
     count, vehicles = len(observations), int(observations["actor_id"].nunique())
     for name, value in (("vehicles", vehicles), ("observations", count), ("frames", frames)):
         sheet.write(f"dataset.{name}", value, frames, NO_FRAME)

@@ -1,4 +1,4 @@
-"""How well single-frame rectangles fit: the paper's tables of heading errors, and position and overlap beside them."""
+"""Errors of rectangles fitted to single frames: heading as in the paper's tables, position, and overlap."""
 
 from typing import Any
 
@@ -9,10 +9,10 @@ import pandas as pd
 from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading import bound
 from scenarios.grading.bound import Ranging
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.metric_names import FIT_METHODS, VIEWS
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.ownership import NOBODY, Ownership
+from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from scenarios.grading.plane_geometry import QUARTER, corner, iou, matching_sign, nearest_sign, wrap
 from tracker.records import BASELINES, METHODS, StepTrace
 
@@ -21,11 +21,13 @@ NO_BASELINES = "the tracker fitted no baselines: [tracker.baselines] enabled = t
 TRUE_BOX = ("true_x_ego_m", "true_y_ego_m", "true_yaw_ego_rad", "true_length_m", "true_width_m")
 
 
-def rows(now: Instant, ownership: Ownership, trace: StepTrace, ranging: Ranging | None) -> dict[str, npt.NDArray[Any]]:
-    """Return the fit observations of one frame: a row per graded vehicle that has a segment, and candidate."""
+def rows(
+    frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace, ranging: Ranging | None
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the fit observations of one frame: a row per candidate of each graded vehicle with a segment."""
     owner, segment = _largest_segments(ownership)
     fitted = trace.candidates
-    methods = fitted.heading.shape[1]  # a tracker need not fit the last of `CANDIDATES`, baselines
+    methods = fitted.heading.shape[1]  # fitting the baselines, the last of `CANDIDATES`, is optional
     box = np.dstack([fitted.center_ego[segment], fitted.heading[segment], fitted.size[segment]]).reshape(-1, len(BOX))
     method = np.tile(np.arange(methods), len(segment))
 
@@ -34,28 +36,30 @@ def rows(now: Instant, ownership: Ownership, trace: StepTrace, ranging: Ranging 
 
     columns = {
         "segment": each(segment),
-        "actor_id": each(now.actors.id[owner]),
-        "view": each(now.truth.view[owner]),
-        "range_m": each(now.range_m[owner]),
+        "actor_id": each(frame_truth.actors.id[owner]),
+        "view": each(frame_truth.truth.view[owner]),
+        "range_m": each(frame_truth.range_m[owner]),
         "points": each(ownership.size[segment]),
-        "heading_bound_deg": each(np.degrees(bound.observed(now, ranging, trace.segments.label, owner, segment))),
+        "heading_bound_deg": each(
+            np.degrees(bound.observed(frame_truth, ranging, trace.segments.label, owner, segment))
+        ),
         "method": method,
         "cost": fitted.cost[segment].ravel(),
         "best": method == each(fitted.best[segment]),
         **dict(zip(BOX, box.T, strict=True)),
-        **dict(zip(TRUE_BOX, each(now.boxes_ego[owner]).T, strict=True)),
+        **dict(zip(TRUE_BOX, each(frame_truth.boxes_ego[owner]).T, strict=True)),
     }
-    kept = (method < len(METHODS)) | np.isfinite(box[:, 2])  # a baseline that is off is not in the table
+    kept = (method < len(METHODS)) | np.isfinite(box[:, 2])  # disabled baselines have no rows
     return {name: values[kept] for name, values in columns.items()}
 
 
 def _largest_segments(ownership: Ownership) -> tuple[Ints, Ints]:
-    """Each owner (K,) and the segment (K,) that holds most of its points.
+    """Return the owners (K,) and the segment (K,) with most points of each.
 
-    As in the paper, a vehicle is observed once a frame. Its other segments are pieces, like a wheel seen under a car
-    or the end of a bumper beside it: that they were cut off is segmentation's mistake, and they tell no heading.
+    As in the paper, a vehicle is observed once per frame. Its other segments are fragments, like a wheel seen under
+    another car or the end of a bumper. They carry no heading information and count as over-segmentation.
     """
-    segment = np.flatnonzero(ownership.owner != NOBODY)
+    segment = np.flatnonzero(ownership.owner != NO_ACTOR_ROW)
     owner = ownership.owner[segment]
     largest_first = np.argsort(-ownership.counts[owner, segment], kind="stable")
     owners, first = np.unique(owner[largest_first], return_index=True)
@@ -63,11 +67,11 @@ def _largest_segments(ownership: Ownership) -> tuple[Ints, Ints]:
 
 
 def measure(fits: pd.DataFrame) -> pd.DataFrame:
-    """Add the errors of every rectangle, and mark each observation's `oracle`: the least heading error.
+    """Add the errors of every rectangle, and mark the least heading error of each observation as `oracle`.
 
-    Heading errors are modulo 90 degrees, in (-45, 45]. The position is that of the rectangle's corner nearest to the
-    ego, against the same corner of the true box: naming the true one by the rectangle's keeps a vehicle abreast,
-    whose two near corners are equally far, from costing its whole length.
+    Heading errors are modulo 90 degrees, in (-45, 45]. The position error is the distance from the rectangle's corner
+    nearest to the ego to the same corner of the true box. The rectangle chooses the corner: for a vehicle abreast, with
+    two equally near corners, independent choices could differ by the whole length.
     """
     box, true = fits[[*BOX]].to_numpy(np.float64), fits[[*TRUE_BOX]].to_numpy(np.float64)
     turn = box[:, 2] - true[:, 2]
@@ -84,7 +88,7 @@ def measure(fits: pd.DataFrame) -> pd.DataFrame:
 
 
 def _oracle(method: npt.NDArray[np.int8], error: Floats) -> Bools:
-    """Mark the least error of each observation's `METHODS`; baselines cannot be chosen, and NaN is no error."""
+    """Mark the least error among each observation's `METHODS`; baselines are not selectable, NaN is skipped."""
     choice = np.flatnonzero(method < len(METHODS)).reshape(-1, len(METHODS))
     least = choice[np.arange(len(choice)), np.where(np.isfinite(error), np.abs(error), np.inf)[choice].argmin(axis=1)]
     oracle = np.zeros(len(error), dtype=np.bool_)
@@ -93,9 +97,16 @@ def _oracle(method: npt.NDArray[np.int8], error: Floats) -> Bools:
 
 
 def grade(sheet: MetricSheet, fits: pd.DataFrame, observations: int, why_none: str) -> None:
-    """Enter every `fit` metric; a method that fitted no rectangle to an observation is not charged for it.
+    """Enter every `fit` metric. An observation without a rectangle of a method does not count for this method.
 
-    How many of the data set's `observations` (0 for a tracker that gives no trace) have one is the coverage.
+    Parameters
+    ----------
+    fits
+        The table with errors.
+    observations
+        Observations of the data set, the denominator of the coverage; 0 for a tracker without a trace.
+    why_none
+        Reason of missing values.
     """
     fitted = fits[np.isfinite(fits["heading_error_deg"])]
     sheet.rate("fit.best.coverage", int(fitted["best"].sum()), observations, why_none)
@@ -127,9 +138,9 @@ def _grade_method(sheet: MetricSheet, prefix: str, fits: pd.DataFrame, why_none:
 
 
 def _grade_regret(sheet: MetricSheet, fitted: pd.DataFrame, why_none: str) -> None:
-    """Enter what a perfect choice among `METHODS` would have gained, where something was chosen.
+    """Enter the mean gain of a perfect selection among `METHODS`, over observations with a selected rectangle.
 
-    Not all of it is the selection's fault: the least of several errors is small by chance, too.
+    The regret overstates the fault of the selection, because the least of several errors is partly small by chance.
     """
     of_observation = ["frame", "actor_id"]
     best, oracle = (
@@ -141,9 +152,9 @@ def _grade_regret(sheet: MetricSheet, fitted: pd.DataFrame, why_none: str) -> No
 
 
 def _grade_bound(sheet: MetricSheet, best: pd.DataFrame, why_none: str) -> None:
-    """Enter the mean absolute heading error over that of normal errors at the bound: sqrt(2 / pi) of it each."""
+    """Enter the mean absolute heading error over that of normal errors at the bound, sqrt(2 / pi) times the bound."""
     bounded = best[best["heading_bound_deg"].notna()]
     error = bounded["heading_error_deg"].abs().to_numpy()
     at_bound = np.sqrt(2.0 / np.pi) * bounded["heading_bound_deg"].to_numpy()
-    why = "no observation has a bound: its range noise is none or unknown, or no face shows two clean points"
+    why = "no observation has a bound: the range noise is zero or unknown, or no face has two clean points"
     sheet.ratio("fit.best.bound_ratio", error, at_bound, why if len(best) else why_none, bounded["actor_id"].to_numpy())

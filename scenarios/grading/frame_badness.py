@@ -1,4 +1,7 @@
-"""How bad the rows of a run's tables are: each family of metrics has its rows, a number for each, and words for it."""
+"""Badness of the rows of a run's tables, per family of metrics, with a description of the error in a row.
+
+`worst_frames` maps the name of a metric to one of these functions.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -6,49 +9,50 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.snapshots import PATIENCE_S
+from scenarios.grading.snapshots import CONFIRMATION_S
 from tracker.records import MODELS
 
 Row = Mapping[str, Any]
-"""One row of a table by column, and its `badness`."""
+"""A row of a table by column, and its `badness`."""
 
-NEWCOMER = 0.01
-"""What a vehicle without a track counts that came into view less than `PATIENCE_S` ago: tracks take time to confirm."""
+NEW_VEHICLE_WEIGHT = 0.01
+"""Badness of a vehicle without a track that was first graded less than `CONFIRMATION_S` ago."""
 
 CONSISTENT = 2.0
-"""NEES and NIS of a position that is as uncertain as it is said to be, in the mean."""
+"""Expected NEES and NIS of a consistent position estimate (2 degrees of freedom)."""
 
 
-class Rated(NamedTuple):
-    """Rows of a table with `frame` and `time_s`."""
+class RatedRows(NamedTuple):
+    """Rows of a table with `frame` and `time_s`, and the badness of each."""
 
     rows: pd.DataFrame
     badness: pd.Series
-    """The larger the worse; 0 and NaN are not bad at all."""
-    tell: Callable[[Row], str]
-    """What is wrong in a row."""
+    """Larger is worse; 0 and NaN mean no error."""
+    describe: Callable[[Row], str]
+    """Returns a description of the error in a row."""
 
 
-def fits(table: pd.DataFrame, view: Sequence[str], method: str, measure: str) -> Rated:
-    """Rectangles of one method, of one view if it is named."""
+def fits(table: pd.DataFrame, view: Sequence[str], method: str, measure: str) -> RatedRows:
+    """Rate the rectangles of one method, limited to one view if `view` names it."""
     rows = table[table[method]] if method in ("best", "oracle") else table[table["method"] == method]
     rows = rows[rows["view"] == view[0]] if view else rows
     if measure == "coverage":
-        return Rated(rows, rows["heading_error_deg"].isna().astype(float), lambda row: f"no rectangle {_place(row)}")
+        missing = rows["heading_error_deg"].isna().astype(float)
+        return RatedRows(rows, missing, lambda row: f"no rectangle {_vehicle(row)}")
     if measure.startswith("position"):
-        return Rated(rows, rows["position_error_m"], lambda row: f"{_fit(row)} is {row['position_error_m']:.2f} m off")
+        error = rows["position_error_m"]
+        return RatedRows(rows, error, lambda row: f"{_rectangle(row)} is {row['position_error_m']:.2f} m off")
     if measure.startswith("iou"):
-        return Rated(rows, 1.0 - rows["iou"], lambda row: f"{_fit(row)} overlaps it by {row['iou']:.2f}")
-    return Rated(
-        rows, rows["heading_error_deg"].abs(), lambda row: f"{_fit(row)} is {row['heading_error_deg']:+.1f} deg off"
-    )
+        return RatedRows(rows, 1.0 - rows["iou"], lambda row: f"{_rectangle(row)} overlaps it by {row['iou']:.2f}")
+    error = rows["heading_error_deg"].abs()
+    return RatedRows(rows, error, lambda row: f"{_rectangle(row)} is {row['heading_error_deg']:+.1f} deg off")
 
 
-def _fit(row: Row) -> str:
-    return f"the {row['method']} rectangle {_place(row)}"
+def _rectangle(row: Row) -> str:
+    return f"the {row['method']} rectangle {_vehicle(row)}"
 
 
-def _place(row: Row) -> str:
+def _vehicle(row: Row) -> str:
     return f"on vehicle {row['actor_id']} ({row['view'].replace('_', ' ')}, {row['range_m']:.0f} m)"
 
 
@@ -56,116 +60,120 @@ def _track(row: Row) -> str:
     return f"track {row['track_id']} on vehicle {row['actor_id']}"
 
 
-def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> Rated:
-    """Tracked corners on standing or moving vehicles, by one estimate, along one axis of the ego or both."""
+def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> RatedRows:
+    """Rate the tracked corners of one estimate on standing or moving vehicles, along one or both axes of the ego."""
     judged = tracks[tracks["judged"]]
     standing = judged["true_mode"] == MODELS[0]
     rows = judged[standing if target.startswith("stationary") else ~standing]
     error = np.sqrt(sum(rows[f"{estimate}_{axis}_error_m"] ** 2 for axis in axes))
 
-    def tell(row: Row) -> str:
+    def describe(row: Row) -> str:
         return f"{_track(row)} is {row['badness']:.2f} m off by {estimate}, the model is {row['model']}"
 
-    return Rated(rows, error, tell)
+    return RatedRows(rows, error, describe)
 
 
-def modes(tracks: pd.DataFrame, *, standing_only: bool) -> Rated:
-    """Selected models that are not the true mode, or take what stands for what moves."""
+def modes(tracks: pd.DataFrame, *, standing_only: bool) -> RatedRows:
+    """Rate the selected models: wrong mode, or only standing and moving confused."""
     rows = tracks[tracks["judged"]]
     true, chosen = rows["true_mode"].astype(str), rows["model"].astype(str)
     wrong = (chosen == MODELS[0]) != (true == MODELS[0]) if standing_only else chosen != true
-    return Rated(rows, wrong.astype(float), lambda row: f"{_track(row)} is {row['model']}, truly {row['true_mode']}")
+    return RatedRows(
+        rows, wrong.astype(float), lambda row: f"{_track(row)} is {row['model']}, truly {row['true_mode']}"
+    )
 
 
-def consistency(tracks: pd.DataFrame, column: str) -> Rated:
-    """NEES or NIS far from what is expected, above or below."""
+def consistency(tracks: pd.DataFrame, column: str) -> RatedRows:
+    """Rate NEES or NIS by the distance from the expected value, above or below."""
     rows = tracks[tracks["judged"]]
     far = np.log(rows[column].clip(lower=1e-9) / CONSISTENT).abs()
     name = column.replace("_", " ")
-    return Rated(rows, far, lambda row: f"{_track(row)} has a {name} of {row[column]:.3g}, {CONSISTENT:g} is expected")
+    return RatedRows(rows, far, lambda row: f"{_track(row)} has a {name} of {row[column]:.3g}, expected {CONSISTENT:g}")
 
 
-def headings(tracks: pd.DataFrame) -> Rated:
-    """Headings of tracks on moving vehicles."""
+def headings(tracks: pd.DataFrame) -> RatedRows:
+    """Rate the headings of tracks on moving vehicles."""
     rows = tracks[tracks["judged"] & (tracks["true_mode"] != MODELS[0])]
     error = rows["heading_error_deg"]
-    return Rated(rows, error.abs(), lambda row: f"{_track(row)} points {row['heading_error_deg']:+.1f} deg off")
+    return RatedRows(rows, error.abs(), lambda row: f"{_track(row)} points {row['heading_error_deg']:+.1f} deg off")
 
 
-def overlaps(tracks: pd.DataFrame) -> Rated:
-    """Tracks that fit their vehicle badly."""
+def overlaps(tracks: pd.DataFrame) -> RatedRows:
+    """Rate tracks by the overlap with their vehicle."""
     rows = tracks[tracks["judged"]]
-    return Rated(rows, 1.0 - rows["iou"], lambda row: f"{_track(row)} overlaps it by {row['iou']:.2f}")
+    return RatedRows(rows, 1.0 - rows["iou"], lambda row: f"{_track(row)} overlaps it by {row['iou']:.2f}")
 
 
-def split(truth: pd.DataFrame) -> Rated:
-    """Vehicles of which the largest segment holds little."""
+def split(truth: pd.DataFrame) -> RatedRows:
+    """Rate vehicles by the share of points outside their largest segment."""
     rows = truth[truth["graded"]]
 
-    def tell(row: Row) -> str:
+    def describe(row: Row) -> str:
         share = row["largest_segment_share"]
         return f"{share:.0%} of the {row['points']} points of vehicle {row['actor_id']} are in its largest segment"
 
-    return Rated(rows, 1.0 - rows["largest_segment_share"], tell)
+    return RatedRows(rows, 1.0 - rows["largest_segment_share"], describe)
 
 
-def merged(segments: pd.DataFrame) -> Rated:
-    """Segments that hold much of something else, too."""
+def merged(segments: pd.DataFrame) -> RatedRows:
+    """Rate segments by the share of the second object in them."""
 
-    def tell(row: Row) -> str:
-        return f"{row['second_share']:.0%} of the {row['points']} points of segment {row['segment']} are something else"
+    def describe(row: Row) -> str:
+        share = row["second_share"]
+        return f"{share:.0%} of the {row['points']} points of segment {row['segment']} belong to another object"
 
-    return Rated(segments, segments["second_share"], tell)
+    return RatedRows(segments, segments["second_share"], describe)
 
 
-def outliers(table: pd.DataFrame, cause: str) -> Rated:
-    """Points of a cause that were kept, and clean ones that were removed with it."""
+def outliers(table: pd.DataFrame, cause: str) -> RatedRows:
+    """Rate the removal of one cause: its points that were kept, and clean points removed beside them."""
     rows = table[table["cause"] == cause]
 
-    def tell(row: Row) -> str:
+    def describe(row: Row) -> str:
         return f"{row['removed']} of {row['points']} removed, and {row['clean_removed_beside']} clean points with them"
 
-    return Rated(rows, rows["points"] - rows["removed"] + rows["clean_removed_beside"], tell)
+    return RatedRows(rows, rows["points"] - rows["removed"] + rows["clean_removed_beside"], describe)
 
 
-def control(table: pd.DataFrame, driver: str, measure: str) -> Rated:
-    """Frames of one drive in which a collision is near, or there is one, or the ego brakes hard."""
+def control(table: pd.DataFrame, driver: str, measure: str) -> RatedRows:
+    """Rate the frames of one drive by collisions, closeness to a collision, or braking of the ego."""
     rows = table[table["driver"] == driver]
     if measure.startswith("max_deceleration"):
-        return Rated(rows, -rows["acceleration_mps2"], lambda row: f"it brakes at {row['badness']:.1f} m/s^2")
+        return RatedRows(rows, -rows["acceleration_mps2"], lambda row: f"it brakes at {row['badness']:.1f} m/s^2")
     if measure == "collisions":
-        return Rated(rows, rows["collides"].astype(float), lambda _: "it hits somebody")
+        return RatedRows(rows, rows["collides"].astype(float), lambda _: "the ego collides")
     column = "gap_m" if measure.startswith("min_gap") else "ttc_s"
 
-    def tell(row: Row) -> str:
+    def describe(row: Row) -> str:
         return f"{row['ttc_s']:.2f} s to a collision, {row['gap_m']:.1f} m away"
 
-    return Rated(rows, 1.0 / rows[column].clip(lower=1e-3), tell)
+    return RatedRows(rows, 1.0 / rows[column].clip(lower=1e-3), describe)
 
 
-def identities(truth: pd.DataFrame) -> Rated:
-    """Vehicles that are followed by another track than when they were last followed."""
+def identities(truth: pd.DataFrame) -> RatedRows:
+    """Rate vehicles by changes of the track that follows them."""
     followed = truth[truth["graded"] & (truth["track_id"] >= 0)].sort_values("frame", kind="stable")
     rows = followed.assign(before=followed.groupby("actor_id")["track_id"].shift())
     changed = rows["before"].notna() & (rows["before"] != rows["track_id"])
 
-    def tell(row: Row) -> str:
+    def describe(row: Row) -> str:
         return f"vehicle {row['actor_id']} goes from track {row['before']:.0f} to track {row['track_id']}"
 
-    return Rated(rows, changed.astype(float), tell)
+    return RatedRows(rows, changed.astype(float), describe)
 
 
-def detections(truth: pd.DataFrame, tracks: pd.DataFrame) -> Rated:
-    """Graded vehicles without a track and tracks on nothing, by frame; newcomers without one weigh little."""
+def detections(truth: pd.DataFrame, tracks: pd.DataFrame) -> RatedRows:
+    """Rate frames by graded vehicles without a track and false tracks; new vehicles have little weight."""
     graded = truth[truth["graded"]]
     age_s = graded["time_s"] - graded.groupby("actor_id")["time_s"].transform("min")
-    lost = graded.assign(weight=np.where(age_s < PATIENCE_S, NEWCOMER, 1.0))[graded["track_id"] < 0].groupby("frame")
+    weight = np.where(age_s < CONFIRMATION_S, NEW_VEHICLE_WEIGHT, 1.0)
+    missed = graded.assign(weight=weight)[graded["track_id"] < 0].groupby("frame")
     false = tracks[tracks["verdict"] == "false"].groupby("frame").size()
     frames = pd.concat([truth[["frame", "time_s"]], tracks[["frame", "time_s"]]]).drop_duplicates("frame")
-    columns = {"missed": lost.size(), "weight": lost["weight"].sum(), "false": false}
+    columns = {"missed": missed.size(), "weight": missed["weight"].sum(), "false": false}
     rows = frames.assign(**{name: frames["frame"].map(column).fillna(0) for name, column in columns.items()})
 
-    def tell(row: Row) -> str:
-        return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} tracks on nothing"
+    def describe(row: Row) -> str:
+        return f"{row['missed']:.0f} graded vehicles without a track, {row['false']:.0f} false tracks"
 
-    return Rated(rows, rows["weight"] + rows["false"], tell)
+    return RatedRows(rows, rows["weight"] + rows["false"], describe)

@@ -1,6 +1,6 @@
-"""The tables that grading fills: their columns, and how rows of single frames become one data frame.
+"""Tables of grading: their columns, and a builder that joins the rows of single frames.
 
-Every table starts with `frame` and `time_s`. Enumerations are categories by name; -1 stands for "no actor", "no track".
+Every table starts with `frame` and `time_s`. Enumerations are categories by name; -1 means "no actor" or "no track".
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from sim.world import Kind, WorldFrame
 from tracker.records import MODELS, Status
 
 Schema = Mapping[str, type | tuple[str, ...]]
-"""Column name to dtype, or to the names of its categories in the order of their codes."""
+"""Dtype of each column by name, or the names of its categories in the order of their codes."""
 
 VIEW_NAMES = tuple(VIEWS.get(view, view.name.lower()) for view in View)
 
@@ -48,8 +48,8 @@ TRUTH: Schema = {
     "segments": np.int64,
     "largest_segment_share": np.float64,
 }
-"""One row per actor and frame. `segments` counts those with a fair share of its points; the largest share is NaN
-where the tracker gave no trace. `mode` is the true `Mode`, by the name of the model that fits it."""
+"""A row per actor and frame. `segments` counts the segments with at least `part_share_min` of its points; the largest
+share is NaN without a trace of the tracker. `mode` is the true `Mode`, by the name of the matching motion model."""
 
 TRACKS: Schema = {
     "track_id": np.int64,
@@ -71,9 +71,9 @@ TRACKS: Schema = {
     "nees": np.float64,
     **{f"{model}_{measure}": np.float64 for measure in ("nees", "nis") for model in MODELS},
 }
-"""One row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN where
-a track follows nobody. A track is `judged` when it is confirmed and on a graded vehicle; the errors of its corner (ego
-axes), its NEES and those and the NIS of its models are NaN otherwise."""
+"""A row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN for a
+track that follows no actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the
+corner errors (ego axes), the NEES, and the NEES and NIS of each model are NaN."""
 
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""
@@ -99,9 +99,9 @@ FITS: Schema = {
     "true_length_m": np.float64,
     "true_width_m": np.float64,
 }
-"""One row per fit observation and candidate, the candidates of one observation in a row. The rectangle is NaN where a
-method fitted none; a baseline then has no row. `heading_bound_deg` is the observation's Cramer-Rao bound, NaN where it
-has none. The errors are added at the end, all at once: `heading_error_deg`, `position_error_m`, `iou`, `oracle`."""
+"""A row per fit observation and candidate; the candidates of one observation are consecutive. A method without a fit
+has a NaN rectangle, a baseline without a fit has no row. `heading_bound_deg` is the observation's Cramer-Rao bound, NaN
+without one. `fit_metrics.measure` adds the errors: `heading_error_deg`, `position_error_m`, `iou` and `oracle`."""
 
 SEGMENTS: Schema = {
     "segment": np.int64,
@@ -110,7 +110,8 @@ SEGMENTS: Schema = {
     "share": np.float64,
     "second_share": np.float64,
 }
-"""One row per segment that holds a fair share of a graded vehicle: what it holds most of, and what second most."""
+"""A row per segment in which a graded vehicle has at least `part_share_min` of the points: the actor with most
+points, its share, and the second largest share."""
 
 OUTLIERS: Schema = {
     "cause": tuple(cause.name.lower() for cause in Cause),
@@ -118,8 +119,8 @@ OUTLIERS: Schema = {
     "removed": np.int64,
     "clean_removed_beside": np.int64,
 }
-"""One row per cause: points in the segments of graded vehicles, how many of them T-linkage removed, and how many
-clean points it removed in the segments that hold such points."""
+"""A row per cause: points in the segments of graded vehicles, the number of them removed by T-linkage, and the number
+of clean points removed in segments with points of this cause."""
 
 SCHEMAS: Mapping[str, Schema] = {
     "truth": TRUTH,
@@ -129,11 +130,11 @@ SCHEMAS: Mapping[str, Schema] = {
     "segments": SEGMENTS,
     "outliers": OUTLIERS,
 }
-"""Of every table, by name."""
+"""Schema of every table by name."""
 
 
 SNAPSHOT_KINDS = ("detection", "identity", "track_heading", "fit_heading")
-"""What may be wrong in a frame."""
+"""Kinds of errors for which frames are kept."""
 
 SNAPSHOTS: Schema = {
     "kind": SNAPSHOT_KINDS,
@@ -147,7 +148,7 @@ SNAPSHOTS: Schema = {
     "ego_length_m": np.float64,
     "ego_width_m": np.float64,
 }
-"""One row per frame that was kept for being among the worst of its kind: how bad, what is wrong, and where."""
+"""A row per kept frame, one of the worst of its kind: size, description and position of the error."""
 
 SNAPSHOT_POINTS: Schema = {
     "x_ego_m": np.float32,
@@ -155,11 +156,17 @@ SNAPSHOT_POINTS: Schema = {
     "actor_id": np.int64,
     "cause": tuple(cause.name.lower() for cause in Cause),
 }
-"""One row per scan point of these frames."""
+"""A row per scan point of the kept frames."""
 
 
 class TableBuilder:
-    """Gathers the rows of one table, frame by frame, as arrays; nothing is copied until `build`."""
+    """Collects the rows of one table frame by frame; arrays are copied only in `build`.
+
+    Parameters
+    ----------
+    schema
+        Columns of the table, without `frame` and `time_s`.
+    """
 
     def __init__(self, schema: Schema) -> None:
         self._schema = schema
@@ -169,7 +176,18 @@ class TableBuilder:
         self._rows: list[int] = []
 
     def add(self, frame: WorldFrame, columns: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Append the rows of one frame, one array per column of the schema, enumerations as codes."""
+        """Append the rows of one frame.
+
+        Parameters
+        ----------
+        columns
+            An array (rows,) per column of the schema; enumerations as codes.
+
+        Raises
+        ------
+        ValueError
+            A column is missing or not in the schema.
+        """
         if columns.keys() != self._parts.keys():
             raise ValueError(f"columns {sorted(columns.keys() ^ self._parts.keys())} are missing or not in the schema")
         for name, values in columns.items():
@@ -179,7 +197,7 @@ class TableBuilder:
         self._rows.append(len(values))
 
     def build(self) -> pd.DataFrame:
-        """Join all rows; a table without rows keeps its columns and their types."""
+        """Return all rows as a data frame; a table without rows keeps its columns and their types."""
         rows = np.array(self._rows, dtype=np.int64)
         columns: dict[str, Any] = {
             "frame": np.repeat(np.array(self._frames, dtype=np.int64), rows),

@@ -1,4 +1,4 @@
-"""The truth of one frame as the grader needs it: in the ego frame, points counted, and who is graded."""
+"""Ground truth of one frame for the grader: boxes in the ego frame, point counts, and graded vehicles."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,28 +16,28 @@ from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
 from tracker.scan import Scan
 
 IS_VEHICLE = np.array([kind in VEHICLE_KINDS for kind in Kind])
-"""By `Kind`."""
+"""True for vehicles, by `Kind`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instant:
-    """One frame of N points and A actors."""
+class FrameTruth:
+    """Ground truth of one frame with N points and A actors."""
 
     frame: WorldFrame
     scan: Scan
     truth: ScanTruth
     boxes_ego: Floats
-    """(A, 5) true boxes in the ego frame."""
+    """(A, 5) true boxes in the ego frame: x [m], y [m], yaw [rad], length [m], width [m]."""
     range_m: Floats
-    """(A,) from the ego's centre to the actor's."""
+    """(A,) distance from the ego's centre to the actor's [m]."""
     point_row: Ints
-    """(N,) row of the actor each point lies on, -1 for none."""
+    """(N,) row of the actor that each point lies on, -1 for none."""
     points: Ints
-    """(A,) points of its own."""
+    """(A,) number of points on the actor."""
     bent: Bools
-    """(A,) no rectangle describes it: it is articulated and bent."""
+    """(A,) the actor is an articulated truck bent too much for one rectangle."""
     graded: Bools
-    """(A,)."""
+    """(A,) the actor is a vehicle in range, with enough points, and not bent."""
 
     @property
     def actors(self) -> Actors:
@@ -45,8 +45,8 @@ class Instant:
         return self.frame.actors
 
     @classmethod
-    def of(cls, frame: WorldFrame, scan: Scan, truth: ScanTruth, config: GradingConfig) -> "Instant":
-        """Look at one frame."""
+    def of(cls, frame: WorldFrame, scan: Scan, truth: ScanTruth, config: GradingConfig) -> "FrameTruth":
+        """Evaluate the truth of one frame with the limits of `config`."""
         actors = frame.actors
         pose_ego = into_frame(actors.pose_world, frame.ego.pose_world)
         range_m = np.hypot(pose_ego[:, 0], pose_ego[:, 1])
@@ -67,9 +67,10 @@ class Instant:
         )
 
     def overlap(self, boxes_ego: Floats) -> Floats:
-        """(A, T) intersection over union with boxes (T, 5); of a bent truck, with the best of its whole and its parts.
+        """(A, T) intersection over union with boxes (T, 5) in the ego frame.
 
-        So a track on the tractor alone is on the truck, and a truck keeps its track while it bends.
+        A bent truck has the largest overlap of its straight box, its trailer and its tractor. A track on the tractor
+        alone thus follows the truck, and a truck keeps its track while it bends.
         """
         table = iou_table(self.boxes_ego, boxes_ego)
         bent = np.flatnonzero(self.bent)
@@ -81,7 +82,15 @@ class Instant:
         return table
 
     def rows(self, track_id: Ints, segments: Ints, largest_share: Floats) -> dict[str, npt.NDArray[Any]]:
-        """Rows of the truth table; per actor (A,) its track, its segments, and the largest one's share of it."""
+        """Return the rows of the truth table.
+
+        Parameters
+        ----------
+        track_id
+            (A,) id of the track that follows each actor.
+        segments, largest_share
+            (A,) number of segments of each actor, and the largest share of its points in one segment.
+        """
         actors, truth = self.actors, self.truth
         x, y, yaw = actors.pose_world.T
         return {

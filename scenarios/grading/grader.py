@@ -1,4 +1,4 @@
-"""The grader: frames in, verdicts out; metrics and tables at the end. `add` is cheap, `finish` does the sums."""
+"""Grader of a run: `add` grades one frame and collects its table rows, `finish` computes tables and metrics."""
 
 from collections.abc import Mapping
 
@@ -21,14 +21,14 @@ from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.bound import Ranging
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.frame_tables import TableBuilder
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import Pairer
+from scenarios.grading.matching import TrackMatcher
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.ownership import NOBODY, Ownership
+from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from scenarios.grading.plane_geometry import QUARTER, wrap
 from scenarios.grading.snapshots import Snapshots
-from scenarios.grading.track_matches import Following
+from scenarios.grading.track_matches import TrackMatches
 from scenarios.result import Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.world import WorldFrame
@@ -38,25 +38,25 @@ from tracker.scan import Scan
 NO_TRACE = "the tracker gives no trace of its stages"
 
 PER_FRAME = ("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min")
-"""Limits that count in single frames: to change them, one needs the frames."""
+"""Limits that apply in single frames. A change of these needs the frames; the tables of a run are not enough."""
 
 
 class Grader:
-    """Holds what a tracker says against the truth, frame by frame; one grader per run.
+    """Compares the output of a tracker with the ground truth, frame by frame; one grader per run.
 
     Parameters
     ----------
     config
-        What counts, and when.
+        Limits of grading.
     ranging
-        How the rig measures; without it, headings are not held against their bound.
+        Beam origins and range noise of the rig; without it, headings have no Cramer-Rao bound.
     """
 
     def __init__(self, config: GradingConfig, ranging: Ranging | None = None) -> None:
         self._config = config
         self._ranging = ranging
         self._frames = 0
-        self._pairer = Pairer(config)
+        self._matcher = TrackMatcher(config)
         self._truth = TableBuilder(frame_tables.TRUTH)
         self._tracks = TableBuilder(frame_tables.TRACKS)
         self._overlaps = TableBuilder(frame_tables.OVERLAPS)
@@ -73,47 +73,54 @@ class Grader:
         Parameters
         ----------
         frame, truth
-            The truth of the world and of the scan.
+            Ground truth of the world and of the scan.
         scan
-            What the tracker was given.
+            Input of the tracker.
         tracks
-            What it answered.
+            Output of the tracker.
         trace
-            How it got there, or None for a tracker that does not tell; its stages are then not graded.
+            Intermediate results of the tracker's stages. Without them (None) the stages are not graded.
         """
         self._frames += 1
-        now = Instant.of(frame, scan, truth, self._config)
-        following = Following.of(now, tracks, self._pairer)
-        self._tracks.add(frame, following.rows(now, tracks))
-        self._overlaps.add(frame, following.overlap_rows(now, tracks))
+        frame_truth = FrameTruth.of(frame, scan, truth, self._config)
+        matches = TrackMatches.of(frame_truth, tracks, self._matcher)
+        self._tracks.add(frame, matches.rows(frame_truth, tracks))
+        self._overlaps.add(frame, matches.overlap_rows(frame_truth, tracks))
 
         segments, largest_share = np.zeros(len(frame.actors), np.int64), np.full(len(frame.actors), np.nan)
         box_actor, box_error = np.empty(0, np.int64), np.empty(0)
         if trace is not None:
-            ownership = Ownership.of(now.point_row, trace.segments, now.graded, self._config.owner_share_min)
-            segments, largest_share = self._add_stages(now, ownership, trace)
-            box_actor, box_error = _grade_boxes(now, ownership, trace)
-        self._truth.add(frame, now.rows(following.track_of_actor(now, tracks), segments, largest_share))
-        self._snapshots.add(now, following, tracks, box_actor, box_error)
+            ownership = Ownership.of(
+                frame_truth.point_row, trace.segments, frame_truth.graded, self._config.owner_share_min
+            )
+            segments, largest_share = self._add_stages(frame_truth, ownership, trace)
+            box_actor, box_error = _grade_boxes(frame_truth, ownership, trace)
+        self._truth.add(frame, frame_truth.rows(matches.track_of_actor(frame_truth, tracks), segments, largest_share))
+        self._snapshots.add(frame_truth, matches, tracks, box_actor, box_error)
         return FrameGrade(
-            graded=now.graded,
-            points=now.points,
-            track_actor=following.actor_id(now),
-            track_heading_error=following.heading_error,
+            graded=frame_truth.graded,
+            points=frame_truth.points,
+            track_actor=matches.actor_id(frame_truth),
+            track_heading_error=matches.heading_error,
             box_actor=box_actor,
             box_heading_error=box_error,
         )
 
-    def _add_stages(self, now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
-        """Enter the rows of segmentation, outlier removal and fitting; return the actors' segment shares."""
+    def _add_stages(self, frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
+        """Add the rows of segmentation, outlier removal and fitting; return `segmentation_metrics.actor_shares`."""
         share_min = self._config.part_share_min
-        self._segments.add(now.frame, segmentation_metrics.rows(now.actors.id, now.graded, ownership, share_min))
-        self._outliers.add(now.frame, outlier_metrics.rows(now.point_row, now.truth.cause, ownership, trace))
-        self._fits.add(now.frame, fit_metrics.rows(now, ownership, trace, self._ranging))
-        return segmentation_metrics.actor_shares(ownership, now.points, share_min)
+        self._segments.add(
+            frame_truth.frame,
+            segmentation_metrics.rows(frame_truth.actors.id, frame_truth.graded, ownership, share_min),
+        )
+        self._outliers.add(
+            frame_truth.frame, outlier_metrics.rows(frame_truth.point_row, frame_truth.truth.cause, ownership, trace)
+        )
+        self._fits.add(frame_truth.frame, fit_metrics.rows(frame_truth, ownership, trace, self._ranging))
+        return segmentation_metrics.actor_shares(ownership, frame_truth.points, share_min)
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
-        """Return every metric of `metrics.GRADED` by name, and the tables behind them."""
+        """Return every metric of `metric_names.GRADED` by name, and the tables they are computed from."""
         result = {
             "truth": self._truth.build(),
             "tracks": self._tracks.build(),
@@ -127,12 +134,19 @@ class Grader:
 
 
 def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int) -> dict[str, Metric]:
-    """Return every metric of `metrics.GRADED` by name, from the tables of so many frames.
+    """Return every metric of `metric_names.GRADED` by name, from the tables of a run.
 
-    Of the limits those of single frames (`PER_FRAME`) are in the tables already.
+    Parameters
+    ----------
+    table
+        Tables by name, as returned by `Grader.finish`.
+    config
+        Limits of grading. The limits `PER_FRAME` have no effect: the tables already contain theirs.
+    frames
+        Number of graded frames.
     """
     truth, tracks = table["truth"], table["tracks"]
-    traced = len(table["outliers"]) > 0  # every frame with a trace has a row per cause
+    traced = len(table["outliers"]) > 0  # a frame with a trace has a row per cause
     observations = truth[truth["graded"]]
     no_vehicle = track_metrics.NO_TRUTH if traced else NO_TRACE
     no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
@@ -148,11 +162,11 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     return sheet.metrics
 
 
-def _grade_boxes(now: Instant, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
-    """(B,) graded vehicle of each box, and the box's heading error modulo a quarter turn."""
+def _grade_boxes(frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
+    """Return the id of the graded vehicle of each box (B,), and its heading error (B,) modulo a quarter turn [rad]."""
     boxes = trace.boxes
     row = ownership.owner[boxes.segment]
-    owned = np.flatnonzero(row != NOBODY)
+    owned = np.flatnonzero(row != NO_ACTOR_ROW)
     error = np.full(len(boxes), np.nan)
-    error[owned] = wrap(boxes.heading[owned] - now.boxes_ego[row[owned], 2], QUARTER)
-    return np.append(now.actors.id, NO_ACTOR)[row], error
+    error[owned] = wrap(boxes.heading[owned] - frame_truth.boxes_ego[row[owned], 2], QUARTER)
+    return np.append(frame_truth.actors.id, NO_ACTOR)[row], error

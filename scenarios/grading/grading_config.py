@@ -1,41 +1,44 @@
-"""Every limit of grading, in one place, printed with every result."""
+"""All limits of grading. They are printed with every result."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class GradingConfig:
-    """What counts, and when."""
+    """Limits of grading."""
 
     range_max_m: float = 50.0
-    """[m] from the ego's centre to the vehicle's; beyond it nothing is graded, tracks on nothing included."""
+    """Maximum distance from the ego's centre to the vehicle's [m]. Vehicles and false tracks beyond are not graded."""
     points_min: int = 10
-    """Scan points of its own that a vehicle needs to be graded in a frame."""
+    """Least number of scan points on a vehicle that is graded in a frame."""
     bent_deg: float = 5.0
-    """An articulated truck that is bent by more is not graded in that frame: no rectangle describes it. At 5 degrees,
-    the smallest one around it is 1.4 degrees off its trailer, as much as good fits are off anyway."""
+    """An articulated truck bent by a larger angle [deg] is not graded in that frame, because one rectangle does not
+    describe it. At 5 degrees, the smallest rectangle around it is 1.4 degrees off its trailer, as much as good fits."""
     memory_s: float = 3.0
-    """[s] that a graded vehicle stays in the books once it is hidden."""
+    """Longest occlusion [s] that counts for `track.occlusion_survival`, also the longest time to the track before and
+    after it."""
     hidden_fraction_max: float = 0.1
-    """A vehicle that shows no more than this fraction of itself in a gap of its grading was occluded in it."""
+    """A vehicle is occluded in a gap of its grading if its visible fraction falls to this value or below."""
     match_iou_min: float = 0.1
-    """Bird's-eye overlap from which a track follows an actor. Low: it only says who is meant; a track that sees
-    just the rear of a long truck still means it. How well it fits is for HOTA and CLEAR to say."""
+    """Least bird's-eye overlap of a track and the actor that it follows. Low, because it only identifies the actor: a
+    track of the rear of a long truck still follows the truck. HOTA and CLEAR grade the quality of the overlap."""
     hit_iou_min: float = 0.5
-    """Overlap from which CLEAR and Identity count a hit (trackeval's default)."""
+    """Least overlap of a hit of CLEAR and Identity (trackeval's default)."""
     owner_share_min: float = 0.5
-    """A segment belongs to a vehicle that owns more than this share of its points."""
+    """A segment belongs to a vehicle if the vehicle's share of its points is larger than this."""
     part_share_min: float = 0.2
-    """From this share of the points on, a part of a vehicle (or of a segment) is worth counting."""
+    """Least share of the points of a vehicle (or of a segment) for which a part of it counts."""
     nees_confidence: float = 0.95
-    """Probability of the two-sided chi-square band that holds a consistent filter's position error."""
+    """Probability of the two-sided chi-square band for the position error of a consistent filter."""
 
     def __post_init__(self) -> None:
         for name in ("range_max_m", "bent_deg", "memory_s"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} = {getattr(self, name)} must be positive")
         if self.points_min < 1:
-            raise ValueError(f"points_min = {self.points_min} must be 1 or more: an unseen vehicle cannot be graded")
+            raise ValueError(
+                f"points_min = {self.points_min} must be 1 or more: a vehicle without points is not graded"
+            )
         for name in ("match_iou_min", "hit_iou_min", "nees_confidence", "part_share_min"):
             if not 0 < getattr(self, name) < 1:
                 raise ValueError(f"{name} = {getattr(self, name)} must lie between 0 and 1")

@@ -1,4 +1,4 @@
-"""Who follows whom: tracks against actors, one frame at a time."""
+"""Matching of tracks with actors in single frames: the actor that each track follows."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -14,44 +14,50 @@ from sensor_model.truth import NO_ACTOR
 NO_TRACK = -1
 
 CONTINUITY = 1000.0
-"""Bonus of last frame's pair, far above any sum of overlaps: identities are kept first, as CLEAR does
-(Bernardin and Stiefelhagen 2008, section 2.1.3)."""
+"""Bonus of a pair of the last frame, far above any sum of overlaps. Identities are kept first, as in CLEAR (Bernardin
+and Stiefelhagen 2008, section 2.1.3)."""
 
 
 class TrackVerdict(IntEnum):
-    """What a track is to the grader in one frame."""
+    """Verdict on a track in one frame."""
 
     GRADED = 0
     """Follows a graded vehicle."""
     UNGRADED = 1
     """On an actor that is not graded: neither right nor wrong."""
     FALSE = 2
-    """On no actor, or one too many on a graded vehicle."""
+    """On no actor, or a second track on a graded vehicle."""
     OUTSIDE = 3
-    """Beyond the graded range and following nobody: neither right nor wrong."""
+    """Beyond the graded range without an actor: neither right nor wrong."""
     UNREPORTED = 4
-    """Tentative, coasting or dead: the tracker does not claim to see it."""
+    """Tentative, coasting or dead: not a reported detection."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameMatching:
-    """Reported tracks (T) against actors (A)."""
+    """Actors followed by the T reported tracks of one frame."""
 
     actor_row: Ints
-    """(T,) row of the actor each track follows, -1 for none."""
+    """(T,) row of the actor that each track follows, -1 for none."""
     verdict: npt.NDArray[np.int8]
     """(T,) `TrackVerdict`."""
 
 
-class Pairer:
-    """Pairs tracks with actors by overlap and keeps pairs together from frame to frame."""
+class TrackMatcher:
+    """Matches tracks with actors by overlap and keeps pairs from frame to frame.
+
+    Parameters
+    ----------
+    config
+        Least overlap of a match, and graded range.
+    """
 
     def __init__(self, config: GradingConfig) -> None:
         self._config = config
         self._followed: dict[int, int] = {}
-        """Actor that each track followed in the last frame."""
+        """Actor id by track id, of the last frame's pairs."""
 
-    def pair(
+    def match(
         self,
         actor_id: Ints,
         overlap: Floats,
@@ -59,7 +65,17 @@ class Pairer:
         track_id: Ints,
         track_boxes: Floats,
     ) -> FrameMatching:
-        """Pair reported tracks, boxes (T, 5) in the ego frame, with all actors by their overlap (A, T)."""
+        """Match the reported tracks of one frame with all actors.
+
+        Parameters
+        ----------
+        actor_id, graded
+            (A,) ids of the actors, and True for the graded ones.
+        overlap
+            (A, T) intersection over union.
+        track_id, track_boxes
+            (T,) ids of the tracks, and their boxes (T, 5) in the ego frame.
+        """
         before = np.array([self._followed.get(track, NO_ACTOR) for track in track_id.tolist()], dtype=np.int64)
         score = overlap + CONTINUITY * (actor_id[:, None] == before)
         score[overlap < self._config.match_iou_min] = 0.0
@@ -73,7 +89,7 @@ class Pairer:
 
 
 def _verdicts(overlap: Floats, actor_row: Ints, graded: Bools, far: Bools) -> npt.NDArray[np.int8]:
-    """(T,) verdicts; a track that is not paired is on the actor it overlaps most."""
+    """(T,) verdicts; an unmatched track is on the actor of its largest overlap."""
     if not len(graded):
         return np.where(far, TrackVerdict.OUTSIDE, TrackVerdict.FALSE).astype(np.int8)
     paired = actor_row >= 0

@@ -1,6 +1,6 @@
-"""The names of all metrics, with their units: what `[expect]` may ask for and what a result may hold.
+"""The one list of all metrics: name, unit and meaning. Results and `[expect]` tables use these names only.
 
-Light to import, for scenario files are validated against it.
+This module imports quickly, because scenario files are validated against it.
 """
 
 from collections.abc import Iterable, Iterator
@@ -11,37 +11,37 @@ from sensor_model.truth import Cause, View
 from tracker.records import BASELINES, METHODS, MODELS
 
 CANDIDATES = (*METHODS, *BASELINES)
-"""Whose rectangles may be graded."""
+"""Methods with graded rectangles."""
 
 FIT_METHODS = (*CANDIDATES, "best", "oracle")
-"""`best` is what the tracker selected, `oracle` the one of `METHODS` with the least heading error."""
+"""`best` is the tracker's selection, `oracle` the one of `METHODS` with the least heading error."""
 
 VIEWS = {View.L_SHAPE: "l_shape", View.SIDE: "side", View.REAR: "rear", View.FRONT: "front"}
 
 CAUSES = {cause: cause.name.lower() for cause in Cause if cause != Cause.CLEAN}
 
 ESTIMATES = (*MODELS, "mma")
-"""Whose position is graded: each model alone, and the one that multiple-model association selected."""
+"""Graded position estimates: each motion model, and the selection by multiple-model association."""
 
 TARGETS = ("stationary_target", "moving_target")
 
 TIMED_STAGES = ("sim", "sensor", "tracker")
-"""Stages of the run loop that are timed; of traffic that runs beside the loop, what is timed is the waiting for it."""
+"""Timed stages of the run loop. For traffic in a separate process, the waiting time is measured."""
 
 DRIVERS = {"tracks": "", "truth": "truth_"}
-"""By what the ego's controller decided, with the beginning of the names of its metrics."""
+"""Input of the ego's controller, with the prefix of its metrics."""
 
 SAFETY = {
-    "min_ttc_s": ("s", "least true time to collision with whoever was in the ego's way"),
-    "min_gap_m": ("m", "least true gap to whoever was in the ego's way"),
+    "min_ttc_s": ("s", "least true time to collision with an actor in the ego's path"),
+    "min_gap_m": ("m", "least true gap to an actor in the ego's path"),
     "max_deceleration_mps2": ("m/s^2", "largest true deceleration of the ego"),
-    "collisions": ("count", "others that the ego hit"),
+    "collisions": ("count", "actors that the ego collided with"),
 }
-"""Unit and meaning of what is measured of each drive of a controlled ego."""
+"""Unit and meaning of the safety metrics of each drive of a controlled ego."""
 
 
 SEEN = (*VIEWS.values(), "none")
-"""Kinds of views that observations come in; `none` shows too few points of any face."""
+"""Views of observations; `none` has too few points on every face."""
 
 
 class Definition(NamedTuple):
@@ -74,8 +74,8 @@ def _fit() -> Iterator[Definition]:
         for limit in range(1, 6):
             yield Definition(f"{prefix}.within_{limit}deg", "1", f"share of heading errors <= {limit} degrees")
         yield Definition(f"{prefix}.position_abs_mean_m", "m", "mean distance of the nearest corner to the true one")
-        yield Definition(f"{prefix}.iou_mean", "1", "mean overlap of rectangle and true box, seen from above")
-    yield Definition("fit.best.coverage", "1", "share of the data set's observations to which a rectangle was fitted")
+        yield Definition(f"{prefix}.iou_mean", "1", "mean bird's-eye overlap of rectangle and true box")
+    yield Definition("fit.best.coverage", "1", "share of the data set's observations with a fitted rectangle")
     yield Definition("fit.best.regret_deg", "deg", "mean absolute heading error of best minus that of oracle")
     yield Definition(
         "fit.best.bound_ratio", "1", "mean absolute heading error of best over that at the Cramer-Rao bound"
@@ -84,10 +84,10 @@ def _fit() -> Iterator[Definition]:
 
 def _stages() -> Iterator[Definition]:
     yield Definition("segmentation.over_rate", "1", "graded vehicles split over two or more segments")
-    yield Definition("segmentation.under_rate", "1", "segments of graded vehicles that hold something else as well")
-    yield Definition("segmentation.missed_rate", "1", "graded vehicles of which no segment holds most points")
+    yield Definition("segmentation.under_rate", "1", "segments of graded vehicles merged with another object")
+    yield Definition("segmentation.missed_rate", "1", "graded vehicles without a segment with most of their points")
     for cause in CAUSES.values():
-        yield Definition(f"outliers.{cause}.precision", "1", "removed points that are of this cause, not clean")
+        yield Definition(f"outliers.{cause}.precision", "1", "removed points of this cause, over these and clean ones")
         yield Definition(f"outliers.{cause}.recall", "1", "points of this cause that were removed")
 
 
@@ -97,10 +97,10 @@ def _mma() -> Iterator[Definition]:
         yield Definition(f"{prefix}_mean_m", "m", f"mean absolute error of the tracked corner, ego {axis} axis")
         yield Definition(f"{prefix}_std_m", "m", f"STD of the absolute error of the tracked corner, ego {axis} axis")
     for target in TARGETS:
-        meaning = "share by which the mean distance from the true corner is below that of the best single model"
+        meaning = "reduction of the mean distance from the true corner relative to the best single model"
         yield Definition(f"mma.gain.{target}", "1", meaning)
     yield Definition("mma.mode_accuracy", "1", "share of frames in which the selected model is the true mode")
-    yield Definition("mma.stationary_accuracy", "1", "share of frames in which standing or moving is told right")
+    yield Definition("mma.stationary_accuracy", "1", "share of frames with the correct decision on standing or moving")
     for mode, model in product(MODELS, MODELS):
         yield Definition(
             f"mma.confusion.{mode}.{model}", "1", f"share of true {mode} frames in which {model} is selected"
@@ -118,20 +118,18 @@ def _track() -> Iterator[Definition]:
     yield Definition("track.hota", "1", "higher order tracking accuracy")
     yield Definition("track.deta", "1", "detection accuracy of HOTA")
     yield Definition("track.assa", "1", "association accuracy of HOTA")
-    yield Definition("track.loca", "1", "localisation accuracy of HOTA: mean overlap of what matched")
+    yield Definition("track.loca", "1", "localisation accuracy of HOTA: mean overlap of matched pairs")
     yield Definition("track.mota", "1", "CLEAR multiple object tracking accuracy")
     yield Definition("track.idf1", "1", "F1 score of identities")
-    yield Definition("track.id_switches", "count", "times a vehicle was taken over by another track (CLEAR)")
-    yield Definition(
-        "track.id_switches_in_view", "count", "those of them in which the vehicle was in view all the time"
-    )
-    yield Definition("track.fragments", "count", "times a vehicle was taken up again after a break (CLEAR)")
+    yield Definition("track.id_switches", "count", "changes of the track that hits a vehicle (CLEAR)")
+    yield Definition("track.id_switches_in_view", "count", "id switches with the vehicle in view all the time")
+    yield Definition("track.fragments", "count", "interruptions of a vehicle's track (CLEAR)")
     yield Definition("track.missed", "count", "graded vehicles without a track, summed over frames (CLEAR)")
-    yield Definition("track.false", "count", "tracks on no actor or doubled, summed over frames (CLEAR)")
-    yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles that their track's id outlived")
-    yield Definition("track.hidden_2s_survival", "1", "the same of occlusions of at most 2 s")
-    yield Definition("track.reacquire_s", "s", "mean time until a vehicle that was hidden is followed again")
-    yield Definition("track.reappearance_error_m", "m", "mean distance of its track's centre from the true one, then")
+    yield Definition("track.false", "count", "tracks on no actor or duplicates, summed over frames (CLEAR)")
+    yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles survived by the track's id")
+    yield Definition("track.hidden_2s_survival", "1", "the same for occlusions of at most 2 s")
+    yield Definition("track.reacquire_s", "s", "mean time until a track follows an occluded vehicle again")
+    yield Definition("track.reappearance_error_m", "m", "mean error of that track's centre at this time")
     yield Definition("track.heading_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving vehicles")
     yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
 
@@ -165,13 +163,13 @@ def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
 
 
 GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *_track()])
-"""What `Grader.finish` returns, every name of it in every run."""
+"""Metrics of `Grader.finish`; every run has all of them."""
 
 CONTROL = register(_control())
-"""What `control.safety.grade` returns, every name of it in every run."""
+"""Metrics of `control.safety.grade`; every run has all of them."""
 
 REGISTRY = register([*GRADED.values(), *CONTROL.values(), *_performance()])
-"""All metrics of a result; the run loop measures those of `perf`."""
+"""All metrics of a result, with those of `perf`, which the run loop measures."""
 
 METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}
 """Unit of every metric by name."""

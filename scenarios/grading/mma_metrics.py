@@ -1,4 +1,4 @@
-"""How well the filters do: the paper's table of position errors, and whether they know how well they do."""
+"""Position errors of the filters, as in the paper's table IV, and the consistency of their covariances."""
 
 from itertools import product
 from typing import Any
@@ -19,18 +19,20 @@ NO_PAIR = "no confirmed track followed a graded vehicle"
 def corner_errors(
     tracks: Tracks, row: Ints, track_boxes_ego: Floats, true_boxes_ego: Floats, ego_pose_odom: Floats
 ) -> dict[str, npt.NDArray[Any]]:
-    """Errors of the tracked corner, for the table's columns; NaN where a track is not judged.
+    """Return the errors of the tracked corner as columns of the track table; NaN for tracks that are not judged.
+
+    The corner is that of the track's `corner_sign`; the true corner follows from the nearest quarter turn between the
+    two headings. NEES is e' P^-1 e of a position (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2), of the track
+    and of each model.
 
     Parameters
     ----------
     row
-        (K,) rows of `tracks` that are judged.
+        (K,) rows of the judged tracks.
     track_boxes_ego, true_boxes_ego
-        (K, 5) their boxes and those of the vehicles they follow.
-
-    The corner is the one the track names, found again on the true box by the nearest quarter turn of its heading.
-    NEES is e' P^-1 e of a position (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2): the selected model's, and each
-    model's own.
+        (K, 5) boxes of these tracks, and of the vehicles that they follow.
+    ego_pose_odom
+        (3,) ego pose in the odometry frame, as given to the tracker.
     """
     turn = track_boxes_ego[:, 2] - true_boxes_ego[:, 2]
     true_ego = corner(true_boxes_ego, matching_sign(tracks.corner_sign[row], turn))
@@ -60,7 +62,10 @@ def corner_errors(
 
 
 def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
-    """E' P^-1 e (...) of errors (..., 2) [m]; NaN where P (..., 2, 2) is, infinite where it is not positive."""
+    """Squared Mahalanobis distance e' P^-1 e (...) of errors e (..., 2) [m] with covariances P (..., 2, 2) [m^2].
+
+    NaN where P is NaN, infinite where P is not positive definite.
+    """
     a, b, c = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     determinant = a * c - b * b
     sound = (a > 0) & (determinant > 0)
@@ -70,9 +75,9 @@ def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
 
 
 def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> None:
-    """Enter the errors of the tracked corner and their consistency from the track table; only judged rows count.
+    """Enter position errors and consistency from the judged rows of the track table.
 
-    An estimate that a tracker does not make is NaN and not charged.
+    Missing estimates are NaN and do not count.
     """
     judged = tracks[tracks["judged"]]
     standing = judged["true_mode"] == MODELS[0]
@@ -86,17 +91,17 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> N
 
 
 def _grade_position(sheet: MetricSheet, rows: pd.DataFrame, prefix: str, column: str, why_none: str) -> None:
-    made = rows[rows[column].notna()]
-    why_none = "the tracker makes no such estimate" if len(rows) else why_none
-    error, vehicle = made[column].abs().to_numpy(), made["actor_id"].to_numpy()
+    known = rows[rows[column].notna()]
+    why_none = "the tracker does not report this estimate" if len(rows) else why_none
+    error, vehicle = known[column].abs().to_numpy(), known["actor_id"].to_numpy()
     sheet.mean(f"{prefix}_mean_m", error, why_none, vehicle)
     sheet.std(f"{prefix}_std_m", error, why_none, vehicle)
 
 
 def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str) -> None:
-    """Enter by what share the selection's distance from the true corner is below that of the best single model.
+    """Enter the share by which model selection lowers the mean distance from the true corner below the best model's.
 
-    All are judged in the same frames: those in which every model makes an estimate.
+    All estimates are compared over the same rows, those with an estimate of every model.
     """
     off = np.hypot(
         *(rows[[f"{estimate}_{axis}_error_m" for estimate in ESTIMATES]].to_numpy(np.float64) for axis in "xy")
@@ -110,14 +115,16 @@ def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str
 def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: float) -> None:
     """Enter NEES and NIS, with 2 degrees of freedom.
 
-    A single model is held against its covariance only while the vehicle truly moves that way: it promises nothing else.
+    A single model is graded only while it is the true mode, because its covariance assumes that motion.
     """
-    why = "the tracker does not tell its covariance" if len(judged) else NO_PAIR
+    why = "the tracker does not report its covariance" if len(judged) else NO_PAIR
     _grade_band(sheet, judged, "nees", "mma.nees", why, confidence)
     for model, measure in product(MODELS, ("nees", "nis")):
         rows = judged[judged["true_mode"] == model]
         why = (
-            f"the tracker does not tell the {measure} of its models" if len(rows) else f"{NO_PAIR} in the mode {model}"
+            f"the tracker does not report the {measure} of its models"
+            if len(rows)
+            else f"{NO_PAIR} in the mode {model}"
         )
         _grade_band(sheet, rows, f"{model}_{measure}", f"mma.{model}.{measure}", why, confidence)
 
@@ -125,16 +132,16 @@ def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: flo
 def _grade_band(
     sheet: MetricSheet, rows: pd.DataFrame, column: str, prefix: str, why_none: str, confidence: float
 ) -> None:
-    """Enter the share within the chi-square band, and the mean, which should be 2 (of the finite)."""
-    told = rows[rows[column].notna()]
+    """Enter the share within the chi-square band, and the mean of the finite values, which should be 2."""
+    known = rows[rows[column].notna()]
     low, high = band(confidence)
-    value, vehicle = told[column].to_numpy(), told["actor_id"].to_numpy()
+    value, vehicle = known[column].to_numpy(), known["actor_id"].to_numpy()
     sheet.mean(f"{prefix}_in_band", (low <= value) & (value <= high), why_none, vehicle)
     finite = np.isfinite(value)
     sheet.mean(f"{prefix}_mean", value[finite], why_none, vehicle[finite])
 
 
 def band(confidence: float) -> tuple[float, float]:
-    """Two-sided band of chi-square with 2 degrees of freedom: its quantile at p is -2 ln(1 - p)."""
+    """Return the two-sided band of chi-square with 2 degrees of freedom; its quantile at p is -2 ln(1 - p)."""
     tail = (1 - confidence) / 2
     return -2 * np.log1p(-tail), -2 * np.log(tail)

@@ -1,4 +1,4 @@
-"""Which model is selected, held against how the vehicle truly moves."""
+"""Accuracy of the selected motion model against the true mode of the vehicle."""
 
 from itertools import pairwise, product
 
@@ -10,16 +10,16 @@ from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.mma_metrics import NO_PAIR
 from tracker.records import MODELS
 
-NOT_TOLD = "the tracks do not tell which model was selected"
+NO_MODEL = "the tracks do not report the selected model"
 
 
 def grade(sheet: MetricSheet, tracks: pd.DataFrame) -> None:
-    """Enter how often the right mode is selected, which one for which, and how soon, from the judged rows.
+    """Enter the accuracy, the confusions and the switch latency from the judged rows of the track table.
 
-    The confusions are rates of each true mode's frames.
+    Confusions are shares of the frames of each true mode.
     """
-    told = tracks["model"].notna()
-    judged, no_pair = tracks[tracks["judged"] & told], NO_PAIR if told.all() else NOT_TOLD
+    known = tracks["model"].notna()
+    judged, no_pair = tracks[tracks["judged"] & known], NO_PAIR if known.all() else NO_MODEL
     vehicle = judged["actor_id"].to_numpy()
     true, chosen = judged["true_mode"].to_numpy(object), judged["model"].to_numpy(object)
     sheet.mean("mma.mode_accuracy", chosen == true, no_pair, vehicle)
@@ -31,9 +31,10 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame) -> None:
 
 
 def switch_latencies(judged: pd.DataFrame) -> Floats:
-    """Frames from each true change of mode to its selection; infinite where it is not selected before the next.
+    """Return the frames from each change of the true mode to its selection.
 
-    A change counts if the vehicle is followed in the frame of the change and in the one before.
+    Infinite if the mode is not selected before the next change. A change counts if the vehicle is followed in the frame
+    of the change and in the previous one.
     """
     latencies: list[float] = []
     for _, rows in judged.sort_values("frame", kind="stable").groupby("actor_id"):
@@ -52,5 +53,5 @@ def _grade_latency(sheet: MetricSheet, latencies: Floats) -> None:
     if len(latencies):
         median = float(np.median(latencies))
     if median == np.inf:
-        why, median = "half of the changes of mode or more were never followed", None
+        why, median = "half of the changes of mode or more were never selected", None
     sheet.write("mma.switch_latency_frames", median, len(latencies), why)

@@ -1,4 +1,4 @@
-"""Whether a track's id outlives the time for which its vehicle is hidden, and how soon the vehicle is found again."""
+"""Survival of track ids through occlusions of their vehicles, and time and error of reacquisition."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -12,51 +12,51 @@ from scenarios.grading.matching import NO_TRACK
 from scenarios.grading.metric_sheet import MetricSheet
 
 SHORT_S = 2.0
-"""[s] up to which `track.hidden_2s_survival` counts an occlusion."""
+"""Longest occlusion that `track.hidden_2s_survival` counts [s]."""
 
 
-class Episode(NamedTuple):
-    """One occlusion of a followed vehicle."""
+class Occlusion(NamedTuple):
+    """Occlusion of a followed vehicle."""
 
     gap_s: float
-    """[s] From the last frame in which it was graded to the next."""
+    """Time from the last graded frame before to the first after the occlusion [s]."""
     survived: bool
-    """The track that followed it before follows it after."""
+    """True if the same track follows the vehicle before and after."""
     reacquired_s: float
-    """[s] From the end of the gap until a track follows it again; NaN if none does in time."""
+    """Time from the end of the gap until a track follows the vehicle [s]; NaN if none does in time."""
     error_m: float
-    """[m] From the centre of that track to the vehicle's, when it follows it again; NaN likewise."""
+    """Distance of that track's centre from the vehicle's in that frame [m]; NaN if there is no such track."""
 
 
 def grade(sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> None:
-    """Enter the survival rates, how soon a vehicle is followed again, and where its track then is."""
-    found = [episode for _, episode in by_vehicle(truth, tracks, config)]
+    """Enter the survival rates, and the time and error of reacquisition, from the tables of a run."""
+    found = [occlusion for _, occlusion in occlusions(truth, tracks, config)]
     for name, longest_s in (("occlusion_survival", config.memory_s), ("hidden_2s_survival", SHORT_S)):
-        survived = np.array([episode.survived for episode in found if episode.gap_s <= longest_s], dtype=np.bool_)
+        survived = np.array([occlusion.survived for occlusion in found if occlusion.gap_s <= longest_s], dtype=np.bool_)
         why = f"no followed vehicle was hidden and came back within {longest_s:g} s"
         sheet.mean(f"track.{name}", survived, why)
-    again = [episode for episode in found if np.isfinite(episode.reacquired_s)]
+    again = [occlusion for occlusion in found if np.isfinite(occlusion.reacquired_s)]
     why = "no followed vehicle was hidden, came back and was followed again"
-    sheet.mean("track.reacquire_s", np.array([episode.reacquired_s for episode in again]), why)
-    sheet.mean("track.reappearance_error_m", np.array([episode.error_m for episode in again]), why)
+    sheet.mean("track.reacquire_s", np.array([occlusion.reacquired_s for occlusion in again]), why)
+    sheet.mean("track.reappearance_error_m", np.array([occlusion.error_m for occlusion in again]), why)
 
 
-def by_vehicle(truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> Iterator[tuple[int, Episode]]:
-    """Yield the actor id and each of its occlusions, of the tables `truth` and `tracks` of a run."""
+def occlusions(truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig) -> Iterator[tuple[int, Occlusion]]:
+    """Yield every occlusion with the id of its actor, from the tables `truth` and `tracks` of a run."""
     place = ["frame", "track_id", "x_world_m", "y_world_m"]
     tracked = truth.merge(tracks[place], how="left", on=["frame", "track_id"], suffixes=("", "_track"))
     for actor_id, vehicle in tracked.sort_values("frame", kind="stable").groupby("actor_id"):
-        for episode in _episodes(vehicle, config):
-            yield int(actor_id), episode
+        for occlusion in _of_vehicle(vehicle, config):
+            yield int(actor_id), occlusion
 
 
-def _episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Episode]:
-    """Each occlusion of one vehicle: rows of `truth` in the order of time, joined with those of their tracks.
+def _of_vehicle(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Occlusion]:
+    """Yield each occlusion of one vehicle, from its rows of `truth` in time order, joined with those of its tracks.
 
-    An occlusion is a gap in the vehicle's grading of at most `memory_s`, in which it showed no more than
-    `hidden_fraction_max` of itself, though alone it would have been seen. The track before it is the last that
-    followed the vehicle while it was graded, the one after it the first, both at most `memory_s` away; without one
-    before there is nothing to survive, without one after it did not.
+    An occlusion is a gap of at most `memory_s` in the vehicle's grading, with a visible fraction of at most
+    `hidden_fraction_max`, in which the vehicle would have returns without occluders. The track before is the last one
+    that followed the graded vehicle, the track after is the first one; both are at most `memory_s` from the gap. An
+    occlusion without a track before does not count. Without a track after, the id did not survive.
     """
     graded = vehicle["graded"].to_numpy()
     time = vehicle["time_s"].to_numpy()
@@ -75,6 +75,6 @@ def _episodes(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Episode]
         gap_s = float(time[again] - time[last])
         if len(after) and time[after[0]] - time[again] <= config.memory_s:
             same = bool(track[after[0]] == track[before[-1]])
-            yield Episode(gap_s, same, float(time[after[0]] - time[again]), float(error[after[0]]))
+            yield Occlusion(gap_s, same, float(time[after[0]] - time[again]), float(error[after[0]]))
         else:
-            yield Episode(gap_s, False, np.nan, np.nan)
+            yield Occlusion(gap_s, False, np.nan, np.nan)

@@ -1,4 +1,4 @@
-"""How well T-linkage told noise from body: precision and recall for each cause of noise."""
+"""Precision and recall of outlier removal by T-linkage, for each cause of noise."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ import pandas as pd
 from scenarios.arrays import Ints
 from scenarios.grading.metric_names import CAUSES
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.ownership import NOBODY, Ownership
+from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from sensor_model.truth import ON_NOTHING, Cause
 from tracker.records import StepTrace
 
@@ -17,15 +17,20 @@ from tracker.records import StepTrace
 def rows(
     row: Ints, cause: npt.NDArray[np.uint8], ownership: Ownership, trace: StepTrace
 ) -> dict[str, npt.NDArray[Any]]:
-    """Count the points of one frame, and those removed, by cause.
+    """Count the points of one frame, and the removed ones, by cause.
 
-    Only points in segments that a graded vehicle owns, and only those that are its own or on nothing (ghosts, rain): a
-    neighbour's points are segmentation's mistake, and no verdict on them is fair.
+    Counted are points in segments of graded vehicles that lie on the vehicle or on no object (ghosts, rain). Points of
+    a neighbour are errors of segmentation and do not count.
+
+    Parameters
+    ----------
+    row, cause
+        (N,) actor row and cause of each point.
     """
     label = trace.segments.label
     used = np.flatnonzero(label >= 0)
     owner = ownership.owner[label[used]]
-    fair = (owner != NOBODY) & ((row[used] == owner) | np.isin(cause[used], ON_NOTHING))
+    fair = (owner != NO_ACTOR_ROW) & ((row[used] == owner) | np.isin(cause[used], ON_NOTHING))
     point = used[fair]
     points = _count(label[point], cause[point], trace.segments.count)
     lost = point[trace.linkage.line[point] < 0]
@@ -47,9 +52,9 @@ def _count(segment: Ints, cause: npt.NDArray[np.uint8], segments: int) -> Ints:
 def grade(sheet: MetricSheet, outliers: pd.DataFrame, why_none: str) -> None:
     """Enter the `outliers` metrics.
 
-    Recall: removed points of a cause over all points of it. Precision: removed points of a cause over removed points
-    that are of it or clean, as if it were the only noise (to remove another kind as well is no mistake), in the
-    segments that hold such points: vehicles without mirrors tell nothing about how mirrors are removed.
+    Recall: removed points of a cause over all points of this cause. Precision: removed points of a cause over removed
+    points of this cause and clean ones. Removed points of other causes do not count, because their removal is correct.
+    Precision is limited to segments with points of the cause.
     """
     total = outliers.groupby("cause", observed=False)[["points", "removed", "clean_removed_beside"]].sum()
     for cause in CAUSES.values():

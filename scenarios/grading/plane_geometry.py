@@ -1,6 +1,6 @@
-"""Plane geometry on the side of the truth, written apart from the tracker's so that no bug is shared.
+"""Plane geometry for grading, implemented independently of the tracker's so that no bug is shared.
 
-Angles in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y, yaw, length, width) about its centre.
+Angles are in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y, yaw, length, width) about its centre.
 """
 
 import numpy as np
@@ -11,25 +11,25 @@ from scenarios.arrays import Floats, Ints
 
 QUARTER = np.pi / 2
 PARALLEL = 1e-9
-"""[rad] GEOS now and then finds nothing in common where edges lie on one line, but for rounding."""
+"""Largest difference of parallel headings [rad]. GEOS sometimes returns no intersection for nearly collinear edges."""
 CORNER_SIGNS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
-"""Front left, rear left, rear right, front right: once around, counter-clockwise."""
+"""Front left, rear left, rear right, front right: counter-clockwise."""
 
 
 def wrap(angle: Floats, period: float = 2 * np.pi) -> Floats:
-    """Bring angles into (-period / 2, period / 2]."""
+    """Wrap angles to (-period / 2, period / 2]."""
     return angle - period * np.ceil(angle / period - 0.5)
 
 
 def turned(vectors: Floats | Ints, angle: Floats | float) -> Floats:
-    """Turn vectors (..., 2) by angles (...)."""
+    """Rotate vectors (..., 2) by angles (...)."""
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
 
 def into_frame(poses: Floats, frame: Floats) -> Floats:
-    """Poses (N, 3) as seen from `frame` (3,), both given in the same parent frame."""
+    """Transform poses (N, 3) from the parent frame of `frame` (3,) into `frame`."""
     out = np.empty_like(poses)
     out[:, :2] = turned(poses[:, :2] - frame[:2], -frame[2])
     out[:, 2] = wrap(poses[:, 2] - frame[2])
@@ -37,7 +37,7 @@ def into_frame(poses: Floats, frame: Floats) -> Floats:
 
 
 def out_of_frame(poses: Floats, frame: Floats) -> Floats:
-    """Poses (N, 3) given in `frame` (3,), as seen from its parent: the inverse of `into_frame`."""
+    """Transform poses (N, 3) from `frame` (3,) into its parent frame: the inverse of `into_frame`."""
     out = np.empty_like(poses)
     out[:, :2] = turned(poses[:, :2], frame[2]) + frame[:2]
     out[:, 2] = wrap(poses[:, 2] + frame[2])
@@ -45,26 +45,28 @@ def out_of_frame(poses: Floats, frame: Floats) -> Floats:
 
 
 def corner(boxes: Floats, sign: Ints) -> Floats:
-    """Corners (..., 2) of boxes (..., 5) named by signs (..., 2) in the boxes' own frames."""
+    """Return corners (..., 2) of boxes (..., 5), given by signs (..., 2) along the boxes' axes."""
     return boxes[..., :2] + turned(0.5 * sign * boxes[..., 3:], boxes[..., 2])
 
 
 def nearest_sign(boxes: Floats) -> Ints:
-    """Signs (N, 2) of the corner of each box (N, 5) that is nearest to the origin."""
+    """Return the signs (N, 2) of the corner of each box (N, 5) nearest to the origin."""
     origin = turned(-boxes[:, :2], -boxes[:, 2])
     return np.where(origin >= 0, 1, -1)
 
 
 def matching_sign(sign: Ints, turn: Floats) -> Ints:
-    """Name the same corner in another box's frame.
+    """Return the signs of the same corner in another box's frame.
+
+    The headings of the two boxes may differ by quarter turns, because a tracker may take a side for the front. The
+    nearest quarter turn relates the corners.
 
     Parameters
     ----------
     sign
-        (N, 2) corner in its own box's frame.
+        (N, 2) corner in the frame of its box.
     turn
-        (N,) heading of that box minus heading of the other [rad]. A tracker may call a side the front: the corner is
-        the same when the two headings are brought together by the nearest quarter turn.
+        (N,) heading of that box minus heading of the other [rad].
 
     Returns
     -------
@@ -90,7 +92,7 @@ def iou(a: Floats, b: Floats) -> Floats:
 
 
 def _shared_of_parallel(a: Floats, b: Floats) -> Floats:
-    """(N,) area that boxes (N, 5) share whose headings differ by quarter turns: common length times common width."""
+    """(N,) intersection areas of boxes (N, 5) with headings that differ by quarter turns [m^2]."""
     offset = np.abs(turned(b[:, :2] - a[:, :2], -a[:, 2]))
     across = np.rint((a[:, 2] - b[:, 2]) / QUARTER) % 2 == 1
     size_b = np.where(across[:, None], b[:, :2:-1], b[:, 3:])
@@ -100,7 +102,7 @@ def _shared_of_parallel(a: Floats, b: Floats) -> Floats:
 
 
 def iou_table(a: Floats, b: Floats) -> Floats:
-    """(A, B) intersection over union of every box of `a` (A, 5) with every box of `b` (B, 5)."""
+    """(A, B) bird's-eye intersection over union of every box of `a` (A, 5) with every box of `b` (B, 5)."""
     reach = 0.5 * (np.hypot(a[:, 3], a[:, 4])[:, None] + np.hypot(b[:, 3], b[:, 4]))
     gap = np.hypot(a[:, None, 0] - b[:, 0], a[:, None, 1] - b[:, 1])
     row, column = np.nonzero(gap < reach)

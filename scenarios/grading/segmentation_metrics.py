@@ -1,4 +1,4 @@
-"""How well points were grouped: vehicles split, merged with something else, or not found."""
+"""Segmentation errors: split vehicles, merged objects, and missed vehicles."""
 
 from typing import Any
 
@@ -13,7 +13,13 @@ from sensor_model.truth import NO_ACTOR
 
 
 def rows(actor_id: Ints, graded: Bools, ownership: Ownership, share_min: float) -> dict[str, npt.NDArray[Any]]:
-    """Return the segments of one frame of which a graded vehicle holds at least `share_min`."""
+    """Return the segments of one frame in which a graded vehicle has a share of at least `share_min`.
+
+    Parameters
+    ----------
+    actor_id, graded
+        (A,) ids of the actors, and True for the graded ones.
+    """
     share = ownership.counts / np.maximum(ownership.size, 1)
     touched = (share[:-1][graded] >= share_min).any(axis=0)
     segment = np.flatnonzero(touched)
@@ -29,7 +35,13 @@ def rows(actor_id: Ints, graded: Bools, ownership: Ownership, share_min: float) 
 
 
 def actor_shares(ownership: Ownership, points: Ints, share_min: float) -> tuple[Ints, Floats]:
-    """Per actor (A,): the segments that hold at least `share_min` of its points, and the largest such share."""
+    """Return the number (A,) of segments with at least `share_min` of an actor's points, and the largest share (A,).
+
+    Parameters
+    ----------
+    points
+        (A,) number of points on each actor.
+    """
     share = ownership.counts[:-1] / np.maximum(points, 1)[:, None]
     return (share >= share_min).sum(axis=1), share.max(axis=1, initial=0.0)
 
@@ -37,9 +49,9 @@ def actor_shares(ownership: Ownership, points: Ints, share_min: float) -> tuple[
 def grade(sheet: MetricSheet, truth: pd.DataFrame, segments: pd.DataFrame, share_min: float, why_none: str) -> None:
     """Enter the `segmentation` rates.
 
-    Over: graded vehicles with at least `share_min` of their points in each of two segments or more. Under: segments
-    of which two things hold at least `share_min` each, one of them graded; everything that is no actor (ground,
-    walls) is one thing. Missed: graded vehicles without a segment that holds most of their points.
+    Over: graded vehicles with at least `share_min` of their points in each of two or more segments. Under: segments in
+    which two objects have shares of at least `share_min`, one of them a graded vehicle; ground and walls count as one
+    object. Missed: graded vehicles without a segment with most of their points.
     """
     seen = truth[truth["graded"] & truth["largest_segment_share"].notna()]
     sheet.mean("segmentation.over_rate", seen["segments"].to_numpy() >= 2, why_none)

@@ -1,4 +1,4 @@
-"""One frame's tracks held against its actors: whom each follows, what that is worth, and how far off it is."""
+"""Tracks of one frame matched with the actors: followed actor, verdict, overlap and heading error of each track."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,20 +8,21 @@ import numpy.typing as npt
 
 from scenarios.arrays import Floats, Ints
 from scenarios.grading import mma_metrics
-from scenarios.grading.frame_truth import Instant
-from scenarios.grading.matching import NO_TRACK, Pairer, TrackVerdict
+from scenarios.grading.frame_truth import FrameTruth
+from scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
 from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned, wrap
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODELS, Status, Tracks
 
 HEADING = 6
-"""Place of the heading in `Tracks.mean`."""
+"""Column of the heading in `Tracks.mean`."""
 
 
 def track_boxes(tracks: Tracks, ego_pose_odom: Floats) -> Floats:
-    """(T, 5) boxes of the tracks in the ego frame.
+    """Return the boxes (T, 5) of the tracks in the ego frame.
 
-    Odometry is undone with the pose that the tracker was given, so that its drift is not charged to the tracker.
+    The transform uses the ego pose in the odometry frame that the tracker received, so odometry drift does not count as
+    an error of the tracker.
     """
     heading = tracks.mean[:, HEADING]
     center = tracks.mean[:, :2] - turned(0.5 * tracks.corner_sign * tracks.size, heading)
@@ -29,54 +30,56 @@ def track_boxes(tracks: Tracks, ego_pose_odom: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Following:
-    """T tracks against A actors in one frame."""
+class TrackMatches:
+    """T tracks matched with A actors in one frame."""
 
     boxes_ego: Floats
-    """(T, 5)."""
+    """(T, 5) boxes of the tracks in the ego frame."""
     actor_row: Ints
-    """(T,) row of the actor each track follows, -1 for none; tracks that are not reported follow nobody."""
+    """(T,) row of the actor that each track follows; -1 for none, and for tracks that are not reported."""
     verdict: npt.NDArray[np.int8]
     """(T,) `TrackVerdict`."""
     overlap: Floats
     """(A, T) intersection over union; 0 for tracks that are not reported."""
     heading_error: Floats
-    """(T,) track minus truth in (-pi, pi], NaN where a track follows nobody."""
+    """(T,) heading of the track minus truth in (-pi, pi] [rad]; NaN for tracks that follow no actor."""
 
     @classmethod
-    def of(cls, now: Instant, tracks: Tracks, pairer: Pairer) -> "Following":
-        """Pair the reported tracks with the actors: the confirmed ones. A coasting track is a guess, not a report."""
-        boxes = track_boxes(tracks, now.scan.ego_pose_odom)
+    def of(cls, frame_truth: FrameTruth, tracks: Tracks, matcher: TrackMatcher) -> "TrackMatches":
+        """Match the reported tracks with the actors. Only confirmed tracks count as reported, coasting ones do not."""
+        boxes = track_boxes(tracks, frame_truth.scan.ego_pose_odom)
         reported = np.flatnonzero(tracks.status == Status.CONFIRMED)
-        overlap = np.zeros((len(now.actors), len(tracks)))
-        overlap[:, reported] = now.overlap(boxes[reported])
-        pairing = pairer.pair(now.actors.id, overlap[:, reported], now.graded, tracks.id[reported], boxes[reported])
+        overlap = np.zeros((len(frame_truth.actors), len(tracks)))
+        overlap[:, reported] = frame_truth.overlap(boxes[reported])
+        matching = matcher.match(
+            frame_truth.actors.id, overlap[:, reported], frame_truth.graded, tracks.id[reported], boxes[reported]
+        )
         actor_row = np.full(len(tracks), -1, dtype=np.int64)
-        actor_row[reported] = pairing.actor_row
+        actor_row[reported] = matching.actor_row
         verdict = np.full(len(tracks), TrackVerdict.UNREPORTED, dtype=np.int8)
-        verdict[reported] = pairing.verdict
+        verdict[reported] = matching.verdict
         error = np.full(len(tracks), np.nan)
         pair = np.flatnonzero(actor_row >= 0)
-        error[pair] = wrap(boxes[pair, 2] - now.boxes_ego[actor_row[pair], 2])
+        error[pair] = wrap(boxes[pair, 2] - frame_truth.boxes_ego[actor_row[pair], 2])
         return cls(boxes, actor_row, verdict, overlap, error)
 
-    def actor_id(self, now: Instant) -> Ints:
-        """(T,) id of the actor each track follows."""
-        return np.append(now.actors.id, NO_ACTOR)[self.actor_row]
+    def actor_id(self, frame_truth: FrameTruth) -> Ints:
+        """(T,) id of the actor that each track follows, or `NO_ACTOR`."""
+        return np.append(frame_truth.actors.id, NO_ACTOR)[self.actor_row]
 
-    def track_of_actor(self, now: Instant, tracks: Tracks) -> Ints:
-        """(A,) id of the track that follows each actor."""
-        out = np.full(len(now.actors), NO_TRACK, dtype=np.int64)
+    def track_of_actor(self, frame_truth: FrameTruth, tracks: Tracks) -> Ints:
+        """(A,) id of the track that follows each actor, or `NO_TRACK`."""
+        out = np.full(len(frame_truth.actors), NO_TRACK, dtype=np.int64)
         pair = np.flatnonzero(self.actor_row >= 0)
         out[self.actor_row[pair]] = tracks.id[pair]
         return out
 
-    def rows(self, now: Instant, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
-        """Rows of the track table."""
-        x, y, yaw = out_of_frame(self.boxes_ego[:, :3], now.frame.ego.pose_world).T
+    def rows(self, frame_truth: FrameTruth, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
+        """Return the rows of the track table."""
+        x, y, yaw = out_of_frame(self.boxes_ego[:, :3], frame_truth.frame.ego.pose_world).T
         judged = self.verdict == TrackVerdict.GRADED
         row = np.flatnonzero(judged)
-        true_boxes = now.boxes_ego[self.actor_row[row]]
+        true_boxes = frame_truth.boxes_ego[self.actor_row[row]]
         pair = np.flatnonzero(self.actor_row >= 0)
         iou = np.full(len(tracks), np.nan)
         iou[pair] = self.overlap[self.actor_row[pair], pair]
@@ -91,19 +94,19 @@ class Following:
             "model": tracks.model,
             **{f"probability_{model}": tracks.model_probability[:, m] for m, model in enumerate(MODELS)},
             "verdict": self.verdict,
-            "actor_id": self.actor_id(now),
-            "true_mode": np.append(now.actors.mode.astype(np.int8), -1)[self.actor_row],
+            "actor_id": self.actor_id(frame_truth),
+            "true_mode": np.append(frame_truth.actors.mode.astype(np.int8), -1)[self.actor_row],
             "iou": iou,
             "heading_error_deg": np.degrees(self.heading_error),
             "judged": judged,
-            **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, now.scan.ego_pose_odom),
+            **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, frame_truth.scan.ego_pose_odom),
         }
 
-    def overlap_rows(self, now: Instant, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
-        """Rows of the overlap table."""
+    def overlap_rows(self, frame_truth: FrameTruth, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
+        """Return the rows of the overlap table."""
         actor, track = np.nonzero(self.overlap)
         return {
-            "actor_id": now.actors.id[actor],
+            "actor_id": frame_truth.actors.id[actor],
             "track_id": tracks.id[track],
             "iou": self.overlap[actor, track],
         }

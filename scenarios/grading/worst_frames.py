@@ -1,4 +1,4 @@
-"""The frames that a metric is worst in: where to look first."""
+"""Frames in which a metric is worst, as starting points of an analysis."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -6,17 +6,17 @@ from typing import NamedTuple
 import pandas as pd
 
 from scenarios.grading import frame_badness
-from scenarios.grading.frame_badness import Rated
+from scenarios.grading.frame_badness import RatedRows
 from scenarios.grading.metric_names import DRIVERS
 from scenarios.result import Result
 
 IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
-"""What of `track.*` is of identities: it is bad where a vehicle goes from one track to another."""
+"""Metrics `track.*` about identities; they are bad where a vehicle goes from one track to another."""
 _MODES = ("mode_accuracy", "stationary_accuracy", "confusion", "switch_latency_frames")
 
 
 class WorstFrame(NamedTuple):
-    """One frame to look at."""
+    """A frame to look at, and a description of the error in it."""
 
     frame: int
     time_s: float
@@ -29,7 +29,7 @@ class WorstFrame(NamedTuple):
 def worst_frames(result: Result, metric: str, count: int = 3) -> list[WorstFrame]:
     """Return up to `count` frames in which a metric is worst, the worst first.
 
-    There are none of a metric without a value, and of one that tells nothing of single frames: of data set and time.
+    The list is empty for a metric without a value, and for metrics without a value per frame (`dataset.*`, `perf.*`).
     """
     known = result.metrics.get(metric)
     rated = _rated(result.tables, metric) if known and known.value is not None else None
@@ -38,11 +38,11 @@ def worst_frames(result: Result, metric: str, count: int = 3) -> list[WorstFrame
     rows = rated.rows.assign(badness=rated.badness.fillna(0.0))
     bad = rows[rows["badness"] > 0].sort_values(["badness", "frame"], ascending=[False, True], kind="stable")
     worst = bad.drop_duplicates("frame").head(count)
-    return [WorstFrame(row["frame"], row["time_s"], rated.tell(row)) for row in worst.to_dict("records")]
+    return [WorstFrame(row["frame"], row["time_s"], rated.describe(row)) for row in worst.to_dict("records")]
 
 
-def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> Rated | None:
-    """Choose the rows that a metric is made of, and how bad each is, by the metric's name."""
+def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> RatedRows | None:
+    """Return the rows that a metric is computed from with their badness, by the name of the metric."""
     match metric.split("."):
         case ["fit", *view, method, measure]:
             return frame_badness.fits(tables["fits"], view, method, measure)

@@ -1,7 +1,7 @@
 """The fitting half with the truth in the place of stages."""
 
 from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.ownership import NOBODY
+from scenarios.grading.ownership import NO_ACTOR_ROW
 from scenarios.oracle import oracle_fit as fit
 from scenarios.oracle import oracle_outliers, oracle_segmentation
 from scenarios.oracle.oracle_truth import Truth
@@ -40,7 +40,7 @@ class OracleDetector(Detector):
         if Stage.SEGMENTATION not in self._stages:
             return super().segment(scan, keep, long)
         row = self.truth.point_row
-        rest = super().segment(scan, keep & (row == NOBODY), long)
+        rest = super().segment(scan, keep & (row == NO_ACTOR_ROW), long)
         return oracle_segmentation.actors_first(row, keep, rest, self.config.segmentation.points_min)
 
     def link(self, scan: Scan, segments: Segments) -> Linkage:

@@ -8,7 +8,7 @@ for later stages to say, as it is without the oracle. Too small segments are dro
 import numpy as np
 
 from scenarios.arrays import Bools, Ints
-from scenarios.grading.ownership import NOBODY
+from scenarios.grading.ownership import NO_ACTOR_ROW
 from tracker.detection.segmentation import keep_only
 from tracker.records import NOT_USED, Segments
 
@@ -25,8 +25,8 @@ def actors_first(point_row: Ints, keep: Bools, rest: Segments, points_min: int) 
     points_min
         Smaller ones are dropped.
     """
-    own = keep & (point_row != NOBODY)
-    count = int(point_row.max(initial=NOBODY)) + 1
+    own = keep & (point_row != NO_ACTOR_ROW)
+    count = int(point_row.max(initial=NO_ACTOR_ROW)) + 1
     actors = Segments(np.where(own, point_row, NOT_USED), count)
     actors = keep_only(actors, np.bincount(point_row[own], minlength=count) >= points_min)
     after = np.where(rest.label == NOT_USED, NOT_USED, rest.label + actors.count)

@@ -7,7 +7,7 @@ import numpy as np
 from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.frame_truth import IS_VEHICLE
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.ownership import NOBODY, Ownership, point_rows
+from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
 from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
 from sim.world import WorldFrame
@@ -56,7 +56,7 @@ class Truth:
         center = np.full((len(self.actor_id), 2), np.nan)
         center[:-1] = out_of_frame(self.boxes_ego[:, :3], ego_pose_odom)[:, :2]
         there = np.isin(actor_id, self.actor_id[:-1])
-        row = np.where(there, np.searchsorted(self.actor_id[:-1], actor_id), NOBODY)
+        row = np.where(there, np.searchsorted(self.actor_id[:-1], actor_id), NO_ACTOR_ROW)
         return np.asarray(center[row])
 
     def owner_row(self, segments: Segments) -> Ints:
@@ -70,5 +70,7 @@ class Truth:
 
     def on_owner(self, segments: Segments) -> Bools:
         """(N,) whether a point lies on the actor that owns its segment."""
-        owner = np.append(self.owner_row(segments), NOBODY)[segments.label]  # the label of points in no segment is -1
-        return np.asarray((owner != NOBODY) & (owner == self.point_row))
+        owner = np.append(self.owner_row(segments), NO_ACTOR_ROW)[
+            segments.label
+        ]  # the label of points in no segment is -1
+        return np.asarray((owner != NO_ACTOR_ROW) & (owner == self.point_row))

@@ -1,1 +1,1 @@
-"""Recordings for the rerun viewer."""
+"""Recordings of runs for the rerun viewer."""

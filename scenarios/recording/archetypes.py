@@ -1,6 +1,6 @@
-"""Shapes of a recording as rerun archetypes, from numpy arrays in metres and radians.
+"""Rerun archetypes of boxes, texts, walls and rings, from numpy arrays in metres and radians.
 
-Rerun takes half a second to import, so the functions that need it import it.
+Rerun is imported lazily inside the functions, because its import takes half a second.
 """
 
 from itertools import pairwise
@@ -18,12 +18,12 @@ Color = tuple[int, int, int]
 
 
 def flat(xy: Floats) -> Floats:
-    """Return (N, 3): `xy` (N, 2) on the ground."""
+    """Return points (N, 3) on the ground, z = 0, from `xy` (N, 2)."""
     return np.column_stack([xy, np.zeros(len(xy))])
 
 
 def transform(pose: Floats) -> "rr.Transform3D":
-    """Place a frame on the ground at `pose` (3,) x [m], y [m], yaw [rad] of its parent."""
+    """Return the transform of a frame on the ground with `pose` (3,) x [m], y [m], yaw [rad] in its parent."""
     import rerun as rr
 
     yaw = rr.RotationAxisAngle(axis=(0, 0, 1), radians=pose[2])
@@ -40,24 +40,24 @@ def boxes(
     line_ui: float | Floats = 0.75,
     solid: bool = False,
 ) -> "rr.Boxes3D":
-    """Draw boxes that stand on the ground.
+    """Return boxes on the ground.
 
     Parameters
     ----------
     pose
         (N, 3) x [m], y [m], yaw [rad].
     size
-        (N, 3) along and across the heading and up [m].
+        (N, 3) length, width and height [m].
     colors
-        One, or (N, 3), 0 to 255.
+        One colour, or (N, 3), 0 to 255.
     labels
-        Text at each box.
+        Text of each box.
     show_labels
-        False shows them under the mouse only.
+        False shows labels on mouse hover only.
     line_ui
-        Half the width of the edges, one or (N,), in points of the screen.
+        Half width of the edges, scalar or (N,) [screen points].
     solid
-        Filled instead of edges only.
+        True fills the boxes; otherwise only edges are drawn.
     """
     import rerun as rr
 
@@ -76,14 +76,14 @@ def boxes(
 
 
 def texts(xy: Floats, labels: list[str], colors: Floats) -> "rr.Points3D":
-    """Write `labels` at `xy` (N, 2) on the ground [m], in `colors` (N, 3), 0 to 255."""
+    """Return `labels` at `xy` (N, 2) on the ground [m], in `colors` (N, 3), 0 to 255."""
     import rerun as rr
 
     return rr.Points3D(flat(xy), labels=labels, show_labels=True, radii=0.0, colors=colors.astype(np.uint8))
 
 
 def walls(obstacles: Obstacles, origin_world: Floats, top_m: float, color: Color) -> "rr.Mesh3D":
-    """Draw the walls of polygons relative to `origin_world` (2,) [m], cut off at `top_m`: two triangles a wall."""
+    """Return the walls of polygons relative to `origin_world` (2,) [m], clipped at `top_m`: two triangles each."""
     import rerun as rr
 
     quads = [np.empty((0, 4, 3))]
@@ -101,7 +101,7 @@ def walls(obstacles: Obstacles, origin_world: Floats, top_m: float, color: Color
 
 
 def rings(radii_m: tuple[float, ...], color: Color) -> "rr.LineStrips3D":
-    """Draw circles around the origin."""
+    """Return circles around the origin."""
     import rerun as rr
 
     angle = np.linspace(0.0, 2.0 * np.pi, 121)

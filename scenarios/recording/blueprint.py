@@ -1,6 +1,6 @@
-"""How a recording looks: its colours, the legend that explains them, and the layout the viewer opens in.
+"""Appearance of a recording: colours, legend, and layout of the viewer.
 
-Rerun takes half a second to import, so the functions that need it import it.
+Rerun is imported lazily inside the functions, because its import takes half a second.
 """
 
 from typing import TYPE_CHECKING
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
     from rerun.encodings import EntityPathLike
 
 TRAIL_S = 3.0
-"""How long the trail behind a track is [s]."""
+"""Duration of the trail behind a track [s]."""
 RINGS_M = (25.0, 50.0)
-"""Radii of the circles around the ego that give the scale [m]."""
+"""Radii of the circles around the ego, for scale [m]."""
 WALL_TOP_M = 2.0
-"""Walls are drawn no higher, so that they do not hide what stands behind them [m]."""
+"""Maximum height of drawn walls [m]. Higher walls would hide the objects behind them."""
 NAME_GAP_M = 1.5
-"""From a track's front to its name [m]."""
+"""Distance from a track's front to its name [m]."""
 
 WHITE, GREY, DARK, YELLOW = (255, 255, 255), (95, 95, 105), (60, 64, 78), (255, 214, 0)
 GREEN, BLUE, VIOLET = (46, 204, 113), (70, 130, 255), (177, 90, 230)
 CYCLE = (GREEN, BLUE, VIOLET, (20, 200, 190), (177, 227, 72), (190, 150, 110))
-"""Tracks by id, units and layers take these in turn; none is a colour of noise."""
+"""Colour cycle of track ids, units and layers, without the colours of noise."""
 HIDDEN, VISIBLE = (210, 60, 60), (235, 235, 235)
-"""Truth boxes at visible fractions 0 and 1."""
+"""Colours of truth boxes with visible fractions 0 and 1."""
 DIM = 0.5
 """Brightness of truth that is not graded, of tracks that are not confirmed, and of trails."""
 CAUSES = {
@@ -42,9 +42,9 @@ CAUSES = {
     Cause.SPRAY: (150, 190, 190),
 }
 MODEL_NAMES = tuple(model[:2] for model in MODELS)
-"""Short, to stand beside a track's id: st, cv, ca."""
+"""Short names beside a track's id: st, cv, ca."""
 BACKGROUND = 16
-"""Class id of clean points on no actor; the other points have their `Cause`'s."""
+"""Class id of clean points on no actor; other points have their `Cause` as class id."""
 
 PLOTS = {
     "plots/models_moving": dict(zip(MODELS, (GREEN, BLUE, VIOLET), strict=True)),
@@ -53,28 +53,31 @@ PLOTS = {
     "plots/counts": {"graded vehicles": WHITE, "confirmed tracks": GREEN, "coasting tracks": BLUE},
     "plots/points": {"all": CAUSES[Cause.CLEAN], "noise": CAUSES[Cause.RANGE_OUTLIER]},
 }
-"""Lines of each plot, in the order in which their values are logged."""
+"""Lines of each plot with their colours, in the order of the logged values."""
 
 CONTROL = "plots/control"
 CONTROL_LINES = {"speed": WHITE, "speed wanted": GREEN, "gap seen": YELLOW}
-"""Of the plot that a controlled ego has."""
+"""Lines of the plot of a controlled ego."""
 
 LEGEND = f"""\
-From above; the **ego is the solid box**, driving up. Circles at {RINGS_M[0]:.0f} and {RINGS_M[1]:.0f} m.
-- **Truth**: thin white boxes, redder the more is hidden, dim when not graded
+Bird's-eye view; the **ego is the solid box**, heading up. Circles at {RINGS_M[0]:.0f} and {RINGS_M[1]:.0f} m.
+- **Truth**: thin white boxes, red when occluded, dim when not graded
 - **Fits**: thin yellow rectangles
-- **Tracks**: thick coloured rectangles with id and chosen motion model ({", ".join(MODEL_NAMES)}), an arrow of 1 s
+- **Tracks**: thick coloured rectangles with id and selected motion model ({", ".join(MODEL_NAMES)}), an arrow of 1 s
   of travel and a trail of {TRAIL_S:.0f} s; thin and dim when tentative or coasting
-- **Points**: blue on vehicles, grey elsewhere; noise is magenta on a mirror, orange inside the outline, red as a
-  range outlier or false alarm, pink as a ghost, yellow where units disagree, cyan in rain and spray. Tabs colour
-  them by unit or layer instead.
+- **Points**: blue on vehicles, grey elsewhere; noise is magenta for mirrors, orange inside the outline, red for range
+  outliers and false alarms, pink for ghosts, yellow where units disagree, cyan for rain and spray. Tabs colour points
+  by unit or layer instead.
 """
 
 
 def layout(*, controlled: bool = False) -> "rrb.Blueprint":
-    """Lay out the scene at the left, one tab per colouring of the points, and plots and events at the right.
+    """Return the layout: scene on the left with a tab per colouring of the points, plots and events on the right.
 
-    A controlled ego has a plot of its own.
+    Parameters
+    ----------
+    controlled
+        True adds the plot of a controlled ego.
     """
     import rerun.blueprint as rrb
 
@@ -86,7 +89,7 @@ def layout(*, controlled: bool = False) -> "rrb.Blueprint":
     scenes = rrb.Tabs(_scene("Points by cause"), _scene("Points by unit", "unit"), _scene("Points by layer", "layer"))
     control = [plot("Ego: speeds [m/s] and gap [m]", CONTROL)] if controlled else []
     figures = rrb.Vertical(
-        rrb.TextDocumentView(origin="legend", name="What you see"),
+        rrb.TextDocumentView(origin="legend", name="Legend"),
         plot("Model probability [0 to 1], mean over tracks of moving vehicles", "plots/models_moving", probability),
         plot("Model probability [0 to 1], mean over tracks of standing vehicles", "plots/models_standing", probability),
         plot("Heading error, median absolute [0 to 10 deg]", "plots/heading_error", degrees),
@@ -107,7 +110,7 @@ def layout(*, controlled: bool = False) -> "rrb.Blueprint":
 
 
 def _scene(name: str, color_by: str | None = None) -> "rrb.Spatial3DView":
-    """View from above that turns with the ego; points take another component's colours if `color_by` names one."""
+    """Return a bird's-eye view that rotates with the ego; `color_by` selects another colouring of the points."""
     import rerun as rr
     import rerun.blueprint as rrb
     from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
@@ -134,7 +137,7 @@ def _scene(name: str, color_by: str | None = None) -> "rrb.Spatial3DView":
 
 
 def point_classes() -> "rr.AnnotationContext":
-    """Name and colour the class ids of points."""
+    """Return the names and colours of the class ids of points."""
     import rerun as rr
 
     causes = [(int(cause), cause.name.lower(), color) for cause, color in CAUSES.items()]

@@ -1,4 +1,4 @@
-"""What one would remark on while watching a run: tracks that appear, get lost, return or die, and id switches."""
+"""Events of a run for the log of a recording: track confirmation, loss, reacquisition, termination, and id switches."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -9,69 +9,71 @@ from sim.world import WorldFrame
 from tracker.records import Status, Tracks
 
 LOST_S = 0.4
-"""Shorter gaps are not remarked on: single scans without a fit are everyday business [s]."""
+"""Least duration of coasting that is an event [s]. Single scans without a fit are common."""
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One remark. INFO is business as usual, WARN a lost target, ERROR a mistake of the tracker."""
+    """An event: INFO for the normal life cycle of a track, WARN for a lost target, ERROR for a tracker error."""
 
     level: Literal["INFO", "WARN", "ERROR"]
     text: str
 
 
 @dataclass(slots=True)
-class _Life:
-    """What is remembered of a track that was confirmed once."""
+class _TrackState:
+    """State of a track since its confirmation."""
 
-    seen_at: float
-    """Time it was last confirmed [s]."""
-    actor: str = "nothing real"
-    """Name of the actor it followed last."""
+    confirmed_at: float
+    """Last time with status confirmed [s]."""
+    actor: str = "no actor"
+    """Name of the actor that it followed last."""
     lost: bool = False
+    """True after the event of its loss."""
 
 
 @dataclass(slots=True)
 class EventFinder:
-    """Finds the events of a run by comparing each frame with the one before.
+    """Finds the events of a run by comparison of consecutive frames.
 
-    Tentative tracks are not remarked on: most of them live for a frame or two.
+    Tentative tracks have no events, because most of them last one or two frames only.
     """
 
-    _lives: dict[int, _Life] = field(default_factory=dict)
+    _states: dict[int, _TrackState] = field(default_factory=dict)
+    """State by track id."""
     _follower: dict[int, int] = field(default_factory=dict)
-    """Per actor id, the confirmed track that followed it last."""
+    """Last confirmed track that followed each actor, by actor id."""
 
     def update(self, frame: WorldFrame, tracks: Tracks, grade: FrameGrade) -> list[Event]:
-        """Return the events of this frame: of each track, in the order of `tracks`, then deaths, then id switches."""
+        """Return the events of a frame: those of each track in the order of `tracks`, terminations, id switches."""
         names = dict(zip(frame.actors.id.tolist(), frame.actors.name.tolist(), strict=True))
         rows = zip(tracks.id.tolist(), tracks.status, grade.track_actor.tolist(), strict=True)
         events = [self._of_track(track, status, names.get(actor), frame.time) for track, status, actor in rows]
         found = [event for event in events if event is not None]
-        return found + self._deaths(tracks) + self._switches(tracks, grade, names)
+        return found + self._terminations(tracks) + self._switches(tracks, grade, names)
 
     def _of_track(self, track: int, status: int, actor: str | None, time: float) -> Event | None:
-        life = self._lives.get(track)
+        known = self._states.get(track)
         if status == Status.CONFIRMED:
-            self._lives[track] = now = life or _Life(time)
-            born, lost, gap = life is None, now.lost, time - now.seen_at
-            now.seen_at, now.lost, now.actor = time, False, actor or now.actor
-            if born:
-                return Event("INFO", f"track {track} confirmed on {now.actor}")
+            self._states[track] = state = known or _TrackState(time)
+            new, lost, gap = known is None, state.lost, time - state.confirmed_at
+            state.confirmed_at, state.lost, state.actor = time, False, actor or state.actor
+            if new:
+                return Event("INFO", f"track {track} confirmed on {state.actor}")
             if lost:
-                return Event("INFO", f"track {track} back after {gap:.1f} s, on {now.actor}")
-        elif life and not life.lost and status == Status.COASTING and time - life.seen_at >= LOST_S:
-            life.lost = True
-            return Event("WARN", f"track {track} lost sight of {life.actor}, coasting")
+                return Event("INFO", f"track {track} back after {gap:.1f} s, on {state.actor}")
+        elif known and not known.lost and status == Status.COASTING and time - known.confirmed_at >= LOST_S:
+            known.lost = True
+            return Event("WARN", f"track {track} lost {known.actor}, coasting")
         return None
 
-    def _deaths(self, tracks: Tracks) -> list[Event]:
-        living = set(tracks.id[tracks.status != Status.DEAD].tolist())
-        dead = [track for track in self._lives if track not in living]
-        return [Event("INFO", f"track {track} dead, was on {self._lives.pop(track).actor}") for track in dead]
+    def _terminations(self, tracks: Tracks) -> list[Event]:
+        alive = set(tracks.id[tracks.status != Status.DEAD].tolist())
+        dead = [track for track in self._states if track not in alive]
+        return [Event("INFO", f"track {track} terminated, was on {self._states.pop(track).actor}") for track in dead]
 
     def _switches(self, tracks: Tracks, grade: FrameGrade, names: dict[int, str]) -> list[Event]:
-        """Return CLEAR MOT's mismatches: an actor is followed by another track than the last that followed it."""
+        """Return the mismatches of CLEAR MOT: an actor is followed by another track than the last one."""
         follows = (tracks.status == Status.CONFIRMED) & (grade.track_actor != NO_ACTOR)
         followers: dict[int, list[int]] = {}
         for actor, track in zip(grade.track_actor[follows].tolist(), tracks.id[follows].tolist(), strict=True):

@@ -1,30 +1,32 @@
-"""The recording of a run for the rerun viewer.
+"""Recording of a run for the rerun viewer.
 
-Frames in the viewer: `world` is the scenario's world frame shifted to where the ego started, since rerun stores
-float32 and SUMO's coordinates can be large. `world/ego` and `world/odom` are the ego and the odometry frame in it.
-Rerun takes half a second to import, so the functions that need it import it.
+Frames in the viewer: `world` is the scenario's world frame shifted to the ego's start, because rerun stores float32 and
+SUMO's coordinates can be large. `world/ego` and `world/odom` are the ego frame and the odometry frame in it.
+
+Rerun is imported lazily inside the functions, because its import takes half a second.
 """
 
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-from scenarios.arrays import Bools, Floats, Ints
+from scenarios.arrays import Bools, Floats
 from scenarios.control.cruise import Decision
 from scenarios.grading.articulated import parts
 from scenarios.grading.frame_grade import FrameGrade
-from scenarios.recording import blueprint as look
-from scenarios.recording.archetypes import boxes, flat, rings, texts, transform, walls
+from scenarios.recording import blueprint
+from scenarios.recording.archetypes import boxes, flat, rings, transform, walls
 from scenarios.recording.events import EventFinder
+from scenarios.recording.plots import plot_values
+from scenarios.recording.track_layer import TrackLayer
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
-from sim.world import Actors, Ego, Mode, Obstacles, WorldFrame
-from tracker.records import Boxes, Status, StepTrace, Tracks
+from sim.world import Actors, Ego, Obstacles, WorldFrame
+from tracker.records import Boxes, StepTrace, Tracks
 from tracker.scan import Scan
 
 
 class NullRecorder:
-    """Records nothing, for runs that want no recording."""
+    """Recorder of runs without a recording."""
 
     def log(self, *records: object) -> None:
         """Do nothing."""
@@ -41,11 +43,11 @@ class Recorder:
     path
         The file to write.
     scenario
-        The recording's name in the viewer.
+        Name of the recording in the viewer.
     obstacles
-        What `TrafficSource.reset` returned.
+        Static obstacles, from `TrafficSource.reset`.
     controlled
-        Whether the ego is.
+        True for a controlled ego, which has its own plot.
     """
 
     def __init__(self, path: Path, scenario: str, obstacles: Obstacles, *, controlled: bool = False) -> None:
@@ -53,11 +55,11 @@ class Recorder:
 
         self._obstacles = obstacles
         self._origin_world: Floats | None = None
-        self._last_center_odom: dict[int, Floats] = {}
+        self._track_layer = TrackLayer()
         self._events = EventFinder()
         self._stream = rr.RecordingStream("luxloop")
         self._stream.set_log_time_enabled(False)
-        self._stream.save(path, default_blueprint=look.layout(controlled=controlled))
+        self._stream.save(path, default_blueprint=blueprint.layout(controlled=controlled))
         self._stream.send_recording_name(scenario)
 
     def log(
@@ -72,8 +74,15 @@ class Recorder:
     ) -> None:
         """Write one frame.
 
-        `trace` is None for a tracker that does not tell what it did, `decision` where no controller made one.
+        Parameters
+        ----------
+        trace
+            Intermediate results of the tracker, or None if it does not return them.
+        decision
+            Decision of the ego's controller, or None without one.
         """
+        import rerun as rr
+
         if self._origin_world is None:
             self._origin_world = np.append(frame.ego.pose_world[:2], 0.0)
             self._log_static(frame.ego, self._origin_world)
@@ -87,35 +96,37 @@ class Recorder:
         self._log_points(scan, scan_truth)
         if trace is not None:
             self._log_fits(trace.boxes)
-        self._log_tracks(tracks)
-        self._log_plots(frame.actors, scan_truth, tracks, grade)
+        for path, shape in self._track_layer.archetypes(tracks).items():
+            self._stream.log(f"world/odom/{path}", shape)
+        for path, values in plot_values(frame.actors, scan_truth, tracks, grade).items():
+            self._stream.log(path, rr.Scalars(values))
         self._log_events(frame, tracks, grade)
         if decision is not None:
             self._log_control(frame.ego, decision)
 
     def close(self) -> None:
-        """Flush and finish the file. Safe to call twice."""
+        """Flush and close the file. A second call has no effect."""
         self._stream.disconnect()
 
     def _log_static(self, ego: Ego, origin_world: Floats) -> None:
         import rerun as rr
 
-        body = boxes(np.zeros((1, 3)), ego.size[None], look.WHITE, labels=["ego"], solid=True)
-        buildings = walls(self._obstacles, origin_world[:2], look.WALL_TOP_M, look.DARK)
-        legend = rr.TextDocument(look.LEGEND, media_type=rr.MediaType.MARKDOWN)
-        self._stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, look.point_classes(), static=True)
+        body = boxes(np.zeros((1, 3)), ego.size[None], blueprint.WHITE, labels=["ego"], solid=True)
+        buildings = walls(self._obstacles, origin_world[:2], blueprint.WALL_TOP_M, blueprint.DARK)
+        legend = rr.TextDocument(blueprint.LEGEND, media_type=rr.MediaType.MARKDOWN)
+        self._stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, blueprint.point_classes(), static=True)
         self._stream.log("world/obstacles", buildings, static=True)
         self._stream.log("world/ego/body", body, static=True)
-        self._stream.log("world/ego/rings", rings(look.RINGS_M, look.DARK), static=True)
+        self._stream.log("world/ego/rings", rings(blueprint.RINGS_M, blueprint.DARK), static=True)
         self._stream.log("legend", legend, static=True)
-        for path, lines in {**look.PLOTS, look.CONTROL: look.CONTROL_LINES}.items():
+        for path, lines in {**blueprint.PLOTS, blueprint.CONTROL: blueprint.CONTROL_LINES}.items():
             style = rr.SeriesLines(names=list(lines), colors=list(lines.values()), widths=1.5)
             self._stream.log(path, style, static=True)
 
     def _log_truth(self, actors: Actors, pose: Floats, visible: Floats, graded: Bools) -> None:
-        hidden_color, visible_color = np.array(look.HIDDEN), np.array(look.VISIBLE)
+        hidden_color, visible_color = np.array(blueprint.HIDDEN), np.array(blueprint.VISIBLE)
         colors = hidden_color + visible[:, None] * (visible_color - hidden_color)
-        colors = colors * np.where(graded, 1.0, look.DIM)[:, None]
+        colors = colors * np.where(graded, 1.0, blueprint.DIM)[:, None]
         row, pose, size = parts(pose, actors.size, actors.articulation)
         names = [str(name) for name in actors.name[row]]
         self._stream.log("world/truth", boxes(pose, size, colors[row], labels=names, show_labels=False))
@@ -124,11 +135,11 @@ class Recorder:
         import rerun as rr
 
         background = (truth.actor_id == NO_ACTOR) & (truth.cause == Cause.CLEAN)
-        cause = np.where(background, look.BACKGROUND, truth.cause)
+        cause = np.where(background, blueprint.BACKGROUND, truth.cause)
         radii = rr.Radius.ui_points(np.where(truth.cause == Cause.CLEAN, 1.5, 2.5))
         points = rr.Points3D(scan.points_ego, class_ids=cause, radii=radii)
-        # One set of positions, three colourings: a view can take colours, but not class ids, from another component.
-        cycle = np.array(look.CYCLE, np.uint8)
+        # One set of positions with three colourings. A view can use another component's colours, but not class ids.
+        cycle = np.array(blueprint.CYCLE, np.uint8)
         colorings = {
             "unit": rr.components.ColorBatch(cycle[scan.unit % len(cycle)]),
             "layer": rr.components.ColorBatch(cycle[scan.layer % len(cycle)]),
@@ -137,66 +148,14 @@ class Recorder:
 
     def _log_fits(self, fits: Boxes) -> None:
         pose = np.column_stack([fits.center_ego, fits.heading])
-        self._stream.log("world/ego/fits", boxes(pose, flat(fits.size), look.YELLOW))
-
-    def _log_tracks(self, tracks: Tracks) -> None:
-        import rerun as rr
-
-        confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
-        hues = np.array(look.CYCLE)[tracks.id % len(look.CYCLE)]
-        colors = hues * np.where(confirmed, 1.0, look.DIM)[:, None]
-        remark = np.where(confirmed, np.array(look.MODEL_NAMES)[tracks.model], np.where(coasting, "coasting", ""))
-        labels = [f"{track} {text}" if text else "" for track, text in zip(tracks.id, remark, strict=True)]
-        center, yaw = tracks.center_odom, tracks.mean[:, 6]
-        line_ui = np.where(confirmed, 2.5, 1.0)
-        rectangles = boxes(np.column_stack([center, yaw]), flat(tracks.size), colors, line_ui=line_ui)
-        ahead = (0.5 * tracks.size[:, :1] + look.NAME_GAP_M) * np.column_stack([np.cos(yaw), np.sin(yaw)])
-        arrows = rr.Arrows3D(
-            origins=flat(center),
-            vectors=flat(tracks.mean[:, 2:4]),
-            colors=colors.astype(np.uint8),
-            radii=rr.Radius.ui_points(1.0),
-        )
-        self._stream.log("world/odom/tracks", rectangles)
-        self._stream.log("world/odom/tracks/names", texts(center + ahead, labels, colors))
-        self._stream.log("world/odom/velocities", arrows)
-        self._log_trails(tracks.id, center, (look.DIM * hues).astype(np.uint8))
-
-    def _log_trails(self, track_id: Ints, center_odom: Floats, colors: npt.NDArray[np.uint8]) -> None:
-        """Write one step of each trail: the view shows the steps of the last seconds together."""
-        import rerun as rr
-
-        now = dict(zip(track_id.tolist(), flat(center_odom), strict=True))
-        steps = [[self._last_center_odom.get(track, at), at] for track, at in now.items()]
-        self._last_center_odom = now
-        trails = rr.LineStrips3D(steps, colors=colors, radii=rr.Radius.ui_points(1.0))
-        self._stream.log("world/odom/trails", trails)
-
-    def _log_plots(self, actors: Actors, truth: ScanTruth, tracks: Tracks, grade: FrameGrade) -> None:
-        import rerun as rr
-
-        confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
-        moving = actors.mode != Mode.STATIONARY
-        on_moving = confirmed & np.isin(grade.track_actor, actors.id[moving])
-        on_standing = confirmed & np.isin(grade.track_actor, actors.id[~moving])
-        fit_error, track_error = grade.box_heading_error, grade.track_heading_error[confirmed]
-        noise = truth.cause != Cause.CLEAN
-        values = {
-            "plots/models_moving": _mean(tracks.model_probability[on_moving]),
-            "plots/models_standing": _mean(tracks.model_probability[on_standing]),
-            "plots/heading_error": np.array([_median_abs_deg(fit_error), _median_abs_deg(track_error)]),
-            "plots/counts": np.array([grade.graded.sum(), confirmed.sum(), coasting.sum()]),
-            "plots/points": np.array([len(noise), noise.sum()]),
-        }
-        for path, lines in values.items():
-            self._stream.log(path, rr.Scalars(lines))
+        self._stream.log("world/ego/fits", boxes(pose, flat(fits.size), blueprint.YELLOW))
 
     def _log_control(self, ego: Ego, decision: Decision) -> None:
         import rerun as rr
 
         speed = float(np.linalg.norm(ego.velocity_world))
         gap = decision.lead.gap if decision.lead else np.nan
-        self._stream.log(look.CONTROL, rr.Scalars([speed, decision.speed_mps, gap]))
+        self._stream.log(blueprint.CONTROL, rr.Scalars([speed, decision.speed_mps, gap]))
 
     def _log_events(self, frame: WorldFrame, tracks: Tracks, grade: FrameGrade) -> None:
         import rerun as rr
@@ -206,17 +165,7 @@ class Recorder:
 
 
 def _odom_pose(ego_pose: Floats, ego_pose_odom: Floats) -> Floats:
-    """Return the pose (3,) of the odometry frame in the frame of `ego_pose`, given the ego in both."""
+    """Return the pose (3,) of the odometry frame in the frame of `ego_pose`, from the ego's pose in both."""
     yaw = ego_pose[2] - ego_pose_odom[2]
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     return np.append(ego_pose[:2] - turn @ ego_pose_odom[:2], yaw)
-
-
-def _mean(rows: Floats) -> Floats:
-    """Return the mean row, NaN where there are none: a gap in the plot."""
-    return rows.mean(axis=0) if len(rows) else np.full(rows.shape[1:], np.nan)
-
-
-def _median_abs_deg(angles: Floats) -> float:
-    angles = angles[np.isfinite(angles)]
-    return float(np.rad2deg(np.median(np.abs(angles)))) if len(angles) else np.nan

@@ -1,7 +1,7 @@
-"""The rerun viewer, opened at a moment of a recording.
+"""Rerun viewer, opened at a given time of a recording.
 
-A recording cannot say where the viewer's time cursor starts, so the viewer is told once it has loaded it. The viewer in
-a browser cannot be told.
+A recording cannot set the start of the viewer's time cursor. The cursor is therefore set after loading. In a browser
+this is not possible.
 """
 
 import socket
@@ -15,26 +15,28 @@ from scenarios.grading.worst_frames import WorstFrame, worst_frames
 from scenarios.result import Result
 
 LOADING_S = 120.0
-"""[s] after which the viewer is left where it is."""
+"""Timeout of setting the time cursor [s]."""
 POLL_S = 0.2
+"""Interval between attempts [s]."""
 
 
-def moment(result: Result, failed: list[str], frame: int | None = None) -> WorstFrame | None:
-    """Choose where to look: in `frame`, else where the first of the `failed` metrics is worst that tells of frames.
+def frame_to_show(result: Result, failed: list[str], frame: int | None = None) -> WorstFrame | None:
+    """Choose the frame to show.
 
-    Without any it is the first snapshot, for that is the worst of the gravest kind; None where nothing was wrong.
+    `frame` has priority. Next is the worst frame of the first of the `failed` metrics that has worst frames. Otherwise
+    it is the first snapshot, the worst of the most serious kind, or None without snapshots.
 
     Raises
     ------
     InputError
-        The run has no such frame.
+        The run does not have `frame`.
     """
     if frame is not None:
         times = result.tables["truth"].drop_duplicates("frame").set_index("frame")["time_s"]
         if not 0 <= frame < result.frames:
             raise InputError(f"--frame {frame}: the run has frames 0 to {result.frames - 1}; give one of these")
         period_s = float(times.diff().median()) if len(times) > 1 else 0.0
-        return WorstFrame(frame, float(times.get(frame, frame * period_s)), "as asked")
+        return WorstFrame(frame, float(times.get(frame, frame * period_s)), "as requested")
     for metric in failed:
         if found := worst_frames(result, metric, count=1):
             return found[0]._replace(what=f"{metric}: {found[0].what}")
@@ -46,19 +48,29 @@ def moment(result: Result, failed: list[str], frame: int | None = None) -> Worst
 
 
 def show(recording: Path, at_s: float | None, *, web: bool = False) -> int:
-    """Open a viewer, move its time cursor, wait until it is closed, and return its exit code."""
+    """Open a viewer, set its time cursor, wait until it is closed, and return its exit code.
+
+    Parameters
+    ----------
+    recording
+        The .rrd file.
+    at_s
+        Simulated time of the cursor [s]; None does not set it.
+    web
+        Open in a browser (starts at the last frame).
+    """
     port = _free_port()
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
     with subprocess.Popen(command + ["--web-viewer"] * web) as viewer:
         if at_s is not None and not web:
             deadline = time.monotonic() + LOADING_S
-            while viewer.poll() is None and time.monotonic() < deadline and not point_at(port, at_s):
+            while viewer.poll() is None and time.monotonic() < deadline and not set_time_cursor(port, at_s):
                 time.sleep(POLL_S)
         return viewer.wait()
 
 
-def point_at(port: int, at_s: float) -> bool:
-    """Move the time cursor of the viewer at a port of this machine, and say whether it had loaded its recording."""
+def set_time_cursor(port: int, at_s: float) -> bool:
+    """Set the time cursor of the viewer at a local port; return False if it has not loaded its recording yet."""
     from rerun.experimental import ViewerClient
 
     try:
@@ -67,7 +79,7 @@ def point_at(port: int, at_s: float) -> bool:
         if not state.recordings or state.loading:
             return False
         client.set_time("sim_time", duration=at_s, play_state="paused")
-    except (ConnectionError, RuntimeError):  # it has not come up yet
+    except (ConnectionError, RuntimeError):  # not started yet
         return False
     return True
 

@@ -1,4 +1,4 @@
-"""What a person reads of `luxloop blame`: two tables, of the stages and of the tracks, and a line on every metric."""
+"""Printed report of `luxloop blame`: a table of stages, a table of tracks, and one line per metric."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,11 @@ from scenarios.oracle.stage_blame import BLAME_METRICS, OF_STAGES, OF_TRACKS, SH
 from scenarios.report import text
 from scenarios.report.cells import NONE, table_of, value_of
 
-OWN_DRIVES = "The tracks drive the ego: every row is of a drive of its own, with scans of its own."
+OWN_DRIVES = "The tracks control the ego: every row is a separate drive with its own scans."
 
 
-def tell(blame: Blame) -> RenderableType:
-    """Everything there is to say, the verdict last."""
+def blame_report(blame: Blame) -> RenderableType:
+    """Return the printed report, the verdicts last."""
     sections: list[RenderableType] = [
         text.header(blame.shipped),
         _table("Stages, with the truth in the place of one of them", blame, OF_STAGES),
@@ -27,38 +27,38 @@ def tell(blame: Blame) -> RenderableType:
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
-def _table(title: str, blame: Blame, headlines: Sequence[BlameMetric]) -> Table:
-    """A row for each stage: the metric's value, and its difference below."""
+def _table(title: str, blame: Blame, metrics: Sequence[BlameMetric]) -> Table:
+    """Return a table with a row per stage: values of the metrics, and differences below them."""
     table = table_of(title, "truth for")
-    for headline in headlines:
-        table.add_column(headline.title.replace(" ", "\n"), justify="right")
+    for metric in metrics:
+        table.add_column(metric.title.replace(" ", "\n"), justify="right")
     shipped = blame.shipped.metrics
-    table.add_row("none", *(value_of(shipped[headline.name]) for headline in headlines), end_section=True)
+    table.add_row("none", *(value_of(shipped[metric.name]) for metric in metrics), end_section=True)
     for stage in Stage:
-        table.add_row(stage, *(_cell(blame, stage, headline) for headline in headlines))
+        table.add_row(stage, *(_cell(blame, stage, metric) for metric in metrics))
     return table
 
 
-def _cell(blame: Blame, stage: Stage, headline: BlameMetric) -> Text:
-    metric, gain = blame.by_truth[stage][headline.name], blame.gain(stage, headline)
+def _cell(blame: Blame, stage: Stage, metric: BlameMetric) -> Text:
+    measured, gain = blame.by_truth[stage][metric.name], blame.gain(stage, metric)
     if not gain:
-        return Text(value_of(metric), style="dim")
-    change = gain if headline.better == "more" else -gain
-    signed = f"{change:+.0f}" if metric.unit == "count" else f"{change:+.{SHOWN_DIGITS}f}"
-    return Text.assemble(value_of(metric), ("\n" + signed, "green" if gain > 0 else "red"))
+        return Text(value_of(measured), style="dim")
+    change = gain if metric.better == "more" else -gain
+    signed = f"{change:+.0f}" if measured.unit == "count" else f"{change:+.{SHOWN_DIGITS}f}"
+    return Text.assemble(value_of(measured), ("\n" + signed, "green" if gain > 0 else "red"))
 
 
 def _verdicts(blame: Blame) -> Text:
-    """A sentence on each metric."""
+    """Return a line per metric."""
     lines = [Text("Which stage costs most", style="bold")]
-    return Text("\n").join(lines + [Text(_verdict(blame, headline)) for headline in BLAME_METRICS])
+    return Text("\n").join(lines + [Text(_verdict(blame, metric)) for metric in BLAME_METRICS])
 
 
-def _verdict(blame: Blame, headline: BlameMetric) -> str:
-    """Which stage costs most, and which comes next."""
-    as_is = blame.shipped.metrics[headline.name]
+def _verdict(blame: Blame, metric: BlameMetric) -> str:
+    """Name the two stages with the largest cost for a metric."""
+    as_is = blame.shipped.metrics[metric.name]
     if as_is.value is None:
-        return f"{headline.name} is {NONE}: {as_is.reason}"
-    costly = [f"{stage} ({value_of(blame.by_truth[stage][headline.name])})" for stage in blame.ranking(headline)[:2]]
+        return f"{metric.name} is {NONE}: {as_is.reason}"
+    costly = [f"{stage} ({value_of(blame.by_truth[stage][metric.name])})" for stage in blame.ranking(metric)[:2]]
     verdict = f"{costly[0]} costs most" if costly else "no stage's truth makes it better"
-    return f"{headline.name} is {value_of(as_is)}: {', then '.join([verdict, *costly[1:]])}"
+    return f"{metric.name} is {value_of(as_is)}: {', then '.join([verdict, *costly[1:]])}"

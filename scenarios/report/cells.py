@@ -1,4 +1,4 @@
-"""What the tables of a report are made of."""
+"""Tables and formatted values of printed reports."""
 
 from rich import box
 from rich.table import Table
@@ -7,12 +7,12 @@ from rich.text import Text
 from scenarios.result import Metric
 
 NONE = "n/a"
-"""Stands where a metric does not apply."""
+"""Shown for a metric without a value."""
 
 
 def table_of(title: str, first_column: str, *number_columns: str) -> Table:
-    """Return an empty table: one column of names, others of numbers."""
-    # A title goes in as Text: in plain strings rich would take [deg] for a style.
+    """Return an empty table with a column of names and columns of numbers."""
+    # The title is a Text, because rich would parse [deg] in a plain string as a style.
     table = Table(
         title=Text(title, style="bold"), title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False
     )
@@ -23,24 +23,24 @@ def table_of(title: str, first_column: str, *number_columns: str) -> Table:
 
 
 def value_of(metric: Metric, digits: int = 3) -> str:
-    """The value, with as many decimals as make sense."""
+    """Format the value: counts without decimals, others with `digits`."""
     if metric.value is None:
         return NONE
     return f"{metric.value:.0f}" if metric.unit == "count" else f"{metric.value:.{digits}f}"
 
 
 def unit_of(metric: Metric) -> str:
-    """The unit behind a value, with the space between; nothing for shares and counts."""
+    """Return the unit with a leading space, or nothing for shares and counts."""
     return "" if metric.unit in ("1", "count") else f" {metric.unit}"
 
 
 def percent_of(metric: Metric) -> str:
-    """A share."""
+    """Format a share in percent."""
     return NONE if metric.value is None else f"{metric.value:.1%}"
 
 
 def interval_of(metric: Metric, *, percent: bool = False) -> str:
-    """The 95 % interval, nothing where there is none."""
+    """Format the 95 % interval; empty without one."""
     if metric.interval is None:
         return ""
     low, high = metric.interval

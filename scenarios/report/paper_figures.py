@@ -1,4 +1,4 @@
-"""What the paper measured on its own recordings, to stand beside what is measured here. Its truth was labelled by hand.
+"""Figures of the paper, measured on its own recordings with hand-labelled truth, for comparison.
 
 "Low-cost LIDAR based Vehicle Pose Estimation and Tracking", tables I to IV.
 """
@@ -10,10 +10,10 @@ DATASET = {
     "observations_per_vehicle": 89,
     "observations_per_frame": 4,
 }
-"""Table I, but for the views. A tracker is a vehicle that is tracked from when it appears to when it disappears."""
+"""Table I without the views. A "tracker" of the table is a vehicle tracked from its first to its last appearance."""
 
 VIEWS = {"l_shape": 5037, "side": 115, "rear": 201}
-"""Table I: observations by what is seen of the vehicle."""
+"""Table I: observations by view of the vehicle."""
 
 HEADING_DEG = {
     "area": (0.6483, 14.7989),
@@ -22,7 +22,7 @@ HEADING_DEG = {
     "tlinkage": (0.3586, 2.3204),
     "best": (-0.223, None),
 }
-"""Table II: mean and STD of the heading error by method [deg]. The last STD is printed as -0.248, which none can be."""
+"""Table II: mean and STD of the heading error by method [deg]. The last STD is printed as -0.248, which is invalid."""
 
 HEADING_ABS_DEG = {
     "area": (12.3310, 8.1437),

@@ -1,4 +1,4 @@
-"""The paper's four tables with simulated truth, its own figures beside them."""
+"""The paper's four tables for a run with simulated truth, beside the paper's own figures."""
 
 from itertools import product
 
@@ -12,8 +12,8 @@ from tracker.records import BASELINES
 
 
 def dataset(result: Result) -> Table:
-    """The paper's table I."""
-    table = table_of("What there was to see", "category", "here", "share", "paper", "share")
+    """Return table I: the data set."""
+    table = table_of("Data set", "category", "here", "share", "paper", "share")
     for name, number in paper_figures.DATASET.items():
         table.add_row(
             name.replace("_", " "), value_of(result.metrics[f"dataset.{name}"], digits=1), "", f"{number}", ""
@@ -27,7 +27,7 @@ def dataset(result: Result) -> Table:
 
 
 def heading_error(result: Result) -> Table:
-    """The paper's table II."""
+    """Return table II: heading errors by method, with the intervals of the mean absolute errors."""
     columns = ("mean", "STD", "mean |e|", "95 %", "STD |e|", "n")
     table = table_of("Heading error by method, modulo 90 degrees [deg]", "method", *columns)
     for method in _methods(result):
@@ -45,7 +45,7 @@ def heading_error(result: Result) -> Table:
 
 
 def heading_distribution(result: Result) -> Table:
-    """The paper's table III, and the interval of each share."""
+    """Return table III: the distribution of heading errors, with the interval of each share."""
     title = "Share of heading errors of at most, with its 95 % interval"
     table = table_of(title, "method", *(f"{limit} deg" for limit in range(1, 6)))
     for method in _methods(result):
@@ -58,7 +58,7 @@ def heading_distribution(result: Result) -> Table:
 
 
 def heading_by_view(result: Result) -> Table:
-    """How the error depends on what is seen of a vehicle."""
+    """Return heading errors by view of the vehicle."""
     counts = {view: result.metrics[f"fit.{view}.best.heading_abs_mean_deg"].n for view in VIEWS.values()}
     columns = (f"{view.replace('_', '-')}, n = {count}" for view, count in counts.items())
     table = table_of("Mean absolute heading error by view [deg]", "method", *columns)
@@ -69,7 +69,7 @@ def heading_by_view(result: Result) -> Table:
 
 
 def position_error(result: Result) -> Table:
-    """The paper's table IV. Its single model is not named; here every model stands alone."""
+    """Return table IV: position errors. The paper does not name its single model; here every model has a row."""
     columns = ("targets", "x mean", "95 %", "x STD", "y mean", "95 %", "y STD", "n")
     table = table_of("Absolute error of the tracked corner, on the ego's axes [m]", "model", *columns)
     for target, estimate in product(TARGETS, ESTIMATES):
@@ -87,7 +87,7 @@ def position_error(result: Result) -> Table:
 
 
 def _methods(result: Result) -> list[str]:
-    """Return what fits are shown of: all but the baselines that are off."""
+    """Return the methods with fits: all except disabled baselines."""
     return [m for m in FIT_METHODS if m not in BASELINES or result.metrics[f"fit.{m}.heading_mean_deg"].n]
 
 

@@ -1,4 +1,4 @@
-"""The tables of a report on the stages behind the paper's tables, on speed, and on what was expected."""
+"""Tables of a report that the paper does not have: stages, controlled ego, speed, and expectations."""
 
 from rich.table import Table
 from rich.text import Text
@@ -11,7 +11,7 @@ from tracker.records import MODELS
 
 
 def modes(result: Result) -> Table:
-    """Which model is selected, by how the vehicle truly moves."""
+    """Return the confusion table of the selected model by true mode."""
     table = table_of("Selected model by true mode", "true mode", *MODELS, "n")
     for mode in MODELS:
         rates = [result.metrics[f"mma.confusion.{mode}.{model}"] for model in MODELS]
@@ -20,8 +20,8 @@ def modes(result: Result) -> Table:
 
 
 def consistency(result: Result) -> Table:
-    """Whether the filters know how well they know."""
-    title = "Consistency of the filters, each alone while it is the true mode: share in the chi-square band, mean (2)"
+    """Return a table of NEES and NIS of the filters."""
+    title = "Consistency of the filters, each while it is the true mode: share in the chi-square band, mean (2)"
     table = table_of(title, "model", "NEES in band", "NEES mean", "NIS in band", "NIS mean", "n")
     for model in MODELS:
         nees, nees_mean, nis, nis_mean = (
@@ -35,7 +35,7 @@ def consistency(result: Result) -> Table:
 
 
 def outliers(result: Result) -> Table:
-    """Which noise the tracker removes before it fits."""
+    """Return precision and recall of outlier removal by cause."""
     table = table_of("Outlier removal by cause of the outlier", "cause", "precision", "recall", "points")
     for cause in CAUSES.values():
         precision, recall = (result.metrics[f"outliers.{cause}.{name}"] for name in ("precision", "recall"))
@@ -43,18 +43,18 @@ def outliers(result: Result) -> Table:
     return table
 
 
-def one_by_one(title: str, result: Result, beginnings: tuple[str, ...]) -> Table:
-    """A line for each metric whose name begins so, with its meaning."""
+def metric_list(title: str, result: Result, prefixes: tuple[str, ...]) -> Table:
+    """Return a table with a row for each metric with one of the prefixes, and its meaning."""
     table = table_of(title, "metric", "value", "n")
     table.add_column("", style="dim")
     for name, metric in result.metrics.items():
-        if name.startswith(beginnings):
+        if name.startswith(prefixes):
             table.add_row(name, value_of(metric), str(metric.n), metric.reason or REGISTRY[name].meaning)
     return table
 
 
 def control(result: Result) -> Table:
-    """How safely the controlled ego drove by the tracks, and by the truth beside that."""
+    """Return the safety metrics of the controlled ego, driven by the tracks and by the truth."""
     table = table_of("Controlled ego, by the truth of its drives", "", *(f"by the {driver}" for driver in DRIVERS))
     for name, (unit, meaning) in SAFETY.items():
         metrics = [result.metrics[f"control.{prefix}{name}"] for prefix in DRIVERS.values()]
@@ -63,7 +63,7 @@ def control(result: Result) -> Table:
 
 
 def speed(result: Result) -> Table:
-    """Time per frame and stage, and how the whole loop compares with real time."""
+    """Return the time per frame and stage, and the real-time factor of the whole loop."""
     table = table_of("Time per frame [ms]", "stage", "median", "99 %")
     for stage in TIMED_STAGES:
         quantiles = [result.metrics[f"perf.{stage}_ms_{quantile}"] for quantile in ("p50", "p99")]
@@ -83,7 +83,7 @@ STYLES: dict[ExpectationOutcome, str] = {
 
 
 def expectations(checks: list[Check]) -> Table:
-    """Limits of the scenario beside what came out, and the need behind each, or why it is known to fail."""
+    """Return the limits of the scenario with values and outcomes, and the need or the reason of a known failure."""
     table = table_of("Expectations", "metric", "limit", "value")
     table.add_column("")
     table.add_column("", style="dim")

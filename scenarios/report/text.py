@@ -1,4 +1,4 @@
-"""The report of a run: the paper's four tables with simulated truth, tracking, speed, and the verdict."""
+"""Printed report of a run: the paper's four tables, stages, tracking, speed, and the verdict."""
 
 import io
 import sys
@@ -14,7 +14,7 @@ from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
 WIDTH = 100
-"""Characters in a line where no terminal says otherwise."""
+"""Line width without a terminal [characters]."""
 
 STAGES = (
     "segmentation.",
@@ -25,13 +25,13 @@ STAGES = (
     "mma.stationary_acc",
     "mma.switch",
 )
-"""Beginnings of the names of metrics on the tracker's stages that are in none of the other tables."""
+"""Prefixes of the metrics of the tracker's stages that no other table shows."""
 
 COLORS: dict[RunVerdict, str] = {"passed": "green", "failed": "red", "incomplete": "yellow"}
 
 
 def report(result: Result, checks: list[Check]) -> Group:
-    """Everything a person wants to know of a run, the verdict last."""
+    """Return the printed report of a run, the verdict last."""
     sections: list[RenderableType] = [
         header(result),
         paper_tables.dataset(result),
@@ -42,8 +42,8 @@ def report(result: Result, checks: list[Check]) -> Group:
         tables.modes(result),
         tables.consistency(result),
         tables.outliers(result),
-        tables.one_by_one("Stages of the tracker", result, STAGES),
-        tables.one_by_one("Tracking", result, ("track.",)),
+        tables.metric_list("Stages of the tracker", result, STAGES),
+        tables.metric_list("Tracking", result, ("track.",)),
         *([tables.control(result)] if result.config["control"] else []),
         tables.speed(result),
         limits(result.config["grading"]),
@@ -54,19 +54,19 @@ def report(result: Result, checks: list[Check]) -> Group:
 
 
 def show(report: RenderableType) -> None:
-    """Print on standard output, in colour where that is a terminal."""
+    """Print on standard output, in colour on a terminal."""
     Console(width=None if sys.stdout.isatty() else WIDTH).print(report)
 
 
 def as_text(report: RenderableType) -> str:
-    """The report without colours, for a file."""
+    """Return the report as text without colours, for a file."""
     text = io.StringIO()
     Console(file=text, width=WIDTH, color_system=None).print(report)
     return text.getvalue()
 
 
 def header(result: Result) -> Text:
-    """What was run, and by which device if it was not the shipped tracker."""
+    """Return scenario, seed and trace hash, and the device unless it is the shipped tracker."""
     device = result.config["device"]
     return Text.assemble(
         (result.scenario, "bold"),
@@ -77,12 +77,12 @@ def header(result: Result) -> Text:
 
 
 def limits(grading: dict[str, Any]) -> Text:
-    """What was graded: numbers without these mean nothing."""
+    """Return the limits of grading, which the metrics depend on."""
     return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in grading.items()), style="dim")
 
 
 def conclusion(result: Result, checks: list[Check]) -> Text:
-    """The verdict, and whether the run got to its end."""
+    """Return the verdict, and the reason if the run ended early."""
     outcome = verdict(checks, result.complete)
     text = Text(outcome.upper(), style=f"bold {COLORS[outcome]}")
     held = sum(check.holds for check in checks)

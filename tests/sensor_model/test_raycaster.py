@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_echoes
@@ -317,6 +316,8 @@ def random_thing(rng, distance):
 
 def meshes_of(bodies, walls):
     """Hulls of all solids that can be met from outside, sheets for the walls, and a plate for the ground."""
+    import trimesh
+
     meshes = [trimesh.creation.box(bounds=[[-400, -400, -1], [400, 400, 0]])]
     for a, pose in enumerate(bodies.pose_ego):
         for p in range(bodies.body_solid[a], bodies.body_solid[a + 1]):

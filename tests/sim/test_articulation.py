@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.sensor_scenes import EXACT, PLAIN, Thing, one_unit_rig, placed_scene, scan, small_unit, world
@@ -159,6 +158,8 @@ def test_straight_bodies_are_as_if_nobody_could_bend():
 @pytest.mark.parametrize("angle", [-1.2, -0.4, 0.1, 0.8, 1.5])
 def test_embree_agrees_on_bent_trucks_as_turned_meshes(angle):
     """Meshes of straight trucks whose tractors trimesh turns: nothing of the caster's own bending is in them."""
+    import trimesh
+
     elevation_deg = tuple(np.linspace(-8.0, 6.0, 24).tolist())
     model = small_unit((Fan(tuple(range(24)), 180.0, -179.6, 0.4, (100.0,)),), elevation_deg, range_max_m=80.0)
     trucks = [lorry(angle, 14.0, 9.0, 0.3), lorry(-angle, -16.0, 12.0, 2.5), lorry(angle, 3.0, -14.0, 1.1)]

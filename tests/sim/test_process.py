@@ -393,7 +393,7 @@ def test_the_process_loads_no_more_than_sumo_needs(tmp_path):
     told = program(
         f"""
 import pathlib, numba, scipy, pandas, scenarios.files.scenario as file
-from scenarios import listing
+from scenarios.files import shipped as listing
 from sim.sumo.sumo_source import SumoSource
 from support.toy_traffic import Inventory
 crossing = file.Scenario.load(listing.find("sumo-crossing"))

@@ -1,4 +1,4 @@
-"""Slow and obvious twins of what the grader does with arrays."""
+"""Slow reference implementations of the grader's array operations."""
 
 import cmath
 import math
@@ -23,7 +23,7 @@ def area(polygon):
 
 
 def clip(polygon, start, end):
-    """The part of a polygon left of the line from start to end (Sutherland and Hodgman 1974)."""
+    """Clip a polygon to the left of the line from start to end (Sutherland and Hodgman 1974)."""
     out = []
     for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True):
         left_p, left_q = cross(end - start, p - start), cross(end - start, q - start)
@@ -44,7 +44,7 @@ def iou(a, b):
 
 
 def best_pairing(score):
-    """Pairs (row, column) of the largest total score, by trying all; pairs of no score are left out."""
+    """Pairs (row, column) of the largest total score, by exhaustive search; pairs with score 0 are left out."""
     rows, columns = score.shape
     if rows > columns:
         return sorted((row, column) for column, row in best_pairing(score.T))
@@ -53,7 +53,7 @@ def best_pairing(score):
 
 
 def counts(point_actor, label, actor_id, segment_count):
-    """Points of each actor (the last row: of none) in each segment."""
+    """Points of each actor in each segment; the last row counts points on no actor."""
     table = np.zeros((len(actor_id) + 1, segment_count), dtype=np.int64)
     ids = list(actor_id)
     for actor, segment in zip(point_actor, label, strict=True):
@@ -76,7 +76,7 @@ def dot(a, b):
 
 
 def heading_bound(heading, offsets, beams, sigma):
-    """The Cramer-Rao bound from the whole Fisher matrix of heading and offsets, by numerical derivatives."""
+    """Cramer-Rao bound from the full Fisher matrix of heading and offsets, with numerical derivatives."""
     faces = sorted({face for *_, face in beams})
     unknown = np.array([heading, *(offsets[face] for face in faces)])
 
@@ -91,7 +91,7 @@ def heading_bound(heading, offsets, beams, sigma):
 
 
 def most_likely_heading(measured, heading, offsets, beams, rounds=4):
-    """The heading that makes the measured ranges most likely, by Gauss and Newton's method from the truth."""
+    """Maximum likelihood heading of the measured ranges, by Gauss-Newton iterations from the truth."""
     faces = sorted({face for *_, face in beams})
     unknown, step = np.array([heading, *(offsets[face] for face in faces)]), 1e-5
 
@@ -107,7 +107,7 @@ def most_likely_heading(measured, heading, offsets, beams, rounds=4):
 
 
 def resampled(bootstrap, vehicle, values):
-    """Mean and standard deviation of each of a bootstrap's resamples, its observations gathered one by one."""
+    """Mean and standard deviation of each resample of a bootstrap, with its observations collected one by one."""
     means, stds = [], []
     for times in bootstrap.times:
         drawn = [

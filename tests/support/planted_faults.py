@@ -1,4 +1,4 @@
-"""The shipped tracker with one fault planted in what it says: each is there for one family of metrics to catch."""
+"""Shipped tracker with one fault planted in its output, each for one family of metrics to detect."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ CA = MODELS.index("ca")
 
 @dataclass
 class Sound:
-    """The shipped tracker as it is."""
+    """Shipped tracker without a fault."""
 
     config: object
     tracker: Tracker = field(init=False)
@@ -34,7 +34,7 @@ class Sound:
 
 
 class BiasedFits(Sound):
-    """Every rectangle is turned about its centre."""
+    """Rotates every rectangle about its centre."""
 
     bias_deg: ClassVar = 3.0
 
@@ -44,7 +44,7 @@ class BiasedFits(Sound):
 
 
 class WorstFits(Sound):
-    """The dearest rectangle is chosen in place of the cheapest."""
+    """Selects the rectangle with the highest cost instead of the lowest."""
 
     def trace(self, trace):
         cost = trace.candidates.cost
@@ -53,7 +53,7 @@ class WorstFits(Sound):
 
 
 class SplitSegments(Sound):
-    """Of every segment, two points in five make another; rectangles are as before."""
+    """Moves two of five points of every segment to another segment; rectangles do not change."""
 
     def trace(self, trace):
         label, count = trace.segments.label.copy(), trace.segments.count
@@ -67,7 +67,7 @@ class SplitSegments(Sound):
 
 
 class MergedSegments(Sound):
-    """All points that are in a segment are in one."""
+    """Merges all segments into one."""
 
     def trace(self, trace):
         label = np.minimum(trace.segments.label, 0)
@@ -83,7 +83,7 @@ class MergedSegments(Sound):
 
 
 class NoSegments(Sound):
-    """Nothing is found in the points."""
+    """Removes all segments."""
 
     def trace(self, trace):
         return replace(
@@ -96,21 +96,21 @@ class NoSegments(Sound):
 
 
 class KeepingLinkage(Sound):
-    """No point is an outlier."""
+    """Marks no point as an outlier."""
 
     def trace(self, trace):
         return replace(trace, linkage=replace(trace.linkage, line=np.maximum(trace.linkage.line, 0)))
 
 
 class RemovingLinkage(Sound):
-    """Every point is an outlier."""
+    """Marks every point as an outlier."""
 
     def trace(self, trace):
         return replace(trace, linkage=replace(trace.linkage, line=np.full_like(trace.linkage.line, -1)))
 
 
 class AlwaysAccelerating(Sound):
-    """Constant acceleration is the model of everybody, and its position theirs."""
+    """Selects the model of constant acceleration, with its position, for every track."""
 
     def tracks(self, tracks):
         mean = tracks.mean.copy()
@@ -120,7 +120,7 @@ class AlwaysAccelerating(Sound):
 
 
 class Overconfident(Sound):
-    """Covariances are four times too small."""
+    """Divides covariances by four."""
 
     factor: ClassVar = 4.0
 
@@ -133,5 +133,5 @@ class Overconfident(Sound):
 
 
 def replace_all(record, change):
-    """The same change in every field."""
+    """Apply a change to every field of a record."""
     return replace(record, **{name: change(getattr(record, name)) for name in record.__slots__})

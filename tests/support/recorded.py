@@ -14,11 +14,11 @@ from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 from scenarios.grading import frame_tables
 from scenarios.grading.frame_tables import TableBuilder
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grader import Grader
-from scenarios.grading.matching import Pairer
+from scenarios.grading.matching import TrackMatcher
 from scenarios.grading.plane_geometry import turned
-from scenarios.grading.track_matches import Following
+from scenarios.grading.track_matches import TrackMatches
 from scenarios.result import Result
 from scenarios.run import loop
 from sensor_model.truth import ScanTruth
@@ -64,7 +64,7 @@ class Recorded:
     scenario: Scenario
     result: Result
     frames: list[Frame]
-    instants: list[Instant]
+    instants: list[FrameTruth]
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Recorded":
@@ -80,29 +80,29 @@ class Recorded:
             frames.append(Frame(frame, scan, truth, *answers[-1]))
 
         result = loop.run(scenario, Listening, export=keep)
-        return cls(scenario, result, frames, [Instant.of(*frame[:3], scenario.grading) for frame in frames])
+        return cls(scenario, result, frames, [FrameTruth.of(*frame[:3], scenario.grading) for frame in frames])
 
     @cached_property
-    def followed(self) -> list[tuple[Following, dict[str, Any]]]:
+    def followed(self) -> list[tuple[TrackMatches, dict[str, Any]]]:
         """Whom the tracks follow in every frame, and their rows of the table."""
-        pairer = Pairer(self.scenario.grading)
+        matcher = TrackMatcher(self.scenario.grading)
         followed = [
-            Following.of(now, frame.tracks, pairer) for frame, now in zip(self.frames, self.instants, strict=True)
+            TrackMatches.of(now, frame.tracks, matcher) for frame, now in zip(self.frames, self.instants, strict=True)
         ]
         return [
             (f, f.rows(now, frame.tracks)) for f, now, frame in zip(followed, self.instants, self.frames, strict=True)
         ]
 
-    def with_tracks(self, change: Callable[[Frame, Following, dict[str, Any]], Tracks], name: str) -> RunDigest:
+    def with_tracks(self, change: Callable[[Frame, TrackMatches, dict[str, Any]], Tracks], name: str) -> RunDigest:
         """Grade other tracks than the tracker's, made from them, whom they follow, and their rows of the table.
 
         What they have no part in, the stages before, stays as it is; `name` stands for the trace hash.
         """
-        pairer = Pairer(self.scenario.grading)
+        matcher = TrackMatcher(self.scenario.grading)
         tracks, overlaps, track_id = TableBuilder(frame_tables.TRACKS), TableBuilder(frame_tables.OVERLAPS), []
         for frame, now, before in zip(self.frames, self.instants, self.followed, strict=True):
             changed = change(frame, *before)
-            following = Following.of(now, changed, pairer)
+            following = TrackMatches.of(now, changed, matcher)
             tracks.add(frame.frame, following.rows(now, changed))
             overlaps.add(frame.frame, following.overlap_rows(now, changed))
             track_id.append(following.track_of_actor(now, changed))
@@ -168,7 +168,7 @@ def withhold(seed: int, share: float) -> Callable[..., Tracks]:
 def worse_position(share: float) -> Callable[..., Tracks]:
     """Make the error of every corner larger by a share."""
 
-    def change(frame: Frame, _following: Following, rows: dict[str, Any]) -> Tracks:
+    def change(frame: Frame, _following: TrackMatches, rows: dict[str, Any]) -> Tracks:
         error_ego = np.nan_to_num(np.column_stack([rows["mma_x_error_m"], rows["mma_y_error_m"]]))
         return _shifted(frame.tracks, share * turned(error_ego, np.full(len(error_ego), frame.scan.ego_pose_odom[2])))
 
@@ -178,7 +178,7 @@ def worse_position(share: float) -> Callable[..., Tracks]:
 def worse_heading(share: float) -> Callable[..., Tracks]:
     """Make every error of heading larger by a share."""
 
-    def change(frame: Frame, following: Following, _rows: dict[str, Any]) -> Tracks:
+    def change(frame: Frame, following: TrackMatches, _rows: dict[str, Any]) -> Tracks:
         mean = frame.tracks.mean.copy()
         mean[:, 6] += share * np.nan_to_num(following.heading_error)
         return replace(frame.tracks, mean=mean)

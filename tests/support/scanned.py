@@ -5,7 +5,7 @@ from functools import cache
 
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import paths
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.run import loop
 from sensor_model.lidar import Lidar
 from sensor_model.rig.rig import load_rig
@@ -26,7 +26,7 @@ def played(name, seed=None):
 
 
 def scans(name, when, seed=None, change=lambda frame: frame, traffic=None):
-    """Yield an `Instant` of each frame for which `when` holds, changed before it is scanned.
+    """Yield an `FrameTruth` of each frame for which `when` holds, changed before it is scanned.
 
     `traffic` is a scenario of the same traffic, to play it but once.
     """
@@ -35,7 +35,7 @@ def scans(name, when, seed=None, change=lambda frame: frame, traffic=None):
     rig = load_rig(str(scenario.rig), scenario.folder)
     lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, obstacles)
     for frame in map(change, filter(when, frames)):
-        yield Instant.of(frame, *lidar.scan(frame), scenario.grading)
+        yield FrameTruth.of(frame, *lidar.scan(frame), scenario.grading)
 
 
 def row(frame, name):

@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
-from scipy.optimize import linprog
-from scipy.spatial import HalfspaceIntersection
+import scipy
 
 
 @dataclass(frozen=True)
@@ -51,13 +49,17 @@ def corners(planes):
     normals, offsets = planes[:, :3], planes[:, 3]
     # Centre of the largest ball inside: maximise r subject to n . c + r <= d.
     bounds = [(None, None)] * 3 + [(0.0, None)]
-    ball = linprog([0, 0, 0, -1], A_ub=np.column_stack([normals, np.ones(len(planes))]), b_ub=offsets, bounds=bounds)
+    ball = scipy.optimize.linprog(
+        [0, 0, 0, -1], A_ub=np.column_stack([normals, np.ones(len(planes))]), b_ub=offsets, bounds=bounds
+    )
     halfspaces = np.column_stack([normals, -offsets])
-    return HalfspaceIntersection(halfspaces, ball.x[:3]).intersections
+    return scipy.spatial.HalfspaceIntersection(halfspaces, ball.x[:3]).intersections
 
 
 def body_mesh(solids):
     """One mesh of solids that have planes (K, 4), in the frame of the body."""
+    import trimesh
+
     return trimesh.util.concatenate([trimesh.convex.convex_hull(corners(solid.planes)) for solid in solids])
 
 

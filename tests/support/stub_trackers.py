@@ -1,4 +1,4 @@
-"""Trackers with one known fault each, to test the grader with. They are told the truth: `scenarios.run.device.Oracle`."""
+"""Stub trackers with one known fault each, for tests of the grader. They receive the truth (`run.device.Oracle`)."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -13,11 +13,11 @@ GHOST_ID = 999_999
 
 @dataclass
 class Perfect:
-    """Reports every vehicle's true box, seen or not, in the odometry frame."""
+    """Reports the true box of every vehicle, visible or not, in the odometry frame."""
 
     frames: list = field(default_factory=list)
     points: list = field(default_factory=list)
-    """Of each frame, the points of every actor."""
+    """Number of points on every actor, by frame."""
     odom: list = field(default_factory=list)
 
     def see_truth(self, frame, truth):
@@ -40,7 +40,7 @@ class Perfect:
 
 @dataclass
 class OneFrameLate(Perfect):
-    """Reports where everything was in the frame before."""
+    """Reports the boxes of the previous frame."""
 
     def estimates(self, index):
         return super().estimates(max(index - 1, 0))
@@ -61,7 +61,7 @@ class IdSwapping(Perfect):
 
 @dataclass
 class BiasedYaw(Perfect):
-    """Turns every box about its centre."""
+    """Rotates every box about its centre."""
 
     bias_deg: float = 0.0
 
@@ -72,7 +72,7 @@ class BiasedYaw(Perfect):
 
 @dataclass
 class GhostMaking(Perfect):
-    """Adds a track on nothing, `at` in the ego frame [m]."""
+    """Adds a false track at the position `at` in the ego frame [m]."""
 
     at: tuple = (0.0, 25.0)
 
@@ -82,7 +82,7 @@ class GhostMaking(Perfect):
 
 @dataclass
 class Forgetful(Perfect):
-    """Drops an actor that has no points, and gives it a new id when it has some again."""
+    """Drops an actor without points, and gives it a new id when it has points again."""
 
     lost: dict = field(default_factory=dict)
 

@@ -1,1 +1,1 @@
-"""Reports as HTML: one self-contained page of a run or of a suite, without scripts and without anything to fetch."""
+"""Reports as HTML: one self-contained page of a run or a suite, without scripts and external resources."""

@@ -1,4 +1,4 @@
-"""Pictures of single frames from above, the ego driving up."""
+"""Bird's-eye pictures of single frames, the ego heading up."""
 
 import numpy as np
 import pandas as pd
@@ -18,32 +18,34 @@ from sensor_model.truth import NO_ACTOR
 
 NAMES = {
     "detection": "Missed or false",
-    "identity": "Identity lost",
+    "identity": "Changed identity",
     "track_heading": "Heading of a track",
     "fit_heading": "Heading of a fit",
 }
-"""By kind of snapshot, the gravest first."""
+"""Titles by kind of snapshot, the most serious kind first."""
 
 MARGIN_M = 8.0
-"""Kept around the ego and what is wrong."""
+"""Margin around the ego and the error [m]."""
 REACH_M = (17.0, 45.0)
-"""Least and largest half width of a picture."""
+"""Least and largest half width of a picture [m]."""
 GRID_M = 0.1
-"""Points nearer than that to each other are drawn as one."""
+"""Grid on which points are merged for drawing [m]."""
 POSE_WORLD = ["x_world_m", "y_world_m", "yaw_world_rad"]
 EGO_WORLD = ["ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"]
 SIZE = ["length_m", "width_m"]
 
 
 def birdseye(result: Result, name: str, failed: list[str], most: int = 8) -> list[Figure]:
-    """Draw the worst frames of a run: those that show why metrics failed, then the worst of each kind first.
+    """Draw the worst frames of a run: first those that explain failed metrics, then the others by rank within a kind.
 
     Parameters
     ----------
     name
-        What the anchors of the figures begin with.
+        Prefix of the figures' anchors.
     failed
-        Names of metrics.
+        Names of failed metrics.
+    most
+        Maximum number of figures.
     """
     if "snapshots" not in result.tables:  # an older run, graded again
         return []
@@ -55,7 +57,7 @@ def birdseye(result: Result, name: str, failed: list[str], most: int = 8) -> lis
 
 
 def kind_of(metric: str) -> str:
-    """Kind of snapshot that shows best why a metric is bad."""
+    """Return the kind of snapshot that best explains a bad metric."""
     if metric.startswith("fit."):
         return "fit_heading"
     if metric.startswith("track.heading"):
@@ -70,7 +72,7 @@ def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:
     def on(canvas: Canvas) -> None:
         canvas.set_layout_engine("none")
         axes = canvas.add_axes((0.004, 0.004, 0.992, 0.992))
-        _frame_of(axes, snapshot)
+        _set_view(axes, snapshot)
         _points(axes, at_frame["snapshot_points"])
         _truth(axes, at_frame["truth"], ego)
         _fits(axes, at_frame["fits"])
@@ -82,14 +84,14 @@ def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:
     return draw(anchor, NAMES[snapshot["kind"]], caption, (4.5, 4.5), on)
 
 
-def _up(ego_frame: Floats) -> Floats:
-    """Turn (..., 2) forward and left into right and up."""
+def _to_canvas(ego_frame: Floats) -> Floats:
+    """Rotate (..., 2) from forward and left to right and up."""
     return np.stack([-ego_frame[..., 1], ego_frame[..., 0]], axis=-1)
 
 
-def _frame_of(axes: Axes, snapshot: pd.Series) -> None:
-    """Show the ego and the place, a bar for the scale, and a ring about the place."""
-    place = _up(snapshot[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
+def _set_view(axes: Axes, snapshot: pd.Series) -> None:
+    """Set the limits to show the ego and the error, and draw a scale bar and a ring around the error."""
+    place = _to_canvas(snapshot[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
     middle = 0.5 * place
     reach = float(np.clip(np.abs(middle).max() + MARGIN_M, *REACH_M))
     axes.set(xlim=(middle[0] - reach, middle[0] + reach), ylim=(middle[1] - reach, middle[1] + reach), aspect="equal")
@@ -102,7 +104,7 @@ def _frame_of(axes: Axes, snapshot: pd.Series) -> None:
 
 
 def _points(axes: Axes, points: pd.DataFrame) -> None:
-    """Dots: grey on the surroundings, blue on actors, red where they are noise."""
+    """Draw points: grey on the background, blue on actors, red for noise."""
     noise = points["cause"] != "clean"
     on_actor = points["actor_id"] != NO_ACTOR
     for rows, color, width in (
@@ -110,12 +112,12 @@ def _points(axes: Axes, points: pd.DataFrame) -> None:
         (points[~noise & on_actor], SKY, 1.7),
         (points[noise], RED, 2.0),
     ):
-        at = _up(rows[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
+        at = _to_canvas(rows[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
         (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
         inside = (left < at[:, 0]) & (at[:, 0] < right) & (low < at[:, 1]) & (at[:, 1] < high)
         dots = GRID_M * np.unique(np.round(at[inside] / GRID_M), axis=0)
         if len(dots):
-            # A stroke of no length with round ends is a dot, and the shortest there is in SVG.
+            # A stroke of length zero with round ends is the shortest SVG for a dot.
             codes = np.tile([Line.MOVETO, Line.LINETO], len(dots))
             path = Line(np.repeat(dots, 2, axis=0), codes)
             path.should_simplify = False
@@ -123,25 +125,25 @@ def _points(axes: Axes, points: pd.DataFrame) -> None:
 
 
 def _outlines(boxes: Floats) -> Floats:
-    """(N, 4, 2) corners of boxes (N, 5) in the ego frame, ready to draw."""
-    return _up(corner(boxes[:, None, :], np.broadcast_to(CORNER_SIGNS, (len(boxes), 4, 2))))
+    """(N, 4, 2) corners of boxes (N, 5) in the ego frame, in drawing coordinates."""
+    return _to_canvas(corner(boxes[:, None, :], np.broadcast_to(CORNER_SIGNS, (len(boxes), 4, 2))))
 
 
 def _truth(axes: Axes, truth: pd.DataFrame, ego: Floats) -> None:
-    """Boxes of actors in thin lines, with numbers; those that are not graded dashed."""
+    """Draw true boxes in thin lines with the actor's id, dashed if not graded."""
     pose = into_frame(truth[POSE_WORLD].to_numpy(np.float64), ego)
     row, poses, sizes = parts(pose, truth[SIZE].to_numpy(np.float64), truth["articulation_rad"].to_numpy())
     graded = truth["graded"].to_numpy()
     for k, outline in zip(row, _outlines(np.hstack([poses, sizes])), strict=True):
         color, line = (INK, "-") if graded[k] else (MUTED, (0, (3, 2)))
         axes.add_patch(Polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=1.0))
-    for at, actor, counts in zip(_up(pose[:, :2]), truth["actor_id"], graded, strict=True):
+    for at, actor, counts in zip(_to_canvas(pose[:, :2]), truth["actor_id"], graded, strict=True):
         if counts:
             axes.text(at[0], at[1], str(actor), color=INK, fontsize=7.5, ha="center", va="center", clip_on=True)
 
 
 def _fits(axes: Axes, fits: pd.DataFrame) -> None:
-    """Rectangles that were selected for graded vehicles."""
+    """Draw the selected rectangles of graded vehicles."""
     best = fits[fits["best"] & fits["heading_error_deg"].notna()]
     boxes = best[["x_ego_m", "y_ego_m", "heading_ego_rad", *SIZE]].to_numpy(np.float64)
     for outline in _outlines(boxes):
@@ -149,7 +151,7 @@ def _fits(axes: Axes, fits: pd.DataFrame) -> None:
 
 
 def _tracks(axes: Axes, tracks: pd.DataFrame, ego: Floats) -> None:
-    """Confirmed tracks in thick lines with a stroke ahead and their number, red if on nothing; others dashed."""
+    """Draw confirmed tracks in thick lines with front and id, false ones in red; coasting tracks dashed."""
     boxes = np.hstack([into_frame(tracks[POSE_WORLD].to_numpy(np.float64), ego), tracks[SIZE].to_numpy(np.float64)])
     rows = zip(_outlines(boxes), tracks["track_id"], tracks["status"], tracks["verdict"], strict=True)
     for outline, track, status, verdict in rows:

@@ -1,4 +1,4 @@
-"""How far fitted headings and corners are off: by method, and by how a vehicle is seen."""
+"""Figures of fit errors: heading errors by method, and errors against range, aspect and visible fraction."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -18,7 +18,7 @@ from scenarios.report.html.svg_figure import Figure, draw, note
 from tracker.records import BASELINES
 
 SHOWN_DEG = 10.0
-"""Where the axis of heading errors ends: few are larger, and the legend tells how many."""
+"""End of the axis of heading errors; the legend gives the share of larger errors."""
 
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 
@@ -32,32 +32,33 @@ METHOD_LOOKS = {
     "best": (BLUE, "-"),
     "oracle": (INK, ":"),
 }
-"""Colour and line of each; baselines share a colour."""
+"""Colour and line style of each method; baselines share a colour."""
 
 WIDTHS = {"best": 2.4}
-"""Of lines that are not as thin as the others [points]."""
+"""Line widths other than the default [points]."""
 
 
-class Against(NamedTuple):
-    """Something that the error may depend on."""
+class Covariate(NamedTuple):
+    """A quantity that the errors are shown against."""
 
     name: str
     label: str
-    """Of the axis."""
+    """Label of the axis."""
     column: str
     edges: Sequence[float]
+    """Edges of the bins."""
     percent: bool = False
 
 
-AGAINST = (
-    Against("range", "range [m]", "range_m", (0, 10, 20, 30, 40, 50)),
-    Against("aspect", "aspect [deg]: 0 seen from ahead, 180 from behind", "aspect_deg", (0, 30, 60, 90, 120, 150, 180)),
-    Against("visible fraction", "visible fraction [%]", "visible_fraction", (0, 0.2, 0.4, 0.6, 0.8, 1), percent=True),
+COVARIATES = (
+    Covariate("range", "range [m]", "range_m", (0, 10, 20, 30, 40, 50)),
+    Covariate("aspect", "aspect [deg]: 0 from ahead, 180 from behind", "aspect_deg", (0, 30, 60, 90, 120, 150, 180)),
+    Covariate("visible fraction", "visible fraction [%]", "visible_fraction", (0, 0.2, 0.4, 0.6, 0.8, 1), percent=True),
 )
 
 
 def heading_distribution(fits: pd.DataFrame) -> Figure:
-    """Cumulative distribution of the absolute heading error of each method."""
+    """Draw the cumulative distribution of the absolute heading error of each method."""
 
     def on(canvas: Canvas) -> None:
         axes = canvas.subplots()
@@ -75,12 +76,12 @@ def heading_distribution(fits: pd.DataFrame) -> Figure:
         axes.set(xlim=(0, SHOWN_DEG), ylim=(0, 1.01), xlabel="|heading error| [deg]", ylabel="share at or below")
         canvas.legend(loc="outside lower center", ncols=2)
 
-    caption = "Further left and higher is better. Oracle is the best choice that the selection could have made."
+    caption = "Further left and higher is better. Oracle is the best possible selection."
     return draw("heading-cdf", "Heading error of single fits, by method", caption, (5.2, 4.9), on)
 
 
 def observations(fits: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
-    """Selected rectangles with what their errors may depend on: `range_m`, `aspect_deg` and `visible_fraction`.
+    """Return the selected rectangles with the covariates `range_m`, `aspect_deg` and `visible_fraction`.
 
     The aspect is the angle at the vehicle between its heading and the line to the ego, 0 to 180 degrees.
     """
@@ -91,31 +92,32 @@ def observations(fits: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
     return best.assign(aspect_deg=aspect).merge(seen, on=["frame", "actor_id"], validate="one_to_one")
 
 
-def errors_against(observed: pd.DataFrame, what: Against) -> Figure:
-    """Mean absolute errors of heading and corner by bins of `what`, with their intervals."""
+def errors_against(observed: pd.DataFrame, covariate: Covariate) -> Figure:
+    """Draw mean absolute errors of heading and corner by bins of a covariate, with 95 % intervals."""
 
     def on(canvas: Canvas) -> None:
         heading, position = canvas.subplots(2, 1, sharex=True)
-        counts = _bars(heading, observed, what, observed["heading_error_deg"].abs(), BLUE)
-        _bars(position, observed, what, observed["position_error_m"], GREEN)
+        counts = _means(heading, observed, covariate, observed["heading_error_deg"].abs(), BLUE)
+        _means(position, observed, covariate, observed["position_error_m"], GREEN)
         heading.set_ylabel("heading [deg]")
         position.set_ylabel("nearest corner [m]")
-        scale = 100 if what.percent else 1
-        names = [f"{scale * low:g}-{scale * high:g}" for low, high in pairwise(what.edges)]
+        scale = 100 if covariate.percent else 1
+        names = [f"{scale * low:g}-{scale * high:g}" for low, high in pairwise(covariate.edges)]
         labels = [f"{name}\nn={count}" for name, count in zip(names, counts, strict=True)]
         position.set_xticks(range(len(labels)), labels, fontsize=7.5)
-        position.set_xlabel(what.label)
+        position.set_xlabel(covariate.label)
 
     caption = "Mean absolute error of the selected fits; whiskers are 95 % by a bootstrap over vehicles, n counts fits."
-    return draw(f"error-{what.name.split()[0]}", f"Error of fits against {what.name}", caption, (5.2, 3.9), on)
+    anchor = f"error-{covariate.name.split()[0]}"
+    return draw(anchor, f"Error of fits against {covariate.name}", caption, (5.2, 3.9), on)
 
 
-def _bars(axes: Axes, observed: pd.DataFrame, what: Against, error: pd.Series, color: str) -> list[int]:
-    """Draw the mean of each bin, and return how many observations are in it."""
-    # The last bin holds its upper edge; nothing graded is beyond it.
-    place = np.searchsorted(what.edges[1:-1], observed[what.column].to_numpy(), side="right")
+def _means(axes: Axes, observed: pd.DataFrame, covariate: Covariate, error: pd.Series, color: str) -> list[int]:
+    """Draw the mean of each bin, and return the number of observations in each bin."""
+    # The last bin includes its upper edge; graded observations are never beyond it.
+    place = np.searchsorted(covariate.edges[1:-1], observed[covariate.column].to_numpy(), side="right")
     bootstrap = Bootstrap(observed["actor_id"].to_numpy())
-    counts = np.bincount(place, minlength=len(what.edges) - 1)
+    counts = np.bincount(place, minlength=len(covariate.edges) - 1)
     for k in np.flatnonzero(counts).tolist():
         inside = place == k
         value, vehicle = error.to_numpy()[inside], observed["actor_id"].to_numpy()[inside]

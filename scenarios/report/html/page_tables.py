@@ -1,4 +1,4 @@
-"""The tables of the printed report as those of a page: the same numbers, and one place that chooses them."""
+"""Tables of an HTML page, converted from those of the printed report so that both show the same numbers."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from rich.table import Table
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Text of a cell, and whether it stands at the right as numbers do."""
+    """Text of a cell, and True if it is right-aligned."""
 
     text: str
     right: bool
@@ -15,7 +15,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Cells of a row, and `bold`, `dim` or nothing."""
+    """Cells of a row, and its style: `bold`, `dim` or empty."""
 
     cells: list[Cell]
     style: str
@@ -23,7 +23,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class PageTable:
-    """A table of a page."""
+    """Table of a page."""
 
     title: str
     head: list[Cell]
@@ -31,7 +31,7 @@ class PageTable:
 
 
 def page_table(table: Table) -> PageTable:
-    """Take over a printed table's title, columns and rows."""
+    """Convert a printed table: title, columns and rows."""
     right = [column.justify == "right" for column in table.columns]
     lines = zip(*(column.cells for column in table.columns), strict=True)
     return PageTable(

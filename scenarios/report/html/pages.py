@@ -1,4 +1,4 @@
-"""Templates and style, which become one file."""
+"""Rendering of templates, and writing of pages."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from scenarios.report.html.reported_run import interval, with_unit
 
 
 def render(template: str, **values: Any) -> str:
-    """Fill in a template; what stands in a run is text, never markup."""
+    """Fill in a template; all values are escaped, so the contents of a run are never markup."""
     environment = Environment(
         loader=PackageLoader("scenarios.report.html"),
         autoescape=True,
@@ -26,7 +26,7 @@ def render(template: str, **values: Any) -> str:
 
 
 def write(out: Path, page: str) -> None:
-    """Write a page; it appears as a whole or not at all.
+    """Write a page atomically.
 
     Raises
     ------

@@ -1,14 +1,14 @@
-"""Colours of pages and figures, for light and for dark screens.
+"""Colours of pages and figures, for light and dark screens.
 
-The colours of data are those of Okabe and Ito (2008, Color Universal Design), which colour-blind people can tell apart;
-on dark ground they are lighter.
+The data colours are those of Okabe and Ito (2008, Color Universal Design), which colour-blind people can distinguish,
+with lighter variants for dark backgrounds.
 """
 
 from typing import NamedTuple
 
 
 class Tone(NamedTuple):
-    """One colour on both grounds."""
+    """A colour for light and dark backgrounds."""
 
     light: str
     dark: str
@@ -28,16 +28,17 @@ TONES = {
     "purple": Tone("#b0568a", "#e49cc6"),
     "sky": Tone("#3f9fd8", "#9ad5f7"),
 }
-"""By name. Figures are drawn in the light ones, which are unlike each other, and then refer to the page's."""
+"""Colours by name. Figures are drawn with the light variants, which are all different, and `by_reference` replaces them
+by references to the page's colours."""
 
 PAGE, PANEL, LINE, INK, MUTED, FAINT, BLUE, ORANGE, GREEN, RED, PURPLE, SKY = (tone.light for tone in TONES.values())
 
 SERIES = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY)
-"""Tracks and methods take these in turn."""
+"""Colour cycle of tracks and methods."""
 
 
 def by_reference(svg: str) -> str:
-    """Let a figure take its colours from the page."""
+    """Replace the colours of a figure by references to the page's colours."""
     for name, tone in TONES.items():
         svg = svg.replace(tone.light, f"var(--{name})")
     return svg

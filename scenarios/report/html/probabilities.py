@@ -1,4 +1,4 @@
-"""Which motion model the filters believe in, and how the vehicle truly moves."""
+"""Figure of the model probabilities over time, with the true mode of the vehicle."""
 
 import numpy as np
 import pandas as pd
@@ -12,16 +12,16 @@ from scenarios.report.html.svg_figure import Figure, draw, note
 from tracker.records import MODELS
 
 VEHICLES = 4
-"""Shown: those whose true mode changes most often."""
+"""Number of vehicles shown."""
 COLORS = dict(zip(MODELS, (ORANGE, BLUE, GREEN), strict=True))
-SHORTEST = 12
-"""Frames that a vehicle must be followed for to be shown."""
+FRAMES_MIN = 12
+"""Least number of frames in which a shown vehicle is followed."""
 
 
 def model_probabilities(tracks: pd.DataFrame) -> Figure:
-    """Probabilities of the models over time, of the most eventful vehicles."""
+    """Draw the model probabilities over time, for the vehicles with most changes of the true mode."""
     judged = tracks[tracks["judged"]].sort_values(["actor_id", "frame"], kind="stable")
-    chosen = most_eventful(judged)
+    chosen = most_mode_changes(judged)
 
     def on(canvas: Canvas) -> None:
         rows = canvas.subplots(max(len(chosen), 1), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
@@ -35,17 +35,17 @@ def model_probabilities(tracks: pd.DataFrame) -> Figure:
         patches = [Patch(facecolor=color, alpha=0.22, label=f"truly {model}") for model, color in COLORS.items()]
         canvas.legend(handles=[*lines, *patches], loc="outside upper left", ncols=6)
 
-    caption = "Equation (12), of the vehicles whose true mode changes most often; the ground shows the true mode."
+    caption = "Equation (12), for the vehicles with most changes of the true mode; the background shows the true mode."
     size = (12.0, 0.9 + 1.25 * max(len(chosen), 1))
     return draw("probabilities", "Probability of each motion model", caption, size, on, wide=True)
 
 
-def most_eventful(judged: pd.DataFrame) -> list[int]:
-    """Vehicles whose true mode changes most often, those followed longer first where it is as often."""
+def most_mode_changes(judged: pd.DataFrame) -> list[int]:
+    """Return the vehicles with most changes of the true mode; of equal numbers, those followed longer come first."""
     mode = judged["true_mode"].cat.codes
     same = judged["actor_id"].eq(judged["actor_id"].shift())
     events = judged.assign(change=same & mode.ne(mode.shift())).groupby("actor_id")["change"].agg(["sum", "size"])
-    ranked = events[events["size"] >= SHORTEST].sort_values(["sum", "size"], ascending=False, kind="stable")
+    ranked = events[events["size"] >= FRAMES_MIN].sort_values(["sum", "size"], ascending=False, kind="stable")
     return [int(actor) for actor in ranked.index[:VEHICLES]]
 
 

@@ -1,4 +1,4 @@
-"""A run as pages show it."""
+"""A run with the derived values that pages show."""
 
 import re
 from dataclasses import dataclass
@@ -21,53 +21,53 @@ SUITE_METRICS = {
     "fit.best.heading_abs_mean_deg": "heading error",
     "perf.realtime_factor": "x real time",
 }
-"""Metrics that a run is known by, and what they are called where there is little room."""
+"""Main metrics of a run, with short names."""
 
-ATTENTION: tuple[ExpectationOutcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
-"""In this order expectations are listed."""
+OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
+"""Order of expectations in a list."""
 
 IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
-"""What `luxloop run` can be asked for again; else it is the name of a file of tracks."""
+"""Devices that `luxloop run` accepts. Other names are files of tracks."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReportedRun:
-    """A run as pages show it."""
+    """A run with the derived values that pages show."""
 
     folder: Path
     result: Result
     checks: list[Check]
     worst: dict[str, list[WorstFrame]]
-    """Where to look for why an expectation does not hold, by its metric."""
+    """Worst frames of the metric of each expectation that does not hold."""
 
     @classmethod
     def read(cls, folder: Path) -> "ReportedRun":
-        """Read a folder that `luxloop run` wrote, and hold it against its own expectations.
+        """Read a run folder, and check the run's own expectations.
 
         Raises
         ------
         OutputError
-            It holds no run.
+            The folder has no run.
         """
         result = run_folder.read(folder)
         expect = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
         checks = check(result.metrics, expect)
-        worst = {one.name: [] if one.holds else worst_frames(result, one.name) for one in checks}
+        worst = {check.name: [] if check.holds else worst_frames(result, check.name) for check in checks}
         return cls(folder, result, checks, worst)
 
     @property
     def verdict(self) -> RunVerdict:
-        """As of the run."""
+        """Verdict of the run."""
         return verdict(self.checks, self.result.complete)
 
     @property
-    def known(self) -> int:
-        """Expectations that do not hold and are known not to."""
+    def known_failures(self) -> int:
+        """Number of known failures among the expectations."""
         return sum(check.outcome == "known failure" for check in self.checks)
 
     @property
     def family(self) -> str:
-        """Of a shipped scenario; nothing for one's own."""
+        """Family of a shipped scenario; empty for others."""
         path = shipped.paths().get(self.result.scenario)
         return path.parent.name if path else ""
 
@@ -75,23 +75,23 @@ class ReportedRun:
     def conclusion(self) -> str:
         """The verdict in a sentence."""
         held = sum(check.holds for check in self.checks)
-        text = f"{held} of {len(self.checks)} expectations hold" if self.checks else "nothing is expected of it"
-        text += f", {self.known} known to fail" if self.known else ""
+        text = f"{held} of {len(self.checks)} expectations hold" if self.checks else "it has no expectations"
+        text += f", {self.known_failures} known to fail" if self.known_failures else ""
         return text if self.result.complete else f"{text} so far; it ended early: {self.result.ended_early}"
 
     @property
     def headlines(self) -> dict[str, str]:
-        """Values that it is known by, by their short names."""
+        """Values of the main metrics by their short names."""
         return {name: with_unit(self.result.metrics[metric]) for metric, name in SUITE_METRICS.items()}
 
     @property
     def unmet(self) -> list[str]:
-        """Metrics that do not do what is expected of them, failures before known ones."""
+        """Metrics of the expectations that do not hold, failures before known failures."""
         return [check.name for check in self.ranked if not check.holds]
 
     @property
     def commands(self) -> list[str]:
-        """How to do it again, and to watch it."""
+        """Commands that repeat and show the run."""
         result, device = self.result, self.result.config["device"]
         scenario = result.scenario if self.family else f"{result.scenario}.toml"
         again = f"luxloop run {scenario} --seed {result.seed}{_device_options(device)} --out {self.folder}"
@@ -100,12 +100,12 @@ class ReportedRun:
 
     @property
     def ranked(self) -> list[Check]:
-        """Expectations, those that want a look first."""
-        return sorted(self.checks, key=lambda check: ATTENTION.index(check.outcome))
+        """Expectations in the order of `OUTCOME_ORDER`."""
+        return sorted(self.checks, key=lambda check: OUTCOME_ORDER.index(check.outcome))
 
 
 def _device_options(device: str) -> str:
-    """What to tell `luxloop run` for the same device."""
+    """Return the options of `luxloop run` for a device."""
     if device == SHIPPED:
         return ""
     kind, _, stages = device.partition(": ")
@@ -113,10 +113,10 @@ def _device_options(device: str) -> str:
 
 
 def with_unit(metric: Metric) -> str:
-    """The value and its unit."""
+    """Format the value with its unit."""
     return value_of(metric) + ("" if metric.value is None else unit_of(metric))
 
 
 def interval(metric: Metric) -> str:
-    """The 95 % interval, nothing where there is none."""
+    """Format the 95 % interval; empty without one."""
     return "" if metric.interval is None else "{:.3f} to {:.3f}".format(*metric.interval)

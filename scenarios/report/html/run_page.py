@@ -1,4 +1,4 @@
-"""The report of one run."""
+"""HTML report of one run."""
 
 import json
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from scenarios.report import paper_tables
 from scenarios.report import tables as printed
 from scenarios.report.html.birdseye import birdseye
-from scenarios.report.html.fit_figures import AGAINST, errors_against, heading_distribution, observations
+from scenarios.report.html.fit_figures import COVARIATES, errors_against, heading_distribution, observations
 from scenarios.report.html.page_tables import PageTable, page_table
 from scenarios.report.html.pages import render
 from scenarios.report.html.probabilities import model_probabilities
@@ -18,12 +18,12 @@ from scenarios.result import Result
 
 
 def run_page(folder: Path) -> str:
-    """Return the page of the run in a folder.
+    """Return the page of a run folder.
 
     Raises
     ------
     OutputError
-        It holds no run.
+        The folder has no run.
     """
     run = ReportedRun.read(folder)
     return render(
@@ -41,18 +41,19 @@ def run_page(folder: Path) -> str:
 
 
 def fit_figures(result: Result) -> list[Figure]:
-    """Figures on single fits."""
+    """Return the figures of fit errors."""
     observed = observations(result.tables["fits"], result.tables["truth"])
-    return [heading_distribution(result.tables["fits"]), *(errors_against(observed, what) for what in AGAINST)]
+    against = [errors_against(observed, covariate) for covariate in COVARIATES]
+    return [heading_distribution(result.tables["fits"]), *against]
 
 
 def track_figure(result: Result) -> Figure:
-    """The timelines."""
+    """Return the figure of timelines."""
     return timelines(result.tables["truth"], result.config["grading"]["hidden_fraction_max"])
 
 
 def fit_tables(result: Result) -> list[PageTable]:
-    """The paper's tables I to III, and the views."""
+    """Return the paper's tables I to III, and heading errors by view."""
     tables = (
         paper_tables.dataset(result),
         paper_tables.heading_error(result),
@@ -63,15 +64,15 @@ def fit_tables(result: Result) -> list[PageTable]:
 
 
 def model_tables(result: Result) -> list[PageTable]:
-    """The paper's table IV, and what is behind it."""
+    """Return the paper's table IV, and the tables of modes and consistency."""
     return [page_table(table(result)) for table in (paper_tables.position_error, printed.modes, printed.consistency)]
 
 
 def stage_tables(result: Result) -> list[PageTable]:
-    """Tracking, the stages before it, and speed."""
+    """Return the tables of tracking, the other stages, and speed."""
     tables = [
-        printed.one_by_one("Tracking", result, ("track.",)),
-        printed.one_by_one("Stages of the tracker", result, STAGES),
+        printed.metric_list("Tracking", result, ("track.",)),
+        printed.metric_list("Stages of the tracker", result, STAGES),
         printed.outliers(result),
         *([printed.control(result)] if result.config["control"] else []),
         printed.speed(result),

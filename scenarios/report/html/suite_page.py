@@ -1,4 +1,4 @@
-"""The report of many runs: a table of all, and the essentials of each."""
+"""HTML report of many runs: a table of all, and a section for each."""
 
 import os
 from collections import Counter
@@ -15,13 +15,13 @@ from scenarios.report.html.svg_figure import Figure
 from scenarios.run import run_folder
 
 PICTURES: dict[RunVerdict, int] = {"failed": 2, "incomplete": 2, "passed": 1}
-"""Of a run, by its verdict."""
+"""Number of pictures of a run by its verdict."""
 ORDER: tuple[RunVerdict, ...] = ("failed", "incomplete", "passed")
 
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A scenario that left no run: its file is wrong, or something failed."""
+    """A scenario without a run: its file is invalid, or the run failed with an error."""
 
     name: str
     message: str
@@ -29,32 +29,32 @@ class Broken:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """What the page keeps of a run, whose tables are let go."""
+    """Section of a run. The run's tables are dropped to save memory."""
 
     name: str
-    """Its folder, from where all are."""
+    """Folder of the run, relative to the common parent of all runs."""
     run: ReportedRun
     pictures: list[Figure]
 
     @classmethod
     def read(cls, folder: Path, name: str) -> "Section":
-        """Read a run and draw it."""
+        """Read a run and draw its pictures."""
         run = ReportedRun.read(folder)
         pictures = birdseye(run.result, name, run.unmet, most=PICTURES[run.verdict])
         return cls(name, replace(run, result=replace(run.result, tables={})), pictures)
 
 
 def find_runs(folder: Path) -> list[Path]:
-    """Return the runs under a folder.
+    """Return the run folders under a folder.
 
     Raises
     ------
     OutputError
-        There is none.
+        There are no runs.
     """
     runs = run_folder.found_in(folder)
     if not runs:
-        raise OutputError(f"{folder}: no run in it; give the folder of a run, or one of runs")
+        raise OutputError(f"{folder}: no run in it; give the folder of a run, or a folder with runs")
     return runs
 
 
@@ -64,19 +64,26 @@ def suite_page(folders: Iterable[Path], broken: Iterable[Broken] = ()) -> str:
     Raises
     ------
     OutputError
-        One holds no run.
+        A folder has no run.
     """
     paths = {folder: folder.resolve() for folder in folders}
     above = os.path.commonpath([path.parent for path in paths.values()]) if paths else ""
     sections = [Section.read(folder, path.relative_to(above).as_posix()) for folder, path in paths.items()]
     sections.sort(
-        key=lambda section: (ORDER.index(section.run.verdict), -section.run.known, section.run.family, section.name)
+        key=lambda section: (
+            ORDER.index(section.run.verdict),
+            -section.run.known_failures,
+            section.run.family,
+            section.name,
+        )
     )
     return render(
         "suite.html.j2",
         sections=sections,
         broken=list(broken),
         count=Counter(section.run.verdict for section in sections),
-        known=[(one, check) for one in sections for check in one.run.checks if check.outcome == "known failure"],
+        known_failures=[
+            (section, check) for section in sections for check in section.run.checks if check.outcome == "known failure"
+        ],
         headlines=list(SUITE_METRICS.values()),
     )

@@ -1,4 +1,4 @@
-"""Figures as SVG that lives in a page: small, in its colours and in its type."""
+"""Figures as SVG embedded in a page, with the page's colours and font."""
 
 import io
 import re
@@ -38,16 +38,16 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One figure of a page."""
+    """A figure of a page."""
 
     name: str
-    """Its anchor."""
+    """Anchor in the page."""
     title: str
     caption: str
-    """What it shows, and how to read it."""
+    """Description of the contents, and reading instructions."""
     svg: Markup
     wide: bool = False
-    """It needs the page's whole width, and scrolls in a box of its own where that is too narrow."""
+    """True if the figure takes the page's whole width; on a narrow screen it scrolls in its box."""
 
 
 def draw(
@@ -58,13 +58,15 @@ def draw(
     Parameters
     ----------
     name
-        Its anchor, the only one of that name in the page.
+        Anchor, unique in the page.
     title, caption
-        Shown with it, and read out instead of it.
+        Text above the figure, and its alternative text for screen readers.
     size_in
-        Width and height [inch], 72 pixels of the page each.
+        Width and height [inch], at 72 pixels per inch.
     on
         Draws on an empty canvas.
+    wide
+        See `Figure.wide`.
     """
     with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
         canvas = Canvas(figsize=size_in, layout="constrained", facecolor="none")
@@ -77,16 +79,17 @@ def draw(
 
 
 def note(axes: Axes, text: str) -> None:
-    """Say on empty axes why they are empty."""
+    """Write a note in the middle of empty axes."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=palette.MUTED)
 
 
 def _embed(svg: str, alternative: str, size_in: tuple[float, float]) -> Markup:
-    """Make a file a part of a page: no prolog, no ids that repeat, no more digits than pixels can show."""
+    """Convert an SVG file to a part of a page: no prolog, no duplicate ids, coordinates with two decimals."""
     body = svg[svg.index("<g id=") : svg.rindex("</svg>")]
     body = re.sub(r'<style type="text/css">.*?</style>', "", body, flags=re.DOTALL)
     body = re.sub(r'<g id="[^"]*"', "<g", body)
-    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), body)  # what is written stays
+    # Coordinates are in tags; numbers in text stay.
+    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), body)
     body = re.sub(r"M ([\d.]+) ([\d.]+) \nL \1 \2 ?\n?", r"M\1 \2h0", body)  # dots
     width, height = (72.0 * side for side in size_in)
     opening = f'<svg viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(alternative)}">'

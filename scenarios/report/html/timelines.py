@@ -1,4 +1,4 @@
-"""What happened to each vehicle: a line of time, and the track that followed it."""
+"""Figure of timelines: for each vehicle, the track that follows it over time."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -14,44 +14,44 @@ from scenarios.report.html.palette import FAINT, INK, LINE, PAGE, RED, SERIES
 from scenarios.report.html.svg_figure import Figure, draw, note
 
 VEHICLES = 30
-"""Most lines in the figure."""
-NAMED_S = 0.02
-"""Share of the run that a stretch must last to have the track's number written on it."""
+"""Largest number of lines in the figure."""
+LABEL_SHARE = 0.02
+"""Least duration of a period with a label, as a share of the run."""
 
-ALONE, HIDDEN, OUT = -1, -2, -3
-"""What a vehicle is instead of followed by a track: graded without one, hidden, or seen too little to be graded."""
+MISSED, HIDDEN, OUT = -1, -2, -3
+"""States of a vehicle without a track: graded, hidden, and not graded for another reason (few points, out of range)."""
 
 
-class Stretch(NamedTuple):
-    """Time in which nothing changes."""
+class Period(NamedTuple):
+    """Time interval with a constant state of a vehicle."""
 
     begin_s: float
     end_s: float
     state: int
-    """Number of the track, or `ALONE`, `HIDDEN`, `OUT`."""
+    """Id of the track, or `MISSED`, `HIDDEN`, `OUT`."""
 
 
 def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
-    """One line for each of the vehicles that were graded the longest, in the order in which they appear.
+    """Draw a line for each of the vehicles graded the longest, in the order of appearance.
 
     Parameters
     ----------
     truth
-        The table.
+        The truth table.
     hidden_fraction_max
-        As in the grading's config.
+        As in `GradingConfig`.
     """
     graded = truth[truth["graded"]]
     seen = graded.groupby("actor_id")["time_s"].agg(["size", "min"])
     chosen = seen.sort_values("size", ascending=False, kind="stable").head(VEHICLES).sort_values("min", kind="stable")
     rows = truth.groupby("actor_id")
-    lines = {int(actor): list(stretches(rows.get_group(actor), hidden_fraction_max)) for actor in chosen.index}
+    lines = {int(actor): list(periods(rows.get_group(actor), hidden_fraction_max)) for actor in chosen.index}
 
     def on(canvas: Canvas) -> None:
         axes = canvas.subplots()
         span_s = float(truth["time_s"].max()) if len(truth) else 1.0
         for row, line in enumerate(lines.values()):
-            _draw(axes, row, line, NAMED_S * span_s)
+            _draw(axes, row, line, LABEL_SHARE * span_s)
         if not lines:
             note(axes, "no vehicle was graded")
         axes.set(xlabel="time [s]", ylabel="vehicle", xlim=(0, max(span_s, 0.1)), ylim=(len(lines) - 0.4, -0.6))
@@ -59,38 +59,38 @@ def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
         axes.grid(visible=False, axis="y")
         canvas.legend(handles=_legend(), loc="outside upper left", ncols=5)
 
-    shown = f"{len(lines)} of {len(seen)} vehicles, those that were graded the longest"
-    caption = f"{shown}. A bar is a graded vehicle; its colour and number are the track that follows it."
+    shown = f"{len(lines)} of {len(seen)} vehicles, those graded the longest"
+    caption = f"{shown}. A bar is a graded vehicle; its colour and number show the track that follows it."
     return draw("timelines", "Tracks of each vehicle", caption, (12.0, 0.9 + 0.22 * max(len(lines), 3)), on, wide=True)
 
 
-def stretches(vehicle: pd.DataFrame, hidden_fraction_max: float) -> Iterator[Stretch]:
-    """Cut one vehicle's rows, from its first graded one to its last, where its state changes."""
+def periods(vehicle: pd.DataFrame, hidden_fraction_max: float) -> Iterator[Period]:
+    """Split one vehicle's rows, from the first graded row to the last, at changes of its state."""
     rows = vehicle.sort_values("frame", kind="stable")
     seen = np.flatnonzero(rows["graded"])
     rows = rows.iloc[seen[0] : seen[-1] + 1]
     dark = (rows["visible_fraction"] <= hidden_fraction_max) & (rows["hits_alone"] > 0)
-    followed = np.maximum(rows["track_id"].to_numpy(), ALONE)
+    followed = np.maximum(rows["track_id"].to_numpy(), MISSED)
     state = np.where(rows["graded"], followed, np.where(dark, HIDDEN, OUT))
     frame, time = rows["frame"].to_numpy(), rows["time_s"].to_numpy()
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     cuts = np.flatnonzero((np.diff(state) != 0) | (np.diff(frame) != 1)) + 1
     for part in np.split(np.arange(len(state)), cuts):
-        yield Stretch(float(time[part[0]]), float(time[part[-1]]) + step, int(state[part[0]]))
+        yield Period(float(time[part[0]]), float(time[part[-1]]) + step, int(state[part[0]]))
 
 
-def _draw(axes: Axes, row: int, line: list[Stretch], named_s: float) -> None:
-    before = ALONE
+def _draw(axes: Axes, row: int, line: list[Period], label_s: float) -> None:
+    before = MISSED
     for begin, end, state in line:
         across = (begin, end - begin)
         if state >= 0:
             axes.broken_barh([across], (row - 0.36, 0.72), facecolor=SERIES[state % len(SERIES)])
-            if end - begin > named_s:
-                axes.text(begin + 0.2 * named_s, row, str(state), color=PAGE, fontsize=7, va="center", clip_on=True)
-            if before not in (ALONE, state):
+            if end - begin > label_s:
+                axes.text(begin + 0.2 * label_s, row, str(state), color=PAGE, fontsize=7, va="center", clip_on=True)
+            if before not in (MISSED, state):
                 axes.plot(begin, row - 0.36, "v", color=INK, mec=PAGE, mew=0.6, ms=6, clip_on=False)
             before = state
-        elif state == ALONE:
+        elif state == MISSED:
             axes.broken_barh([across], (row - 0.36, 0.72), facecolor="none", edgecolor=RED, linewidth=1.2)
         else:
             color, width = (FAINT, 3.2) if state == HIDDEN else (LINE, 1.0)
@@ -102,6 +102,6 @@ def _legend() -> list[Patch | Line2D]:
         Patch(facecolor=SERIES[0], label="followed (colour and number: track)"),
         Patch(facecolor="none", edgecolor=RED, linewidth=1.2, label="graded, no track"),
         Line2D([], [], color=FAINT, lw=3.2, label="hidden"),
-        Line2D([], [], color=LINE, lw=1.0, label="too few points, or far"),
+        Line2D([], [], color=LINE, lw=1.0, label="too few points, or out of range"),
         Line2D([], [], color=INK, marker="v", lw=0, ms=6, label="id switch"),
     ]

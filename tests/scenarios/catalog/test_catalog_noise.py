@@ -8,7 +8,7 @@ import pytest
 
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import CATALOG
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from sensor_model.lidar import Lidar
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.rig.rig import load_rig
@@ -99,7 +99,7 @@ def test_the_scene_shows_cars_vans_and_trucks_from_all_sides(played):
     grading = Scenario.load(path("noise-none")).grading
     views, kinds, modes, octants = set(), set(), set(), set()
     for frame, scan, truth in played["noise-none"]:
-        graded = Instant.of(frame, scan, truth, grading).graded
+        graded = FrameTruth.of(frame, scan, truth, grading).graded
         offset = frame.actors.pose_world[:, :2] - frame.ego.pose_world[:2]
         aspect = frame.actors.pose_world[:, 2] - np.arctan2(offset[:, 1], offset[:, 0])
         views |= set(truth.view[graded])

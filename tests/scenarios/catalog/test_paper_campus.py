@@ -7,7 +7,7 @@ import pytest
 
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import paths
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.report.paper_figures import DATASET, VIEWS
 from scenarios.run import loop
 from sensor_model.rig.rig import load_rig
@@ -31,7 +31,7 @@ def observations():
             frame = source.step()
             if index % EVERY == 0:
                 scan, truth = lidar.scan(frame)
-                now, actors = Instant.of(frame, scan, truth, scenario.grading), frame.actors
+                now, actors = FrameTruth.of(frame, scan, truth, scenario.grading), frame.actors
                 table = {"name": actors.name, "kind": actors.kind, "mode": actors.mode, "view": truth.view}
                 tables.append(pd.DataFrame(table)[now.graded])
     return pd.concat(tables)

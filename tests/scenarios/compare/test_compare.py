@@ -1,4 +1,4 @@
-"""A change that does nothing is never flagged; one that costs 2 % always is; and what fails is told apart from both."""
+"""Neutral changes are never flagged, losses of 2 % always are, and failures are separate from both."""
 
 from dataclasses import replace
 from itertools import product
@@ -14,10 +14,10 @@ from scenarios.compare.digest import Expectation
 from scenarios.compare.resampling import Difference, differences
 from scenarios.compare.run_pairs import pair
 from scenarios.compare.sides import Side
-from scenarios.compare.sums import COLUMNS, SUMS
+from scenarios.compare.vehicle_sums import COLUMNS, SUMS
 
 FLAGGED = ("better", "worse", "lost")
-HEADLINE = {headline.name: headline for headline in COMPARED_METRICS}
+METRIC = {metric.name: metric for metric in COMPARED_METRICS}
 
 
 def side(runs):
@@ -29,38 +29,38 @@ def against(base, head):
 
 
 def changed(change):
-    """All recorded runs with other tracks, held against what they were."""
+    """Comparison of all recorded runs with the same runs with changed tracks."""
     return against(recorded.base(), [run.with_tracks(change, "changed") for run in recorded.runs()])
 
 
 def flagged(comparison):
-    return {change.headline.name: change.verdict for change in comparison.changes if change.verdict in FLAGGED}
+    return {change.metric.name: change.verdict for change in comparison.changes if change.verdict in FLAGGED}
 
 
-# --- a change that does nothing
+# --- a neutral change
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_jitter_of_a_millimetre_is_never_flagged(seed):
+def test_jitter_of_a_millimetre_is_never_flagged(seed):
     comparison = changed(recorded.jitter(seed, sigma_m=0.001))
     assert flagged(comparison) == {}
     assert comparison.verdict == "same"
-    assert any(change.numbers.difference for change in comparison.changes)  # it did something
+    assert any(change.numbers.difference for change in comparison.changes)  # the jitter has an effect
 
 
 def test_another_order_of_the_points_is_never_flagged():
-    """The tracker draws lines through random points, so that it does not do the same: choices of three such runs."""
+    """The tracker draws lines through random points, so its result depends on the order: choices of three such runs."""
     orders = [recorded.base()]
     orders += [
         [run.with_device(recorded.Shuffled(seed), f"shuffled {seed}") for run in recorded.runs()] for seed in (1, 2)
     ]
-    choices = list(product(orders, repeat=len(recorded.runs())))[2::3]  # of 81, those in which the last run differs
+    choices = list(product(orders, repeat=len(recorded.runs())))[2::3]  # of 81, those with another last run
     compared = [against(orders[0], [order[i] for i, order in enumerate(choice)]) for choice in choices]
     assert [flagged(comparison) for comparison in compared] == [{}] * 27
-    assert any(change.verdict == "unclear" for change in compared[-1].changes)  # it did quite something
+    assert any(change.verdict == "unclear" for change in compared[-1].changes)  # the order has an effect
 
 
-def test_identical_runs_have_no_difference_at_all():
+def test_identical_runs_have_no_difference():
     comparison = against(recorded.base(), recorded.base())
     assert all(pair.identical for pair in comparison.pairs.compared)
     assert {change.numbers.interval for change in comparison.changes} == {(0.0, 0.0)}
@@ -100,7 +100,7 @@ def test_headings_two_percent_worse_are_flagged_and_nothing_else():
         ("standing_x_m", "mma.mma.stationary_target.x_abs_mean_m"),
     ],
 )
-def test_every_error_is_flagged_from_two_percent_on(column, name):
+def test_every_error_that_grows_by_two_percent_is_flagged(column, name):
     found = flagged(against(recorded.base(), [scaled(run, column, 1.02) for run in recorded.base()]))
     assert found == {name: "worse"}
 
@@ -111,12 +111,10 @@ def scaled(run, column, factor):
     return replace(run, trace_hash="scaled", vehicles=replace(run.vehicles, sums=sums))
 
 
-def test_the_runs_that_moved_a_metric_are_named_the_most_moved_first():
+def test_runs_with_the_largest_contributions_are_named_largest_first():
     first, *others = recorded.base()
     head = [scaled(first, "fit_heading_deg", 1.3), *(scaled(run, "fit_heading_deg", 1.02) for run in others)]
-    change = next(
-        c for c in against(recorded.base(), head).changes if c.headline.name == "fit.best.heading_abs_mean_deg"
-    )
+    change = next(c for c in against(recorded.base(), head).changes if c.metric.name == "fit.best.heading_abs_mean_deg")
     assert change.verdict == "worse"
     assert next(iter(change.where)) == first.key
     moved = list(change.where.values())
@@ -126,28 +124,29 @@ def test_the_runs_that_moved_a_metric_are_named_the_most_moved_first():
 # --- the statistics
 
 
-def test_chance_flags_no_more_often_than_the_level_says():
-    """Vehicles of all sizes, whose two lives differ by chance only and by far more than matters.
+def test_false_positive_rate_is_the_level():
+    """BASE and HEAD of vehicles with any number of frames differ at random, and by far more than the margin.
 
-    At a level of 10 %, 200 comparisons flag 20 by chance; a test that forgot how many metrics there are would flag 160.
+    At a level of 10 %, 200 comparisons flag 20 by chance; without the correction for many metrics they would flag 160.
     """
     rng = np.random.default_rng(7)
     smallest = [
-        min(difference.p for difference in differences(*lives(rng, units=12), COMPARED_METRICS)) for _ in range(200)
+        min(difference.p for difference in differences(*random_sums(rng, units=12), COMPARED_METRICS))
+        for _ in range(200)
     ]
     assert 6 <= sum(p <= 0.1 for p in smallest) <= 34  # 20 is the mean, 4.2 its standard deviation
 
 
-def lives(rng, units):
-    """Sums of vehicles that are seen for some frames, twice, in which they err as it comes."""
+def random_sums(rng, units):
+    """Random sums of vehicles with a random number of frames, for BASE and for HEAD."""
     size = rng.integers(5, 400, size=(units, 1)).astype(float)
     return [size * rng.uniform(0.2, 1.0, size=(units, len(COLUMNS))) for _ in "ab"]
 
 
-def test_an_interval_covers_the_true_difference_as_often_as_it_says():
-    """Every vehicle's error grows by 0.1 in the mean: 95 % of the intervals should hold that, of 60 vehicles."""
+def test_coverage_of_the_interval():
+    """The errors of 60 vehicles grow by 0.1 on average: 95 % of the intervals should contain this value."""
     rng = np.random.default_rng(3)
-    headline = HEADLINE["fit.best.heading_abs_mean_deg"]
+    metric = METRIC["fit.best.heading_abs_mean_deg"]
     fitted, error = COLUMNS.index("fitted"), COLUMNS.index("fit_heading_deg")
     covered = 0
     for _ in range(100):
@@ -156,20 +155,20 @@ def test_an_interval_covers_the_true_difference_as_often_as_it_says():
         base[:, error] = 50.0 * rng.gamma(2.0, 0.5, size=60)
         head = base.copy()
         head[:, error] += 50.0 * rng.normal(0.1, 0.2, size=60)
-        low, high = differences(base, head, (headline,))[0].interval
+        low, high = differences(base, head, (metric,))[0].interval
         covered += low <= 0.1 <= high
     assert 88 <= covered <= 99
 
 
-def test_the_chance_of_a_difference_by_hand():
-    """Five vehicles, each worse by one: of the 32 ways to toss, 2 are as extreme (exact sign test, p = 1/16)."""
-    headline = HEADLINE["fit.best.heading_abs_mean_deg"]
+def test_p_value_of_a_difference_by_hand():
+    """Five vehicles, each worse by one: of the 32 exchanges, 2 are as extreme (exact sign test, p = 1/16)."""
+    metric = METRIC["fit.best.heading_abs_mean_deg"]
     base = np.zeros((5, len(COLUMNS)))
     base[:, COLUMNS.index("fitted")] = 10.0
     base[:, COLUMNS.index("fit_heading_deg")] = 10.0
     head = base.copy()
     head[:, COLUMNS.index("fit_heading_deg")] += 1.0
-    assert differences(base, head, (headline,))[0].p == pytest.approx(1 / 16, abs=0.02)
+    assert differences(base, head, (metric,))[0].p == pytest.approx(1 / 16, abs=0.02)
 
 
 @pytest.mark.parametrize(
@@ -177,29 +176,29 @@ def test_the_chance_of_a_difference_by_hand():
     [
         (0.9, 0.88, (-0.025, -0.015), 0.001, "worse"),
         (0.9, 0.92, (0.015, 0.025), 0.001, "better"),
-        (0.9, 0.896, (-0.0045, -0.0035), 0.001, "same"),  # surely, but by less than anybody cares
+        (0.9, 0.896, (-0.0045, -0.0035), 0.001, "same"),  # significant, but below the margin
         (0.9, 0.88, (-0.045, 0.005), 0.2, "unclear"),
         (0.9, 0.899, (-0.003, 0.001), 0.9, "same"),
         (0.9, np.nan, (np.nan, np.nan), np.nan, "lost"),
         (np.nan, 0.9, (np.nan, np.nan), np.nan, "not measured"),
     ],
 )
-def test_a_verdict_asks_for_chance_and_for_relevance(base, head, interval, p, verdict):
-    assert judge(HEADLINE["track.hota"], Difference(base, head, interval, p)) == verdict
+def test_verdict_requires_significance_and_relevance(base, head, interval, p, verdict):
+    assert judge(METRIC["track.hota"], Difference(base, head, interval, p)) == verdict
 
 
-def test_a_metric_that_head_does_not_measure_any_more_is_lost_and_worse():
-    """As when a tracker stops telling its stages."""
+def test_metric_without_value_in_head_is_lost_and_worse():
+    """For example when a tracker no longer returns a trace."""
     blind = [scaled(scaled(scaled(run, "fitted", 0.0), "segmented", 0.0), "segments", 0.0) for run in recorded.base()]
     comparison = against(recorded.base(), blind)
-    assert {change.verdict for change in comparison.changes if change.headline.name.startswith("fit.")} == {"lost"}
+    assert {change.verdict for change in comparison.changes if change.metric.name.startswith("fit.")} == {"lost"}
     assert comparison.verdict == "worse"
 
 
-# --- failed is another thing than changed
+# --- failures are independent of changes
 
 
-def test_what_fails_is_no_change_and_what_changes_no_failure():
+def test_failure_is_not_a_change_and_change_is_not_a_failure():
     first, *others = recorded.base()
     met = replace(first, expectations={"track.hota": Expectation("passed", 0.9, ">= 0.9")})
     missed = replace(first, expectations={"track.hota": Expectation("failed", 0.89, ">= 0.9")})
@@ -225,7 +224,7 @@ def test_what_fails_is_no_change_and_what_changes_no_failure():
         ("known failure", "unexpected pass", "mended"),
     ],
 )
-def test_what_becomes_of_an_expectation(base, head, fate):
+def test_fate_of_an_expectation(base, head, fate):
     first, *others = recorded.base()
 
     def of(outcome):
@@ -233,5 +232,5 @@ def test_what_becomes_of_an_expectation(base, head, fate):
         return [replace(first, expectations=kept), *others]
 
     comparison = against(of(base), of(head))
-    assert [fall.fate for fall in comparison.falls] == ([] if fate is None else [fate])
+    assert [change.fate for change in comparison.expectation_changes] == ([] if fate is None else [fate])
     assert comparison.failed == (fate == "newly failed")

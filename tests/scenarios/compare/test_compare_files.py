@@ -1,4 +1,4 @@
-"""Folders of runs and baseline files: what is paired, what is not and why, and what the commands say and return."""
+"""Folders of runs and baseline files: pairing, runs left out, and output and exit codes of the commands."""
 
 import json
 import re
@@ -13,7 +13,7 @@ from scenarios.cli import main
 from scenarios.compare import baseline_file, sides
 from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.run_pairs import pair
-from scenarios.compare.sums import SUMS
+from scenarios.compare.vehicle_sums import SUMS
 from scenarios.errors import InputError, OutputError
 from scenarios.files.expect import Limit, check
 from scenarios.result import Metric
@@ -23,7 +23,7 @@ DEMANDING = {"track.hota": {"max": 0.0}}
 
 
 def write(folder, result=None, **changes):
-    """Write the short run into a folder, with other fields than it has."""
+    """Write the short run into a folder, with changed fields."""
     result = replace(result or short_run.result(), **changes)
     limits = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
     with run_folder.create(folder) as inside:
@@ -36,7 +36,7 @@ def config(**changes):
 
 
 def run_command(capsys, *arguments):
-    """Exit code, standard output and standard error of a command."""
+    """Run a command; return its exit code, standard output and standard error."""
     code = main([str(argument) for argument in arguments])
     out, err = capsys.readouterr()
     return code, out, err
@@ -48,7 +48,7 @@ def one_line(text):
 
 
 def edit(run, before, after):
-    """Change the result of a run as an older or a newer version would have written it."""
+    """Replace a part of a run's result, as another version would have written it."""
     text = (run / "result.json").read_text(encoding="utf-8")
     assert before in text
     (run / "result.json").write_text(text.replace(before, after), encoding="utf-8")
@@ -61,7 +61,7 @@ def pairs_of(base, head):
 # --- reading
 
 
-def test_a_folder_holds_all_runs_below_it_and_a_run_is_one_itself(tmp_path):
+def test_folder_with_subfolders_and_single_run_are_read(tmp_path):
     for seed in (2, 1):
         write(tmp_path / "runs" / "family" / f"short-seed{seed}", seed=seed)
     (tmp_path / "runs" / "notes.txt").write_text("mine")
@@ -69,7 +69,7 @@ def test_a_folder_holds_all_runs_below_it_and_a_run_is_one_itself(tmp_path):
     assert len(sides.read(tmp_path / "runs" / "family" / "short-seed2").runs) == 1
 
 
-def test_what_an_unfinished_run_has_written_is_left_out_and_told(tmp_path):
+def test_unfinished_run_is_left_out_with_a_note(tmp_path):
     base, head = write(tmp_path / "base" / "a"), write(tmp_path / "head" / "a")
     head.parent.joinpath("a").rename(head.parent / ".b.host-1-00000000.partial")
     write(head)
@@ -78,53 +78,53 @@ def test_what_an_unfinished_run_has_written_is_left_out_and_told(tmp_path):
     assert any("not finished: .b.host-1-00000000.partial" in note for note in pairs.notes)
 
 
-def test_two_runs_of_the_same_are_refused(tmp_path):
+def test_two_runs_of_one_scenario_and_seed_are_refused(tmp_path):
     write(tmp_path / "runs" / "a"), write(tmp_path / "runs" / "b")
     with pytest.raises(OutputError, match=r"two runs of short seed 4, .*a and .*b; keep one"):
         sides.read(tmp_path / "runs")
 
 
 @pytest.mark.parametrize(
-    ("damage", "complaint"),
+    ("damage", "message"),
     [
         (lambda run: (run / "tables" / "tracks.parquet").unlink(), "the run has no 'tracks'"),
         (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1 no"), "damaged"),
-        (lambda run: edit(run, '"points_min": 10', '"points": 10'), "not the run of this version"),
+        (lambda run: edit(run, '"points_min": 10', '"points": 10'), "not a run of this version"),
         (lambda run: edit(run, '"expect": {}', '"limits": {}'), "the run has no 'expect'"),
         (lambda run: (run / "result.json").write_text("{"), "damaged"),
     ],
 )
-def test_a_damaged_run_is_one_clear_line(tmp_path, capsys, damage, complaint):
+def test_damaged_run_gives_one_line(tmp_path, capsys, damage, message):
     run = write(tmp_path / "run")
     damage(run)
     code, out, err = run_command(capsys, "compare", run, run)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert str(run) in err
-    assert complaint in err
+    assert message in err
 
 
 @pytest.mark.parametrize(
-    ("text", "complaint"),
+    ("text", "message"),
     [
         (None, "No such file or directory; give a folder of runs or a baseline file"),
-        ("hello\n", "no baseline file"),
-        ('{"luxloop_baseline": 0, "sums": []}\n', "no baseline file of this version"),
+        ("hello\n", "not a baseline file"),
+        ('{"luxloop_baseline": 0, "sums": []}\n', "not a baseline file of this version"),
         (json.dumps(baseline_file.HEADER) + "\n", "no run in it"),
-        (json.dumps(baseline_file.HEADER) + '\n{"scenario": "ring"}\n', "line 2 holds no run"),
-        (json.dumps(baseline_file.HEADER) + "\n[1, 2]\n", "line 2 holds no run"),
-        ("", "no baseline file"),
+        (json.dumps(baseline_file.HEADER) + '\n{"scenario": "ring"}\n', "line 2 is not a run"),
+        (json.dumps(baseline_file.HEADER) + "\n[1, 2]\n", "line 2 is not a run"),
+        ("", "not a baseline file"),
     ],
 )
-def test_what_is_no_baseline_is_one_clear_line(tmp_path, capsys, text, complaint):
+def test_invalid_baseline_file_gives_one_line(tmp_path, capsys, text, message):
     path = tmp_path / "baseline.jsonl"
     if text is not None:
         path.write_text(text)
     code, out, err = run_command(capsys, "compare", path, path)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert f"{path}: {complaint}" in err
+    assert f"{path}: {message}" in err
 
 
-def test_an_empty_folder_is_told(tmp_path, capsys):
+def test_empty_folder_is_an_error(tmp_path, capsys):
     assert run_command(capsys, "compare", tmp_path, tmp_path)[0] == 2
     code, _, err = run_command(capsys, "baseline", tmp_path, "--out", tmp_path / "baseline.jsonl")
     assert code == 2
@@ -149,22 +149,22 @@ def test_runs_without_a_partner_are_named(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"grading": {**short_run.result().config["grading"], "points_min": 11}}, "grading differ"),
+        ({"grading": {"points_min": 11}}, "grading differ"),
         ({"duration_s": 1.0, "noise": {}}, "duration_s, noise differ"),
     ],
 )
-def test_another_scenario_of_the_same_name_is_not_compared(tmp_path, changes, reason):
+def test_changed_scenario_is_not_compared(tmp_path, changes, reason):
     write(tmp_path / "base" / "a"), write(tmp_path / "base" / "b", seed=5)
     write(tmp_path / "head" / "a", config=config(**changes)), write(tmp_path / "head" / "b", seed=5)
     pairs = pairs_of(tmp_path / "base", tmp_path / "head")
-    assert [str(key) for key in pairs.unlike] == ["short seed 4"]
-    assert reason in "".join(pairs.unlike.values())
+    assert [str(key) for key in pairs.incomparable] == ["short seed 4"]
+    assert reason in "".join(pairs.incomparable.values())
     assert len(pairs.compared) == 1
 
 
-def test_nothing_to_compare_is_bad_input(tmp_path, capsys):
+def test_comparison_without_pairs_is_bad_input(tmp_path, capsys):
     base, head = write(tmp_path / "base"), write(tmp_path / "head", config=config(duration_s=9.0))
-    with pytest.raises(InputError, match=r"nothing to compare, short seed 4: the scenario is another one \(duration_s"):
+    with pytest.raises(InputError, match=r"nothing to compare, short seed 4: the scenario has changed \(duration_s"):
         pairs_of(base, head)
     other = write(tmp_path / "other", seed=9)
     code, _, err = run_command(capsys, "compare", base, other)
@@ -172,7 +172,7 @@ def test_nothing_to_compare_is_bad_input(tmp_path, capsys):
     assert "no scenario was run with the same seed in both" in err
 
 
-def test_prose_may_change_and_what_is_tested_is_told(tmp_path):
+def test_prose_may_change_and_changes_under_test_are_noted(tmp_path):
     base = write(tmp_path / "base", config=config(description="x", reason="y"))
     changes = {"device": "mine:Tracker", "expect": DEMANDING, "reason": "z"}
     head = write(tmp_path / "head", config=config(**changes), versions={**short_run.result().versions, "numba": "0"})
@@ -183,7 +183,7 @@ def test_prose_may_change_and_what_is_tested_is_told(tmp_path):
     assert "numba is" in notes
 
 
-def test_an_incomplete_run_is_not_compared_and_a_newly_incomplete_one_fails(tmp_path, capsys):
+def test_incomplete_run_is_not_compared_and_newly_incomplete_run_fails(tmp_path, capsys):
     for side in ("base", "head"):
         write(tmp_path / side / "whole")
         write(tmp_path / side / "always", seed=5, ended_early="the ego arrived")
@@ -195,7 +195,7 @@ def test_an_incomplete_run_is_not_compared_and_a_newly_incomplete_one_fails(tmp_
     assert run_command(capsys, "compare", tmp_path / "head", tmp_path / "base")[0] == 0
 
 
-def test_where_traffic_or_points_differ_the_run_is_one_unit_and_that_is_told(tmp_path):
+def test_run_with_other_traffic_or_points_is_one_unit_with_a_note(tmp_path):
     truth = short_run.result().tables["truth"]
     moved = {**short_run.result().tables, "truth": truth.assign(points=truth["points"] + 1)}
     base, head = write(tmp_path / "base"), write(tmp_path / "head", tables=moved)
@@ -204,10 +204,10 @@ def test_where_traffic_or_points_differ_the_run_is_one_unit_and_that_is_told(tmp
     assert [len(sums) for sums in pairs.compared[0].units()] == [1, 1]
     same = pairs_of(base, base)
     assert same.notes == []
-    assert len(same.compared[0].units()[0]) == 3  # two vehicles and nobody
+    assert len(same.compared[0].units()[0]) == 3  # two vehicles and NO_ACTOR
 
 
-def test_the_trackers_answer_is_no_part_of_the_truth(tmp_path):
+def test_truth_hash_does_not_depend_on_the_tracker(tmp_path):
     truth = short_run.result().tables["truth"]
     other = {**short_run.result().tables, "truth": truth.assign(track_id=-1, segments=0, largest_segment_share=0.0)}
     base, head = write(tmp_path / "base"), write(tmp_path / "head", tables=other)
@@ -217,7 +217,7 @@ def test_the_trackers_answer_is_no_part_of_the_truth(tmp_path):
 # --- baselines
 
 
-def test_a_baseline_gives_the_runs_back_and_equal_runs_give_equal_bytes(tmp_path):
+def test_baseline_round_trip_and_equal_bytes_of_equal_runs(tmp_path):
     runs = list(recorded.base())
     baseline_file.write(tmp_path / "a.jsonl", runs)
     baseline_file.write(tmp_path / "b.jsonl", runs[::-1])
@@ -230,7 +230,7 @@ def test_a_baseline_gives_the_runs_back_and_equal_runs_give_equal_bytes(tmp_path
         assert np.array_equal(back.vehicles.vehicle, run.vehicles.vehicle)
 
 
-def test_a_baseline_is_small_and_has_a_line_per_run_with_the_versions(tmp_path):
+def test_baseline_is_small_and_has_a_line_per_run_with_versions(tmp_path):
     runs = recorded.base()
     baseline_file.write(tmp_path / "baseline.jsonl", list(runs))
     lines = (tmp_path / "baseline.jsonl").read_text().splitlines()
@@ -240,7 +240,7 @@ def test_a_baseline_is_small_and_has_a_line_per_run_with_the_versions(tmp_path):
     assert sum(map(len, lines)) < 1500 * len(runs) + 250 * vehicles  # 40 runs of 20 vehicles: 260 kB at most
 
 
-def test_the_baseline_command_writes_and_replaces_and_says_what_is_new_changed_and_dropped(tmp_path, capsys):
+def test_baseline_command_replaces_the_file_and_lists_new_changed_and_dropped_runs(tmp_path, capsys):
     out = tmp_path / "kept" / "baseline.jsonl"
     write(tmp_path / "before" / "1", seed=1), write(tmp_path / "before" / "2", seed=2)
     assert run_command(capsys, "baseline", tmp_path / "before", "--out", out)[0] == 0
@@ -256,7 +256,7 @@ def test_the_baseline_command_writes_and_replaces_and_says_what_is_new_changed_a
     assert [path.name for path in out.parent.iterdir()] == ["baseline.jsonl"]
 
 
-def test_comparing_never_writes(tmp_path, capsys):
+def test_compare_writes_no_files(tmp_path, capsys):
     run = write(tmp_path / "run")
     run_command(capsys, "baseline", run, "--out", tmp_path / "baseline.jsonl")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
@@ -264,14 +264,14 @@ def test_comparing_never_writes(tmp_path, capsys):
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
-def test_a_file_that_is_no_baseline_is_not_replaced(tmp_path, capsys):
+def test_other_file_is_not_replaced_by_a_baseline(tmp_path, capsys):
     precious = tmp_path / "thesis.txt"
     precious.write_text("precious")
     assert run_command(capsys, "baseline", write(tmp_path / "run"), "--out", precious)[0] == 2
     assert precious.read_text() == "precious"
 
 
-def test_a_baseline_of_the_same_runs_is_the_same_whatever_the_clock_says(tmp_path):
+def test_baseline_does_not_depend_on_times(tmp_path):
     limits = {"perf.tracker_ms_p50": {"max": 40.0}, "track.idf1": {"min": 0.3}}
     for name, time_ms in (("fast", 1.0), ("slow", 60.0)):
         timed = {**short_run.result().metrics, "perf.tracker_ms_p50": Metric(time_ms, "ms", 10)}
@@ -281,7 +281,7 @@ def test_a_baseline_of_the_same_runs_is_the_same_whatever_the_clock_says(tmp_pat
     assert "track.idf1" in (tmp_path / "fast.jsonl").read_text()
 
 
-# --- the whole way
+# --- end to end
 
 
 BLIND = """\
@@ -299,7 +299,7 @@ class Tracker(Shipped):
 
 @pytest.fixture(scope="module")
 def real_runs(tmp_path_factory):
-    """Runs by the command line: as shipped, and by a tracker that reports nothing."""
+    """Runs of the command line: by the shipped tracker, and by a tracker without any reported tracks."""
     folder = tmp_path_factory.mktemp("real")
     expect = '[expect]\n"track.idf1" = { min = 0.3 }\n"track.hota" = { min = 2.0 }\n'
     scenario = short_run.write(folder, short_run.TEXT + expect)
@@ -312,7 +312,7 @@ def real_runs(tmp_path_factory):
     return folder
 
 
-def test_identical_code_is_identical_also_by_way_of_a_baseline(real_runs, tmp_path, capsys):
+def test_identical_runs_are_identical_also_from_a_baseline(real_runs, tmp_path, capsys):
     run_command(capsys, "baseline", real_runs / "base", "--out", tmp_path / "b.jsonl")
     code, out, err = run_command(capsys, "compare", tmp_path / "b.jsonl", real_runs / "base")
     assert (code, err) == (0, "")
@@ -320,7 +320,7 @@ def test_identical_code_is_identical_also_by_way_of_a_baseline(real_runs, tmp_pa
     assert "SAME: no metric has changed" in out
 
 
-def test_a_newly_failed_expectation_exits_with_1_and_is_told_apart(real_runs, capsys):
+def test_newly_failed_expectation_exits_with_1(real_runs, capsys):
     code, out, _ = run_command(capsys, "compare", real_runs / "base", real_runs / "head")
     assert code == 1
     assert "NEWLY FAILED: 1 expectations" in out
@@ -330,21 +330,21 @@ def test_a_newly_failed_expectation_exits_with_1_and_is_told_apart(real_runs, ca
     assert "mended" in out
 
 
-def test_json_has_everything_and_nothing_else(real_runs, capsys):
+def test_json_output_is_complete(real_runs, capsys):
     code, out, err = run_command(capsys, "compare", real_runs / "base", real_runs / "head", "--json")
-    told = json.loads(out)
+    document = json.loads(out)
     assert (code, err, out.count("\n")) == (1, "", 1)
-    assert told["failed"] is True
-    assert [fall["fate"] for fall in told["expectations"]] == ["newly failed", "still failing"]
-    idf1 = told["metrics"]["track.idf1"]
+    assert document["failed"] is True
+    assert [fall["fate"] for fall in document["expectations"]] == ["newly failed", "still failing"]
+    idf1 = document["metrics"]["track.idf1"]
     assert idf1["head"] == 0.0
     assert idf1["difference"] == pytest.approx(-idf1["base"])
-    assert told["pairs"][0]["metrics"]["track.idf1"] == [idf1["base"], 0.0]
-    assert told["metrics"]["track.occlusion_survival"]["base"] is None
-    assert (told["pairs"][0]["identical"], told["pairs"][0]["same_truth"]) == (False, True)
+    assert document["pairs"][0]["metrics"]["track.idf1"] == [idf1["base"], 0.0]
+    assert document["metrics"]["track.occlusion_survival"]["base"] is None
+    assert (document["pairs"][0]["identical"], document["pairs"][0]["same_truth"]) == (False, True)
 
 
-def test_the_columns_of_a_baseline_are_named_in_it(tmp_path):
+def test_baseline_header_names_the_columns(tmp_path):
     baseline_file.write(tmp_path / "b.jsonl", list(recorded.base()))
     header = json.loads(Path(tmp_path / "b.jsonl").read_text().splitlines()[0])
     assert header == {"luxloop_baseline": baseline_file.FORMAT, "sums": ["vehicle", *SUMS]}
@@ -353,16 +353,16 @@ def test_the_columns_of_a_baseline_are_named_in_it(tmp_path):
 # --- the page
 
 
-def test_the_page_lists_every_headline_metric_with_its_margin():
+def test_page_lists_every_compared_metric_with_its_margin():
     page = (Path(__file__).parents[3] / "docs" / "compare.md").read_text(encoding="utf-8")
     listed = {}
     for names, better, margin in re.findall(r"^\| (`\w+\..*?) \| (more|less) \| (.*?) \|$", page, re.MULTILINE):
         listed |= dict.fromkeys(re.findall(r"`([\w.]+)`", names), (better, margin))
-    assert listed == {headline.name: (headline.better, margin_of(headline)) for headline in COMPARED_METRICS}
+    assert listed == {metric.name: (metric.better, margin_of(metric)) for metric in COMPARED_METRICS}
 
 
-def margin_of(headline):
-    relevance = headline.relevance
+def margin_of(metric):
+    relevance = metric.relevance
     if not relevance.relative:
         return f"{relevance.absolute:g}"
-    return f"{relevance.relative:.0%}".replace("%", " %") + f", and {relevance.absolute:g} {headline.unit}"
+    return f"{relevance.relative:.0%}".replace("%", " %") + f", and {relevance.absolute:g} {metric.unit}"

@@ -1,4 +1,4 @@
-"""Bent trucks: two boxes, not graded while no rectangle describes them, and nobody's fault."""
+"""Bent trucks: two boxes, and no grade while one rectangle does not describe them."""
 
 import cmath
 import math
@@ -31,7 +31,7 @@ def outline(pose, size):
 
 
 def cab(body):
-    """The tractor's part of a truck as a box: 2.9 m that end 1.6 m ahead of the kingpin, 4.5 m behind the front."""
+    """Box of a truck's tractor: 2.9 m long, from 1.6 m ahead of the kingpin, which is 4.5 m behind the front."""
     along = cmath.exp(1j * body.yaw)
     kingpin = complex(body.x, body.y) + (8.25 - 4.5) * along
     middle = kingpin + (1.6 + 1.45) * along * cmath.exp(1j * body.articulation)
@@ -42,14 +42,14 @@ def cab(body):
 
 
 @given(x=coordinates, y=coordinates, yaw=turns, articulation=turns)
-def test_the_tractor_is_turned_about_the_kingpin(x, y, yaw, articulation):
+def test_tractor_rotates_about_the_kingpin(x, y, yaw, articulation):
     body = replace(LORRY, x=x, y=y, yaw=yaw, articulation=articulation)
     pose, size = tractors(np.array([[x, y, yaw]]), np.array([SIZE[:2]]), np.array([articulation]))
     np.testing.assert_allclose(np.hstack([pose, size])[0], cab(body), atol=1e-9)
 
 
 @given(yaw=turns, length=st.floats(5, 25))
-def test_both_parts_of_a_straight_truck_fill_its_box(yaw, length):
+def test_parts_of_a_straight_truck_fill_its_box(yaw, length):
     pose, size = np.array([[3.0, -2.0, yaw]]), np.array([[length, 2.55]])
     trailer, tractor = outline(*trailers(pose, size)), outline(*tractors(pose, size, np.zeros(1)))
     whole = outline(pose, size)
@@ -57,7 +57,7 @@ def test_both_parts_of_a_straight_truck_fill_its_box(yaw, length):
     assert shapely.union(trailer, tractor).buffer(1e-6).contains(whole)
 
 
-def test_only_who_is_bent_is_drawn_as_two_boxes():
+def test_only_bent_trucks_have_two_boxes():
     pose, size = np.array([[0.0, 0, 0], [10, 5, 1], [20, 5, 2]]), np.array([SIZE, SIZE, (4.5, 1.8, 1.5)])
     row, poses, sizes = parts(pose, size, np.array([0.0, 0.3, 0.0]))
     assert row.tolist() == [0, 1, 2, 1]
@@ -67,11 +67,11 @@ def test_only_who_is_bent_is_drawn_as_two_boxes():
     assert poses[[1, 3], 2] == pytest.approx([1.0, 1.3])
 
 
-# ---- who is graded
+# ---- graded trucks
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_truck_bent_by_more_than_the_limit_is_not_graded(sign):
+def test_truck_bent_by_more_than_the_limit_is_not_graded(sign):
     scene = [[bent(sign * deg)] for deg in (0.0, 4.99, 5.01, 40.0)]
     *_, grades = grade_run(scene, Scripted([[]] * 4))
     assert [bool(grade.graded[0]) for grade in grades] == [True, True, False, False]
@@ -81,8 +81,8 @@ def test_a_truck_bent_by_more_than_the_limit_is_not_graded(sign):
         GradingConfig(bent_deg=0.0)
 
 
-def test_what_follows_a_bent_truck_or_a_part_of_it_is_neither_right_nor_wrong():
-    """Fails when a track on a cab that is turned out of the truck's box counts as one on nothing."""
+def test_track_on_a_bent_truck_or_its_tractor_is_ungraded():
+    """Fails when a track on a tractor outside of the truck's straight box counts as false."""
     truck = bent(85.0)
     on_cab, on_whole = Estimate(4, *cab(truck)[:3], size=(2.9, 2.55)), follow(truck, track_id=5)
     x, y = cab(truck)[:2]
@@ -96,10 +96,10 @@ def test_what_follows_a_bent_truck_or_a_part_of_it_is_neither_right_nor_wrong():
     assert metrics["track.missed"].value is None or metrics["track.missed"].value == 0
 
 
-def test_a_truck_keeps_its_track_while_it_bends_and_is_judged_again_when_straight():
+def test_truck_keeps_its_track_while_bent_and_is_graded_again_when_straight():
     bends = [0.0] * 5 + [10.0, 30.0, 60.0, 30.0, 10.0] + [0.0] * 5
     scene = [[bent(deg)] for deg in bends]
-    # Bent far enough, the tracker sees no more than the cab.
+    # Far bent, the tracker only sees the tractor.
     script = [
         [Estimate(4, *cab(body)[:3], size=(2.9, 2.55)) if body.articulation > 0.5 else follow(body, track_id=4)]
         for (body,) in scene
@@ -120,8 +120,8 @@ def survival(scene, tracks):
     return metric.value, metric.n
 
 
-def test_a_bend_is_no_occlusion_but_may_hide_one():
-    """Fails when a truck that turns in plain view counts as hidden, or is dropped from the books by its bend."""
+def test_bend_is_not_an_occlusion_but_may_include_one():
+    """Fails when a visible bent truck counts as occluded, or when an occlusion during a bend does not count."""
     straight, turning = bent(0.0), bent(30.0)
     hidden = bent(30.0, visible=0.0, points=0)
     assert GradingConfig().memory_s > 3 * 6 * DT

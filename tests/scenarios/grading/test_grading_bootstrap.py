@@ -1,4 +1,4 @@
-"""Intervals over vehicles: against a loop over resamples, and as wide as theory has them."""
+"""Bootstrap intervals over vehicles: equal to a loop over resamples, and with the theoretical width."""
 
 import math
 
@@ -12,14 +12,14 @@ from scenarios.grading.metric_sheet import MetricSheet
 
 
 def observations(vehicles, each, spread=1.0, seed=3):
-    """Values that differ between vehicles by `spread`, and little from frame to frame."""
+    """Values with standard deviation `spread` between vehicles, and a small one from frame to frame."""
     rng = np.random.default_rng(seed)
     vehicle = np.repeat(np.arange(vehicles), each)
     return vehicle, 5.0 + spread * rng.normal(size=vehicles)[vehicle] + 0.01 * rng.normal(size=len(vehicle))
 
 
-def test_the_interval_of_a_mean_is_that_of_as_many_vehicles_as_there_are():
-    """Fails when observations are drawn instead: 100 of each vehicle would make it ten times too narrow."""
+def test_width_of_the_interval_follows_from_the_number_of_vehicles():
+    """Fails when observations are resampled: with 100 per vehicle the interval would be ten times too narrow."""
     vehicle, values = observations(vehicles=80, each=100)
     low, high = Bootstrap(vehicle).of_ratio(vehicle, values, np.ones(len(values)))
     of_vehicles = values.reshape(80, 100).mean(axis=1)
@@ -28,25 +28,25 @@ def test_the_interval_of_a_mean_is_that_of_as_many_vehicles_as_there_are():
     assert low < values.mean() < high
 
 
-def test_sums_of_vehicles_give_what_a_loop_over_resamples_does():
-    """The same vehicles drawn, one resample after the other, all of their observations gathered."""
+def test_interval_equals_a_loop_over_resamples():
+    """The loop gathers all observations of the drawn vehicles, one resample after the other."""
     rng = np.random.default_rng(8)
     vehicle = np.sort(rng.choice([3, 5, 11, 12, 40], 60))
     values = rng.normal(size=60)
-    bootstrap = Bootstrap(np.array([3, 5, 7, 11, 12, 40]))  # 7 is of the run, but has no value
+    bootstrap = Bootstrap(np.array([3, 5, 7, 11, 12, 40]))  # vehicle 7 has no value
     means, stds = naive.resampled(bootstrap, vehicle, values)
     assert len(means) == RESAMPLES
     assert bootstrap.of_ratio(vehicle, values, np.ones(60)) == pytest.approx(np.quantile(means, (0.025, 0.975)))
     assert bootstrap.of_std(vehicle, values) == pytest.approx(np.quantile(stds, (0.025, 0.975)))
 
 
-def test_a_ratio_is_of_sums_and_not_a_mean_of_ratios():
+def test_ratio_is_a_ratio_of_sums():
     vehicle, part, whole = np.array([0, 0, 1]), np.array([1.0, 2.0, 30.0]), np.array([1.0, 1.0, 10.0])
     low, high = Bootstrap(vehicle).of_ratio(vehicle, part, whole)
-    assert (low, high) == pytest.approx((1.5, 3.0))  # of one vehicle alone, or of the other
+    assert (low, high) == pytest.approx((1.5, 3.0))  # of each vehicle alone
 
 
-def test_one_vehicle_has_no_interval_and_a_seed_is_a_seed():
+def test_one_vehicle_has_no_interval_and_intervals_are_reproducible():
     vehicle, values = observations(vehicles=6, each=5)
     one = np.zeros(30, dtype=np.int64)
     assert Bootstrap(vehicle).of_ratio(one, values, np.ones(30)) is None
@@ -55,7 +55,7 @@ def test_one_vehicle_has_no_interval_and_a_seed_is_a_seed():
     assert Bootstrap(vehicle).of_std(vehicle, values) == Bootstrap(vehicle[::-1]).of_std(vehicle, values)
 
 
-def test_the_sheet_gives_intervals_to_values_of_vehicles_alone():
+def test_sheet_has_intervals_for_values_with_vehicles_only():
     vehicle, values = observations(vehicles=6, each=5)
     sheet = MetricSheet(Bootstrap(vehicle))
     sheet.mean("fit.best.heading_mean_deg", values, "", vehicle)
@@ -68,7 +68,7 @@ def test_the_sheet_gives_intervals_to_values_of_vehicles_alone():
     assert mean.interval[0] < mean.value < mean.interval[1]
 
 
-def test_the_papers_tables_have_intervals_and_counts_do_not():
+def test_metrics_of_the_papers_tables_have_intervals_and_counts_do_not():
     scene = [[Body(0, 12.0, 4.0, speed=5.0), Body(1, 20.0, -4.0, speed=5.0)]] * 4
     script = [[follow(a, x=a.x + 0.1), follow(b, x=b.x + 0.3)] for a, b in scene]
     metrics = grade_run(scene, Scripted(script))[0]

@@ -1,4 +1,4 @@
-"""The Cramer-Rao bound of heading: against the textbook, a whole Fisher matrix, and the estimator that reaches it."""
+"""Cramer-Rao bound of heading, against the textbook, the full Fisher matrix, and an estimator that attains it."""
 
 import cmath
 import math
@@ -14,7 +14,7 @@ from support import short_run
 from support.frames import CAR_SIZE, Body, Scripted, observe, trace_of, world_frame
 
 from scenarios.grading.bound import CORNER_RADIUS_M, Ranging, bound, observed, on_faces
-from scenarios.grading.frame_truth import Instant
+from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
 from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proportions
@@ -32,14 +32,14 @@ NORMALS = {"front": 1 + 0j, "left": 1j, "rear": -1 + 0j, "right": -1j}
 
 
 def on_outline(face, along):
-    """A point `along` metres along one face of a car, in its frame."""
+    """Point at `along` metres along one face of a car, in the car's frame."""
     normal = NORMALS[face]
     axis = 1j if normal.imag == 0 else 1
     return normal * (OUTLINE[0] if normal.imag == 0 else OUTLINE[1]) + along * axis
 
 
 def scene(places, unit=0, dt=0.0, body=None, ego_motion=(0.0, 0.0, 0.0), noise=0.0):
-    """A car with a point at each (face, along), measured `dt` after the frame's time; frame, scan and truth of it."""
+    """Frame, scan and truth of a car with a point at each (face, along), measured `dt` after the frame's time."""
     body = body or Body(0, 12.0, 5.0, 0.7)
     body = replace(body, points=len(places))
     frame = world_frame(0, [body])
@@ -66,9 +66,9 @@ def scene(places, unit=0, dt=0.0, body=None, ego_motion=(0.0, 0.0, 0.0), noise=0
 
 
 def bound_of(frame, scan, truth, ranging=RANGING):
-    now = Instant.of(frame, scan, truth, GradingConfig())
-    label, nought = np.zeros(len(scan), np.int64), np.zeros(1, np.int64)
-    return float(observed(now, ranging, label, nought, nought)[0])
+    frame_truth = FrameTruth.of(frame, scan, truth, GradingConfig())
+    label, first = np.zeros(len(scan), np.int64), np.zeros(1, np.int64)
+    return float(observed(frame_truth, ranging, label, first, first)[0])
 
 
 def beams_of(places, unit=0, body=None):
@@ -86,7 +86,7 @@ def beams_of(places, unit=0, body=None):
 
 
 @pytest.mark.parametrize("points", [2, 5, 20])
-def test_one_face_looked_at_squarely_is_line_fitting(points):
+def test_bound_of_one_perpendicular_face_is_that_of_line_fitting(points):
     """Kay 1993, example 3.7: the variance of a line's slope over N even steps is 12 s^2 / (N (N^2 - 1)) or more."""
     step = 0.1
     found = bound(
@@ -96,15 +96,15 @@ def test_one_face_looked_at_squarely_is_line_fitting(points):
     assert found == pytest.approx(textbook)
 
 
-def test_a_rear_by_hand():
-    # Two points 1 m apart, each good to 2.5 cm: atan of 2.5 cm times the root of 2 over 1 m, 2.03 degrees.
+def test_bound_of_two_points_by_hand():
+    # Two points 1 m apart with sigma 2.5 cm: 2.5 cm times the root of 2 over 1 m is 2.03 degrees.
     assert math.degrees(bound(np.zeros(2, int), np.zeros(2, int), np.array([-0.5, 0.5]), np.full(2, SIGMA), 1)[0]) == (
         pytest.approx(2.0257, abs=1e-4)
     )
 
 
-def test_what_tells_no_heading_has_no_bound():
-    """Fails when a lone point's rounding error passes for information, or one face's offset serves another."""
+def test_without_heading_information_there_is_no_bound():
+    """Fails when rounding errors of single points count as information, or faces share an offset."""
     observation, face = np.array([0, 1, 1, 2, 2]), np.array([0, 0, 1, 3, 3])
     along = np.array([0.3, -0.3, 1.7, 0.1, 0.1 + 1e-9])
     assert np.isnan(bound(observation, face, along, np.array([0.02, 0.017, 0.025, 0.01, 0.01]), 4)).all()
@@ -126,8 +126,8 @@ PLACES = [
     st.floats(0.55, 1.2),
     st.sampled_from((0, 1)),
 )
-def test_the_bound_is_that_of_the_whole_fisher_matrix(places, yaw, unit):
-    """Heading and one offset for each face, derivatives by differences: no equation is shared but the range's."""
+def test_bound_equals_that_of_the_full_fisher_matrix(places, yaw, unit):
+    """Heading and one offset per face with numerical derivatives; only the range equation is shared."""
     body = Body(0, 12.0, 5.0, yaw)
     counts = [sum(face == name for name, _ in places) for face in ("rear", "left")]
     found = bound_of(*scene(places, unit, body=body))
@@ -135,16 +135,16 @@ def test_the_bound_is_that_of_the_whole_fisher_matrix(places, yaw, unit):
         assert math.isnan(found)
         return
     beams, offsets = beams_of(places, unit, body)
-    if 1 in counts:  # its only point fixes its offset and tells no more
-        alone = ("rear", "left")[counts.index(1)]
-        beams = [beam for beam in beams if beam[3] != alone]
+    if 1 in counts:  # a single point determines the offset of its face only
+        single = ("rear", "left")[counts.index(1)]
+        beams = [beam for beam in beams if beam[3] != single]
     expected = naive.heading_bound(body.yaw, offsets, beams, SIGMA)
     if math.degrees(expected) < 20:
         assert found == pytest.approx(expected, rel=2e-3)
 
 
-def test_the_most_likely_heading_of_straight_noisy_faces_reaches_the_bound():
-    """Fails when noise is projected wrongly, or an offset is taken for known: the ratio is then far from one."""
+def test_maximum_likelihood_heading_of_straight_faces_attains_the_bound():
+    """Fails with a wrong projection of noise, or known offsets: the ratio is then far from one."""
     rng = np.random.default_rng(1)
     beams, offsets = beams_of(PLACES)
     exact, heading = naive.ranges(0.7, offsets, beams), 0.7
@@ -156,33 +156,33 @@ def test_the_most_likely_heading_of_straight_noisy_faces_reaches_the_bound():
     assert np.mean(np.abs(errors)) / at_bound == pytest.approx(1.0, abs=0.06)
 
 
-# ---- which points count
+# ---- counted points
 
 
-def test_range_noise_does_not_move_a_point_to_another_place():
+def test_range_noise_does_not_change_the_true_position_of_a_point():
     assert bound_of(*scene(PLACES, noise=0.15)) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-4)
 
 
 @pytest.mark.parametrize("dt", [-0.01, 0.01])
-def test_points_are_put_on_the_faces_of_their_own_time(dt):
-    """The ego turns and both drive: after 10 ms the rear would be out of reach of its points otherwise."""
+def test_points_are_assigned_to_faces_at_their_measurement_time(dt):
+    """The ego turns and both move: without motion compensation the points would miss the rear after 10 ms."""
     body = Body(0, 12.0, 5.0, 0.7, speed=30.0)
     moving = scene(PLACES, dt=dt, body=body, ego_motion=(-20.0, 3.0, 1.5))
     frozen = scene(PLACES, body=body)
     assert bound_of(*moving) == pytest.approx(bound_of(*frozen), rel=0.1)
 
 
-def test_only_clean_points_of_the_vehicle_in_its_segment_count():
+def test_only_clean_points_in_the_vehicles_segment_count():
     frame, scan, truth = scene([*PLACES, ("rear", 0.45)])
     cause = truth.cause.copy()
     cause[-1] = Cause.MIRROR
     assert bound_of(frame, scan, replace(truth, cause=cause)) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
-    now = Instant.of(frame, scan, truth, GradingConfig())
-    label, nought = np.array([0] * len(PLACES) + [1]), np.zeros(1, np.int64)
-    assert observed(now, RANGING, label, nought, nought)[0] == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
+    frame_truth = FrameTruth.of(frame, scan, truth, GradingConfig())
+    label, first = np.array([0] * len(PLACES) + [1]), np.zeros(1, np.int64)
+    assert observed(frame_truth, RANGING, label, first, first)[0] == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
 
 
-def test_rounded_corners_and_depths_are_on_no_face():
+def test_points_on_rounded_corners_and_inside_are_on_no_face():
     half = complex(*OUTLINE)
     corner, deep = half - (0.05 + 0.3j), half - (0.3 + 0.6j)
     points = np.array([corner, deep, half.real + 0.1j, half.imag * 1j, -half.real + 0.2j, 1 - half.imag * 1j])
@@ -192,7 +192,7 @@ def test_rounded_corners_and_depths_are_on_no_face():
     assert along[2:].tolist() == pytest.approx([0.1, 0.0, 0.2, 1.0])
 
 
-def test_no_body_is_rounder_than_its_kind():
+def test_corner_radii_of_bodies_are_within_the_limits_by_kind():
     draws = [Draw(seed, actor) for seed in range(10) for actor in range(20)]
     for kind, make in (
         (Kind.CAR, car_proportions.sedan),
@@ -205,19 +205,19 @@ def test_no_body_is_rounder_than_its_kind():
         assert max(make(draw).radius for draw in draws) <= CORNER_RADIUS_M[kind]
 
 
-def test_a_truck_that_is_bent_has_no_bound_and_a_face_seen_from_behind_none():
+def test_bent_trucks_and_faces_seen_from_behind_have_no_bound():
     frame, scan, truth = scene(PLACES)
     actors = replace(frame.actors, articulation=np.array([0.01]))
     assert math.isnan(bound_of(replace(frame, actors=actors), scan, truth))
     assert math.isnan(bound_of(*scene([("front", -0.4), ("front", 0.4)])))
 
 
-def test_without_range_noise_nothing_is_bounded():
+def test_without_range_noise_there_is_no_bound():
     assert math.isnan(bound_of(*scene(PLACES), ranging=None))
     assert math.isnan(bound_of(*scene(PLACES), ranging=replace(RANGING, sigma=np.zeros(2))))
 
 
-def test_the_noise_is_the_scenarios_and_the_mounts_are_the_rigs():
+def test_ranging_takes_the_scenarios_noise_and_the_rigs_mounts():
     rig = load_rig("srx_six_lux", Path())
     ranging = Ranging.of(rig, NoiseConfig(range=RangeNoise(sigma_scale=2.0)))
     assert ranging.sigma.tolist() == [0.05] * 6
@@ -233,7 +233,7 @@ def test_the_noise_is_the_scenarios_and_the_mounts_are_the_rigs():
 
 
 def graded_ratio(turn_deg, ranging=RANGING):
-    frame, scan, truth = scene([*PLACES, *PLACES])  # ten points make a vehicle worth grading
+    frame, scan, truth = scene([*PLACES, *PLACES])  # a graded vehicle has at least ten points
     grader = Grader(GradingConfig(), ranging)
     tracks, _ = Scripted([[]]).step(scan)
     grader.add(frame, scan, truth, tracks, trace_of(frame, truth, turn_deg=(turn_deg,) * len(METHODS)))
@@ -241,7 +241,7 @@ def graded_ratio(turn_deg, ranging=RANGING):
     return metrics["fit.best.bound_ratio"], tables["fits"]
 
 
-def test_the_ratio_is_the_error_over_that_of_a_normal_estimator_at_the_bound():
+def test_ratio_is_the_error_over_that_of_normal_errors_at_the_bound():
     metric, fits = graded_ratio(0.5)
     expected = math.degrees(bound_of(*scene([*PLACES, *PLACES])))
     assert fits["heading_bound_deg"].tolist() == pytest.approx([expected] * len(METHODS))
@@ -253,7 +253,7 @@ def test_the_ratio_is_the_error_over_that_of_a_normal_estimator_at_the_bound():
     assert fits["heading_bound_deg"].isna().all()
 
 
-def test_a_run_of_the_real_sensor_is_above_its_bound_and_not_far():
-    """Fails when the run loop does not tell the grader of the noise."""
+def test_ratio_of_a_real_run_is_plausible():
+    """Fails when the run loop does not pass the noise to the grader."""
     result = short_run.result()
     assert 0.5 < result.metrics["fit.best.bound_ratio"].value < 10.0

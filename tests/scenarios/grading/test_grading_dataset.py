@@ -1,4 +1,4 @@
-"""The summary of what there was to see, counted by hand."""
+"""Data set summary, counted by hand."""
 
 import pytest
 from support.frames import Body, Scripted, grade_run
@@ -11,7 +11,7 @@ SCENE = [
     [],
     [Body(0, 12.0, 4.0, view=View.NONE)],
 ]
-"""Observations: two, one (the other is too far), none, one; an actor of nine points is never one."""
+"""Observations per frame: two, one (the other vehicle is out of range), none, one; nine points are too few."""
 
 
 @pytest.fixture(scope="module")
@@ -20,13 +20,13 @@ def metrics():
 
 
 def test_observations_vehicles_and_frames(metrics):
-    """Fails when ungraded vehicles count, or a frame without traffic does not."""
+    """Fails when ungraded vehicles count, or frames without traffic do not."""
     names = ("vehicles", "observations", "frames", "observations_per_vehicle", "observations_per_frame")
     assert [metrics[f"dataset.{name}"].value for name in names] == [2, 4, 4, 2.0, 1.0]
     assert metrics["dataset.observations"].unit == "count"
 
 
-def test_views_are_counted_and_all_are_shared_out(metrics):
+def test_views_are_counted_with_their_shares(metrics):
     found = {
         view: metrics[f"dataset.{view}.observations"].value for view in ("l_shape", "side", "rear", "front", "none")
     }
@@ -35,7 +35,7 @@ def test_views_are_counted_and_all_are_shared_out(metrics):
     assert metrics["dataset.front.share"].value == 0.0
 
 
-def test_a_run_without_vehicles_has_counts_of_zero_and_no_shares():
+def test_run_without_vehicles_has_zero_counts_and_no_shares():
     metrics = grade_run([[]] * 3, Scripted([[]] * 3))[0]
     assert [metrics[f"dataset.{name}"].value for name in ("vehicles", "observations", "frames")] == [0, 0, 3]
     assert metrics["dataset.rear.share"].value is metrics["dataset.observations_per_vehicle"].value is None

@@ -20,7 +20,7 @@ def grade_trace(scene, trace):
     return grade_run(scene, Scripted([[]] * len(scene)), ego=lambda _: EGO, trace=trace)
 
 
-def test_heading_errors_per_method_modulo_a_quarter_turn():
+def test_heading_errors_by_method_modulo_a_quarter_turn():
     # area 10, closeness -1.9, variance 46 (that is -44), tlinkage 90.5 (that is 0.5), refined like variance.
     scene = [[Body(3, 30.0, -5.0, yaw=2.9)], [Body(3, 31.0, -5.0, yaw=2.9)]]
     metrics, tables, grades = grade_trace(scene, partial(trace_of, turn_deg=(10.0, -1.9, 46.0, 90.5, 46.0)))
@@ -39,7 +39,7 @@ def test_heading_errors_per_method_modulo_a_quarter_turn():
     assert grades[0].box_actor.tolist() == [3]
 
 
-def test_std_of_real_and_of_absolute_error_are_the_papers():
+def test_std_of_signed_and_absolute_errors():
     scene = [[Body(0, 30.0, 0.0)], [Body(0, 30.0, 0.0)]]
     turns = iter([(3.0,) * len(METHODS), (-1.0,) * len(METHODS)])
     metrics, _, _ = grade_trace(scene, lambda frame, truth: trace_of(frame, truth, turn_deg=next(turns)))
@@ -47,7 +47,7 @@ def test_std_of_real_and_of_absolute_error_are_the_papers():
     assert found == pytest.approx([1.0, 2.0, 2.0, 1.0])
 
 
-def test_views_are_kept_apart_and_an_unseen_view_has_no_value():
+def test_views_are_graded_separately_and_missing_views_have_no_value():
     scene = [[Body(0, 30.0, 0.0, view=View.REAR), Body(1, 30.0, 8.0, view=View.L_SHAPE)]]
 
     def trace(frame, truth):
@@ -64,8 +64,8 @@ def test_views_are_kept_apart_and_an_unseen_view_has_no_value():
     assert "side" in metrics["fit.side.best.heading_mean_deg"].reason
 
 
-def test_position_is_that_of_the_nearest_corner_and_overlap_that_of_the_box():
-    # A perfect fit but for 0.3 m along x and 0.4 m along y of the ego.
+def test_position_error_of_the_nearest_corner_and_overlap_of_the_box():
+    # A perfect fit shifted by 0.3 m along x and 0.4 m along y of the ego.
     def trace(frame, truth):
         traced = trace_of(frame, truth)
         moved = traced.candidates.center_ego + np.array([0.3, 0.4])
@@ -78,8 +78,8 @@ def test_position_is_that_of_the_nearest_corner_and_overlap_that_of_the_box():
     assert metrics["fit.best.iou_mean"].value == pytest.approx(shared / (2 * 4.6 * 1.8 - shared))
 
 
-def test_a_vehicle_abreast_does_not_cost_its_length():
-    # Abreast both near corners are equally far: 1 cm decides which is the nearest of the rectangle, which of the box.
+def test_position_error_of_a_vehicle_abreast_does_not_include_its_length():
+    # Abreast, two corners are equally near: 1 cm decides the nearest corner of the rectangle and of the true box.
     def trace(frame, truth):
         traced = trace_of(frame, truth)
         moved = traced.candidates.center_ego - np.array([0.02, 0.0])
@@ -91,7 +91,7 @@ def test_a_vehicle_abreast_does_not_cost_its_length():
 
 
 @pytest.mark.parametrize(("own", "other", "observed"), [(13, 12, 1), (12, 12, 0), (12, 13, 0)])
-def test_an_observation_is_a_segment_mostly_of_one_graded_vehicle(own, other, observed):
+def test_observation_is_a_segment_with_most_points_of_one_graded_vehicle(own, other, observed):
     bodies = [Body(0, 30.0, 0.0, points=own)]
     frame = world_frame(0, bodies)
     scan, truth = observe(frame, bodies, noise=[(NO_ACTOR, Cause.CLEAN)] * other)
@@ -103,8 +103,8 @@ def test_an_observation_is_a_segment_mostly_of_one_graded_vehicle(own, other, ob
     assert (grade.box_actor[0] == 0) == bool(observed)
 
 
-def test_of_a_vehicle_in_two_segments_the_larger_one_is_observed():
-    """Fails when a cut-off piece counts as a second observation, or stands for the vehicle; whichever comes first."""
+def test_only_the_larger_of_two_segments_of_a_vehicle_is_observed():
+    """Fails when a fragment counts as a second observation, or replaces the larger segment, in either order."""
     bodies = [Body(0, 30.0, 0.0, points=20)]
     frame = world_frame(0, bodies)
     scan, truth = observe(frame, bodies)
@@ -117,15 +117,15 @@ def test_of_a_vehicle_in_two_segments_the_larger_one_is_observed():
         assert set(tables["fits"].segment) == {larger}
 
 
-def test_coverage_tells_of_the_observations_that_were_not_fitted():
-    """Fails when a tracker may leave hard vehicles out of its segments unnoticed."""
+def test_coverage_counts_observations_without_a_fit():
+    """Fails when omitting difficult vehicles from the segments has no effect."""
     bodies = [Body(0, 30.0, 0.0), Body(1, 30.0, 8.0)]
     label = [0] * 20 + [-1] * 20
     metrics, _, _ = grade_run([bodies] * 2, Scripted([[]] * 2), trace=lambda f, t: trace_of(f, t, label=label))
     assert (metrics["fit.best.coverage"].value, metrics["fit.best.coverage"].n) == (0.5, 4)
 
 
-def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_among_the_rest():
+def test_method_without_a_rectangle_does_not_count_and_oracle_selects_among_the_others():
     def trace(frame, truth):
         traced = trace_of(frame, truth, turn_deg=(5.0, 3.0, 1.0, 0.0, 2.0), best=3)
         heading, center = traced.candidates.heading.copy(), traced.candidates.center_ego.copy()
@@ -139,12 +139,12 @@ def test_a_method_without_a_rectangle_is_not_charged_and_the_oracle_chooses_amon
 
 
 def turns(order=METHODS, otherwise=5.0, **by_name):
-    """Turns of methods in their order, some by name."""
+    """Rotations of methods in their order, some given by name [deg]."""
     return tuple(by_name.get(name, otherwise) for name in order)
 
 
 def with_baselines(traced, frame, **turn_deg):
-    """The trace with a column for each baseline: the true box turned by so much, nothing where it is not named."""
+    """Add a column for each baseline to the trace: the true box rotated by `turn_deg`, or NaN without one."""
     fitted, count = traced.candidates, traced.segments.count
     turned = frame.actors.pose_world[0, 2] + np.radians(turns(BASELINES, np.nan, **turn_deg))
 
@@ -161,8 +161,8 @@ def with_baselines(traced, frame, **turn_deg):
     return replace(traced, candidates=candidates)
 
 
-def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
-    """Fails when a method's figures land in another's row, or a baseline that cannot be chosen is held against best."""
+def test_enabled_baselines_are_graded_by_name_and_are_never_the_oracle():
+    """Fails when the figures of methods are exchanged, or the regret includes baselines, which are not selectable."""
 
     def trace(frame, truth):
         traced = trace_of(frame, truth, turn_deg=turns(variance=3.0, tlinkage=2.0))
@@ -177,8 +177,8 @@ def test_baselines_are_graded_by_name_where_they_are_on_and_never_the_oracle():
     assert metrics["fit.best.regret_deg"].value == pytest.approx(1.0)
 
 
-def test_regret_is_that_of_the_observations_that_have_a_choice():
-    """Fails when observations without a chosen rectangle are still in the oracle's mean."""
+def test_regret_counts_observations_with_a_selected_rectangle_only():
+    """Fails when observations without a selected rectangle enter the oracle's mean."""
     frames = iter([turns(otherwise=8.0), turns(variance=np.nan, tlinkage=2.0)])  # variance is the one selected
 
     def trace(frame, truth):
@@ -193,7 +193,7 @@ def test_regret_is_that_of_the_observations_that_have_a_choice():
     assert (metrics["fit.best.regret_deg"].value, metrics["fit.best.regret_deg"].n) == (pytest.approx(0.0, abs=1e-9), 1)
 
 
-def test_without_a_trace_every_stage_metric_says_so():
+def test_without_a_trace_every_stage_metric_has_this_reason():
     metrics, tables, grades = grade_run([[Body(0, 10.0, 0.0)]], Scripted([[]]))
     stages = [name for name in GRADED if name.startswith(("fit.", "segmentation.", "outliers."))]
     assert {metrics[name].reason for name in stages} == {"the tracker gives no trace of its stages"}
@@ -201,7 +201,7 @@ def test_without_a_trace_every_stage_metric_says_so():
     assert grades[0].box_actor.shape == (0,)
 
 
-def test_a_turn_about_the_centre_moves_the_corner_by_the_chord():
+def test_rotation_about_the_centre_moves_the_corner_by_the_chord():
     metrics, _, _ = grade_trace([[Body(0, 30.0, 0.0)]], partial(trace_of, turn_deg=(6.0,) * len(METHODS)))
     chord = math.hypot(4.6, 1.8) * math.sin(math.radians(3.0))
     assert metrics["fit.area.position_abs_mean_m"].value == pytest.approx(chord)

@@ -21,8 +21,8 @@ def run(scene, ego=None, **changes):
     return grade_run(scene, Scripted(script), **({"ego": ego} if ego else {}))[0]
 
 
-def test_errors_of_each_model_and_of_the_chosen_one_are_along_the_egos_axes():
-    # The ego of world and odometry looks along world y: ego x is world y, ego y is minus world x.
+def test_errors_of_each_model_and_of_the_selection_are_in_ego_axes():
+    # The ego heads along y of world and odometry: ego x is world y, ego y is minus world x.
     def ego(_):
         return (0.0, 0.0, math.pi / 2), (0.0, 0.0, math.pi / 2)
 
@@ -41,13 +41,13 @@ def test_errors_of_each_model_and_of_the_chosen_one_are_along_the_egos_axes():
 
 @pytest.mark.parametrize("quarters", [0, 1, 2, 3])
 @pytest.mark.parametrize("corner", [(1, 1), (-1, 1), (1, -1)])
-def test_the_tracked_corner_is_found_on_the_truth_whatever_side_is_called_the_front(quarters, corner):
-    # The track has the true rectangle, but calls another side the front; its corners are exact all the same.
+def test_tracked_corner_is_matched_for_any_side_taken_as_front(quarters, corner):
+    # The track has the true rectangle with another side as front; its corners are exact.
     size = (1.8, 4.6) if quarters % 2 else (4.6, 1.8)
     heading = 0.6 + quarters * math.pi / 2 + 0.1
     scene = one_car()
     metrics = run(scene, heading=heading, size=size, corner=corner)
-    # What is left is the 0.1 rad of heading: the corner swings by the half diagonal times it.
+    # The remaining error is the 0.1 rad of heading: the corner moves by the chord.
     swing = math.hypot(4.6, 1.8) * math.sin(0.05)
     errors = [metrics[f"mma.mma.moving_target.{axis}_abs_mean_m"].value for axis in "xy"]
     assert math.hypot(*errors) == pytest.approx(swing)
@@ -68,7 +68,7 @@ def test_mode_accuracy_and_stationary_targets():
     assert metrics["mma.mma.moving_target.x_abs_mean_m"].value is None
 
 
-def test_the_band_is_that_of_the_textbook():
+def test_chi_square_band_equals_the_textbooks():
     # Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2: two-sided 95 % region of chi-square with 2 dof.
     assert band(0.95) == pytest.approx((0.0506, 7.378), abs=1e-3)
 
@@ -81,15 +81,15 @@ def test_nees_in_band(error_m, inside):
     assert grade_run(scene, Scripted(script))[0]["mma.nees_in_band"].value == inside
 
 
-def test_nees_weighs_each_axis_and_an_impossible_covariance_is_out_of_band():
+def test_nees_of_a_correlated_and_of_an_invalid_covariance():
     covariance = np.array([[[4.0, 1.0], [1.0, 2.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]])
     error = np.array([[1.0, 2.0]] * 3)
     expected = error[0] @ np.linalg.inv(covariance[0]) @ error[0]
     np.testing.assert_allclose(mahalanobis_squared(error, covariance), [expected, np.inf, np.inf])
 
 
-def test_confusion_rates_and_standing_against_moving():
-    """Of four standing frames one is called cv; of four accelerating ones two are, and one is said to stand."""
+def test_confusion_rates_and_stationary_accuracy():
+    """Of four standing frames one is selected as cv; of four accelerating ones two are cv and one is stationary."""
     modes = [Mode.STATIONARY] * 4 + [Mode.ACCELERATING] * 4
     scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in modes]
     script = [[follow(body, model=m)] for (body,), m in zip(scene, [0, 0, 0, 1, 1, 1, 0, 2], strict=True)]
@@ -102,11 +102,11 @@ def test_confusion_rates_and_standing_against_moving():
     assert metrics["mma.stationary_accuracy"].value == 6 / 8
 
 
-def test_the_gain_is_over_the_best_model_alone():
-    """Fails when it is over the mean of the models, or over one axis: cv is best by distance, ca on the x axis."""
-    alone = [complex(3, 4), complex(0.3, 0.4), complex(0.2, 0.6)]
+def test_gain_is_relative_to_the_best_single_model():
+    """Fails when it is relative to the mean of the models, or by one axis: cv is best by distance, ca on the x axis."""
+    single = [complex(3, 4), complex(0.3, 0.4), complex(0.2, 0.6)]
     chosen = complex(0.24, 0.32)
-    offsets = tuple(error - chosen for error in alone)
+    offsets = tuple(error - chosen for error in single)
     scene = one_car()
     script = [[follow(b, x=b.x + chosen.real, y=b.y + chosen.imag, model_offset=offsets)] for (b,) in scene]
     metrics = grade_run(scene, Scripted(script))[0]
@@ -114,8 +114,8 @@ def test_the_gain_is_over_the_best_model_alone():
     assert metrics["mma.gain.stationary_target"].value is None
 
 
-class Telling(Scripted):
-    """A scripted tracker whose models tell what they believe: 1 cm^2, 4 cm^2, 9 cm^2, and an NIS of 1, 2, nothing."""
+class WithModelCovariances(Scripted):
+    """Scripted tracker that reports the variances of its models, 1, 4 and 9 cm^2, and their NIS, 1, 2 and NaN."""
 
     def step(self, scan):
         tracks, trace = super().step(scan)
@@ -126,11 +126,11 @@ class Telling(Scripted):
         ), trace  # fmt: skip
 
 
-def test_each_model_is_held_against_its_own_covariance_while_it_is_the_true_mode():
-    """Fails when a model's error is judged by the covariance, or in the frames, of another."""
+def test_each_model_is_graded_with_its_own_covariance_while_it_is_the_true_mode():
+    """Fails when a model's error is graded with the covariance, or in the frames, of another model."""
     scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in (Mode.STATIONARY, Mode.CONSTANT_VELOCITY, Mode.ACCELERATING)]
     script = [[follow(body, model_offset=(0.01j, 0.06 + 0j, 0.03 + 0.03j))] for (body,) in scene]
-    metrics, tables, _ = grade_run(scene, Telling(script))
+    metrics, tables, _ = grade_run(scene, WithModelCovariances(script))
     np.testing.assert_allclose(tables["tracks"][[f"{m}_nees" for m in MODELS]], [[1.0, 9.0, 2.0]] * 3)
     means = [metrics[f"mma.{model}.nees_mean"].value for model in MODELS]
     assert means == pytest.approx([1.0, 9.0, 2.0])
@@ -140,15 +140,15 @@ def test_each_model_is_held_against_its_own_covariance_while_it_is_the_true_mode
     assert metrics["mma.cv.nis_in_band"].value == 1.0
 
 
-def test_a_tracker_that_does_not_tell_its_models_covariance_is_not_charged():
+def test_tracker_without_model_covariances_has_no_model_consistency():
     metrics = run(one_car())
     assert metrics["mma.cv.nees_in_band"].value is metrics["mma.cv.nis_mean"].value is None
-    assert metrics["mma.cv.nees_in_band"].reason == "the tracker does not tell the nees of its models"
+    assert metrics["mma.cv.nees_in_band"].reason == "the tracker does not report the nees of its models"
     assert metrics["mma.ca.nees_in_band"].reason.endswith("in the mode ca")
 
 
-def test_the_mean_of_nees_leaves_out_what_is_not_finite():
-    """Fails when one impossible covariance makes the mean infinite, or does not count against the band."""
+def test_mean_nees_excludes_infinite_values():
+    """Fails when one invalid covariance makes the mean infinite, or counts as inside the band."""
     scene = one_car(frames=4)
     variances = [0.01, 0.01, 0.01, 0.0]
     script = [[follow(b, x=b.x + 0.2, position_variance=v)] for (b,), v in zip(scene, variances, strict=True)]
@@ -158,7 +158,7 @@ def test_the_mean_of_nees_leaves_out_what_is_not_finite():
 
 
 class Elongated(Scripted):
-    """A scripted tracker sure of odometry y and unsure of odometry x."""
+    """Scripted tracker with a small variance along odometry y and a large one along odometry x."""
 
     def step(self, scan):
         tracks, trace = super().step(scan)
@@ -166,7 +166,7 @@ class Elongated(Scripted):
         return tracks, trace
 
 
-def test_nees_is_taken_in_the_odometry_frame_where_the_covariance_lives():
+def test_nees_is_computed_in_the_odometry_frame_of_the_covariance():
     # 0.5 m off along odometry x, a variance of 0.25 m^2 there; the ego is turned by 90 degrees.
     scene = one_car()
     turned = ((0.0, 0.0, math.pi / 2), (0.0, 0.0, math.pi / 2))
@@ -175,12 +175,12 @@ def test_nees_is_taken_in_the_odometry_frame_where_the_covariance_lives():
     np.testing.assert_allclose(tables["tracks"].nees, 1.0)
 
 
-def test_the_truth_s_modes_are_named_as_the_models_are():
+def test_true_modes_have_the_names_of_the_models():
     scene = [[Body(0, 12.0, 4.0, mode=mode)] for mode in Mode]
     _, tables, _ = grade_run(scene, Scripted([[follow(body)] for (body,) in scene]))
     assert list(tables["truth"]["mode"]) == list(tables["tracks"]["true_mode"]) == list(MODELS)
-    nobody = grade_run(scene, Scripted([[follow(body, x=40.0)] for (body,) in scene]))[1]["tracks"]
-    assert nobody["true_mode"].isna().all()
+    unmatched = grade_run(scene, Scripted([[follow(body, x=40.0)] for (body,) in scene]))[1]["tracks"]
+    assert unmatched["true_mode"].isna().all()
 
 
 def judged(frame, true, model, actor=0):
@@ -194,20 +194,20 @@ def judged(frame, true, model, actor=0):
     )
 
 
-def test_switch_latency_runs_from_the_true_change_to_the_selection():
+def test_switch_latency_from_the_true_change_to_the_selection():
     rows = judged(range(8), true=[1, 1, 0, 0, 0, 2, 2, 2], model=[1, 1, 1, 1, 0, 2, 2, 2])
     assert switch_latencies(rows).tolist() == [2.0, 0.0]
 
 
-def test_a_change_never_followed_is_infinite_and_one_out_of_sight_is_none():
+def test_latency_without_selection_is_infinite_and_unobserved_changes_do_not_count():
     never = judged(range(5), true=[1, 1, 0, 0, 1], model=[1] * 5)
     assert switch_latencies(never).tolist() == [np.inf, 0.0]
     unseen = judged([0, 1, 7, 8], true=[1, 1, 0, 0], model=[1] * 4)
     assert switch_latencies(unseen).tolist() == []
 
 
-def test_median_latency_and_its_absence():
-    # Stands for 24 frames, then is said to accelerate: the model `ca`.
+def test_median_latency_and_missing_latency():
+    # Stationary for 24 frames, then accelerating: the model `ca`.
     scene = [[Body(0, 12.0, 4.0, mode=Mode.ACCELERATING if i >= 24 else Mode.STATIONARY)] for i in range(50)]
 
     def latency(model):
@@ -217,6 +217,6 @@ def test_median_latency_and_its_absence():
     followed = latency(lambda i: 0 if i < 28 else 2)
     assert (followed.value, followed.n) == (4.0, 1)
     assert latency(lambda _: 0).value is None
-    assert "never followed" in latency(lambda _: 0).reason
+    assert "never selected" in latency(lambda _: 0).reason
     standing = run(one_car(speed=0.0))["mma.switch_latency_frames"]
     assert (standing.value, standing.n) == (None, 0)

@@ -16,7 +16,7 @@ def survival(visible, track_ids, config=None, points=None, name="occlusion_survi
     return metric.value, metric.n
 
 
-def test_the_same_id_after_the_gap_survived_and_another_did_not():
+def test_same_id_after_the_gap_survives_and_another_id_does_not():
     visible = [1] * 5 + [0] * 10 + [1] * 5
     assert survival(visible, [4] * 20) == (1.0, 1)
     assert survival(visible, [4] * 5 + [None] * 10 + [4] * 5) == (1.0, 1)
@@ -24,7 +24,7 @@ def test_the_same_id_after_the_gap_survived_and_another_did_not():
     assert survival(visible, [4] * 5 + [None] * 15) == (0.0, 1)
 
 
-def test_the_first_track_after_the_gap_decides_even_if_it_comes_late():
+def test_first_track_after_the_gap_decides_even_if_late():
     visible = [1] * 5 + [0] * 10 + [1] * 10
     assert survival(visible, [4] * 5 + [None] * 13 + [4] * 7) == (1.0, 1)
     assert survival(visible, [4] * 5 + [None] * 13 + [9] * 2 + [4] * 5) == (0.0, 1)
@@ -36,23 +36,23 @@ def test_two_occlusions_count_as_two():
 
 
 @pytest.mark.parametrize(("hidden_frames", "episodes"), [(36, 1), (37, 0)])
-def test_only_what_comes_back_within_the_memory_counts(hidden_frames, episodes):
-    # 37 steps of 0.08 s are 2.96 s from last to first sight, 38 are 3.04 s.
+def test_only_occlusions_within_the_memory_count(hidden_frames, episodes):
+    # 37 steps of 0.08 s are 2.96 s between graded frames, 38 are 3.04 s.
     assert DT == 0.08
     visible = [1] * 3 + [0] * hidden_frames + [1] * 3
     assert survival(visible, [4] * len(visible))[1] == episodes
 
 
-def test_a_gap_without_occlusion_is_none():
+def test_gap_without_occlusion_does_not_count():
     points = [20] * 3 + [8] * 3 + [20] * 3
     assert survival([1] * 9, [4] * 9, points=points) == (None, 0)
     assert survival([1] * 3 + [0.3] * 3 + [1] * 3, [4] * 9, points=points) == (None, 0)
     assert survival([1] * 3 + [0.1] * 3 + [1] * 3, [4] * 9, points=points) == (1.0, 1)
-    # In the rig's blind spot even a lone car meets no beam.
+    # In the rig's blind spot, a car has no hits even without occluders.
     assert survival([1] * 3 + [0] * 3 + [1] * 3, [4] * 9, alone=0) == (None, 0)
 
 
-def test_what_was_never_followed_or_never_graded_cannot_survive():
+def test_vehicle_never_followed_or_never_graded_does_not_count():
     visible = [1] * 3 + [0] * 3 + [1] * 3
     assert survival(visible, [None] * 6 + [4] * 3) == (None, 0)
     assert survival(visible, [4] * 9, kind=Kind.PEDESTRIAN) == (None, 0)
@@ -68,14 +68,14 @@ def test_memory_and_hidden_fraction_are_config():
 
 @pytest.mark.parametrize(("hidden_frames", "episodes"), [(24, 1), (25, 0)])
 def test_short_occlusions_are_those_of_two_seconds(hidden_frames, episodes):
-    # 25 steps of 0.08 s are 2.00 s from last to first sight, 26 are 2.08 s.
+    # 25 steps of 0.08 s are 2.00 s between graded frames, 26 are 2.08 s.
     visible = [1] * 3 + [0] * hidden_frames + [1] * 3
     assert survival(visible, [4] * len(visible), name="hidden_2s_survival")[1] == episodes
     assert survival(visible, [4] * len(visible))[1] == 1
 
 
-def test_short_occlusions_have_a_survival_of_their_own():
-    # Hidden for a second, the id is kept; for two and a half, it is not.
+def test_short_occlusions_have_a_separate_survival_rate():
+    # The id survives an occlusion of one second, and not one of two and a half seconds.
     visible = [1] * 3 + [0] * 12 + [1] * 3 + [0] * 31 + [1] * 3
     tracks = [4] * 18 + [None] * 31 + [9] * 3
     assert survival(visible, tracks, name="hidden_2s_survival") == (1.0, 1)
@@ -84,8 +84,8 @@ def test_short_occlusions_have_a_survival_of_their_own():
     assert (metric.value, metric.reason) == (None, "no followed vehicle was hidden and came back within 2 s")
 
 
-def test_how_soon_it_is_followed_again_and_how_far_off():
-    # Back in frame 15, followed from frame 18 on, 3 frames of 0.08 s later, by a track 0.5 m ahead.
+def test_time_and_error_of_reacquisition():
+    # Graded again in frame 15 and followed from frame 18 on, 3 frames of 0.08 s later, by a track 0.5 m ahead.
     hidden, lost = range(5, 15), range(5, 18)
     scene = [[Body(0, 12.0, 4.0, visible=float(i not in hidden), points=20 * (i not in hidden))] for i in range(25)]
     ahead = [0.5 if i >= lost.stop else 0.0 for i in range(25)]

@@ -1,4 +1,4 @@
-"""Segmentation and outlier removal against truth planted by hand."""
+"""Metrics of segmentation and outlier removal on scenes made by hand."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from support.frames import Body, Scripted, observe, trace_of, world_frame
 
 from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.ownership import NOBODY, Ownership, point_rows
+from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
 from sensor_model.truth import NO_ACTOR, Cause
 from sim.world import Kind
 from tracker.records import Segments
@@ -43,13 +43,13 @@ def grade_one(bodies, label, noise=(), line=None):
     ids=["exact", "a fifth split off", "less split off", "merged", "a quarter stolen", "a sixth stolen",
          "one lost", "one halved", "all lost"],
 )  # fmt: skip
-def test_rates_of_segmentation(label, over, under, missed):
+def test_segmentation_rates(label, over, under, missed):
     metrics, _ = grade_one(CARS, label)
     found = [metrics[f"segmentation.{name}_rate"].value for name in ("over", "under", "missed")]
     assert found == [over, under, missed]
 
 
-def test_a_wall_in_a_vehicles_segment_is_under_segmentation():
+def test_wall_in_a_vehicles_segment_is_under_segmentation():
     metrics, tables = grade_one([CARS[0]], [0] * 30, noise=[(NO_ACTOR, Cause.CLEAN)] * 10)
     assert metrics["segmentation.under_rate"].value == 1.0
     assert tables["segments"].second_share.tolist() == pytest.approx([1 / 3])
@@ -63,7 +63,7 @@ def test_segments_of_ungraded_actors_are_not_counted():
 
 
 def test_precision_and_recall_per_cause():
-    # On car 0: 20 clean points of which 2 are removed, 4 mirror points of which 3 are, 5 overlap points, none is.
+    # On car 0: 2 of 20 clean points are removed, 3 of 4 mirror points, and 0 of 5 overlap points.
     noise = [(0, Cause.MIRROR)] * 4 + [(0, Cause.LAYER_OVERLAP)] * 5
     line = [-1] * 2 + [0] * 18 + [-1] * 3 + [1] + [0] * 5
     metrics, _ = grade_one([CARS[0]], [0] * 29, noise, line)
@@ -75,8 +75,8 @@ def test_precision_and_recall_per_cause():
     assert "ghost" in metrics["outliers.ghost.precision"].reason
 
 
-def test_ghosts_count_and_a_neighbours_points_do_not():
-    # Segment 0: car 0, a quarter of car 1 (all removed), two ghosts of which one is removed.
+def test_ghosts_count_and_points_of_a_neighbour_do_not():
+    # Segment 0: car 0, a quarter of car 1 (all removed), and two ghosts (one removed).
     noise = [(NO_ACTOR, Cause.GHOST)] * 2
     label = [0] * 20 + [0] * 5 + [1] * 15 + [0, 0]
     line = [0] * 20 + [-1] * 5 + [0] * 15 + [-1, 0]
@@ -85,7 +85,7 @@ def test_ghosts_count_and_a_neighbours_points_do_not():
     assert metrics["outliers.ghost.precision"].value == 1.0
 
 
-def test_precision_is_measured_where_the_cause_is():
+def test_precision_is_limited_to_segments_with_the_cause():
     # Car 0 has two mirror points, both removed, and loses one clean point; car 1 has none and loses five.
     label = [0] * 20 + [1] * 20 + [0, 0]
     line = [-1] + [0] * 19 + [-1] * 5 + [0] * 15 + [-1, -1]
@@ -94,7 +94,7 @@ def test_precision_is_measured_where_the_cause_is():
     assert metrics["outliers.mirror.recall"].value == 1.0
 
 
-def test_points_that_no_vehicle_owns_are_not_judged():
+def test_points_outside_of_vehicles_segments_do_not_count():
     metrics, tables = grade_one(CARS, [-1] * 44, [(0, Cause.MIRROR)] * 4, [-1] * 44)
     assert metrics["outliers.mirror.recall"].value is None
     assert tables["outliers"].points.sum() == 0
@@ -105,7 +105,7 @@ def test_points_that_no_vehicle_owns_are_not_judged():
     st.lists(st.booleans(), min_size=3, max_size=3),
 )
 @settings(deadline=None)
-def test_ownership_counts_as_a_loop_does(points, graded):
+def test_ownership_equals_a_loop(points, graded):
     actor_id = np.array([2, 5, 9])
     actor = np.array([a for a, _ in points], dtype=np.int64)
     label = np.array([s for _, s in points], dtype=np.int64)
@@ -114,4 +114,4 @@ def test_ownership_counts_as_a_loop_does(points, graded):
     np.testing.assert_array_equal(owned.counts, expected)
     for s in range(4):
         owners = [a for a in range(3) if graded[a] and expected[a, s] > 0.5 * expected[:, s].sum()]
-        assert owned.owner[s] == (owners[0] if owners else NOBODY)
+        assert owned.owner[s] == (owners[0] if owners else NO_ACTOR_ROW)

@@ -1,4 +1,4 @@
-"""Trackers with one known fault each must land where the fault puts them, and nowhere else."""
+"""Metrics of stub trackers with one known fault each: only the expected metrics change, by the expected amount."""
 
 import pytest
 from support.frames import Body, drive, grade_run
@@ -10,7 +10,7 @@ HIDDEN = range(20, 30)
 
 
 def scene():
-    """Three cars at 10 m/s past a standing ego, one of them hidden for ten frames, and a parked one."""
+    """Three cars pass a standing ego at 10 m/s, one of them hidden for ten frames; a fourth is parked."""
     cars = []
     for i in range(FRAMES):
         seen = i not in HIDDEN
@@ -42,9 +42,9 @@ def test_perfect(perfect):
     assert perfect["mma.mma.moving_target.x_abs_mean_m"] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_one_frame_late_is_off_by_what_a_car_drives_in_a_frame():
+def test_one_frame_late_has_the_error_of_one_frame_of_motion():
     late = graded(OneFrameLate)
-    # 0.8 m of 4.6 m: an overlap of 3.8 / 5.4 = 0.70, good for 14 of HOTA's 19 thresholds.
+    # 0.8 m of 4.6 m: an overlap of 3.8 / 5.4 = 0.70, which reaches 14 of HOTA's 19 thresholds.
     assert late["track.hota"] == pytest.approx(14 / 19, abs=0.12)
     assert late["track.hota"] < 0.9
     assert late["track.mota"] == 1.0
@@ -53,10 +53,10 @@ def test_one_frame_late_is_off_by_what_a_car_drives_in_a_frame():
     assert late["track.id_switches"] == 0
 
 
-def test_swapped_ids_cost_identity_and_not_detection(perfect):
+def test_swapped_ids_lower_identity_and_not_detection(perfect):
     swapped = graded(IdSwapping, pair=(0, 1), at=FRAMES // 2)
     assert swapped["track.id_switches"] == 2
-    # Two cars of 50 frames keep their id for half of them, the 90 frames of the others are right.
+    # Two cars of 50 frames keep their id for half of them; the 90 frames of the others are correct.
     assert swapped["track.idf1"] == pytest.approx((50 + 90) / 190)
     assert swapped["track.deta"] == pytest.approx(1.0)
     assert swapped["track.assa"] == pytest.approx((100 / 3 + 90) / 190)
@@ -64,7 +64,7 @@ def test_swapped_ids_cost_identity_and_not_detection(perfect):
 
 
 @pytest.mark.parametrize(("bias_deg", "flips"), [(5.0, 0.0), (-20.0, 0.0), (180.0, 1.0)])
-def test_biased_yaw_shows_in_the_heading(bias_deg, flips):
+def test_biased_yaw_changes_the_heading_error(bias_deg, flips):
     biased = graded(BiasedYaw, bias_deg=bias_deg)
     assert biased["track.heading_abs_mean_deg"] == pytest.approx(abs(bias_deg))
     assert biased["track.heading_flip_rate"] == flips
@@ -72,7 +72,7 @@ def test_biased_yaw_shows_in_the_heading(bias_deg, flips):
     assert (biased["track.hota"] > 0.99) == (bias_deg == 180.0)
 
 
-def test_ghosts_cost_precision_only():
+def test_false_tracks_lower_precision_only():
     ghost = graded(GhostMaking)
     assert ghost["track.false"] == FRAMES
     assert ghost["track.missed"] == 0
@@ -80,7 +80,7 @@ def test_ghosts_cost_precision_only():
     assert ghost["track.mota"] == pytest.approx((190 - 50) / 190)
 
 
-def test_a_forgetful_tracker_loses_its_ids_behind_an_occluder():
+def test_forgetful_tracker_loses_ids_behind_an_occluder():
     forgetful = graded(Forgetful)
     assert forgetful["track.occlusion_survival"] == 0.0
     assert forgetful["track.id_switches"] == 1

@@ -1,4 +1,4 @@
-"""HOTA, CLEAR and Identity by real trackeval on cases small enough to compute by hand."""
+"""Tracking metrics with trackeval, on cases computed by hand."""
 
 import math
 
@@ -11,7 +11,7 @@ from support.frames import Body, Estimate, Scripted, drive, follow, grade_run
 from support.stub_trackers import Perfect
 
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import Pairer
+from scenarios.grading.matching import TrackMatcher
 from scenarios.grading.metric_names import GRADED
 from scenarios.grading.plane_geometry import iou_table
 from sim.world import Kind
@@ -37,7 +37,7 @@ def run(scene, script, **options):
     return grade_run(scene, Scripted(script), **options)[0]
 
 
-def test_a_perfect_tracker_scores_one_and_makes_no_mistake():
+def test_perfect_tracker_has_scores_of_one_and_no_errors():
     metrics = run(TWO_CARS, [[follow(body) for body in bodies] for bodies in TWO_CARS])
     scores = values(metrics, "hota", "deta", "assa", "loca", "mota", "idf1")
     assert scores == pytest.approx([1.0] * 6)
@@ -49,7 +49,7 @@ def test_a_perfect_tracker_scores_one_and_makes_no_mistake():
 def test_ids_swapped_once_half_way():
     script = [[follow(a, 0 if i < 5 else 1), follow(b, 1 if i < 5 else 0)] for i, (a, b) in enumerate(TWO_CARS)]
     metrics = run(TWO_CARS, script)
-    # Every hit's association is 5 / (10 + 10 - 5) = 1/3, detection is perfect (Luiten 2021, equations 1 to 3).
+    # The association of every hit is 5 / (10 + 10 - 5) = 1/3, detection is perfect (Luiten 2021, equations 1 to 3).
     assert values(metrics, "hota", "assa") == pytest.approx([math.sqrt(1 / 3), 1 / 3])
     # Two switches in 20; of 20 vehicle frames, 10 keep their identity.
     assert values(metrics, "mota", "idf1", "id_switches") == pytest.approx([18 / 20, 0.5, 2])
@@ -71,14 +71,14 @@ def test_one_missed_frame():
     assert values(metrics, "missed", "fragments", "id_switches") == [1, 1, 0]
 
 
-def test_a_doubled_track_is_false():
+def test_duplicate_track_is_false():
     script = [[follow(body), follow(body, track_id=9)] for (body,) in ONE_CAR]
     metrics = run(ONE_CAR, script)
     assert values(metrics, "false", "missed", "id_switches") == [FRAMES, 0, 0]
 
 
 @pytest.mark.parametrize(
-    "stranger",
+    "ungraded",
     [
         Body(5, 0.0, 15.0, kind=Kind.PEDESTRIAN, size=(0.5, 0.5, 1.7)),
         Body(5, 0.0, 15.0, points=9),
@@ -87,23 +87,23 @@ def test_a_doubled_track_is_false():
     ids=["pedestrian", "nine points", "51 m away"],
 )
 @pytest.mark.parametrize("offset_m", [0.0, 0.45], ids=["on it", "touching it"])
-def test_a_track_on_an_ungraded_actor_is_neither_right_nor_wrong(stranger, offset_m):
-    scene = [[*bodies, stranger] for bodies in ONE_CAR]
-    script = [[follow(body), follow(stranger, y=stranger.y + offset_m)] for (body,) in ONE_CAR]
+def test_track_on_an_ungraded_actor_does_not_count(ungraded, offset_m):
+    scene = [[*bodies, ungraded] for bodies in ONE_CAR]
+    script = [[follow(body), follow(ungraded, y=ungraded.y + offset_m)] for (body,) in ONE_CAR]
     metrics, tables, grades = grade_run(scene, Scripted(script))
     assert values(metrics, "hota", "false", "missed") == pytest.approx([1.0, 0, 0])
     assert (tables["tracks"].query("track_id == 5").verdict == "ungraded").all()
     assert grades[0].graded.tolist() == [True, False]
 
 
-def test_nine_points_are_too_few_and_fifty_metres_near_enough():
+def test_graded_vehicles_have_ten_points_and_are_within_fifty_metres():
     bodies = [Body(0, 50.0, 0.0), Body(1, 50.01, 10.0), Body(2, 5.0, 5.0, points=10), Body(3, 5.0, -5.0, points=9)]
     _, _, grades = grade_run([bodies], Scripted([[]]))
     assert grades[0].graded.tolist() == [True, False, True, False]
     assert grades[0].points.tolist() == [20, 20, 10, 9]
 
 
-def test_a_track_on_nothing_is_false_within_the_graded_range_only():
+def test_unmatched_track_is_false_within_the_graded_range_only():
     script = [[follow(body), Estimate(7, 0.0, 49.0), Estimate(8, 0.0, 51.0)] for (body,) in ONE_CAR]
     metrics, tables, _ = grade_run(ONE_CAR, Scripted(script))
     assert values(metrics, "false") == [FRAMES]
@@ -118,8 +118,8 @@ def test_only_confirmed_tracks_are_reported():
     assert found == [0, FRAMES, FRAMES, FRAMES]
 
 
-def test_an_old_pair_holds_while_it_overlaps_though_another_track_fits_better():
-    # From frame 5 a second track fits exactly, the first one only by 3.6 / 5.6.
+def test_pair_is_kept_while_it_overlaps_although_another_track_fits_better():
+    # From frame 5 on, a second track fits exactly, the first one only by 3.6 / 5.6.
     def estimates(i, body):
         first = follow(body, x=body.x + (1.0 if i >= 5 else 0.0))
         return [first, follow(body, track_id=1)] if i >= 5 else [first]
@@ -130,28 +130,28 @@ def test_an_old_pair_holds_while_it_overlaps_though_another_track_fits_better():
 
 
 @pytest.mark.parametrize(("offset_m", "actor"), [(3.7, 0), (3.8, -1)])
-def test_a_track_follows_from_a_tenth_of_overlap_on(offset_m, actor):
-    # 0.9 / 8.3 m of length in common are 0.108, 0.8 / 8.4 are 0.095.
+def test_track_follows_an_actor_with_at_least_a_tenth_of_overlap(offset_m, actor):
+    # Overlaps of 0.9 m / 8.3 m = 0.108 and 0.8 m / 8.4 m = 0.095.
     _, tables, grades = grade_run(ONE_CAR, Scripted([[follow(body, x=body.x + offset_m)] for (body,) in ONE_CAR]))
     assert grades[-1].track_actor.tolist() == [actor]
     assert set(tables["tracks"].verdict) == {"graded" if actor == 0 else "false"}
 
 
-def test_nothing_graded_and_nothing_reported_is_none_with_a_reason():
+def test_metrics_without_vehicles_and_tracks_are_none_with_a_reason():
     metrics, tables, _ = grade_run([], Scripted([]))
     assert metrics.keys() == GRADED.keys()
     assert all(metric.value is None and metric.reason and metric.n == 0 for metric in metrics.values())
     assert all(len(table) == 0 and "frame" in table for table in tables.values())
 
 
-def test_a_tracker_that_reports_nothing_scores_zero():
+def test_tracker_without_reported_tracks_has_scores_of_zero():
     metrics = run(TWO_CARS, [[] for _ in TWO_CARS])
     assert values(metrics, "hota", "mota", "idf1", "missed") == [0, 0, 0, 2 * FRAMES]
     assert metrics["track.false"].value is None
     assert "no track" in metrics["track.false"].reason
 
 
-def test_heading_is_judged_modulo_a_full_turn_on_moving_vehicles():
+def test_heading_error_is_modulo_a_full_turn_on_moving_vehicles():
     scene = [[car(0, i, 5.0), Body(1, 0.0, -5.0)] for i in range(FRAMES)]
     script = [[follow(a, heading=math.radians(170.0)), follow(b, heading=math.pi)] for a, b in scene]
     metrics, _, grades = grade_run(scene, Scripted(script))
@@ -162,7 +162,7 @@ def test_heading_is_judged_modulo_a_full_turn_on_moving_vehicles():
 
 @given(st.integers(0, 4), st.integers(0, 4), st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=30)
-def test_pairs_are_the_best_there_are(actors, tracks, seed):
+def test_matching_is_optimal(actors, tracks, seed):
     rng = np.random.default_rng(seed)
 
     def boxes(n):
@@ -171,16 +171,16 @@ def test_pairs_are_the_best_there_are(actors, tracks, seed):
     truth, seen = boxes(actors), boxes(tracks)
     config = GradingConfig()
     graded, table = np.ones(actors, bool), iou_table(truth, seen)
-    pairing = Pairer(config).pair(np.arange(actors), table, graded, np.arange(tracks), seen)
+    matching = TrackMatcher(config).match(np.arange(actors), table, graded, np.arange(tracks), seen)
     overlap = np.array([[naive.iou(a, b) for b in seen] for a in truth]).reshape(actors, tracks)
     score = np.where(overlap >= config.match_iou_min, overlap, 0.0)
     expected = sum(score[row, column] for row, column in naive.best_pairing(score))
-    pairs = [(row, column) for column, row in enumerate(pairing.actor_row) if row >= 0]
+    pairs = [(row, column) for column, row in enumerate(matching.actor_row) if row >= 0]
     assert sum(score[row, column] for row, column in pairs) == pytest.approx(expected, abs=1e-6)
     assert all(overlap[pair] >= config.match_iou_min - 1e-6 for pair in pairs)
 
 
-def test_odometry_drift_and_ego_motion_are_not_charged_to_the_tracker():
+def test_odometry_drift_and_ego_motion_do_not_count_as_tracker_errors():
     scene = [[car(0, i, 5.0), Body(1, 12.0, -5.0, 2.0, 3.0)] for i in range(FRAMES)]
 
     def ego(i):

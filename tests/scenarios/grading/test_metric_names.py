@@ -9,8 +9,8 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.metric_names import METRICS, Definition, register
 from scenarios.grading.metric_sheet import MetricSheet
 
-# The names that scenario files, reports and CI rely on; a change here breaks users.
-PROMISED = [
+# Names that users' scenario files, reports and CI depend on.
+STABLE_NAMES = [
     "fit.area.heading_abs_mean_deg",
     "fit.tlinkage.within_1deg",
     "fit.oracle.within_5deg",
@@ -38,8 +38,8 @@ PROMISED = [
 ]
 
 
-@pytest.mark.parametrize("name", PROMISED)
-def test_promised_names_are_metrics(name):
+@pytest.mark.parametrize("name", STABLE_NAMES)
+def test_stable_names_are_metrics(name):
     assert name in METRICS
 
 
@@ -52,13 +52,13 @@ def test_units_follow_the_names():
     assert METRICS["fit.best.within_2deg"] == "1"
 
 
-def test_a_name_cannot_be_defined_twice():
+def test_duplicate_names_are_refused():
     twice = [Definition("fit.best.regret_deg", "deg", "one"), Definition("fit.best.regret_deg", "m", "other")]
     with pytest.raises(ValueError, match=r"fit\.best\.regret_deg is defined twice"):
         register(twice)
 
 
-def test_validating_a_scenario_file_loads_neither_pandas_nor_trackeval():
+def test_metric_names_import_neither_pandas_nor_trackeval():
     code = (
         "import sys, scenarios.grading.metric_names, scenarios.grading.grading_config;"
         "slow = {'pandas', 'trackeval', 'scipy', 'shapely'} & set(sys.modules); assert not slow, slow"
@@ -66,9 +66,9 @@ def test_validating_a_scenario_file_loads_neither_pandas_nor_trackeval():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_the_sheet_takes_known_names_once_and_finite_values():
+def test_sheet_accepts_known_names_once_and_finite_values():
     sheet = MetricSheet()
-    with pytest.raises(ValueError, match="no metric"):
+    with pytest.raises(ValueError, match="unknown metric"):
         sheet.write("track.hotta", 1.0, 1, "")
     sheet.write("track.hota", 0.5, 3, "")
     with pytest.raises(ValueError, match="already"):
@@ -77,7 +77,7 @@ def test_the_sheet_takes_known_names_once_and_finite_values():
         sheet.write("track.mota", math.nan, 3, "")
 
 
-def test_without_observations_a_metric_is_none_with_the_reason_and_never_zero():
+def test_metric_without_observations_is_none_with_a_reason():
     sheet = MetricSheet()
     sheet.mean("track.mota", np.empty(0), "no vehicle")
     sheet.rate("outliers.mirror.recall", 0, 0, "no mirror")
@@ -98,6 +98,6 @@ def test_without_observations_a_metric_is_none_with_the_reason_and_never_zero():
         {"hidden_fraction_max": 1.0},
     ],
 )
-def test_limits_out_of_range_are_refused_by_name(wrong):
+def test_limits_out_of_range_are_refused_with_their_name(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         GradingConfig(**wrong)

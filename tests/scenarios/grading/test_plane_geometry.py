@@ -22,13 +22,13 @@ from scenarios.grading.plane_geometry import (
 angle = st.floats(-20.0, 20.0)
 coordinate = st.floats(-60.0, 60.0)
 pose = st.tuples(coordinate, coordinate, angle)
-# Sizes of things on roads; boxes near enough to each other to overlap often.
+# Sizes of road users; the boxes are close enough to overlap often.
 box = st.tuples(st.floats(-3, 3), st.floats(-3, 3), angle, st.floats(0.3, 18.0), st.floats(0.2, 3.0))
 sign = st.tuples(st.sampled_from((-1, 1)), st.sampled_from((-1, 1)))
 
 
 NESTED = (3.0, 0.0, -10.828246529251524, 2.0, 3.0), (3.0, 0.0, -10.828246529251524, 0.5, 3.0)
-"""Edges of both lie on one line but for rounding: GEOS 3.14 finds nothing that the second shares with the first."""
+"""Boxes with nearly collinear edges, for which GEOS 3.14 returns no intersection."""
 
 
 def one_iou(a, b):
@@ -57,7 +57,7 @@ def test_iou_of_boxes_computed_by_hand(a, b, expected):
 @example(*NESTED)
 @example(*NESTED[::-1])
 @settings(deadline=None)
-def test_iou_equals_polygon_clipping_is_symmetric_and_a_fraction(a, b):
+def test_iou_equals_polygon_clipping_and_is_a_symmetric_fraction(a, b):
     value = one_iou(a, b)
     assert value == pytest.approx(naive.iou(a, b), abs=1e-6)
     assert value == pytest.approx(one_iou(b, a), abs=1e-9)
@@ -66,8 +66,8 @@ def test_iou_equals_polygon_clipping_is_symmetric_and_a_fraction(a, b):
 
 @given(box, st.integers(-5, 5), st.tuples(st.floats(-3, 3), st.floats(-3, 3)), st.floats(0.2, 1.0))
 @settings(deadline=None)
-def test_boxes_turned_by_quarters_share_as_polygons_do(first, quarters, offset, part):
-    """Fails when the sides of a box that lies across are confused, or a small turn counts as none."""
+def test_iou_of_boxes_with_quarter_turns_equals_polygon_clipping(first, quarters, offset, part):
+    """Fails when length and width of a perpendicular box are confused, or a small rotation counts as parallel."""
     x, y, yaw, length, width = first
     second = (x + offset[0], y + offset[1], yaw + quarters * QUARTER, part * length, width)
     assert one_iou(first, second) == pytest.approx(naive.iou(first, second), abs=1e-6)
@@ -84,14 +84,14 @@ def test_iou_does_not_depend_on_the_frame(a, b, frame):
 
 @given(st.lists(box, max_size=5), st.lists(box, max_size=5))
 @settings(deadline=None)
-def test_the_table_of_overlaps_misses_no_pair(a, b):
+def test_overlap_table_equals_pairwise_overlaps(a, b):
     table = iou_table(np.array(a).reshape(-1, 5), np.array(b).reshape(-1, 5))
     expected = [[naive.iou(x, y) for y in b] for x in a]
     np.testing.assert_allclose(table, np.array(expected).reshape(len(a), len(b)), atol=1e-6)
 
 
 @given(angle, st.integers(-5, 5), st.sampled_from((QUARTER, math.tau)))
-def test_wrapped_angles_are_the_same_angle_within_half_a_period(value, turns, period):
+def test_wrapped_angles_are_equivalent_and_within_half_a_period(value, turns, period):
     wrapped = float(wrap(np.array(value + turns * period), period))
     assert abs(wrapped) <= period / 2 + 1e-12
     assert math.remainder(wrapped - value, period) == pytest.approx(0.0, abs=1e-9)
@@ -103,7 +103,7 @@ def test_half_a_period_wraps_to_the_positive_end():
 
 
 @given(pose, pose)
-def test_frames_agree_with_complex_numbers_and_undo_each_other(frame, other):
+def test_frame_transforms_equal_complex_numbers_and_are_inverse(frame, other):
     poses, frame = np.array([other]), np.array(frame)
     inside = into_frame(poses, frame)
     np.testing.assert_allclose(inside[0, :2], express(frame, other)[:2], atol=1e-9)
@@ -113,7 +113,7 @@ def test_frames_agree_with_complex_numbers_and_undo_each_other(frame, other):
 
 
 @given(box)
-def test_the_nearest_corner_is_the_nearest(box):
+def test_nearest_corner_has_the_least_distance(box):
     boxes = np.array([box])
     corners = naive.corners(box)
     nearest = complex(*corner(boxes, nearest_sign(boxes))[0])
@@ -121,7 +121,7 @@ def test_the_nearest_corner_is_the_nearest(box):
 
 
 @given(box, sign, st.integers(-4, 4), st.floats(-0.7, 0.7))
-def test_a_corner_keeps_its_place_when_a_side_is_called_the_front(box, named, quarters, error):
+def test_matching_sign_gives_the_same_corner_for_another_front(box, named, quarters, error):
     x, y, yaw, length, width = box
     # The same rectangle with another side as its front, then turned by a small error.
     size = (width, length) if quarters % 2 else (length, width)

@@ -1,4 +1,4 @@
-"""The frames that are kept with their points: the worst there are, few, and whole."""
+"""Snapshots: the worst frames of each kind, limited in number, with all their points."""
 
 import re
 from dataclasses import replace
@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 from support import short_run
 
-from scenarios.grading.snapshots import APART_S, PATIENCE_S, PER_KIND, SNAPSHOT_KINDS
+from scenarios.grading.snapshots import APART_S, CONFIRMATION_S, PER_KIND, SNAPSHOT_KINDS
 from scenarios.grading.worst_frames import worst_frames
 from tracker.scan import Scan
 from tracker.tracker import Tracker
 
 
 class Forgetful(Tracker):
-    """Sees nothing in the first two seconds and for one second after four, and then gives its tracks other names."""
+    """Blind in the first two seconds and from four to five seconds; afterwards all tracks have new ids."""
 
     def step(self, scan):
         blind = scan.time < 2.0 or 4.0 <= scan.time < 5.0
@@ -25,11 +25,11 @@ class Forgetful(Tracker):
 
 @pytest.fixture(scope="module")
 def result():
-    """Six seconds; the car that drives is slow, so that both stay near."""
+    """Six seconds; the moving car is slow, so both cars stay in range."""
     return short_run.run(short_run.TEXT.replace("speed_mps = 5", "speed_mps = 2"), Forgetful, duration_s=6.0)
 
 
-def test_few_frames_are_kept_of_each_kind_and_apart(result):
+def test_frames_of_a_kind_are_limited_in_number_and_apart_in_time(result):
     kept = result.tables["snapshots"]
     assert set(kept["kind"]) >= {"detection", "fit_heading"}
     for _, of_kind in kept.groupby("kind", observed=True):
@@ -39,9 +39,11 @@ def test_few_frames_are_kept_of_each_kind_and_apart(result):
     assert kept["kind"].cat.categories.tolist() == list(SNAPSHOT_KINDS)
 
 
-def test_a_kept_frame_is_the_worst_there_is(result):
+def test_kept_frame_is_the_worst_one(result):
     truth, fits = result.tables["truth"], result.tables["fits"]
-    lost = truth[truth["graded"] & (truth["track_id"] < 0) & (truth["time_s"] >= PATIENCE_S)].groupby("frame").size()
+    lost = (
+        truth[truth["graded"] & (truth["track_id"] < 0) & (truth["time_s"] >= CONFIRMATION_S)].groupby("frame").size()
+    )
     false = result.tables["tracks"].query("verdict == 'false'").groupby("frame").size()
     wrong = lost.add(false, fill_value=0)
     kept = result.tables["snapshots"].set_index("kind")
@@ -52,21 +54,21 @@ def test_a_kept_frame_is_the_worst_there_is(result):
     assert f"{fit['badness']:.1f}" in fit["what"]
 
 
-def test_a_vehicle_that_has_just_come_is_not_missed_yet(result):
-    """Fails when the first frames, in which nothing can have a track, crowd out what is worth a look."""
+def test_new_vehicle_does_not_count_as_missed(result):
+    """Fails when the first frames, before any track confirmation, are kept."""
     kept = result.tables["snapshots"]
-    assert (kept.loc[kept["kind"] == "detection", "time_s"] >= PATIENCE_S).all()
+    assert (kept.loc[kept["kind"] == "detection", "time_s"] >= CONFIRMATION_S).all()
 
 
-def test_an_identity_that_is_lost_is_kept(result):
+def test_id_switch_is_kept(result):
     kept = result.tables["snapshots"].query("kind == 'identity'")
     assert len(kept) == 1
     assert (kept["badness"].item(), round(kept["time_s"].item(), 2)) == (2.0, 5.04)
     assert kept["what"].item().count(" goes from track ") == 2
 
 
-def test_a_place_is_where_the_named_vehicle_is(result):
-    """Fails when the place or the ego's pose is another frame's or vehicle's: the picture would show something else."""
+def test_position_is_that_of_the_named_vehicle(result):
+    """Fails when the position or the ego's pose belongs to another frame or vehicle."""
     truth = result.tables["truth"].set_index(["frame", "actor_id"])
     named = result.tables["snapshots"].query("kind != 'detection'")
     assert len(named) >= 3
@@ -77,15 +79,15 @@ def test_a_place_is_where_the_named_vehicle_is(result):
         assert row["ego_y_world_m"] + np.sin(turn) * x + np.cos(turn) * y == pytest.approx(actor["y_world_m"])
 
 
-def test_points_of_kept_frames_are_all_there(result):
+def test_all_points_of_kept_frames_are_kept(result):
     points, truth = result.tables["snapshot_points"], result.tables["truth"]
     assert set(points["frame"]) == set(result.tables["snapshots"]["frame"])
     own = points[points["actor_id"] >= 0].groupby(["frame", "actor_id"]).size()
-    told = truth[truth["frame"].isin(points["frame"]) & (truth["points"] > 0)].set_index(["frame", "actor_id"])
-    pd.testing.assert_series_equal(own, told["points"].sort_index(), check_names=False)
+    counted = truth[truth["frame"].isin(points["frame"]) & (truth["points"] > 0)].set_index(["frame", "actor_id"])
+    pd.testing.assert_series_equal(own, counted["points"].sort_index(), check_names=False)
 
 
-def test_newcomers_without_a_track_are_not_the_worst_of_missed(result):
+def test_new_vehicles_without_a_track_are_not_the_worst_frames_of_missed(result):
     worst = worst_frames(result, "track.missed", count=1)[0]
-    assert worst.time_s >= PATIENCE_S
+    assert worst.time_s >= CONFIRMATION_S
     assert worst.what.startswith("2 graded vehicles without a track")

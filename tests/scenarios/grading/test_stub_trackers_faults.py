@@ -1,6 +1,6 @@
-"""A fault planted in what the shipped tracker says is caught by the metrics that are there to catch it, by no others.
+"""A fault planted in the output of the shipped tracker changes the metrics that should detect it, and no others.
 
-All runs are of one scene, in which every stage has something to do; what differs is the fault alone.
+All runs are of one scene that exercises every stage; only the fault differs.
 """
 
 from functools import cache
@@ -14,7 +14,7 @@ from scenarios.grading.mma_metrics import band
 from tracker.records import MODELS
 
 SCENE = """\
-description = "Cars from all sides, standing, driving, braking and starting, among stray points."
+description = "Cars from all sides, standing, driving, braking and starting, among outliers."
 duration_s = 4.0
 [noise.outliers]
 enabled = true
@@ -40,7 +40,7 @@ y_m = 0
 motion = [{ kind = "stop-and-go", peak_speed_mps = 4, go_s = 1.6, stop_s = 1.0 }]
 """
 CAUSES = ("mirror", "layer_overlap", "range_outlier")
-"""Of noise in this scene."""
+"""Causes of noise in this scene."""
 
 
 @cache
@@ -56,8 +56,8 @@ def sound(name):
     return value(planted_faults.Sound, name)
 
 
-def moved(fault):
-    """First names of the metrics that the fault has moved."""
+def changed(fault):
+    """Families of the metrics that the fault has changed."""
     names = [name for name in METRICS if not name.startswith("perf.")]
     return {name.split(".")[0] for name in names if not same(value(fault, name), sound(name))}
 
@@ -66,18 +66,18 @@ def same(a, b):
     return a == b if a is None or b is None else a == pytest.approx(b, abs=1e-9)
 
 
-def test_the_scene_gives_every_stage_something_to_do():
-    """Else a fault could go unseen, and that prove nothing."""
+def test_scene_exercises_every_stage():
+    """Otherwise an undetected fault would prove nothing."""
     assert all(0 < sound(f"outliers.{cause}.{part}") < 1 for cause in CAUSES for part in ("recall", "precision"))
     assert all(run(planted_faults.Sound).metrics[f"mma.confusion.{mode}.ca"].n > 30 for mode in MODELS)
     assert sound("fit.best.coverage") > 0.9
     assert sound("segmentation.over_rate") == sound("segmentation.missed_rate") == 0
 
 
-def test_biased_headings_show_in_the_fits():
-    """The mean moves by the bias to the last digit; STD stays where no error is turned past 45 degrees."""
+def test_biased_headings_change_the_fit_metrics():
+    """The mean changes by exactly the bias; errors beyond 45 degrees wrap."""
     fault = planted_faults.BiasedFits
-    assert moved(fault) == {"fit"}
+    assert changed(fault) == {"fit"}
     for method in ("closeness", "variance", "best"):
         name = f"fit.{method}.heading_mean_deg"
         errors = errors_of(planted_faults.Sound, method) + fault.bias_deg
@@ -94,10 +94,10 @@ def errors_of(fault, method):
     return rows["heading_error_deg"].dropna().to_numpy()
 
 
-def test_a_bad_choice_among_good_rectangles_shows_in_best_and_its_regret():
-    """The single methods and the oracle are what they were."""
+def test_bad_selection_changes_best_and_its_regret():
+    """The single methods and the oracle do not change."""
     fault = planted_faults.WorstFits
-    assert moved(fault) == {"fit"}
+    assert changed(fault) == {"fit"}
     others = [name for name in METRICS if name.startswith("fit.") and ".best." not in name]
     assert len(others) > len(FIT_METHODS)
     assert all(same(value(fault, name), sound(name)) for name in others)
@@ -106,10 +106,10 @@ def test_a_bad_choice_among_good_rectangles_shows_in_best_and_its_regret():
     assert value(fault, "fit.best.regret_deg") - sound("fit.best.regret_deg") == pytest.approx(lost, abs=1e-9)
 
 
-def test_split_segments_show_as_over_segmentation():
-    """Every vehicle is in two pieces of three and two fifths, and no piece holds anything else than before."""
+def test_split_segments_are_over_segmentation():
+    """Every vehicle is in two parts of three and two fifths of its points, and no part contains other points."""
     fault = planted_faults.SplitSegments
-    assert moved(fault) == {
+    assert changed(fault) == {
         "segmentation",
         "outliers",
         "fit",
@@ -120,20 +120,20 @@ def test_split_segments_show_as_over_segmentation():
     assert same(value(fault, "fit.best.heading_abs_mean_deg"), sound("fit.best.heading_abs_mean_deg"))
 
 
-def test_merged_segments_show_as_under_segmentation():
-    """At most one vehicle a frame can own the only segment."""
+def test_merged_segments_are_under_segmentation():
+    """At most one vehicle per frame can own the only segment."""
     fault = planted_faults.MergedSegments
-    assert "segmentation" in moved(fault)
-    assert moved(fault) <= {"segmentation", "outliers", "fit"}
+    assert "segmentation" in changed(fault)
+    assert changed(fault) <= {"segmentation", "outliers", "fit"}
     assert value(fault, "segmentation.under_rate") > 5 * sound("segmentation.under_rate")
     assert value(fault, "segmentation.over_rate") == value(fault, "segmentation.missed_rate") == 0
     graded = run(fault).metrics["dataset.observations"].value
     assert value(fault, "fit.best.coverage") <= run(fault).frames / graded
 
 
-def test_no_segments_show_as_missed():
+def test_vehicles_without_segments_are_missed():
     fault = planted_faults.NoSegments
-    assert moved(fault) == {"segmentation", "outliers", "fit"}
+    assert changed(fault) == {"segmentation", "outliers", "fit"}
     assert value(fault, "segmentation.missed_rate") == 1.0
     assert value(fault, "fit.best.coverage") == 0.0
     assert value(fault, "segmentation.under_rate") is None
@@ -141,18 +141,18 @@ def test_no_segments_show_as_missed():
 
 
 @pytest.mark.parametrize("cause", CAUSES)
-def test_a_linkage_that_keeps_everything_recalls_nothing(cause):
+def test_linkage_that_keeps_all_points_has_no_recall(cause):
     fault = planted_faults.KeepingLinkage
-    assert moved(fault) == {"outliers"}
+    assert changed(fault) == {"outliers"}
     assert value(fault, f"outliers.{cause}.recall") == 0.0
     assert value(fault, f"outliers.{cause}.precision") is None  # nothing was removed
 
 
 @pytest.mark.parametrize("cause", CAUSES)
-def test_a_linkage_that_removes_everything_has_no_precision(cause):
-    """It is the share of the cause in the points of the segments that hold it."""
+def test_linkage_that_removes_all_points_has_low_precision(cause):
+    """The precision is the share of the cause in the points of the segments with this cause."""
     fault = planted_faults.RemovingLinkage
-    assert moved(fault) == {"outliers"}
+    assert changed(fault) == {"outliers"}
     assert value(fault, f"outliers.{cause}.recall") == 1.0
     table = run(fault).tables["outliers"]
     rows = table[table["cause"] == cause]
@@ -161,10 +161,10 @@ def test_a_linkage_that_removes_everything_has_no_precision(cause):
     assert share < 0.2
 
 
-def test_one_model_for_all_shows_in_the_choice_and_in_what_it_costs():
-    """Right in the frames that truly accelerate, and no better than the model alone."""
+def test_constant_model_selection_changes_mode_and_position_metrics():
+    """The mode is correct in accelerating frames, and positions are those of the single model."""
     fault = planted_faults.AlwaysAccelerating
-    assert moved(fault) == {"mma", "track"}  # boxes hang on the corner: their overlaps change with it
+    assert changed(fault) == {"mma", "track"}  # boxes are anchored at the corner, so their overlaps change
     judged = run(fault).tables["tracks"].query("judged")
     accelerating = (judged["true_mode"] == "ca").mean()
     assert value(fault, "mma.mode_accuracy") == pytest.approx(accelerating)
@@ -173,15 +173,15 @@ def test_one_model_for_all_shows_in_the_choice_and_in_what_it_costs():
     assert value(fault, "mma.stationary_accuracy") == pytest.approx((judged["true_mode"] != "stationary").mean())
     assert value(fault, "mma.switch_latency_frames") is None
     for target in ("stationary_target", "moving_target"):
-        alone = value(fault, f"mma.ca.{target}.x_abs_mean_m")
-        assert value(fault, f"mma.mma.{target}.x_abs_mean_m") == pytest.approx(alone)
+        single = value(fault, f"mma.ca.{target}.x_abs_mean_m")
+        assert value(fault, f"mma.mma.{target}.x_abs_mean_m") == pytest.approx(single)
     assert value(fault, "mma.gain.stationary_target") < -1.0 < sound("mma.gain.stationary_target")
 
 
-def test_overconfidence_shows_in_nees_alone():
-    """Covariances four times too small: NEES is four times as large, NIS and positions are what they were."""
+def test_overconfidence_changes_nees_only():
+    """Covariances four times too small: NEES is four times as large, NIS and positions do not change."""
     fault = planted_faults.Overconfident
-    assert moved(fault) == {"mma"}
+    assert changed(fault) == {"mma"}
     nees = [name for name in METRICS if ".nees_" in name]
     others = [name for name in METRICS if name.startswith("mma.") and name not in nees]
     assert all(same(value(fault, name), sound(name)) for name in others)

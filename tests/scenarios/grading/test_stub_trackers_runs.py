@@ -1,6 +1,6 @@
-"""Trackers with one known fault each, through the real loop: each lands where its fault puts it, and nowhere else.
+"""Stub trackers with one known fault each in the real run loop: only the expected metrics change, by known amounts.
 
-What is expected follows from the truth alone: who was graded when, how fast, how large. N is the vehicle-frames graded.
+Expected values follow from the truth alone: graded frames, speeds and sizes. N is the number of graded vehicle-frames.
 """
 
 import math
@@ -13,11 +13,12 @@ from support.stub_trackers import BiasedYaw, Forgetful, GhostMaking, IdSwapping,
 
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
+from scenarios.grading.metric_names import METRICS
 from scenarios.run import loop
 
 DT = 0.08
 STREET = """\
-description = "Past a truck beside the ego a car is hidden for a while; one is ahead, one comes, one is parked."
+description = "A truck beside the ego hides a passing car for a while; one car is ahead, one oncoming, one parked."
 duration_s = 5.6
 [traffic]
 kind = "scripted"
@@ -53,8 +54,8 @@ yaw_deg = 20.0
 """
 
 
-class Books:
-    """The truth of a run, and what came out."""
+class GradedRun:
+    """Truth tables and metrics of a run."""
 
     def __init__(self, result):
         self.value = {name: metric.value for name, metric in result.metrics.items()}
@@ -65,18 +66,18 @@ class Books:
         self.frames = result.frames
 
     def count(self, actor, frames=slice(None)):
-        """Frames in which an actor was graded."""
+        """Number of frames in which an actor was graded."""
         rows = self.graded[self.graded["actor_id"] == actor]
         return int(rows["frame"].isin(range(self.frames)[frames]).sum())
 
 
 def street(stub):
-    return Books(short_run.run(STREET, lambda _: stub()))
+    return GradedRun(short_run.run(STREET, lambda _: stub()))
 
 
 def crossing(stub):
     scenario = Scenario.load(shipped.find("sumo-crossing"), {"duration_s": 4.0})
-    return Books(loop.run(scenario, lambda _: stub()))
+    return GradedRun(loop.run(scenario, lambda _: stub()))
 
 
 WORLDS = {"street": street, "crossing": crossing}
@@ -94,10 +95,10 @@ def perfect(world):
     return world(Perfect)
 
 
-def moved(books, perfect):
-    """Names of the metrics that the fault has moved, without the time it took."""
+def changed(run, perfect):
+    """Names of the metrics that the fault has changed, without times."""
     names = [name for name in perfect.value if not name.startswith("perf.")]
-    return {name for name in names if not same(books.value[name], perfect.value[name])}
+    return {name for name in names if not same(run.value[name], perfect.value[name])}
 
 
 def same(a, b):
@@ -108,21 +109,19 @@ def of(family, *names):
     return {f"{family}.{name}" for name in names}
 
 
-POSITIONS = {
-    name for name in short_run.result().metrics if name.startswith("mma.") and ("_abs_" in name or "nees" in name)
-}
+POSITIONS = {name for name in METRICS if name.startswith("mma.") and ("_abs_" in name or "nees" in name)}
 
 
 def test_perfect(perfect):
-    """Not by luck: hundreds of vehicle-frames, standing and moving, in both worlds."""
+    """Holds over hundreds of vehicle-frames, standing and moving, in both worlds."""
     assert perfect.n > 200
     assert {name: perfect.value[f"track.{name}"] for name in RIGHT} == pytest.approx(RIGHT, abs=1e-9)
     errors = [perfect.value[f"mma.mma.moving_target.{axis}_abs_mean_m"] for axis in "xy"]
     assert errors == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
-def test_one_frame_late_is_off_by_what_a_car_drives_in_a_frame(world, perfect):
-    """Mean speed x dt, but for the first frame, in which it is as late as can be: not at all."""
+def test_one_frame_late_has_the_error_of_one_frame_of_motion(world, perfect):
+    """The error is the mean speed x dt; the first frame has no delay."""
     late = world(OneFrameLate)
     moving = late.graded[late.graded["mode"] != "stationary"]
     driven = np.hypot(moving["vx_world_mps"], moving["vy_world_mps"]) * DT * (moving["frame"] > 0)
@@ -132,21 +131,21 @@ def test_one_frame_late_is_off_by_what_a_car_drives_in_a_frame(world, perfect):
     assert late.value["track.hota"] == pytest.approx(hota_if_late(late.graded), abs=0.01)
     assert late.value["track.missed"] == late.value["track.false"] == (overlap_if_late(late.graded) < 0.5).sum()
     hit_or_miss = of("track", "mota", "idf1", "missed", "false", "heading_abs_mean_deg", "reappearance_error_m")
-    assert moved(late, perfect) <= POSITIONS | of("track", "hota", "deta", "assa", "loca") | hit_or_miss
+    assert changed(late, perfect) <= POSITIONS | of("track", "hota", "deta", "assa", "loca") | hit_or_miss
     assert late.value["track.id_switches"] == 0
 
 
 def overlap_if_late(graded):
-    """Overlap of a box L long with itself, moved by d along: (L - d) / (L + d)."""
+    """Overlap of a box of length L with itself, shifted lengthwise by d: (L - d) / (L + d)."""
     d = np.hypot(graded["vx_world_mps"], graded["vy_world_mps"]) * DT * (graded["frame"] > 0)
     return (graded["length_m"] - d) / (graded["length_m"] + d)
 
 
 def hota_if_late(graded):
-    """HOTA (Luiten et al. 2021, equations (4) to (8)) of tracks that keep to their vehicles.
+    """HOTA (Luiten et al. 2021, equations (4) to (8)) of tracks that never switch vehicles.
 
-    Of a vehicle's n frames c overlap by the threshold: c true positives, n - c missed, n - c false, and the association
-    of each true positive is c / (2 n - c).
+    In c of a vehicle's n frames the overlap reaches the threshold: c true positives, n - c missed, n - c false, and the
+    association of each true positive is c / (2 n - c).
     """
     scores = []
     for threshold in np.arange(0.05, 0.99, 0.05):
@@ -159,29 +158,29 @@ def hota_if_late(graded):
     return np.mean(scores)
 
 
-def test_swapped_ids_cost_identity_and_not_detection(world, perfect):
-    """Of vehicles a and b, graded a1 and b1 frames before and a2 and b2 after, one half is right at best."""
+def test_swapped_ids_lower_identity_and_not_detection(world, perfect):
+    """Vehicles a and b are graded in a1 and b1 frames before and a2 and b2 frames after the swap."""
     a, b = perfect.graded.groupby("actor_id").size().sort_values(kind="stable").index[-2:]
     at = 20
     swapped = world(partial(IdSwapping, pair=(a, b), at=at))
-    a1, b1, a2, b2 = (swapped.count(who, when) for when in (slice(at), slice(at, None)) for who in (a, b))
+    a1, b1, a2, b2 = (swapped.count(actor, frames) for frames in (slice(at), slice(at, None)) for actor in (a, b))
     others = swapped.n - (a1 + a2 + b1 + b2)
     assert min(a1, b1, a2, b2) >= 10
     assert swapped.value["track.id_switches"] == swapped.value["track.id_switches_in_view"] == 2
     assert swapped.value["track.mota"] == pytest.approx(1 - 2 / swapped.n)
     assert swapped.value["track.idf1"] == pytest.approx((others + max(a1 + b1, a2 + b2)) / swapped.n)
-    # Each of a's frames before: a1 with the same track, a2 of a and b2 of that track apart; the others likewise.
+    # For each of the a1 frames before the swap, a2 frames of a and b2 frames of its track do not match, and so on.
     apart = [(a1, a2 + b2), (a2, a1 + b1), (b1, b2 + a2), (b2, b1 + a1)]
     assa = (others + sum(own * own / (own + rest) for own, rest in apart)) / swapped.n
     assert swapped.value["track.assa"] == pytest.approx(assa)
     assert swapped.value["track.hota"] == pytest.approx(math.sqrt(assa))
     switches = of("track", "id_switches", "id_switches_in_view")
-    assert moved(swapped, perfect) == of("track", "hota", "assa", "idf1", "mota") | switches
+    assert changed(swapped, perfect) == of("track", "hota", "assa", "idf1", "mota") | switches
 
 
 @pytest.mark.parametrize("bias_deg", [5.0, 180.0])
-def test_biased_yaw_shows_in_heading_and_corner(world, perfect, bias_deg):
-    """A corner r away from the centre moves by 2 r sin(bias / 2), but a half turn names another corner."""
+def test_biased_yaw_changes_heading_and_corner(world, perfect, bias_deg):
+    """A corner at distance r from the centre moves by 2 r sin(bias / 2); after a half turn another corner is used."""
     biased = world(partial(BiasedYaw, bias_deg=bias_deg))
     assert biased.value["track.heading_abs_mean_deg"] == pytest.approx(bias_deg)
     assert biased.value["track.heading_flip_rate"] == (bias_deg > 90)
@@ -192,12 +191,12 @@ def test_biased_yaw_shows_in_heading_and_corner(world, perfect, bias_deg):
     assert [biased.value[f"track.{name}"] for name in ("mota", "idf1", "id_switches")] == [1, 1, 0]
     headings = of("track", "heading_abs_mean_deg", "heading_flip_rate")
     boxes = POSITIONS | of("track", "hota", "deta", "assa", "loca")
-    assert moved(biased, perfect) <= (headings | boxes if bias_deg < 90 else headings)
-    assert moved(biased, perfect) >= of("track", "heading_abs_mean_deg", *(["hota"] if bias_deg < 90 else []))
+    assert changed(biased, perfect) <= (headings | boxes if bias_deg < 90 else headings)
+    assert changed(biased, perfect) >= of("track", "heading_abs_mean_deg", *(["hota"] if bias_deg < 90 else []))
 
 
-def test_ghosts_cost_precision_only(world, perfect):
-    """One false track in each of F frames: DetA = N / (N + F), IDF1 = 2 N / (2 N + F)."""
+def test_false_tracks_lower_precision_only(world, perfect):
+    """A false track in each of F frames: DetA = N / (N + F), IDF1 = 2 N / (2 N + F)."""
     ghost = world(GhostMaking)
     n, false = ghost.n, ghost.frames
     assert ghost.value["track.false"] == false
@@ -205,35 +204,35 @@ def test_ghosts_cost_precision_only(world, perfect):
     assert ghost.value["track.deta"] == pytest.approx(n / (n + false))
     assert ghost.value["track.hota"] == pytest.approx(math.sqrt(n / (n + false)))
     assert ghost.value["track.idf1"] == pytest.approx(2 * n / (2 * n + false))
-    assert moved(ghost, perfect) == of("track", "false", "mota", "deta", "hota", "idf1")
+    assert changed(ghost, perfect) == of("track", "false", "mota", "deta", "hota", "idf1")
 
 
-def test_a_forgetful_tracker_loses_who_is_hidden(world, perfect):
-    """Of a vehicle's n graded frames, each unbroken stretch of c is a track: the longest is right, c^2 / n associated.
+def test_forgetful_tracker_loses_hidden_vehicles(world, perfect):
+    """Each uninterrupted period of c of a vehicle's n graded frames is a track: the longest counts for identity.
 
-    At the crossing nobody who was graded is hidden and comes back: there it is perfect.
+    The association sums up to c^2 / n. At the crossing no graded vehicle is hidden and returns: there it is perfect.
     """
     forgetful = world(Forgetful)
-    stretches = stretches_seen(forgetful.truth)
+    periods = periods_seen(forgetful.truth)
     if world is crossing:
-        assert all(len(lengths) == 1 for lengths in stretches)
-        assert moved(forgetful, perfect) == set()
+        assert all(len(lengths) == 1 for lengths in periods)
+        assert changed(forgetful, perfect) == set()
         return
     assert forgetful.value["track.occlusion_survival"] == forgetful.value["track.hidden_2s_survival"] == 0.0
-    assert forgetful.value["track.id_switches"] == sum(len(lengths) - 1 for lengths in stretches) > 0
-    right = sum(lengths.max() for lengths in stretches)
+    assert forgetful.value["track.id_switches"] == sum(len(lengths) - 1 for lengths in periods) > 0
+    right = sum(lengths.max() for lengths in periods)
     assert forgetful.value["track.idf1"] == pytest.approx(right / forgetful.n)
-    associated = sum((lengths**2).sum() / lengths.sum() for lengths in stretches)
+    associated = sum((lengths**2).sum() / lengths.sum() for lengths in periods)
     assert forgetful.value["track.assa"] == pytest.approx(associated / forgetful.n)
     survival = of("track", "occlusion_survival", "hidden_2s_survival")
-    assert moved(forgetful, perfect) == of("track", "hota", "assa", "idf1", "mota", "id_switches") | survival
+    assert changed(forgetful, perfect) == of("track", "hota", "assa", "idf1", "mota", "id_switches") | survival
 
 
-def stretches_seen(truth):
-    """Of every vehicle that is ever graded, the graded frames of each stretch in which it always has points."""
+def periods_seen(truth):
+    """Number of graded frames in each period with points throughout, for every vehicle that is ever graded."""
     found = []
     for _, rows in truth.sort_values("frame").groupby("actor_id"):
         seen = rows["points"] > 0
-        stretch = (seen & ~seen.shift(fill_value=False)).cumsum()[rows["graded"]]
-        found += [stretch.value_counts().to_numpy()] if len(stretch) else []
+        period = (seen & ~seen.shift(fill_value=False)).cumsum()[rows["graded"]]
+        found += [period.value_counts().to_numpy()] if len(period) else []
     return found

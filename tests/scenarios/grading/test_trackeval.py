@@ -1,7 +1,7 @@
-"""HOTA, CLEAR and Identity of real runs, held against trackeval's own way: its text files, its reader, its evaluator.
+"""HOTA, CLEAR and Identity of real runs, compared with trackeval's own file format, reader and evaluator.
 
-The project calls trackeval's metric classes with data that it gathers itself from its tables. Here the boxes of these
-runs are written as MOT Challenge files, and trackeval reads them, matches ids and frames, and evaluates.
+The project calls trackeval's metric classes with data from its tables. Here the boxes of these runs are written as MOT
+Challenge files, and trackeval reads the files, matches ids and frames, and evaluates.
 """
 
 import importlib.util
@@ -29,7 +29,7 @@ from scenarios.run import device
 DURATION_S = 8.0
 BOX = ["x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
 PEDESTRIAN = 1
-"""The one class that MOT Challenge knows."""
+"""Class id of pedestrians, the only evaluated class of MOT Challenge."""
 THEIRS = {
     "track.hota": ("HOTA", "HOTA"),
     "track.deta": ("HOTA", "DetA"),
@@ -55,7 +55,7 @@ _spec.loader.exec_module(my_tracker)
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """The same scans of SUMO traffic at a crossing, tracked by the shipped tracker and by a poor one."""
+    """The same scans of SUMO traffic at a crossing, tracked by the shipped tracker and by a simple one."""
     out = tmp_path_factory.mktemp("trackeval") / "run"
     scenario = Scenario.load(listing.find("sumo-crossing"), {"duration_s": DURATION_S})
     shipped = execute.execute(scenario, device.load(device.SHIPPED), out, record=False, record_scans=True)
@@ -65,13 +65,13 @@ def results(tmp_path_factory):
 
 
 def counted(result):
-    """What counts: graded vehicles, and tracks on them or on nothing."""
+    """Graded vehicles, and the tracks on them or on no actor."""
     truth, tracks = result.tables["truth"], result.tables["tracks"]
     return truth[truth["graded"]], tracks[tracks["verdict"].isin(["graded", "false"])]
 
 
 def write(path, rows, ids, boxes):
-    """A MOT Challenge file: frame from 1, id, left, top, width, height, 1, class, 1."""
+    """Write a MOT Challenge file: frame from 1, id, left, top, width, height, 1, class, 1."""
     lines = [
         ",".join(map(repr, (int(frame) + 1, int(name) + 1, *map(float, box), 1, PEDESTRIAN, 1)))
         for frame, name, box in zip(rows["frame"], rows[ids], boxes, strict=True)
@@ -81,7 +81,7 @@ def write(path, rows, ids, boxes):
 
 
 def evaluate(folder, frames, dataset=MotChallenge2DBox):
-    """What trackeval's own evaluator makes of its own files."""
+    """Evaluate the files with trackeval's evaluator."""
     config = {
         **QUIET,
         "GT_FOLDER": str(folder / "gt"),
@@ -100,8 +100,8 @@ def evaluate(folder, frames, dataset=MotChallenge2DBox):
 
 
 @pytest.mark.parametrize("tracker", ["shipped", "poor"])
-def test_a_run_s_figures_are_those_of_trackeval_on_its_tracks_and_truth(tracker, results, tmp_path):
-    """Boxes as they are, turned; trackeval has no overlap of such, so it gets one that clips polygons by hand."""
+def test_metrics_of_a_run_equal_trackevals(tracker, results, tmp_path):
+    """Rotated boxes, for which trackeval has no overlap; it gets an independent one by polygon clipping."""
     result = results[tracker]
     truth, tracks = counted(result)
     heading = {}
@@ -127,8 +127,8 @@ def test_a_run_s_figures_are_those_of_trackeval_on_its_tracks_and_truth(tracker,
 
 
 @pytest.mark.parametrize("tracker", ["shipped", "poor"])
-def test_on_upright_boxes_trackeval_needs_nothing_of_ours(tracker, results, tmp_path):
-    """Every box is replaced by the one around it along the axes; overlaps are trackeval's own, too."""
+def test_metrics_of_axis_aligned_boxes_equal_trackevals(tracker, results, tmp_path):
+    """Every box is replaced by its axis-aligned bounding box; overlaps are trackeval's own, too."""
     result = results[tracker]
     counted_truth, counted_tracks = (upright(rows) for rows in counted(result))
     write(tmp_path / GT, counted_truth, "actor_id", corner_first(counted_truth))
@@ -141,8 +141,8 @@ def test_on_upright_boxes_trackeval_needs_nothing_of_ours(tracker, results, tmp_
     assert theirs["track.hota"] != pytest.approx(result.metrics["track.hota"].value, abs=1e-3)
 
 
-def test_there_is_something_to_differ_in(results):
-    """Figures of flawless tracks agree however they are counted."""
+def test_runs_have_tracking_errors(results):
+    """Metrics of perfect tracks would agree for any counting rule."""
     shipped, poor = ({name: result.metrics[name].value for name in THEIRS} for result in results.values())
     assert 0.6 < shipped["track.hota"] < 0.95
     assert poor["track.hota"] < shipped["track.hota"]
@@ -151,7 +151,7 @@ def test_there_is_something_to_differ_in(results):
 
 
 def upright(rows):
-    """Boxes along the axes, around the boxes."""
+    """Axis-aligned bounding boxes of the boxes."""
     cos, sin = np.abs(np.cos(rows["yaw_world_rad"])), np.abs(np.sin(rows["yaw_world_rad"]))
     length, width = rows["length_m"], rows["width_m"]
     return rows.assign(yaw_world_rad=0.0, length_m=length * cos + width * sin, width_m=length * sin + width * cos)
@@ -164,7 +164,7 @@ def corner_first(rows):
 
 
 def overlaps(truth, tracks):
-    """The overlap table of other boxes."""
+    """Overlap table of changed boxes."""
     parts = []
     for frame, rows in tracks.groupby("frame"):
         actors = truth[truth["frame"] == frame]

@@ -1,4 +1,4 @@
-"""The worst frames of every metric are those that it is worst in, told in words that a person can follow."""
+"""Worst frames of every metric, with descriptions of the errors in them."""
 
 import dataclasses
 
@@ -15,7 +15,7 @@ FIT_ERRORS = {"heading_error_deg": float, "position_error_m": float, "iou": floa
 
 
 def table(schema, rows, **more):
-    """Rows of a table, frames 0, 1, ..., unless told; what is not told is 0."""
+    """Table with these rows; missing frames are 0, 1, ..., and other missing values are 0."""
     columns = {"frame": int, "time_s": float} | dict(schema) | more
     filled = [{"frame": frame, "time_s": 0.08 * row.get("frame", frame), **row} for frame, row in enumerate(rows)]
     return pd.DataFrame({name: [row.get(name, zero(kind)) for row in filled] for name, kind in columns.items()})
@@ -58,7 +58,7 @@ TRACK = {"judged": True, "track_id": 3, "actor_id": 7, "true_mode": "cv", "model
     ],
 )
 def test_fits(metric, errors, expected):
-    """Fails where another view or method is looked at, or headings are told where places are wrong."""
+    """Fails when another view, method or error is described."""
     rows = [{**FIT, **{name: values[i] for name, values in errors.items()}} for i in range(3)]
     found = worst(metric, fits=table(FITS, rows, **FIT_ERRORS))
     assert [frame for frame, _ in found] == [frame for frame, _ in expected]
@@ -67,7 +67,7 @@ def test_fits(metric, errors, expected):
         assert words in what
 
 
-def test_an_observation_without_a_rectangle_is_what_coverage_lacks():
+def test_coverage_is_worst_at_observations_without_a_rectangle():
     rows = [{**FIT, "best": True, "heading_error_deg": error} for error in (5.0, float("nan"))]
     found = worst("fit.best.coverage", fits=table(FITS, rows, **FIT_ERRORS))
     assert found == [(1, "no rectangle on vehicle 7 (rear, 12 m)")]
@@ -88,7 +88,7 @@ def test_an_observation_without_a_rectangle_is_what_coverage_lacks():
         ("mma.mode_accuracy", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
         ("mma.confusion.cv.ca", [{"model": "cv"}, {}], [1], "is ca, truly cv"),
         ("mma.stationary_accuracy", [{}, {"model": "stationary"}], [1], "is stationary, truly cv"),
-        ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [2, 1], "a nees of 0.02, 2 is"),
+        ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [2, 1], "a nees of 0.02, expected 2"),
         ("mma.ca.nis_mean", [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}], [1], "ca nis of 20"),
         ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], "points -170.0 deg off"),
         ("track.heading_flip_rate", [{"heading_error_deg": 9.0, "true_mode": "stationary"}], [], ""),
@@ -110,7 +110,7 @@ def test_segments():
     expected = "40% of the 20 points of vehicle 7 are in its largest segment"
     assert worst("segmentation.over_rate", truth=truth, segments=segments) == [(0, expected)]
     assert worst("segmentation.missed_rate", truth=truth, segments=segments) == [(0, expected)]
-    expected = "30% of the 40 points of segment 5 are something else"
+    expected = "30% of the 40 points of segment 5 belong to another object"
     assert worst("segmentation.under_rate", truth=truth, segments=segments) == [(1, expected)]
 
 
@@ -132,7 +132,7 @@ def test_control():
     assert worst("control.min_gap_m", control=control) == [(0, near), (1, far)]
     assert worst("control.max_deceleration_mps2", control=control) == [(1, "it brakes at 3.0 m/s^2")]
     assert worst("control.truth_max_deceleration_mps2", control=control) == [(2, "it brakes at 9.0 m/s^2")]
-    assert worst("control.collisions", control=control) == [(1, "it hits somebody")]
+    assert worst("control.collisions", control=control) == [(1, "the ego collides")]
 
 
 def test_identities_and_detections():
@@ -144,11 +144,11 @@ def test_identities_and_detections():
     )
     for metric in ("track.id_switches", "track.occlusion_survival", "track.hidden_2s_survival", "track.fragments"):
         assert worst(metric, truth=truth, tracks=tracks) == [(2, "vehicle 7 goes from track 3 to track 5")]
-    lost, ghost = (f"{n} graded vehicles without a track, 1 tracks on nothing" for n in (1, 0))
-    assert worst("track.hota", truth=truth, tracks=tracks) == [(1, lost), (3, ghost)]
+    missed, false = (f"{n} graded vehicles without a track, 1 false tracks" for n in (1, 0))
+    assert worst("track.hota", truth=truth, tracks=tracks) == [(1, missed), (3, false)]
 
 
-def test_one_frame_is_told_once_and_no_more_than_asked_for():
+def test_frames_are_unique_and_limited_in_number():
     rows = [
         {**FIT, "frame": frame, "heading_error_deg": error} for frame, error in [(0, 1), (0, 9), (1, 2), (2, 3), (3, 4)]
     ]
@@ -156,8 +156,8 @@ def test_one_frame_is_told_once_and_no_more_than_asked_for():
     assert [frame for frame, _ in found] == [0, 3, 2]
 
 
-def test_every_metric_of_a_real_run_is_answered():
-    """Whatever a scenario may expect, a failure is explained without an error: frames of the run, or none."""
+def test_every_metric_of_a_real_run_has_valid_worst_frames():
+    """Worst frames of any metric are frames of the run, or an empty list."""
     result: Result = short_run.result()
     frames = {metric: worst_frames(result, metric) for metric in METRICS}
     assert {worst.frame for found in frames.values() for worst in found} <= set(range(short_run.FRAMES))

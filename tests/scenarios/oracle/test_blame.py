@@ -12,7 +12,7 @@ from scenarios.oracle.device_choice import OracleFactory
 from scenarios.oracle.stage import Stage
 from scenarios.oracle.stage_blame import BLAME_METRICS, find_out
 from scenarios.report import text as report
-from scenarios.report.blame_tables import OWN_DRIVES, tell
+from scenarios.report.blame_tables import OWN_DRIVES, blame_report
 from scenarios.run import loop
 from sim.scripted.scripted_source import ScriptedSource
 from sim.source import TrafficEndedError
@@ -65,7 +65,7 @@ def test_every_headline_is_a_metric_and_better_says_which_way():
 
 
 def test_the_report_has_a_row_for_each_stage_and_a_sentence_on_each_metric():
-    text = report.as_text(tell(busy_street.blamed()))
+    text = report.as_text(blame_report(busy_street.blamed()))
     assert max(map(len, text.splitlines())) <= report.WIDTH
     assert "…" not in text  # no column is too narrow for its title
     for row in ("none", *Stage):

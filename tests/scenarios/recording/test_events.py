@@ -1,4 +1,4 @@
-"""Remarks on a run, from tracks and verdicts alone."""
+"""Events of a run, from tracks and grades alone."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ def template() -> Step:
 
 
 def frame(template: Step, time: float, tracks: dict[int, tuple[Status, int]]) -> tuple:
-    """Arguments of `EventFinder.update`: by track id its status and the actor that it follows."""
+    """Arguments of `EventFinder.update`, from the status and followed actor of each track id."""
     rows = np.arange(len(tracks))
     records = {
         name: values[rows]
@@ -38,15 +38,15 @@ def frame(template: Step, time: float, tracks: dict[int, tuple[Status, int]]) ->
     )
 
 
-def told(template: Step, *frames: tuple[float, dict[int, tuple[Status, int]]]) -> list[list[Event]]:
+def events_of(template: Step, *frames: tuple[float, dict[int, tuple[Status, int]]]) -> list[list[Event]]:
     finder = EventFinder()
     return [finder.update(*frame(template, time, tracks)) for time, tracks in frames]
 
 
-def test_a_life(template: Step) -> None:
-    # Fails when a state change is missed or told twice.
+def test_life_cycle_of_a_track(template: Step) -> None:
+    # Fails when a state change is missed or reported twice.
     lost = LOST_S + 0.1
-    assert told(
+    assert events_of(
         template,
         (0.0, {7: (NEW, 101)}),
         (0.1, {7: (SURE, 101)}),
@@ -62,17 +62,17 @@ def test_a_life(template: Step) -> None:
         [Event("INFO", "track 7 confirmed on flow.1")],
         [],
         [],
-        [Event("WARN", "track 7 lost sight of flow.1, coasting")],
+        [Event("WARN", "track 7 lost flow.1, coasting")],
         [],
         [Event("INFO", "track 7 back after 0.7 s, on flow.1")],
-        [Event("INFO", "track 7 dead, was on flow.1")],
+        [Event("INFO", "track 7 terminated, was on flow.1")],
         [],
     ]
 
 
-def test_a_short_gap_and_a_tentative_life_are_not_remarked_on(template: Step) -> None:
+def test_short_gaps_and_tentative_tracks_have_no_events(template: Step) -> None:
     # Fails when every scan without a fit floods the log.
-    events = told(
+    events = events_of(
         template,
         (0.0, {1: (SURE, 100), 2: (NEW, 101)}),
         (0.1, {1: (GONE, 100), 2: (NEW, 101)}),
@@ -81,16 +81,16 @@ def test_a_short_gap_and_a_tentative_life_are_not_remarked_on(template: Step) ->
     assert events == [[Event("INFO", "track 1 confirmed on flow.0")], [], []]
 
 
-def test_a_track_that_is_reported_dead_is_told_once(template: Step) -> None:
-    # Fails when only missing rows count as death.
-    events = told(template, (0.0, {1: (SURE, 100)}), (0.1, {1: (DEAD, NO_ACTOR)}), (0.2, {}))
-    assert events[1:] == [[Event("INFO", "track 1 dead, was on flow.0")], []]
+def test_dead_track_has_one_termination_event(template: Step) -> None:
+    # Fails when only missing rows count as terminated.
+    events = events_of(template, (0.0, {1: (SURE, 100)}), (0.1, {1: (DEAD, NO_ACTOR)}), (0.2, {}))
+    assert events[1:] == [[Event("INFO", "track 1 terminated, was on flow.0")], []]
 
 
-def test_an_id_switch_is_told_when_an_actor_gets_another_track(template: Step) -> None:
-    # Bernardin and Stiefelhagen 2008, section 2.1.2: a mismatch counts when an object is matched to another
-    # hypothesis than last, however long ago; a second track beside the first is not one.
-    events = told(
+def test_id_switch_event_when_an_actor_gets_another_track(template: Step) -> None:
+    # Bernardin and Stiefelhagen 2008, section 2.1.2: a mismatch is a match of an object with another hypothesis than
+    # its last one, however long ago. A second track beside the first is not a mismatch.
+    events = events_of(
         template,
         (0.0, {2: (SURE, 100)}),
         (0.1, {1: (SURE, 100), 2: (SURE, 100)}),
@@ -102,6 +102,6 @@ def test_an_id_switch_is_told_when_an_actor_gets_another_track(template: Step) -
     assert switches == [[], [], [], ["flow.0 switched from track 2 to track 1"], []]
 
 
-def test_a_track_on_nothing_is_named_so(template: Step) -> None:
+def test_track_without_actor_is_confirmed_on_no_actor(template: Step) -> None:
     # Fails when the last actor of the list is taken for "no actor" (id -1 used as an index).
-    assert told(template, (0.0, {3: (SURE, NO_ACTOR)})) == [[Event("INFO", "track 3 confirmed on nothing real")]]
+    assert events_of(template, (0.0, {3: (SURE, NO_ACTOR)})) == [[Event("INFO", "track 3 confirmed on no actor")]]

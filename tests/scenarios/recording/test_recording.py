@@ -1,4 +1,4 @@
-"""The recording, written by rerun and read back with rerun's own reader."""
+"""Recording written by rerun and read back with rerun's reader."""
 
 import subprocess
 import sys
@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rerun.chunk import RrdReader
 from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
 from scenarios.control.corridor import Lead
@@ -34,7 +33,9 @@ def record(path: Path, steps: list[Step], obstacles: Obstacles | None = None) ->
 
 
 def read(path: Path, entity: str, *, static: bool = False) -> dict[str, list[Any]]:
-    """Return an entity's rows by column, in the order of frames."""
+    """Return the rows of an entity by column, in the order of frames."""
+    from rerun.chunk import RrdReader
+
     columns: dict[str, list[Any]] = {}
     for chunk in RrdReader(path).stream():
         if chunk.entity_path == entity and chunk.is_static == static:
@@ -48,7 +49,7 @@ def rgb(color: int) -> tuple[int, ...]:
 
 
 def applied(transform: dict[str, list[Any]], row: int, xy: np.ndarray) -> np.ndarray:
-    """Move (N, 2) points by a recorded transform."""
+    """Transform (N, 2) points by a recorded transform."""
     yaw = transform["Transform3D:rotation_axis_angle"][row][0]["angle"]
     return turned(xy, yaw) + np.array(transform["Transform3D:translation"][row][0])[:2]
 
@@ -73,8 +74,8 @@ def test_rerun_verifies_the_closed_file(recording: Path) -> None:
 
 
 @pytest.mark.parametrize("entity", EVERY_FRAME)
-def test_every_frame_is_there_on_both_timelines(recording: Path, entity: str) -> None:
-    # Fails when the last frames are lost, or a wall clock slips in beside the two timelines.
+def test_every_frame_is_on_both_timelines(recording: Path, entity: str) -> None:
+    # Fails when the last frames are lost, or a wall-clock timeline is recorded.
     rows = read(recording, entity)
     assert rows["frame"] == list(range(FRAMES))
     seconds = [time / np.timedelta64(1, "s") for time in np.array(rows["sim_time"], dtype="m8[ns]")]
@@ -83,7 +84,7 @@ def test_every_frame_is_there_on_both_timelines(recording: Path, entity: str) ->
 
 
 def test_truth_keeps_its_precision_far_from_the_worlds_origin(recording: Path, steps: list[Step]) -> None:
-    # Fails when poses are stored as they come: at 52 km float32 steps by 4 mm.
+    # Fails without the shift of the origin: at 52 km, float32 has a resolution of 4 mm.
     truth = read(recording, "/world/truth")
     for row, step in enumerate(steps):
         expected = step.frame.actors.pose_world[:, :2] - START[:2]
@@ -98,8 +99,8 @@ def test_truth_keeps_its_precision_far_from_the_worlds_origin(recording: Path, s
     assert truth["Boxes3D:labels"][0] == [f"flow.{index}" for index in range(len(IDS))]
 
 
-def test_truth_is_coloured_by_what_is_seen_and_dimmed_when_ungraded(recording: Path) -> None:
-    # Fails when the ramp is upside down. Actor 0 shows half of itself, and is not graded while hidden.
+def test_truth_is_coloured_by_visible_fraction_and_dim_when_ungraded(recording: Path) -> None:
+    # Fails when the colours are swapped. Actor 0 has visible fraction 0.5, and is not graded while hidden.
     colors = read(recording, "/world/truth")["Boxes3D:colors"]
     half = np.mean([look.HIDDEN, look.VISIBLE], axis=0)
     assert rgb(colors[0][0]) == tuple(half.astype(int))
@@ -107,8 +108,8 @@ def test_truth_is_coloured_by_what_is_seen_and_dimmed_when_ungraded(recording: P
     assert {rgb(color) for color in colors[0][1:]} == {look.VISIBLE}
 
 
-def test_tracks_lie_on_their_actors_in_spite_of_drifting_odometry(recording: Path, steps: list[Step]) -> None:
-    # Fails when tracks are drawn as if the odometry frame stood still, or by their corner.
+def test_tracks_are_on_their_actors_despite_odometry_drift(recording: Path, steps: list[Step]) -> None:
+    # Fails when tracks are drawn in a fixed odometry frame, or at their corner.
     ego, odom = read(recording, "/world/ego"), read(recording, "/world/odom")
     tracks, fits = read(recording, "/world/odom/tracks"), read(recording, "/world/ego/fits")
     for row, step in enumerate(steps):
@@ -120,7 +121,7 @@ def test_tracks_lie_on_their_actors_in_spite_of_drifting_odometry(recording: Pat
         np.testing.assert_allclose(applied(ego, row, fit_centers), seen, atol=1e-4)
 
 
-def test_a_coasting_track_says_so_and_is_dim(recording: Path) -> None:
+def test_coasting_track_is_labelled_and_dim(recording: Path) -> None:
     # Fails when status is not shown, or when tentative tracks get names.
     tracks, names = read(recording, "/world/odom/tracks"), read(recording, "/world/odom/tracks/names")
     labels = names["Points3D:labels"]
@@ -132,15 +133,15 @@ def test_a_coasting_track_says_so_and_is_dim(recording: Path) -> None:
     assert abs(tracks["Boxes3D:radii"][HIDDEN[0]][0]) < abs(tracks["Boxes3D:radii"][5][0])
 
 
-def test_trails_go_on_where_they_ended(recording: Path) -> None:
-    # Fails when steps are mixed up between tracks, or a new track's trail starts at the origin.
+def test_trails_are_continuous(recording: Path) -> None:
+    # Fails when steps of tracks are exchanged, or a new track's trail starts at the origin.
     trails = np.array(read(recording, "/world/odom/trails")["LineStrips3D:strips"])
     np.testing.assert_array_equal(trails[0, :, 0], trails[0, :, 1])
     np.testing.assert_array_equal(trails[1:, :, 0], trails[:-1, :, 1])
 
 
 def test_points_carry_cause_unit_and_layer_with_one_set_of_positions(recording: Path, steps: list[Step]) -> None:
-    # Fails when a colouring goes with the wrong array, or clean background passes for vehicles.
+    # Fails when a colouring uses the wrong array, or clean background points have the class of vehicles.
     points = read(recording, "/world/ego/points")
     for row, step in enumerate(steps):
         np.testing.assert_array_equal(np.array(points["Points3D:positions"][row], np.float32), step.scan.points_ego)
@@ -154,7 +155,7 @@ def test_points_carry_cause_unit_and_layer_with_one_set_of_positions(recording: 
 
 
 def test_plots_hold_the_numbers_of_the_frame(recording: Path, steps: list[Step]) -> None:
-    # Fails when tentative or coasting tracks are averaged in, or radians are plotted.
+    # Fails when averages include tentative or coasting tracks, or radians are plotted.
     def plot(name: str, row: int) -> list[float]:
         return list(read(recording, f"/plots/{name}")["Scalars:scalars"][row])
 
@@ -169,7 +170,7 @@ def test_plots_hold_the_numbers_of_the_frame(recording: Path, steps: list[Step])
 
 
 def test_events_are_written_at_their_frame(recording: Path) -> None:
-    # Fails when the events never reach the file, or all land at its start.
+    # Fails when the events are not in the file, or all at its start.
     events = read(recording, "/events")
     log = list(zip(events["frame"], events["TextLog:level"], events["TextLog:text"], strict=True))
     assert (3, ["INFO"], ["track 0 confirmed on flow.0"]) in log
@@ -177,8 +178,8 @@ def test_events_are_written_at_their_frame(recording: Path) -> None:
     assert (HIDDEN[-1] + 1, ["INFO"], ["track 0 back after 0.9 s, on flow.0"]) in log
 
 
-def test_walls_stand_where_the_obstacles_are(recording: Path) -> None:
-    # Fails when polygons are not closed, run into each other, or keep world coordinates.
+def test_walls_are_at_the_obstacles(recording: Path) -> None:
+    # Fails when polygons are not closed, are connected with each other, or keep world coordinates.
     mesh = read(recording, "/world/obstacles", static=True)
     corners = np.array(mesh["Mesh3D:vertex_positions"][0])
     triangles = corners[np.array(mesh["Mesh3D:triangle_indices"][0])]
@@ -189,8 +190,10 @@ def test_walls_stand_where_the_obstacles_are(recording: Path) -> None:
     np.testing.assert_allclose(corners.max(axis=0), [45.0, 60.0, look.WALL_TOP_M], atol=1e-4)
 
 
-def test_the_layout_is_in_the_file_and_shows_only_what_is_recorded(recording: Path) -> None:
-    # Fails when a view or an override is set for a path that nobody logs to: the view would open empty.
+def test_layout_is_in_the_file_and_shows_recorded_paths_only(recording: Path) -> None:
+    # Fails when a view or an override refers to a path without data: the view would be empty.
+    from rerun.chunk import RrdReader
+
     logged = {str(chunk.entity_path) for chunk in RrdReader(recording).stream()}
     (layout,) = RrdReader(recording).blueprints()
     names = []
@@ -204,18 +207,18 @@ def test_the_layout_is_in_the_file_and_shows_only_what_is_recorded(recording: Pa
             assert path.partition("/visualizers")[0] in logged
         for mapping in columns.get("VisualizerInstruction:component_map", []):
             assert mapping[0]["source_component"] in read(recording, "/world/ego/points")
-    assert {"Points by cause", "Points by unit", "Points by layer", "Events", "What you see"} <= set(names)
+    assert {"Points by cause", "Points by unit", "Points by layer", "Events", "Legend"} <= set(names)
 
 
-def test_legend_and_lines_are_named(recording: Path) -> None:
-    # Fails when a plot has other lines than names: rerun would draw the rest nameless.
+def test_legend_and_names_of_lines(recording: Path) -> None:
+    # Fails when the numbers of lines and names differ: rerun would draw lines without names.
     for path, lines in look.PLOTS.items():
         assert read(recording, f"/{path}", static=True)["SeriesLines:names"] == [list(lines)]
         assert len(read(recording, f"/{path}")["Scalars:scalars"][0]) == len(lines)
     assert read(recording, "/legend", static=True)["TextDocument:text"] == [[look.LEGEND]]
 
 
-def test_two_recordings_at_a_time_stay_apart(steps: list[Step], tmp_path: Path) -> None:
+def test_simultaneous_recordings_are_independent(steps: list[Step], tmp_path: Path) -> None:
     # Fails when rerun's global recording is used.
     one, two = (Recorder(tmp_path / name, name, buildings()) for name in ("one.rrd", "two.rrd"))
     for step in steps[:4]:
@@ -224,13 +227,13 @@ def test_two_recordings_at_a_time_stay_apart(steps: list[Step], tmp_path: Path) 
         two.log(*step)
     one.close()
     two.close()
-    two.close()  # twice is safe
+    two.close()  # a second call has no effect
     assert len(read(tmp_path / "one.rrd", "/world/ego")["frame"]) == 4
     assert len(read(tmp_path / "two.rrd", "/world/ego")["frame"]) == 8
 
 
-def test_an_empty_world_and_a_tracker_that_tells_nothing(steps: list[Step], tmp_path: Path) -> None:
-    # Fails when something takes at least one actor, point, track or obstacle for granted.
+def test_empty_world_and_tracker_without_trace(steps: list[Step], tmp_path: Path) -> None:
+    # Fails when the recorder requires at least one actor, point, track or obstacle.
     first = steps[0]
     empty = Step(
         frame=replace(first.frame, actors=none_of(first.frame.actors)),
@@ -248,7 +251,7 @@ def test_an_empty_world_and_a_tracker_that_tells_nothing(steps: list[Step], tmp_
 
 
 def none_of(record: Any, keep: str = "") -> Any:
-    """Cut all arrays of a record to length 0."""
+    """Return a record with all arrays of length 0."""
     arrays = {f.name: getattr(record, f.name) for f in fields(record) if f.name != keep}
     return replace(record, **{name: array[:0] for name, array in arrays.items() if isinstance(array, np.ndarray)})
 
@@ -259,25 +262,28 @@ def test_size_stays_within_60_mb_for_40_s(tmp_path: Path) -> None:
     assert path.stat().st_size / 30 * 500 < 40e6
 
 
-def test_a_controlled_ego_s_speeds_and_gap_are_plotted(steps: list[Step], tmp_path: Path) -> None:
+def test_speeds_and_gap_of_a_controlled_ego_are_plotted(steps: list[Step], tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "controlled.rrd", "test", buildings(), controlled=True)
     for step, lead in zip(steps[:3], (None, Lead(4, 12.5, 8.0), None), strict=True):
         recorder.log(*step, Decision(9.5, lead) if step is not steps[0] else None)
     recorder.close()
     rows = read(tmp_path / "controlled.rrd", f"/{look.CONTROL}")
-    assert rows["frame"] == [1, 2]  # there was no decision at first
+    assert rows["frame"] == [1, 2]  # the first frame has no decision
     np.testing.assert_allclose(rows["Scalars:scalars"], [[8.0, 9.5, 12.5], [8.0, 9.5, np.nan]])
 
 
 def test_running_without_a_recording_does_not_import_rerun() -> None:
-    # Fails when rerun moves to the top of a module: half a second for every `luxloop` command.
-    code = "import sys; from scenarios.recording.recorder import NullRecorder as N; N().close(); print('rerun' in sys.modules)"
+    # Fails without the lazy import: half a second for every `luxloop` command.
+    code = (
+        "import sys; from scenarios.recording.recorder import NullRecorder as N; N().close();"
+        "print('rerun' in sys.modules)"
+    )
     ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert ran.stdout == "False\n"
 
 
-def test_a_bent_truck_is_drawn_as_trailer_and_tractor(steps: list[Step], tmp_path: Path) -> None:
-    # Fails when the tractor is not turned, or takes the colour or the name of another actor.
+def test_bent_truck_is_drawn_as_trailer_and_tractor(steps: list[Step], tmp_path: Path) -> None:
+    # Fails when the tractor is not rotated, or has the colour or the name of another actor.
     step = steps[5]
     articulation = np.where(step.frame.actors.id == IDS[1], 0.5, 0.0)
     frame = replace(step.frame, actors=replace(step.frame.actors, articulation=articulation))

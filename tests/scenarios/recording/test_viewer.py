@@ -1,4 +1,4 @@
-"""The viewer opens where there is something to see."""
+"""Choice of the frame to show, and the time cursor of the viewer."""
 
 import os
 import signal
@@ -19,32 +19,32 @@ from scenarios.recording import viewer
 START_S = 90.0
 
 
-def test_the_viewer_goes_to_what_failed():
+def test_failed_metric_chooses_the_frame():
     result = short_run.result()
     first = worst_frames(result, "fit.best.heading_abs_mean_deg", count=1)[0]
-    found = viewer.moment(result, ["perf.sensor_ms_p50", "fit.best.heading_abs_mean_deg"])
+    found = viewer.frame_to_show(result, ["perf.sensor_ms_p50", "fit.best.heading_abs_mean_deg"])
     assert (found.frame, found.time_s) == (first.frame, first.time_s)
     assert found.what.startswith("fit.best.heading_abs_mean_deg: ")
-    unfailed = viewer.moment(result, [])
+    unfailed = viewer.frame_to_show(result, [])
     assert unfailed.frame == result.tables["snapshots"]["frame"][0]
-    assert viewer.moment(result, [], frame=7)[:2] == (7, pytest.approx(7 * 0.08))
+    assert viewer.frame_to_show(result, [], frame=7)[:2] == (7, pytest.approx(7 * 0.08))
     spotless = replace(result, tables={**result.tables, "snapshots": result.tables["snapshots"].iloc[:0]})
-    assert viewer.moment(spotless, []) is None
+    assert viewer.frame_to_show(spotless, []) is None
 
 
-def test_the_viewer_wants_a_frame_of_the_run():
+def test_frame_outside_of_the_run_is_refused():
     result = short_run.result()
     with pytest.raises(InputError, match=f"--frame {result.frames}: the run has frames 0 to {result.frames - 1}"):
-        viewer.moment(result, [], frame=result.frames)
+        viewer.frame_to_show(result, [], frame=result.frames)
 
 
-def test_view_wants_a_run_with_a_recording(capfd, tmp_path):
+def test_view_requires_a_run_folder(capfd, tmp_path):
     assert main(["view", str(tmp_path), "--frame", "3"]) == 2
     assert "no result.json of a run in it" in capfd.readouterr().err
 
 
-def test_the_real_viewer_opens_at_the_moment(tmp_path):
-    """A viewer without a window, which needs a graphics driver nonetheless; Mesa's lavapipe will do."""
+def test_real_viewer_opens_at_the_time(tmp_path):
+    """A headless viewer, which requires a graphics driver; Mesa's lavapipe is sufficient."""
     rerun = pytest.importorskip("rerun.experimental")
     recording = tmp_path / "short.rrd"
     short_run.run(record_to=recording)
@@ -53,11 +53,11 @@ def test_the_real_viewer_opens_at_the_moment(tmp_path):
         port = probe.getsockname()[1]
     command = [sys.executable, "-m", "rerun", "--headless", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
     log = (tmp_path / "log").open("w")
-    # A session of its own, for the viewer is a child of this child.
+    # A separate session, because the viewer is a child of this child.
     shown = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
     try:
         deadline = time.monotonic() + START_S
-        while shown.poll() is None and time.monotonic() < deadline and not viewer.point_at(port, 0.4):
+        while shown.poll() is None and time.monotonic() < deadline and not viewer.set_time_cursor(port, 0.4):
             time.sleep(0.2)
         if shown.poll() is not None:
             pytest.skip("the viewer does not start here: no graphics driver (Debian: mesa-vulkan-drivers)")

@@ -1,4 +1,4 @@
-"""HTML reports: what they say, and that a real browser shows them, on a phone and on paper, without asking anybody."""
+"""HTML reports: contents, and display in a real browser, on a phone and on paper, without network requests."""
 
 import os
 import re
@@ -18,22 +18,22 @@ from scenarios.execute import execute
 from scenarios.files.scenario import Scenario
 from scenarios.report import paper_tables
 from scenarios.report.html.birdseye import kind_of
-from scenarios.report.html.fit_figures import AGAINST, errors_against, observations
+from scenarios.report.html.fit_figures import COVARIATES, errors_against, observations
 from scenarios.report.html.page_tables import page_table
 from scenarios.report.html.palette import TONES
-from scenarios.report.html.probabilities import most_eventful
+from scenarios.report.html.probabilities import most_mode_changes
 from scenarios.report.html.reported_run import ReportedRun
 from scenarios.report.html.run_page import run_page
 from scenarios.report.html.suite_page import Broken, find_runs, suite_page
 from scenarios.report.html.svg_figure import draw
-from scenarios.report.html.timelines import ALONE, HIDDEN, OUT, stretches
+from scenarios.report.html.timelines import HIDDEN, MISSED, OUT, periods
 from scenarios.run import device
 from tracker.records import MODELS
 from tracker.tracker import Tracker
 
 EXPECT = """
 [expect]
-"track.mota" = { max = 1.0, unit = "1", need = "no score is above one" }
+"track.mota" = { max = 1.0, unit = "1", need = "scores are at most one" }
 "fit.best.heading_abs_mean_deg" = { max = 0.001, unit = "deg", need = "a ruler's edge" }
 "track.idf1" = { min = 0.999, known_failure = "the first frames have <no> track yet" }
 """
@@ -44,7 +44,7 @@ OFFLINE = [
     "--disable-component-update",
     "--disable-sync",
     "--disable-gpu",
-    "--no-sandbox",  # as root in a container there is none
+    "--no-sandbox",  # root in a container has no sandbox
 ]
 
 
@@ -57,7 +57,7 @@ def run_into(folder, text, name="short"):
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """A run that fails, with a known failure, and one that passes."""
+    """A run that fails, with a known failure, and a run that passes."""
     folder = tmp_path_factory.mktemp("suite")
     run_into(folder, short_run.TEXT.replace("[bold]", "<script>alert(1)</script>") + EXPECT, "bad")
     run_into(folder, short_run.TEXT, "good")
@@ -88,19 +88,19 @@ def browser():
 
 @pytest.fixture
 def opened(browser, pages):
-    """Open a page by its name, and note what it complains of and asks for."""
+    """Open a page by its name, and record its errors and requests."""
     contexts = []
 
     def open_page(name, **options):
         context = browser.new_context(**options)
         contexts.append(context)
         page = context.new_page()
-        page.noted = []
-        page.on("console", lambda message: page.noted.append(message.text))
-        page.on("pageerror", lambda error: page.noted.append(str(error)))
-        page.on("request", lambda request: page.noted.append(request.url))
+        page.recorded = []
+        page.on("console", lambda message: page.recorded.append(message.text))
+        page.on("pageerror", lambda error: page.recorded.append(str(error)))
+        page.on("request", lambda request: page.recorded.append(request.url))
         page.goto(pages[name].as_uri())
-        assert page.noted.pop(0) == pages[name].as_uri()
+        assert page.recorded.pop(0) == pages[name].as_uri()
         return page
 
     yield open_page
@@ -112,7 +112,7 @@ PHONE = {"viewport": {"width": 390, "height": 844}}
 
 
 @pytest.mark.parametrize("name", ["run", "suite"])
-def test_a_phone_shows_the_verdict_at_once_and_never_scrolls_sideways(opened, name):
+def test_phone_shows_the_verdict_without_scrolling(opened, name):
     page = opened(name, **PHONE)
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     verdict = page.locator("h1 .badge").first
@@ -120,12 +120,12 @@ def test_a_phone_shows_the_verdict_at_once_and_never_scrolls_sideways(opened, na
     box = verdict.bounding_box()
     assert box["x"] + box["width"] <= 390
     assert box["y"] + box["height"] <= 844
-    assert page.noted == []
+    assert page.recorded == []
 
 
-def test_every_figure_is_drawn_with_its_words(opened):
+def test_every_figure_is_drawn_with_alternative_text(opened):
     page = opened("run")
-    shown = page.locator("figure").evaluate_all("all => all.map(one => one.id)")
+    shown = page.locator("figure").evaluate_all("all => all.map(element => element.id)")
     assert [name for name in shown if not name.startswith("short")][-len(FIGURES) :] == FIGURES
     assert any("fit_heading" in name for name in shown)
     for drawing in page.locator("figure svg").all():
@@ -134,10 +134,10 @@ def test_every_figure_is_drawn_with_its_words(opened):
         assert box["height"] > 80
         assert len(drawing.get_attribute("aria-label")) > 20
         assert drawing.locator("path").count() > 3
-    assert page.noted == []
+    assert page.recorded == []
 
 
-def test_it_takes_the_colours_of_the_screen(opened):
+def test_page_has_the_colour_scheme_of_the_browser(opened):
     def color(scheme, of):
         return (
             opened("run", color_scheme=scheme)
@@ -153,8 +153,8 @@ def test_it_takes_the_colours_of_the_screen(opened):
         assert color(scheme, "#timelines svg text") in {rgb(getattr(TONES[name], scheme)) for name in ("ink", "muted")}
 
 
-def test_paper_shows_all_of_it_and_cuts_no_figure(opened):
-    """Fails when a figure or table is wider than the sheet, or a figure may be cut in two."""
+def test_printed_page_is_complete_without_split_figures(opened):
+    """Fails when a figure or table is wider than the sheet, or a page break may split a figure."""
     page = opened("run", viewport={"width": 688, "height": 1000})  # A4 less its margins, at 96 dots per inch
     page.emulate_media(media="print")
     assert page.evaluate("document.documentElement.scrollWidth") <= 688
@@ -165,7 +165,7 @@ def test_paper_shows_all_of_it_and_cuts_no_figure(opened):
     assert page.pdf(prefer_css_page_size=True).startswith(b"%PDF")
 
 
-def test_links_in_a_page_lead_somewhere(opened):
+def test_links_in_a_page_have_targets(opened):
     for name in ("run", "suite"):
         page = opened(name)
         targets = page.locator("a").evaluate_all("all => all.map(one => one.getAttribute('href'))")
@@ -175,13 +175,13 @@ def test_links_in_a_page_lead_somewhere(opened):
         assert len(ids) == len(set(ids))
 
 
-def test_text_of_a_run_is_text(opened):
+def test_text_of_a_run_is_escaped(opened):
     page = opened("run")
     assert "<script>alert(1)</script>" in page.locator("header").inner_text()
     assert page.locator("script").count() == 0
 
 
-def test_the_verdict_is_told_with_needs_and_reasons(pages):
+def test_page_shows_the_verdict_with_needs_and_reasons(pages):
     text = pages["run"].read_text(encoding="utf-8")
     assert "1 of 3 expectations hold, 1 known to fail" in text
     assert str(escape("a ruler's edge")) in text
@@ -189,7 +189,7 @@ def test_the_verdict_is_told_with_needs_and_reasons(pages):
     assert re.search(r"frame \d+ \(\d\.\d\d s\): .* is [+-]\d+\.\d deg off", text)
 
 
-def test_a_run_page_holds_the_numbers_of_the_printed_tables(runs):
+def test_run_page_has_the_numbers_of_the_printed_tables(runs):
     run, text = ReportedRun.read(runs / "bad-seed4"), run_page(runs / "bad-seed4")
     table = page_table(paper_tables.heading_error(run.result))
     best = next(row for row in table.rows if row.cells[0].text == "best")
@@ -202,7 +202,7 @@ def test_a_run_page_holds_the_numbers_of_the_printed_tables(runs):
     assert cells in text
 
 
-def test_figures_shorten_places_and_never_what_is_written():
+def test_figures_shorten_coordinates_and_not_text():
     def on(canvas):
         canvas.subplots().text(0.123456, 0.5, "0.139 of 2.71828")
 
@@ -211,7 +211,7 @@ def test_figures_shorten_places_and_never_what_is_written():
     assert not re.search(r'="[^"]*\d\.\d{3}', svg)
 
 
-def test_a_run_page_tells_how_to_do_it_again(runs):
+def test_run_page_shows_the_commands_that_reproduce_it(runs):
     run = ReportedRun.read(runs / "bad-seed4")
     folder = runs / "bad-seed4"
     assert run.commands == [f"luxloop run bad.toml --seed 4 --out {folder}", f"luxloop view {folder}"]
@@ -229,27 +229,27 @@ class Untraced(Tracker):
         return super().step(scan)[0]
 
 
-NOBODY = 'description = "Nobody."\nduration_s = 0.8\n[traffic]\nkind = "scripted"\n'
-ODD = {
-    "a tracker that gives no trace": (short_run.TEXT, Untraced, {}),
-    "nobody there": (NOBODY, Tracker, {}),
+EMPTY = 'description = "No actors."\nduration_s = 0.8\n[traffic]\nkind = "scripted"\n'
+SPECIAL_CASES = {
+    "tracker without a trace": (short_run.TEXT, Untraced, {}),
+    "no actors": (EMPTY, Tracker, {}),
     "a single frame": (short_run.TEXT, Tracker, {"duration_s": 0.08}),
     "baselines": (short_run.TEXT + "[tracker.baselines]\nenabled = true\n", Tracker, {}),
 }
 
 
-@pytest.mark.parametrize("what", ODD)
-def test_there_is_a_page_of_any_run(tmp_path, what):
-    """Fails where a figure or table takes for granted what a run need not have; warnings are errors here."""
-    text, factory, overrides = ODD[what]
+@pytest.mark.parametrize("case", SPECIAL_CASES)
+def test_page_of_special_cases(tmp_path, case):
+    """Fails when a figure or table requires data that a run may lack; warnings are errors here."""
+    text, factory, overrides = SPECIAL_CASES[case]
     scenario = Scenario.load(short_run.write(tmp_path, text), overrides)
     execute(scenario, factory, tmp_path / "run", record=False)
     page = run_page(tmp_path / "run")
     assert all(f'id="{name}"' in page for name in FIGURES)
-    assert ("autoware" in page[: page.index("Effective configuration")]) == (what == "baselines")
+    assert ("autoware" in page[: page.index("Effective configuration")]) == (case == "baselines")
 
 
-def test_a_suite_shows_failures_first_and_stays_small(pages, runs):
+def test_suite_page_shows_failures_first_and_is_small(pages, runs):
     text = pages["suite"].read_text(encoding="utf-8")
     order = ["torn.toml::torn", 'id="known"', '<details id="bad-seed4" open', '<details id="good-seed4">']
     assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
@@ -257,14 +257,14 @@ def test_a_suite_shows_failures_first_and_stays_small(pages, runs):
     assert len(text) < 5e6 / 40 * len(find_runs(runs))
 
 
-def test_pictures_of_what_failed_come_first():
+def test_kind_of_snapshot_by_metric():
     assert kind_of("fit.rear.best.within_1deg") == "fit_heading"
     assert kind_of("track.heading_flip_rate") == "track_heading"
     assert kind_of("track.hidden_2s_survival") == kind_of("track.id_switches") == "identity"
     assert kind_of("track.hota") == "detection"
 
 
-def test_report_writes_a_page_of_a_run_or_of_many(runs, capfd, tmp_path):
+def test_report_command_writes_a_page_of_a_run_or_of_many(runs, capfd, tmp_path):
     out = tmp_path / "deep" / "page.html"
     assert main(["report", str(runs / "good-seed4"), "--out", str(out)]) == 0
     assert "<title>good: passed</title>" in out.read_text(encoding="utf-8")
@@ -275,7 +275,7 @@ def test_report_writes_a_page_of_a_run_or_of_many(runs, capfd, tmp_path):
     assert "no run in it" in capfd.readouterr().err
 
 
-def test_pytest_writes_the_report_of_all_its_workers(tmp_path):
+def test_pytest_writes_the_report_of_all_workers(tmp_path):
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     short_run.write(tmp_path, short_run.TEXT + EXPECT, "bad")
     short_run.write(tmp_path, short_run.TEXT.replace("seed = 4", 'seed = "four"'), "broken")
@@ -296,20 +296,20 @@ def vehicle(**columns):
     return pd.DataFrame({name: np.broadcast_to(values, count) for name, values in rows.items()})
 
 
-def test_timelines_tell_tracks_hiding_and_what_is_lost():
+def test_timelines_show_tracks_occlusions_and_missed_periods():
     rows = vehicle(
         graded=[False, True, True, True, False, False, False, True, True, False],
         track_id=[7, 7, 7, -1, -1, -1, -1, 9, 9, 9],
         visible_fraction=[1, 1, 1, 1, 0.05, 0.05, 0.5, 1, 1, 1],
     )
-    found = [(round(s.begin_s, 6), round(s.end_s, 6), s.state) for s in stretches(rows, hidden_fraction_max=0.1)]
+    found = [(round(p.begin_s, 6), round(p.end_s, 6), p.state) for p in periods(rows, hidden_fraction_max=0.1)]
     # From the first graded row to the last; a row lasts until the next one.
-    expected = [(0.1, 0.3, 7), (0.3, 0.4, ALONE), (0.4, 0.6, HIDDEN), (0.6, 0.7, OUT), (0.7, 0.9, 9)]
+    expected = [(0.1, 0.3, 7), (0.3, 0.4, MISSED), (0.4, 0.6, HIDDEN), (0.6, 0.7, OUT), (0.7, 0.9, 9)]
     assert found == expected
 
 
-def test_errors_are_held_against_aspect_and_visible_fraction():
-    """Aspect by hand: driving away ahead of the ego it shows its rear, oncoming its front, abreast its side."""
+def test_errors_by_aspect_and_visible_fraction():
+    """Aspect by hand: a vehicle that drives ahead shows its rear, an oncoming one its front, one abreast its side."""
     fits = pd.DataFrame(
         {
             "frame": [0, 0, 0],
@@ -327,17 +327,19 @@ def test_errors_are_held_against_aspect_and_visible_fraction():
     observed = observations(fits, truth)
     assert observed["aspect_deg"].tolist() == pytest.approx([180.0, 0.0, 90.0])
     assert observed["visible_fraction"].tolist() == [1.0, 0.2, 0.3]
-    counts = {what.name: re.findall(r"n=(\d+)", errors_against(observed, what).svg) for what in AGAINST}
-    assert counts["range"] == ["0", "2", "0", "0", "1"]  # a bin begins at its lower edge, the last holds its upper one
+    counts = {
+        covariate.name: re.findall(r"n=(\d+)", errors_against(observed, covariate).svg) for covariate in COVARIATES
+    }
+    assert counts["range"] == ["0", "2", "0", "0", "1"]  # bins include the lower edge, the last also the upper one
     assert counts["aspect"] == ["1", "0", "0", "1", "0", "1"]
     assert counts["visible fraction"] == ["0", "2", "0", "0", "1"]
 
 
-def test_the_vehicles_shown_are_those_whose_mode_changes_most():
+def test_vehicles_with_most_mode_changes_are_shown():
     modes = {1: "cv" * 10, 2: "cvca" * 5, 3: "cv" * 2 + "ca" * 10, 4: "cvca" * 2}
     rows = [(actor, text[k : k + 2]) for actor, text in modes.items() for k in range(0, len(text), 2)]
     rows = [row for row in rows for _ in range(2)]  # two frames each
     judged = pd.DataFrame(rows, columns=["actor_id", "true_mode"])
     judged["true_mode"] = pd.Categorical(judged["true_mode"], MODELS)
-    # 2 changes nine times, 3 once, 1 never; 4 is followed for too short a time.
-    assert most_eventful(judged) == [2, 3, 1]
+    # Vehicle 2 changes nine times, 3 once, 1 never; 4 is followed for too few frames.
+    assert most_mode_changes(judged) == [2, 3, 1]

@@ -1,4 +1,4 @@
-"""The report and the verdict: every number is the result's own, and fits on a terminal."""
+"""Printed report and verdict: numbers of the result, within the width of a terminal."""
 
 from dataclasses import replace
 
@@ -17,19 +17,19 @@ def text_of(result, checks=()):
 
 
 def row(text, title, first_cell):
-    """Cells of the first row after `title` that starts with `first_cell`."""
+    """Return the cells of the first row after `title` that starts with `first_cell`."""
     lines = text[text.index(title) :].splitlines()
     return next(line for line in lines if line.startswith(first_cell)).removeprefix(first_cell).split()
 
 
 def with_metrics(**values):
-    """The short result, some metrics replaced; names have __ for dots."""
+    """Return the short result with replaced metrics; names have __ for dots."""
     result = short_run.result()
     changed = {name.replace("__", "."): value for name, value in values.items()}
     return replace(result, metrics={**result.metrics, **changed})
 
 
-def test_the_data_set_stands_beside_the_papers():
+def test_data_set_table_shows_metrics_and_the_papers_figures():
     result = with_metrics(
         dataset__observations_per_frame=Metric(4.25, "1", 100),
         dataset__rear__observations=Metric(17.0, "count", 100),
@@ -38,12 +38,12 @@ def test_the_data_set_stands_beside_the_papers():
         dataset__front__share=Metric(0.0071, "1", 425),
     )
     text = text_of(result)
-    assert row(text, "What there was to see", "observations per frame") == ["4.2", "4"]
-    assert row(text, "What there was to see", "view: rear") == ["17", "4.0%", "201", "3.8%"]
-    assert row(text, "What there was to see", "view: front") == ["3", "0.7%"]
+    assert row(text, "Data set", "observations per frame") == ["4.2", "4"]
+    assert row(text, "Data set", "view: rear") == ["17", "4.0%", "201", "3.8%"]
+    assert row(text, "Data set", "view: front") == ["3", "0.7%"]
 
 
-def test_the_heading_table_shows_its_metrics_and_the_papers():
+def test_heading_table_shows_metrics_and_the_papers_figures():
     result = with_metrics(
         fit__best__heading_mean_deg=Metric(-0.25, "deg", 77),
         fit__best__heading_std_deg=Metric(1.5, "deg", 77),
@@ -56,8 +56,8 @@ def test_the_heading_table_shows_its_metrics_and_the_papers():
     assert row(text, "Heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
 
 
-def test_a_baseline_is_shown_where_it_is_on():
-    """Fails when a table lists its methods by hand."""
+def test_enabled_baseline_is_shown():
+    """Fails when a table has a fixed list of methods."""
     assert "jlinkage" not in text_of(short_run.result())
     names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "within_1deg")]
     text = text_of(with_metrics(**{name.replace(".", "__"): Metric(0.5, "deg", 9) for name in names}))
@@ -65,7 +65,7 @@ def test_a_baseline_is_shown_where_it_is_on():
     assert row(text, "Share of heading errors", "jlinkage")[0] == "50.0%"
 
 
-def test_the_distribution_table_shows_its_metrics_and_the_papers():
+def test_distribution_table_shows_metrics_and_the_papers_figures():
     shares = {f"fit__area__within_{n}deg": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
     text = text_of(with_metrics(**shares))
     expected = ["10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
@@ -73,7 +73,7 @@ def test_the_distribution_table_shows_its_metrics_and_the_papers():
     assert row(text, "Share of heading errors", "paper: best") == ["60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
 
 
-def test_the_position_table_shows_its_metrics_and_the_papers():
+def test_position_table_shows_metrics_and_the_papers_figures():
     result = with_metrics(
         mma__mma__moving_target__x_abs_mean_m=Metric(0.1, "m", 31, interval=(0.09, 0.12)),
         mma__mma__moving_target__x_abs_std_m=Metric(0.2, "m", 31),
@@ -86,7 +86,7 @@ def test_the_position_table_shows_its_metrics_and_the_papers():
     assert ["paper:", "MMA", "moving", "0.238", "0.140", "0.163", "0.120"] in rows
 
 
-def test_the_confusion_of_modes_and_the_consistency_of_models_have_tables():
+def test_tables_of_mode_confusion_and_model_consistency():
     result = with_metrics(
         mma__confusion__ca__stationary=Metric(0.05, "1", 40),
         mma__confusion__ca__cv=Metric(0.2, "1", 40),
@@ -101,7 +101,7 @@ def test_the_confusion_of_modes_and_the_consistency_of_models_have_tables():
     assert row(text, "Consistency of the filters", "ca") == ["90.0%", "2.500", "80.0%", "1.500", "40"]
 
 
-def test_a_controlled_ego_has_a_table_of_both_its_drives():
+def test_table_of_both_drives_of_a_controlled_ego():
     title = "Controlled ego"
     assert title not in text_of(short_run.result())
     result = with_metrics(
@@ -112,30 +112,30 @@ def test_a_controlled_ego_has_a_table_of_both_its_drives():
     )
     text = text_of(replace(result, config={**result.config, "control": {"kind": "cruise"}}))
     assert row(text, title, "least true time to collision")[-3:] == ["[s]", "1.750", "2.250"]
-    assert row(text, title, "others that the ego hit [count]") == ["1", "0"]
+    assert row(text, title, "actors that the ego collided with [count]") == ["1", "0"]
     assert row(text, title, "least true gap")[-2:] == [NONE, NONE]
 
 
-def test_every_title_keeps_its_unit_and_the_sentence_its_brackets():
-    """In rich's markup [deg] and [bold] would be styles, and vanish."""
+def test_brackets_in_titles_and_descriptions_are_kept():
+    """In rich's markup, [deg] and [bold] would be styles."""
     text = text_of(short_run.result())
     for expected in ("modulo 90 degrees [deg]", "by view [deg]", "ego's axes [m]", "Time per frame [ms]", "ego [bold]"):
         assert expected in text
 
 
-def test_what_repeats_a_run_and_what_was_graded_stand_in_the_report():
+def test_report_shows_seed_trace_hash_and_limits_of_grading():
     result = short_run.result()
     text = " ".join(text_of(result).split())
     assert f"seed 4, 10 frames, trace {result.trace_hash}" in text
     assert all(f"{name} = {value:g}" in text for name, value in result.config["grading"].items())
 
 
-def test_what_does_not_apply_is_said_with_its_reason_and_never_as_a_number():
+def test_metric_without_value_is_shown_with_its_reason():
     result = with_metrics(track__hota=Metric(None, "1", 0, "nothing was graded"))
     assert row(text_of(result), "Tracking", "track.hota") == [NONE, "0", "nothing", "was", "graded"]
 
 
-def test_no_line_is_wider_than_the_report():
+def test_lines_are_within_the_width_of_the_report():
     assert max(map(len, text_of(short_run.result()).splitlines())) <= WIDTH
 
 
@@ -152,13 +152,13 @@ def test_no_line_is_wider_than_the_report():
         (None, Limit(max=0.0), False),
     ],
 )
-def test_an_expectation_holds_up_to_its_limits_and_not_without_a_value(value, limit, passes):
+def test_expectation_holds_at_its_limits_and_not_without_a_value(value, limit, passes):
     (outcome,) = check({"track.hota": Metric(value, "1", 1)}, {"track.hota": limit})
     assert outcome.holds is passes
     assert verdict([outcome], complete=True) == ("passed" if passes else "failed")
 
 
-def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value():
+def test_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value():
     metric = Metric(0.625, "1", 3)
     good, bad = Check("track.mota", Limit(max=1.0), metric), Check("track.hota", Limit(min=0.75), metric)
     text = text_of(short_run.result(), [good, bad])
@@ -168,16 +168,16 @@ def test_one_failed_expectation_fails_the_run_and_is_shown_with_limit_and_value(
     assert "FAILED: 1 of 2 expectations hold" in text
 
 
-def test_an_incomplete_run_neither_passes_nor_fails_and_says_why():
-    """Whatever holds over the first frames might not over all of them, and the other way round."""
+def test_incomplete_run_neither_passes_nor_fails_and_shows_the_reason():
+    """Expectations on the first frames do not decide about the complete run."""
     good, bad = (Check("track.mota", Limit(max=top), Metric(0.625, "1", 3)) for top in (1.0, 0.5))
     assert verdict([], complete=False) == verdict([good], complete=False) == verdict([bad], complete=False)
     text = text_of(replace(short_run.result(), ended_early="the ego arrived"), [good, bad])
     assert "INCOMPLETE: 1 of 2 expectations hold so far; it ended early: the ego arrived" in text
 
 
-def test_the_papers_figures_are_those_of_its_tables():
-    """Tables I to IV: the text repeats some of them (section V), and table I adds up."""
+def test_figures_of_the_paper_are_consistent():
+    """Tables I to IV: table I adds up, and section V repeats some figures."""
     assert sum(paper_figures.VIEWS.values()) == paper_figures.DATASET["observations"] == 5353
     assert round(5353 / paper_figures.DATASET["vehicles"]) == paper_figures.DATASET["observations_per_vehicle"]
     assert round(5353 / paper_figures.DATASET["frames"]) == paper_figures.DATASET["observations_per_frame"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy import signal
+import scipy
 from scipy.spatial.transform import Rotation
 from support.noise_scenes import BEAMS
 
@@ -40,7 +40,7 @@ def test_it_is_gaussian_over_runs():
 
 def test_the_power_is_evenly_in_the_band():
     pitch = angles_deg(ON, 0.04 * np.arange(20000))[:, 0]
-    frequency, density = signal.welch(pitch, fs=25.0, nperseg=512)
+    frequency, density = scipy.signal.welch(pitch, fs=25.0, nperseg=512)
     inside = (frequency > 0.45) & (frequency < 2.55)
     assert density[inside].sum() > 0.99 * density.sum()
     halves = [density[(frequency > low) & (frequency < low + 1.0)].sum() for low in (0.5, 1.5)]

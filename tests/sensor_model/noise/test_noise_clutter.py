@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import stats
 from support import naive_noise
 from support.noise_scenes import ALL, BEAMS, HARD, RIG, returns, thresholds, within
 
@@ -60,7 +60,7 @@ def test_skipping_gives_independent_beams_of_equal_chance(rate, frames, first):
     total = sum(map(len, found))
     assert within(total, frames * len(BEAMS), rate)
     counts = np.bincount(np.concatenate(found) // 79, minlength=60)  # 60 groups of 79 beams
-    assert stats.chisquare(counts).pvalue > 1e-3
+    assert scipy.stats.chisquare(counts).pvalue > 1e-3
     per_frame = np.array([len(each) for each in found])
     assert per_frame.var() == pytest.approx(4740 * rate * (1 - rate), rel=5 * np.sqrt(2 / frames + 1 / total))
 
@@ -76,7 +76,7 @@ def test_false_alarms_are_even_over_range_and_nobodys():
     some = [false_alarms(FalseAlarms(rate=0.05), BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(20)]
     assert within(sum(map(len, some)), 20 * len(BEAMS), 0.05)
     ranges = np.concatenate([each.range for each in some])
-    assert stats.kstest(ranges, stats.uniform(0.3, 199.7).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(ranges, scipy.stats.uniform(0.3, 199.7).cdf).pvalue > 1e-3
     assert all(np.all(each.cause == Cause.FALSE_ALARM) and not each.flags.any() for each in some)
 
 
@@ -100,7 +100,7 @@ def test_rain_has_its_share_of_drops_at_lognormal_ranges(first):
     some = [drops(rain, BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(first, first + 200)]
     ranges = np.concatenate([each.range for each in some])
     assert within(len(ranges), 200 * len(BEAMS), 1.69e-4 * 20)
-    assert stats.kstest(ranges, stats.lognorm(s=0.784, scale=np.exp(1.362)).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(ranges, scipy.stats.lognorm(s=0.784, scale=np.exp(1.362)).cdf).pvalue > 1e-3
     flags = np.concatenate([each.flags for each in some])
     assert within(np.sum(flags == PointFlag.CLUTTER), len(flags), 0.5)
     assert np.all(np.isin(flags, [0, PointFlag.CLUTTER]))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 from support.naive_noise import soft_threshold
 from support.noise_scenes import ALL, BEAMS, HARD, NAMES, thresholds, within
 
@@ -48,7 +48,7 @@ def test_the_share_that_returns_rises_with_power_along_a_logistic(first):
     margin_db = 10 * np.log10(own / K)
     for power_db, share in [(-0.5, 0.1), (0.0, 0.5), (0.5, 0.9)]:
         assert within(np.sum(margin_db <= power_db), len(own), share)
-    assert stats.kstest(margin_db, stats.logistic(scale=1 / (2 * np.log(9))).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(margin_db, scipy.stats.logistic(scale=1 / (2 * np.log(9))).cdf).pvalue > 1e-3
 
 
 def test_the_random_floor_takes_its_share():

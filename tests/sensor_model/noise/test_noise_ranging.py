@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 from support.noise_scenes import ALL, BEAMS, within
 
 from sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
@@ -34,7 +34,7 @@ def test_range_error_has_the_units_sigma_and_the_bias_of_each_layer(first):
 
 def test_range_error_is_normal():
     config = NoiseConfig(range=RangeNoise(sigma_scale=2.0, layer_bias_scale=0.0))
-    assert stats.kstest(errors(config, beams=SMOOTH).ravel(), stats.norm(0.0, 0.05).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(errors(config, beams=SMOOTH).ravel(), scipy.stats.norm(0.0, 0.05).cdf).pvalue > 1e-3
 
 
 def test_layer_bias_scales_and_is_zero_on_average():
@@ -80,7 +80,7 @@ def test_outliers_have_their_share_and_a_laplace_distribution():
     error = np.concatenate([each.range for each in some]) - 20.004
     assert within(outlier.sum(), len(outlier), 0.05)
     assert np.all(error[~outlier] == 0.0)
-    assert stats.kstest(error[outlier], stats.laplace(0.0, 0.8).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(error[outlier], scipy.stats.laplace(0.0, 0.8).cdf).pvalue > 1e-3
 
 
 def test_outliers_leave_the_error_of_all_others_as_it_was():

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import stats
 from scipy.spatial.transform import Rotation
 from support.naive_noise import cluster_echo
 from support.noise_scenes import BEAMS, HARD, setting, thresholds, within
@@ -80,9 +80,14 @@ def test_clusters_are_in_the_wake():
     assert ahead.max() < -LENGTH / 2 + 0.2
     assert ahead.min() > -LENGTH / 2 - 30 * (3 * lasting + CYCLE_S)
     assert np.abs(left).max() <= 1.7
-    assert stats.kstest(left, stats.uniform(-1.7, 3.4).cdf).pvalue > 1e-3
-    assert stats.kstest(cloud.centre_ego[:, 2], stats.uniform(0.0, 1.5).cdf).pvalue > 1e-3
-    assert stats.kstest(np.log(cloud.radius[cloud.radius < 1]), stats.truncnorm(-50, 1.5, -1.2, 0.8).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(left, scipy.stats.uniform(-1.7, 3.4).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest(cloud.centre_ego[:, 2], scipy.stats.uniform(0.0, 1.5).cdf).pvalue > 1e-3
+    assert (
+        scipy.stats.kstest(
+            np.log(cloud.radius[cloud.radius < 1]), scipy.stats.truncnorm(-50, 1.5, -1.2, 0.8).cdf
+        ).pvalue
+        > 1e-3
+    )
     assert cloud.share.max() <= 0.17
     assert cloud.share.min() >= 0.17 * np.exp(-3.0) - 1e-12
 
@@ -182,7 +187,7 @@ def test_echoes_are_on_the_chords_and_have_the_clusters_share():
     to = cloud.centre_ego[0] - BEAMS.units.origin_ego[BEAMS.unit[beam]]
     middle = np.einsum("ni,ni->n", to, BEAMS.direction_ego[beam])
     half = np.sqrt(1.5**2 - (to**2).sum(axis=1) + middle**2)
-    assert stats.kstest((range_ - middle) / half, stats.uniform(-1.0, 2.0).cdf).pvalue > 1e-3
+    assert scipy.stats.kstest((range_ - middle) / half, scipy.stats.uniform(-1.0, 2.0).cdf).pvalue > 1e-3
     assert np.all(np.isin(BEAMS.unit[beam], [0, 1]))
 
 

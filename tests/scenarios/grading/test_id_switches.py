@@ -1,4 +1,4 @@
-"""Switches of ids: the same that CLEAR counts, and which of them happen in plain view."""
+"""Id switches: the same number as in CLEAR, and those with the vehicle in view."""
 
 import numpy as np
 import pytest
@@ -8,13 +8,13 @@ from support.frames import Body, Scripted, follow, grade_run
 from support.sequences import random_sequence
 from trackeval.metrics import CLEAR
 
-from scenarios.grading.switches import switches
+from scenarios.grading.id_switches import id_switches
 
 VISIBLE = 1.0
 
 
 def counts(track_ids, visible=(), points=(), absent=()):
-    """Switches, and those in view, of one car by the id of its track in each frame (None for no track)."""
+    """Id switches, and those in view, of one car, given the id of its track in each frame (None for no track)."""
     scene, script = [], []
     for i, track in enumerate(track_ids):
         seen = dict(enumerate(visible)).get(i, VISIBLE)
@@ -25,46 +25,46 @@ def counts(track_ids, visible=(), points=(), absent=()):
     return metrics["track.id_switches"].value, metrics["track.id_switches_in_view"].value
 
 
-def test_a_switch_in_plain_view_counts_also_after_a_pause():
+def test_switch_in_view_counts_also_after_frames_without_track():
     assert counts([4] * 6 + [9] * 6) == (1, 1)
     assert counts([4] * 4 + [None] * 4 + [9] * 4) == (1, 1)
     assert counts([4] * 3 + [9] * 3 + [4] * 6) == (2, 2)
     assert counts([4] * 12) == (0, 0)
 
 
-def test_full_occlusion_before_the_new_track_excuses_it():
+def test_full_occlusion_before_the_new_track_excuses_the_switch():
     hidden = [1.0] * 4 + [0.05] * 2 + [1.0] * 6
     assert counts([4] * 4 + [None] * 2 + [9] * 6, hidden) == (1, 0)
     assert counts([4] * 4 + [None] * 5 + [9] * 3, hidden) == (1, 0)
 
 
-def test_partial_occlusion_and_an_occlusion_long_ago_do_not():
+def test_partial_or_earlier_occlusion_does_not_excuse_the_switch():
     partly = [1.0] * 4 + [0.3] * 2 + [1.0] * 6
     assert counts([4] * 4 + [None] * 2 + [9] * 6, partly, points=[20] * 4 + [5] * 2 + [20] * 6) == (1, 1)
     long_ago = [1.0] * 2 + [0.0] * 2 + [1.0] * 8
     assert counts([4] * 2 + [None] * 2 + [4] * 4 + [9] * 4, long_ago) == (1, 1)
 
 
-def test_who_was_away_was_not_in_view():
+def test_absent_vehicle_was_not_in_view():
     assert counts([4] * 4 + [None] * 2 + [9] * 6, absent=(4, 5)) == (1, 0)
 
 
-def test_without_vehicles_there_is_a_reason():
+def test_without_vehicles_the_metric_has_a_reason():
     metric = grade_run([], Scripted([]))[0]["track.id_switches_in_view"]
     assert (metric.value, metric.reason) == (None, "no vehicle was graded")
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
 @settings(deadline=None, max_examples=60)
-def test_there_are_as_many_switches_as_trackeval_counts(seed, vehicles, tracks):
+def test_number_of_switches_equals_trackevals(seed, vehicles, tracks):
     """Random overlaps with vehicles and tracks that come and go."""
     data = random_sequence(seed, vehicles, tracks)
     expected = CLEAR({"THRESHOLD": 0.5, "PRINT_CONFIG": False}).eval_sequence(data)["IDSW"]
-    assert len(switches(data, 0.5)) == expected
+    assert len(id_switches(data, 0.5)) == expected
 
 
 @pytest.mark.parametrize(("overlap", "found"), [(0.5, 1), (0.49, 0)])
-def test_a_hit_is_from_the_limit_on_and_its_frames_are_told(overlap, found):
+def test_overlap_at_the_limit_is_a_hit_and_switches_have_their_steps(overlap, found):
     steps = [np.array([[1.0]]), np.empty((1, 0)), np.array([[overlap]])]
     data = {
         "num_timesteps": 3,
@@ -73,4 +73,4 @@ def test_a_hit_is_from_the_limit_on_and_its_frames_are_told(overlap, found):
         "tracker_ids": [np.array([0]), np.empty(0, int), np.array([1])],
         "similarity_scores": steps,
     }
-    assert switches(data, 0.5) == [(0, 0, 2)] * found
+    assert id_switches(data, 0.5) == [(0, 0, 2)] * found

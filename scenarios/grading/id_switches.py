@@ -1,0 +1,72 @@
+"""Frame-by-frame matching of CLEAR, and the id switches in it with their time steps."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from scenarios.arrays import Ints
+from scenarios.grading.matching import CONTINUITY, NO_TRACK
+from scenarios.grading.tracking_sequence import TrackingSequence
+
+ROUNDING = float(np.finfo(np.float64).eps)
+"""Tolerance of trackeval's comparisons of overlaps with limits."""
+
+
+class IdSwitch(NamedTuple):
+    """A vehicle is hit by another track than at its last hit."""
+
+    vehicle: int
+    """Renumbered id, as in the sequence."""
+    before: int
+    """Time step of the last hit by the old track."""
+    step: int
+    """Time step of the first hit by the new track."""
+
+
+def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[tuple[int, Ints, Ints]]:
+    """Yield each time step with its hits: vehicles (k,) and tracks (k,), matched as in trackeval's CLEAR.
+
+    The pairs of the previous step are kept first, the others follow by overlap (Bernardin and Stiefelhagen 2008,
+    section 2.1.3).
+
+    Parameters
+    ----------
+    sequence
+        The run, as for trackeval.
+    hit_iou_min
+        Least overlap of a hit.
+    """
+    matched_before = np.full(sequence["num_gt_ids"], NO_TRACK)
+    steps = zip(sequence["gt_ids"], sequence["tracker_ids"], sequence["similarity_scores"], strict=True)
+    for step, (vehicle, track, overlap) in enumerate(steps):
+        if not overlap.size:  # trackeval keeps the previous pairs in such a step
+            continue
+        score = overlap + CONTINUITY * (track == matched_before[vehicle][:, None])
+        score[overlap < hit_iou_min - ROUNDING] = 0.0
+        row, column = linear_sum_assignment(score, maximize=True)
+        hit = score[row, column] > ROUNDING
+        vehicle, track = vehicle[row[hit]], track[column[hit]]
+        matched_before[:] = NO_TRACK
+        matched_before[vehicle] = track
+        yield step, vehicle, track
+
+
+def id_switches(sequence: TrackingSequence, hit_iou_min: float) -> list[IdSwitch]:
+    """Return every id switch of CLEAR, in the order of time steps.
+
+    Parameters
+    ----------
+    sequence, hit_iou_min
+        As for `clear_hits`.
+    """
+    found = []
+    last_track = np.full(sequence["num_gt_ids"], NO_TRACK)
+    last_step = np.zeros(sequence["num_gt_ids"], dtype=np.int64)
+    for step, vehicle, track in clear_hits(sequence, hit_iou_min):
+        switched = (last_track[vehicle] != NO_TRACK) & (last_track[vehicle] != track)
+        found += [IdSwitch(v, last_step[v], step) for v in vehicle[switched].tolist()]
+        last_track[vehicle] = track
+        last_step[vehicle] = step
+    return found
