@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 from support import short_run
+from support.paths import ROOT
 
 from scenarios.cli import main
 from scenarios.control import safety
@@ -34,7 +35,6 @@ from scenarios.run import run_folder
 from sensor_model.truth import View
 from tracker.records import MODELS
 
-ROOT = Path(__file__).parents[2]
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
 PAGES = [README, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]

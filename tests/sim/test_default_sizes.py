@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import CATALOG
 from support.traffic import frames
 
 from sim.default_sizes import RANGES, redrawn_size
@@ -15,7 +16,7 @@ from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-NET = Path(__file__).parents[2] / "scenarios" / "catalog" / "urban" / "sumo-crossing" / "crossing.net.xml"
+NET = CATALOG / "urban" / "sumo-crossing" / "crossing.net.xml"
 CLASSES = ("passenger", "delivery", "truck", "trailer", "bus", "coach", "motorcycle", "moped", "bicycle", "scooter")
 ROUTE = '<route id="east" edges="west_in east_out"/>'
 

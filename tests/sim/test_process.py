@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import TESTS
 from support.toy_traffic import ToyTraffic
 
 from scenarios.files import shipped
@@ -24,7 +25,6 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, WorldFrame
 
-TESTS = Path(__file__).parents[1]
 FRAMES = 10
 LEVELS = pytest.mark.parametrize("ahead", [0, 1, AHEAD])
 

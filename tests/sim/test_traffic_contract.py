@@ -3,10 +3,10 @@
 from contextlib import closing
 from dataclasses import fields
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import CATALOG
 
 from scenarios.files.scenario import Scenario
 from sim.highway.highway_source import HighwaySource
@@ -17,7 +17,6 @@ from sim.scripted.scripted_source import ScriptedSource
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-CATALOG = Path(__file__).parents[2] / "scenarios" / "catalog"
 SOURCES = {"sumo": SumoSource, "highway-env": HighwaySource, "scripted": ScriptedSource, "replay": ReplaySource}
 SCENARIOS = [
     "urban/sumo-crossing",

@@ -4,16 +4,15 @@ import dataclasses
 import importlib.util
 import math
 import re
-from pathlib import Path
 
 import gymnasium
 import highway_env  # noqa: F401  registers its environments
 import pytest
+from support.paths import DOCS
 
 from sim.modes import ModeLimits
 from sim.physical import limits
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "traffic.md").read_text(encoding="utf-8")
 LIMITS = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) (\S+)", PAGE, flags=re.MULTILINE)
 

@@ -1,11 +1,9 @@
 """Traffic on the test nets in tests/nets."""
 
-from pathlib import Path
+from support.paths import NETS
 
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
-
-NETS = Path(__file__).parents[1] / "nets"
 
 TRAFFIC = {
     # lane changes jump where nothing else is said

@@ -2,11 +2,11 @@
 
 import gzip
 from contextlib import closing
-from pathlib import Path
 
 import libsumo
 import numpy as np
 import pytest
+from support.paths import CATALOG
 
 from sim.replay.fcd import read_fcd
 from sim.replay.recording import ReplayType
@@ -14,7 +14,7 @@ from sim.replay.trajectories import Trajectories
 from sim.source import TrafficInputError
 from sim.world import Kind
 
-CROSSING = Path(__file__).parents[3] / "scenarios" / "catalog" / "urban" / "sumo-crossing"
+CROSSING = CATALOG / "urban" / "sumo-crossing"
 WALKERS = """<routes><route id="east" edges="west_in east_out"/>
 <vehicle id="first" route="east" depart="0" departPos="60" departLane="1" departSpeed="0"/>
 <person id="rider" depart="triggered"><ride from="west_in" to="east_out" lines="first"/></person>

@@ -1,11 +1,11 @@
 """docs/replay-files.md: its table is the layout, its examples work, its figures are the code's."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from support.paths import ROOT
 from support.traffic import frames
 
 from scenarios.files.scenario import Scenario
@@ -17,7 +17,6 @@ from sim.replay.track_tables import OPTIONAL, REQUIRED
 from sim.replay.trajectories import FASTEST, JUMP
 from sim.world import Kind
 
-ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "replay-files.md").read_text(encoding="utf-8")
 EXAMPLE = ROOT / "scenarios" / "catalog" / "urban" / "replayed-crossing.toml"
 HIGHD, IND = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)

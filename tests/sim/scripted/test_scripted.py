@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Polygon
+from support.paths import CATALOG
 from support.traffic import frames
 
 from scenarios.files.scenario import Scenario
@@ -16,8 +17,6 @@ from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, Sc
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.world import Kind
-
-CATALOG = Path(__file__).parents[3] / "scenarios" / "catalog"
 
 # x, y, yaw of the six units in the ego frame: sensor facts 1.4, moved from the rear axle, 1.385 m behind the centre
 UNITS = [

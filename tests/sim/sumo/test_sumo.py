@@ -4,10 +4,10 @@ import gzip
 import xml.etree.ElementTree as ET
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import CATALOG
 from support.traffic import frames, play
 
 from scenarios.files.scenario import Scenario
@@ -17,7 +17,6 @@ from sim.sumo.sumo_source import SumoSource
 from sim.sumo.vehicle_kinds import kind_of_shape
 from sim.world import Kind
 
-CATALOG = Path(__file__).parents[3] / "scenarios" / "catalog"
 CROSSING = CATALOG / "urban" / "sumo-crossing"
 NET = CROSSING / "crossing.net.xml"
 

@@ -2,11 +2,11 @@
 
 import gzip
 import hashlib
-from pathlib import Path
 
 import libsumo
 import numpy as np
 import pytest
+from support.paths import NETS
 
 from sim.source import TrafficInputError
 from sim.sumo.error_messages import captured_stderr, one_line
@@ -14,7 +14,6 @@ from sim.sumo.input_checks import input_files, is_left_hand, sumo_command
 from sim.sumo.options import left_out
 from sim.sumo.roadside import static_obstacles
 
-NETS = Path(__file__).parents[2] / "nets"
 NET = NETS / "winding" / "winding.net.xml"
 PROJECTED = NETS / "spreewaldring" / "spreewaldring.net.xml"
 ROUTE = '<route id="r" edges="start r80"/><vehicle id="v" route="r" depart="0"/>'

@@ -1,16 +1,15 @@
 """Parked cars stand where SUMO puts vehicles that park, on a share of the places that the seed draws."""
 
 import math
-from pathlib import Path
 
 import libsumo
 import pytest
+from support.paths import NETS
 
 from sim.sumo.input_checks import sumo_command
 from sim.sumo.parking import parked_cars
 from sim.world import Kind
 
-NETS = Path(__file__).parents[2] / "nets"
 WINDING, LEFT_HAND = NETS / "winding" / "winding.net.xml", NETS / "left-hand" / "left-hand.net.xml"
 
 

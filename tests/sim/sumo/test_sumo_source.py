@@ -6,11 +6,11 @@ import subprocess
 import sys
 import tempfile
 from itertools import pairwise
-from pathlib import Path
 
 import libsumo
 import numpy as np
 import pytest
+from support.paths import CATALOG, NETS, ROOT
 from support.traffic import frames, play
 
 from sim.physical.physical_config import PhysicalConfig
@@ -23,8 +23,7 @@ from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-CROSSING = Path(__file__).parents[3] / "scenarios/catalog/urban/sumo-crossing/crossing.net.xml"
-NETS = Path(__file__).parents[2] / "nets"
+CROSSING = CATALOG / "urban/sumo-crossing/crossing.net.xml"
 AT_ONCE = PhysicalConfig(lookahead_s=0.0)
 
 EAST = '<vType id="calm" sigma="0" speedDev="0"/><route id="east" edges="west_in east_out"/>'
@@ -486,7 +485,7 @@ print(len(actors), said.hexdigest())
             check=True,
             capture_output=True,
             text=True,
-            cwd=Path(__file__).parents[3],
+            cwd=ROOT,
         ).stdout
         for seed in ("1", "2")
     ]
