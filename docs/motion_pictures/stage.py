@@ -29,7 +29,7 @@ NETS = Path(__file__).parents[2] / "tests" / "nets"
 DT, RANGE_M, SEED = 0.08, 200.0, 1
 RAW, TRUE, ROAD = "tab:red", "tab:blue", "0.8"
 
-JUMPS = {}
+INSTANT = {}
 TIMED = {"lanechange.duration": "3"}
 SUBLANES = {"lateral-resolution": "0.8"}
 """SUMO's three ways of changing lanes, as its options."""
@@ -90,7 +90,7 @@ def _run(traffic: SumoTraffic, folder: Path, frames: int) -> Traffic:
 
 
 @dataclass(frozen=True)
-class Way:
+class Course:
     """What one road user does, over N frames in a row."""
 
     member: Member
@@ -101,7 +101,7 @@ class Way:
     articulation: Floats
     """(N,) [rad]"""
 
-    def part(self, begin: float, end: float) -> "Way":
+    def part(self, begin: float, end: float) -> "Course":
         """Cut to a time [s]."""
         rows = (self.time > begin - 0.5 * DT) & (self.time < end + 0.5 * DT)
         return replace(self, time=self.time[rows], pose=self.pose[rows], articulation=self.articulation[rows])
@@ -126,22 +126,22 @@ class Way:
         return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.articulation)
 
 
-def raw_ways(traffic: Traffic) -> list[Way]:
+def raw_courses(traffic: Traffic) -> list[Course]:
     """Return what SUMO says, sorted by road users."""
-    return _ways([(frame.members, frame.pose_world, np.zeros(len(frame.members))) for frame in traffic.raw])
+    return _courses([(frame.members, frame.pose_world, np.zeros(len(frame.members))) for frame in traffic.raw])
 
 
-def true_ways(settled: Settled) -> list[Way]:
+def delivered_courses(settled: Settled) -> list[Course]:
     """Return what is delivered, sorted by road users."""
-    return _ways([(members, motion.pose_world, motion.articulation) for members, motion in settled])
+    return _courses([(members, motion.pose_world, motion.articulation) for members, motion in settled])
 
 
-def named(ways: list[Way], name: str) -> Way:
+def named(courses: list[Course], name: str) -> Course:
     """Return the way of the road user that SUMO calls so."""
-    return next(way for way in ways if way.member.name == name)
+    return next(course for course in courses if course.member.name == name)
 
 
-def _ways(frames: list[tuple[list[Member], Floats, Floats]]) -> list[Way]:
+def _courses(frames: list[tuple[list[Member], Floats, Floats]]) -> list[Course]:
     """Sort members, poses and articulations by members; who comes back after an absence is left out."""
     seen: dict[int, list[tuple[Member, int, Floats, float]]] = {}
     for index, (members, poses, bends) in enumerate(frames):
@@ -149,7 +149,7 @@ def _ways(frames: list[tuple[list[Member], Floats, Floats]]) -> list[Way]:
             seen.setdefault(member.id, []).append((member, index, pose, bend))
     columns = [tuple(zip(*rows, strict=True)) for rows in seen.values()]
     return [
-        Way(member[0], DT * np.array(index), np.array(pose), np.array(bend))
+        Course(member[0], DT * np.array(index), np.array(pose), np.array(bend))
         for member, index, pose, bend in columns
         if index[-1] - index[0] == len(index) - 1
     ]

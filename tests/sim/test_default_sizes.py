@@ -107,9 +107,9 @@ def test_a_size_depends_on_seed_and_number_alone():
     assert redrawn_size(Kind.CAR, size, seed=4, actor_id=7) != drawn
     crowded, sparse = (Roster(3, redraw_default_sizes=True) for _ in range(2))
     for number in range(7):
-        crowded.enter(number, Kind.CAR, size)
-        sparse.enter(number, Kind.BUS, (12.0, 2.5, 3.4))
-    assert crowded.enter("x", Kind.CAR, size).size == sparse.enter("x", Kind.CAR, size).size == drawn
+        crowded.add(number, Kind.CAR, size)
+        sparse.add(number, Kind.BUS, (12.0, 2.5, 3.4))
+    assert crowded.add("x", Kind.CAR, size).size == sparse.add("x", Kind.CAR, size).size == drawn
 
 
 def test_cars_of_highway_env_are_redrawn_about_their_centres():

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.traffic import frames
 
-from sim.modes import ModeJudge, ModeLimits
+from sim.modes import ModeClassifier, ModeLimits
 from sim.scripted.motions import Arc, LaneChange, Static, StopAndGo, Straight
 from sim.scripted.script import ScriptedActor
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
@@ -75,11 +75,13 @@ def test_modes_of_scripted_motions_match_intervals_computed_by_hand_to_the_frame
         assert changes(column.tolist()) == expected, name
 
 
-def judged(judge, *rows):
+def classified(classifier, *rows):
     """Modes of one frame of (id, speed, acceleration)."""
     table = np.array(rows, dtype=np.float64).reshape(-1, 3)
     towards = np.array([[0.6, -0.8]])
-    return judge.modes(table[:, 0].astype(np.int64), table[:, 1:2] * towards, table[:, 2:] * towards[:, ::-1]).tolist()
+    return classifier.modes(
+        table[:, 0].astype(np.int64), table[:, 1:2] * towards, table[:, 2:] * towards[:, ::-1]
+    ).tolist()
 
 
 @pytest.mark.parametrize(
@@ -88,25 +90,25 @@ def judged(judge, *rows):
     [(0.39, 9.0, STANDS), (0.41, 0.49, STEADY), (0.41, 0.51, ACCELERATES)],
 )
 def test_a_newcomer_is_judged_by_the_middle_of_each_pair(speed, acceleration, mode):
-    assert judged(ModeJudge(ModeLimits()), (1, speed, acceleration)) == [mode]
+    assert classified(ModeClassifier(ModeLimits()), (1, speed, acceleration)) == [mode]
 
 
 def test_between_its_limits_an_actor_keeps_its_mode_and_what_was_away_starts_anew():
-    judge = ModeJudge(ModeLimits())
-    assert judged(judge, (3, 5.0, 1.0), (8, 0.0, 0.0)) == [ACCELERATES, STANDS]
-    assert judged(judge, (3, 0.35, 0.45), (8, 0.45, 0.0)) == [ACCELERATES, STANDS]
+    classifier = ModeClassifier(ModeLimits())
+    assert classified(classifier, (3, 5.0, 1.0), (8, 0.0, 0.0)) == [ACCELERATES, STANDS]
+    assert classified(classifier, (3, 0.35, 0.45), (8, 0.45, 0.0)) == [ACCELERATES, STANDS]
     # 8 has gone; 5 and 9 have come: they are not taken for 3 and 8
-    assert judged(judge, (3, 0.35, 0.45), (5, 0.35, 0.45), (9, 0.45, 0.45)) == [ACCELERATES, STANDS, STEADY]
-    assert judged(judge, (8, 0.45, 0.0)) == [STEADY]
-    assert judged(judge) == []
-    assert judged(judge, (3, 0.35, 0.45)) == [STANDS]
+    assert classified(classifier, (3, 0.35, 0.45), (5, 0.35, 0.45), (9, 0.45, 0.45)) == [ACCELERATES, STANDS, STEADY]
+    assert classified(classifier, (8, 0.45, 0.0)) == [STEADY]
+    assert classified(classifier) == []
+    assert classified(classifier, (3, 0.35, 0.45)) == [STANDS]
 
 
 def test_an_acceleration_that_began_at_standstill_counts_from_the_first_motion():
-    judge = ModeJudge(ModeLimits())
-    judged(judge, (1, 0.0, 0.7))
-    assert judged(judge, (1, 0.4, 0.5)) == [STANDS]
-    assert judged(judge, (1, 0.6, 0.5)) == [ACCELERATES]
+    classifier = ModeClassifier(ModeLimits())
+    classified(classifier, (1, 0.0, 0.7))
+    assert classified(classifier, (1, 0.4, 0.5)) == [STANDS]
+    assert classified(classifier, (1, 0.6, 0.5)) == [ACCELERATES]
 
 
 def slow_modes(history, limits):
@@ -132,12 +134,12 @@ FRAME = st.dictionaries(st.integers(0, 6), st.tuples(EIGHTHS, EIGHTHS))
 @given(st.lists(FRAME, min_size=1, max_size=12))
 def test_the_judge_equals_a_slow_one_whoever_comes_and_goes(run):
     limits = ModeLimits(1.0, 0.5, 0.75, 0.25)
-    judge, history = ModeJudge(limits), {}
+    classifier, history = ModeClassifier(limits), {}
     for frame in run:
         history = {id: [*history.get(id, []), frame[id]] for id in sorted(frame)}
         value = np.array([frame[id] for id in sorted(frame)]).reshape(-1, 2)
         flat = np.zeros(len(value))
-        found = judge.modes(
+        found = classifier.modes(
             np.array(sorted(frame), dtype=np.int64),
             np.column_stack([value[:, 0], flat]),
             np.column_stack([flat, -value[:, 1]]),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Point, Polygon
 
-from sim.obstacles import POST_SIZE, USUAL, StreetKind, build, obstacles
+from sim.obstacles import DEFAULTS, POST_SIZE, StreetKind, build, obstacles
 
 LINE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 0.0], [16.0, 8.0]])
 """Two straights of 10 m, with a point told twice."""
@@ -21,9 +21,9 @@ def polygons(prisms):
 
 @pytest.mark.parametrize("kind", get_args(StreetKind))
 def test_everything_has_usual_sizes_and_can_be_told_others(kind):
-    points = LINE if USUAL[kind].form == "line" else np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]])
+    points = LINE if DEFAULTS[kind].form == "line" else np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]])
     usual = build(kind, points)
-    assert max(prism.height for prism in usual) == USUAL[kind].height
+    assert max(prism.height for prism in usual) == DEFAULTS[kind].height
     told = build(kind, points, height=3.0, reflectivity=0.7)
     assert max(prism.height for prism in told) == 3.0
     assert {prism.reflectivity for prism in told} == {0.7}

@@ -20,7 +20,7 @@ from support.toy_traffic import ToyTraffic
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 from sim.physical.physical_config import PhysicalConfig
-from sim.process.process_source import AHEAD, ApartSource, _Process
+from sim.process.process_source import AHEAD, ProcessSource, _Process
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, WorldFrame
@@ -88,7 +88,7 @@ def processes(report):
 
 @LEVELS
 def test_frames_obstacles_and_origin_are_the_same_bit_for_bit(ahead):
-    with closing(ApartSource(ToyTraffic(), "toy", ahead)) as apart:
+    with closing(ProcessSource(ToyTraffic(), "toy", ahead)) as apart:
         for seed in (1, 2, 1):
             assert_plays_the_same(apart, ToyTraffic(), seed)
 
@@ -96,19 +96,19 @@ def test_frames_obstacles_and_origin_are_the_same_bit_for_bit(ahead):
 def test_a_command_between_two_frames_acts_as_in_the_same_process():
     """Were the next frame computed already, it would show the speed before the command."""
     commands = {index: EgoCommand(speed_mps=float(index)) for index in (0, 1, 4, 5, 9)}
-    with closing(ApartSource(ToyTraffic(), "toy", ahead=0)) as apart:
+    with closing(ProcessSource(ToyTraffic(), "toy", ahead=0)) as apart:
         assert_plays_the_same(apart, ToyTraffic(), 1, FRAMES, commands)
 
 
 def test_a_command_to_traffic_that_runs_ahead_is_refused():
-    with closing(ApartSource(ToyTraffic(), "toy")) as apart:
+    with closing(ProcessSource(ToyTraffic(), "toy")) as apart:
         apart.reset(1)
         with pytest.raises(TrafficInputError, match="not set up for a controlled ego"):
             apart.apply(EgoCommand(speed_mps=1.0))
 
 
 def test_a_refused_command_is_told_and_the_run_can_go_on():
-    with closing(ApartSource(ToyTraffic(), "toy", ahead=0)) as apart:
+    with closing(ProcessSource(ToyTraffic(), "toy", ahead=0)) as apart:
         apart.reset(1)
         with pytest.raises(TrafficInputError, match="toy: give a speed"):
             apart.apply(EgoCommand(lane=1))
@@ -129,7 +129,7 @@ def test_a_refused_command_is_told_and_the_run_can_go_on():
     ],
 )
 def test_an_error_arrives_as_itself_after_all_frames_before_it(fate, error, message, ahead, capfd):
-    with closing(ApartSource(ToyTraffic(fate), "toy", ahead)) as apart:
+    with closing(ProcessSource(ToyTraffic(fate), "toy", ahead)) as apart:
         apart.reset(1)
         for index in range(FRAMES):
             assert apart.step().index == index
@@ -139,14 +139,14 @@ def test_an_error_arrives_as_itself_after_all_frames_before_it(fate, error, mess
 
 
 def test_an_error_that_is_ours_to_mend_tells_where_it_came_from():
-    with closing(ApartSource(ToyTraffic("bug"), "toy")) as apart, pytest.raises(RuntimeError) as error:
+    with closing(ProcessSource(ToyTraffic("bug"), "toy")) as apart, pytest.raises(RuntimeError) as error:
         play(apart, 1, FRAMES + 1)
     assert "toy_traffic.py" in error.value.__notes__[0]
 
 
 def test_what_failed_is_not_stepped_again(tmp_path):
     """A simulator that is stepped after it gave up may do anything; the frames ahead of the loop would do so."""
-    with closing(ApartSource(ToyTraffic("failed", report=str(tmp_path / "report")), "toy")) as apart:
+    with closing(ProcessSource(ToyTraffic("failed", report=str(tmp_path / "report")), "toy")) as apart:
         for _ in range(2):
             with pytest.raises(SimulatorFailedError, match="no more"):
                 play(apart, 1, FRAMES + 1)
@@ -163,7 +163,7 @@ def test_what_failed_is_not_stepped_again(tmp_path):
     ],
 )
 def test_a_start_that_fails_is_told(fate, error, message):
-    with closing(ApartSource(ToyTraffic(fate), "toy")) as apart:
+    with closing(ProcessSource(ToyTraffic(fate), "toy")) as apart:
         with pytest.raises(error, match=message):
             apart.reset(3)
         with pytest.raises(SimulatorFailedError, match="toy is not running: reset comes before all else"):
@@ -172,7 +172,7 @@ def test_a_start_that_fails_is_told(fate, error, message):
 
 def test_a_process_that_is_killed_while_the_loop_waits_for_it_is_an_error_at_once(tmp_path):
     report = tmp_path / "report"
-    with closing(ApartSource(ToyTraffic("stuck", report=str(report)), "toy")) as apart:
+    with closing(ProcessSource(ToyTraffic("stuck", report=str(report)), "toy")) as apart:
         apart.reset(1)
         threading.Timer(0.2, lambda: os.kill(processes(report)[0], signal.SIGKILL)).start()
         begin = time.monotonic()
@@ -183,7 +183,7 @@ def test_a_process_that_is_killed_while_the_loop_waits_for_it_is_an_error_at_onc
 
 def test_only_so_many_frames_are_computed_ahead(tmp_path):
     report = tmp_path / "report"
-    with closing(ApartSource(ToyTraffic(last=-1, report=str(report)), "toy", ahead=3)) as apart:
+    with closing(ProcessSource(ToyTraffic(last=-1, report=str(report)), "toy", ahead=3)) as apart:
         apart.reset(1)
         apart.step()
         until(lambda: "step 3" in lines(report))
@@ -194,7 +194,7 @@ def test_only_so_many_frames_are_computed_ahead(tmp_path):
 def test_a_run_is_closed_amid_frames_that_nobody_reads(tmp_path):
     """Two frames of 30000 actors are more than a pipe holds: the process waits for a reader when it is told to stop."""
     report = tmp_path / "report"
-    with closing(ApartSource(ToyTraffic(count=30_000, last=-1, report=str(report)), "toy", ahead=50)) as apart:
+    with closing(ProcessSource(ToyTraffic(count=30_000, last=-1, report=str(report)), "toy", ahead=50)) as apart:
         apart.reset(1)
         until(lambda: "step 0" in lines(report))
     assert lines(report)[-1] == "closed"
@@ -207,7 +207,7 @@ def test_a_process_serves_run_after_run_in_the_folder_of_each(tmp_path, monkeypa
         folder.mkdir()
         monkeypatch.chdir(folder)
         with (
-            closing(ApartSource(ToyTraffic("ended", report="report"), "toy")) as apart,
+            closing(ProcessSource(ToyTraffic("ended", report="report"), "toy")) as apart,
             pytest.raises(TrafficEndedError),
         ):
             play(apart, 1, FRAMES + 1)
@@ -218,7 +218,7 @@ def test_a_process_serves_run_after_run_in_the_folder_of_each(tmp_path, monkeypa
 def test_a_process_whose_run_failed_serves_no_other(fate, tmp_path):
     report = tmp_path / "report"
     for _ in range(2):
-        apart = ApartSource(ToyTraffic(fate, report=str(report)), "toy")
+        apart = ProcessSource(ToyTraffic(fate, report=str(report)), "toy")
         with closing(apart), pytest.raises((SimulatorFailedError, RuntimeError)):
             play(apart, 1, FRAMES + 1)
     first, second = processes(report)
@@ -233,7 +233,7 @@ def test_what_a_simulator_left_goes_with_its_process(fate, tmp_path, monkeypatch
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     monkeypatch.setattr(_Process, "idle", [])  # a new one, which finds this folder
     report = tmp_path / "report"
-    with closing(ApartSource(ToyTraffic(fate, report=str(report), litter=True), "toy", ahead=0)) as apart:
+    with closing(ProcessSource(ToyTraffic(fate, report=str(report), litter=True), "toy", ahead=0)) as apart:
         play(apart, 1)
         assert [path.name for path in (tmp_path / "temporary").rglob("*.litter")] != []
         if fate == "stuck":
@@ -255,7 +255,7 @@ def interrupt_when(condition):
 
 def test_two_runs_at_once_are_two_processes(tmp_path):
     report = str(tmp_path / "report")
-    one, two = (ApartSource(ToyTraffic(report=report), "toy") for _ in range(2))
+    one, two = (ProcessSource(ToyTraffic(report=report), "toy") for _ in range(2))
     with closing(one), closing(two):
         one.reset(1)
         two.reset(1)
@@ -266,7 +266,7 @@ def test_two_runs_at_once_are_two_processes(tmp_path):
 
 def test_a_process_that_died_between_two_runs_is_replaced(tmp_path):
     report = tmp_path / "report"
-    with closing(ApartSource(ToyTraffic(report=str(report)), "toy")) as apart:
+    with closing(ProcessSource(ToyTraffic(report=str(report)), "toy")) as apart:
         play(apart, 1)
         apart.close()
         os.kill(processes(report)[0], signal.SIGKILL)
@@ -384,7 +384,7 @@ def crossing():
 @pytest.mark.parametrize("ahead", [0, AHEAD])
 def test_sumo_apart_is_sumo(crossing, ahead):
     source = crossing()
-    with closing(source), closing(ApartSource(source, "SUMO", ahead)) as apart:
+    with closing(source), closing(ProcessSource(source, "SUMO", ahead)) as apart:
         assert_plays_the_same(apart, source, 5, 60)
 
 
@@ -416,7 +416,7 @@ apart.close()
 def test_sumo_with_a_commanded_ego_apart_is_sumo(crossing):
     source = crossing(ego_control=True, physical=PhysicalConfig(lookahead_s=0.0))
     commands = {index: EgoCommand(speed_mps=speed) for index, speed in {5: 2.0, 20: 9.0, 21: 0.0, 40: 12.0}.items()}
-    with closing(source), closing(ApartSource(source, "SUMO", ahead=0)) as apart:
+    with closing(source), closing(ProcessSource(source, "SUMO", ahead=0)) as apart:
         assert_plays_the_same(apart, source, 5, 60, commands)
         commanded, free = play(source, 5, 60, commands), play(source, 5, 60)
     assert arrays(commanded[-1])[0] == arrays(free[-1])[0]

@@ -11,18 +11,18 @@ SIZE = (4.7, 1.8, 1.5)
 
 
 def test_numbers_go_by_appearance_and_stay():
-    cast = Roster(seed=1)
-    assert cast.find("b") is None
-    assert [cast.enter(key, Kind.CAR, SIZE).id for key in ("b", "a")] == [0, 1]
-    assert cast.find("b").id == 0
-    assert cast.find("a").name == "car.1"
+    roster = Roster(seed=1)
+    assert roster.find("b") is None
+    assert [roster.add(key, Kind.CAR, SIZE).id for key in ("b", "a")] == [0, 1]
+    assert roster.find("b").id == 0
+    assert roster.find("a").name == "car.1"
 
 
 def test_paint_depends_on_seed_and_number_alone():
-    alone = Roster(seed=3).enter("x", Kind.CAR, SIZE)
+    alone = Roster(seed=3).add("x", Kind.CAR, SIZE)
     crowded = Roster(seed=3)
-    assert crowded.enter("y", Kind.BUS, SIZE).reflectivity == alone.reflectivity
-    assert crowded.enter("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
+    assert crowded.add("y", Kind.BUS, SIZE).reflectivity == alone.reflectivity
+    assert crowded.add("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
     assert paint_reflectivity(4, 0) != alone.reflectivity
 
 

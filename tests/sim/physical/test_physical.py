@@ -30,9 +30,9 @@ AT_ONCE = PhysicalConfig(lookahead_s=0.0)
 
 
 def member(kind=Kind.CAR, size=SIZE):
-    cast = Roster(1)
-    cast.enter("ego", Kind.CAR, SIZE)
-    return cast.enter("it", kind, size, "it")
+    roster = Roster(1)
+    roster.add("ego", Kind.CAR, SIZE)
+    return roster.add("it", kind, size, "it")
 
 
 def driven(fronts, yaws, speeds, config=LATE, who=None, rolling=True):
@@ -280,8 +280,8 @@ def test_whatever_comes_in_what_comes_out_could_be_driven(seed, step_m, ahead, k
 
 
 def test_everybody_comes_and_goes_in_their_own_frames():
-    cast = Roster(1)
-    one, two = (cast.enter(name, Kind.CAR, SIZE, name) for name in ("one", "two"))
+    roster = Roster(1)
+    one, two = (roster.add(name, Kind.CAR, SIZE, name) for name in ("one", "two"))
     layer, settled = PhysicalTruth(DT, LATE, rolling=True), []
     for n in range(100):
         there = [one, two] if 20 <= n < 50 else [one]
@@ -307,9 +307,9 @@ def test_frames_come_as_soon_as_the_view_ahead_allows():
 
 
 def test_hundreds_of_members_in_turn_find_room():
-    cast, layer = Roster(1), PhysicalTruth(DT, AT_ONCE, rolling=True)
+    roster, layer = Roster(1), PhysicalTruth(DT, AT_ONCE, rolling=True)
     for n in range(300):
-        who = cast.enter(n, Kind.CAR, SIZE)
+        who = roster.add(n, Kind.CAR, SIZE)
         layer.push(RawFrame([who], np.array([[5.0, float(n), 0.3]]), np.array([0.0])))
         ((there, motion),) = [layer.pop()]
         assert there == [who]
@@ -331,7 +331,7 @@ def test_rates_belong_to_the_poses(motion):
 
 def test_an_ego_that_is_an_articulated_truck_does_not_bend():
     """Its record tells of no articulation; the rig is on the tractor."""
-    ego = Roster(1).enter("ego", Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
+    ego = Roster(1).add("ego", Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
     fronts, yaws, speeds, _ = scripted([Arc("arc", 5.0, 25.0)], 100)
     assert not column(driven(fronts, yaws, speeds, who=ego), "articulation").any()
 
@@ -347,10 +347,10 @@ def test_settings_out_of_range(keys):
 
 def crowd(seed, count=100):
     """Raw frames of a car, a semitrailer, a motorcycle and somebody on foot who come, jump, stop, turn and go."""
-    rng, cast = np.random.default_rng(seed), Roster(1)
+    rng, roster = np.random.default_rng(seed), Roster(1)
     sizes = {Kind.CAR: SIZE, Kind.TRAILER_TRUCK: (LONG, 2.5, 4.0), Kind.MOTORCYCLE: (2.2, 0.8, 1.5)}
     kinds = [*sizes, Kind.PEDESTRIAN]
-    members = [cast.enter(n, kind, sizes.get(kind, (0.22, 0.5, 1.7))) for n, kind in enumerate(kinds)]
+    members = [roster.add(n, kind, sizes.get(kind, (0.22, 0.5, 1.7))) for n, kind in enumerate(kinds)]
     speed = np.maximum(np.cumsum(rng.normal(0.0, 0.4, (count, 4)), axis=0) + rng.uniform(-2.0, 15.0, 4), 0.0)
     speed[:, 3] *= 0.1  # on foot
     course = np.cumsum(rng.normal(0.0, 0.03, (count, 4)) * (rng.random((count, 4)) < 0.3), axis=0)

@@ -11,7 +11,7 @@ from support.paths import NETS
 from sim.source import TrafficInputError
 from sim.sumo.error_messages import captured_stderr, one_line
 from sim.sumo.input_checks import input_files, is_left_hand, sumo_command
-from sim.sumo.options import left_out
+from sim.sumo.options import is_rejected
 from sim.sumo.roadside import static_obstacles
 
 NET = NETS / "winding" / "winding.net.xml"
@@ -130,13 +130,13 @@ def test_outputs_are_left_out_of_the_command_and_not_only_diverted(folder):
 
 @pytest.mark.parametrize("name", ["fcd-output", "summary", "log", "save-state.times", "remote-port", "device.ssm.file"])
 def test_a_scenario_s_own_options_cannot_write_or_wait(folder, name):
-    assert left_out(name)
+    assert is_rejected(name)
     assert f"options.{name}: " in refused(folder, options={name: "x"})
 
 
 def test_options_that_steer_traffic_are_kept():
     assert not any(
-        left_out(name)
+        is_rejected(name)
         for name in (
             "lateral-resolution", "time-to-teleport", "collision.action", "device.rerouting.probability", "scale",
             "device.fcd.probability", "lanechange.duration", "step-method.ballistic", "load-state", "begin", "end",

@@ -122,12 +122,12 @@ def test_sizes_and_kinds_come_from_the_types(reader):
         <vehicle id="b" type="bike" route="east" depart="0" departPos="20" departLane="1"/>
         <vehicle id="a" type="artic" route="east" depart="0" departPos="100" departLane="2"/>"""
     ).read()
-    cast = {member.name: member for member in raw.members}
-    assert cast["t"].size == (22.0, 2.4, 3.4)
-    assert cast["t"].kind == Kind.BUS
-    assert cast["b"].size == (1.6, 0.65, 1.7)
-    assert cast["b"].kind == Kind.BICYCLE
-    assert (cast["a"].size[0], cast["a"].kind) == (18.0, Kind.TRAILER_TRUCK)
+    roster = {member.name: member for member in raw.members}
+    assert roster["t"].size == (22.0, 2.4, 3.4)
+    assert roster["t"].kind == Kind.BUS
+    assert roster["b"].size == (1.6, 0.65, 1.7)
+    assert roster["b"].kind == Kind.BICYCLE
+    assert (roster["a"].size[0], roster["a"].kind) == (18.0, Kind.TRAILER_TRUCK)
 
 
 @pytest.mark.parametrize(("net", "edge"), [("far-off", "left0A0"), ("left-hand", "left0A0")])
