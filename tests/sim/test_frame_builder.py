@@ -1,4 +1,4 @@
-"""From members and their motion to the world record: who is in a frame, and that nothing is mixed up."""
+"""World frames from members and their motion: selection by range, and correct assignment of values."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SIZE = (4.7, 1.8, 1.5)
 
 
 def motion(pose):
-    """Rates that tell whose they are."""
+    """Return a motion with a distinct value in each field."""
     pose = np.asarray(pose, dtype=np.float64)
     return Kinematics(
         pose_world=pose,
@@ -27,7 +27,7 @@ def motion(pose):
     )
 
 
-def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
+def test_a_frame_has_the_ego_and_the_actors_in_range():
     roster = Roster(seed=0)
     names = ("ego", "near", "edge", "far")
     members = [roster.add(key, Kind.CAR, (4.0 + n, 1.8, 1.5), key) for n, key in enumerate(names)]
@@ -49,7 +49,7 @@ def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
     assert actors.reflectivity.tolist() == [member.reflectivity for member in members[1:3]]
 
 
-def test_frames_are_counted_and_modes_have_a_memory():
+def test_frames_are_counted_and_modes_have_hysteresis():
     roster = Roster(seed=0)
     members = [roster.add(key, Kind.CAR, SIZE) for key in ("ego", "a")]
     frame_builder = FrameBuilder(DT, 30.0, ModeLimits())
@@ -65,7 +65,7 @@ def test_frames_are_counted_and_modes_have_a_memory():
     assert modes == [Mode.CONSTANT_VELOCITY, Mode.CONSTANT_VELOCITY, Mode.STATIONARY, Mode.STATIONARY]
 
 
-def test_an_empty_road_has_arrays_of_the_right_shape():
+def test_an_empty_road_has_arrays_of_the_correct_shape():
     ego = Roster(seed=0).add("ego", Kind.CAR, SIZE)
     actors = FrameBuilder(DT, 30.0, ModeLimits()).frame([ego], motion(np.zeros((1, 3)))).actors
     assert len(actors) == 0

@@ -1,4 +1,4 @@
-"""The truth layer once more, all bodies at a time with numpy: the twin of sim/physical/kernels."""
+"""Naive twin of sim/physical/kernels: numpy operations on all bodies at a time."""
 
 import math
 from collections import deque
@@ -46,7 +46,7 @@ from sim.world import Kind
 
 
 def courses(before, step, dt):
-    """Tell where bodies are heading, and who jumped to the next lane."""
+    """Return courses of bodies, a mask of those that jumped to the next lane, and their jumps."""
     cos, sin = (np.cos(before), np.sin(before))
     across = step[:, 1] * cos - step[:, 0] * sin
     along = step[:, 0] * cos + step[:, 1] * sin
@@ -57,7 +57,7 @@ def courses(before, step, dt):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """How N bodies ought to move at one instant: the smoothed path of one point of each."""
+    """Smoothed paths of one point of each of N bodies at one instant."""
 
     path: object
     rate: object
@@ -67,7 +67,7 @@ class Reference:
 
 
 class Window:
-    """Ring buffer of what the simulator said of each body, by the body's number."""
+    """Ring buffer of the raw input of each body, by the body's number."""
 
     def __init__(self, dt, config, *, rolling):
         self._dt = dt
@@ -87,7 +87,7 @@ class Window:
         self._path = np.zeros((self._length, 0, 3))
 
     def push(self, frame, id, raw, speed):
-        """Take in a raw frame: N numbers, points and yaws (N, 3), speeds (N,) [m/s]."""
+        """Append a raw frame: N numbers, points and yaws (N, 3), speeds (N,) [m/s]."""
         if id[-1] >= self._present.shape[1]:
             self._grow(2 * int(id[-1]) + 64)
         row, before = (frame % self._length, (frame - 1) % self._length)
@@ -108,7 +108,7 @@ class Window:
                 self._begin_lane_change(frame, jumper, jump)
 
     def reference(self, frame, id, pushed):
-        """Smooth the path around a frame, as far as frames before `pushed` tell; beyond, bodies keep their speed."""
+        """Smooth the path around a frame; beyond the `pushed` frames, bodies are extrapolated."""
         offset = np.arange(-self._half, self._half + 1)
         row = (frame + offset) % self._length
         present = self._present[row][:, id] & ((frame + offset >= 0) & (frame + offset < pushed))[:, None]
@@ -130,14 +130,14 @@ class Window:
         return Reference(now + smooth, rate, bend, self._raw[row_now, id], self._shifting[row_now, id])
 
     def _grow(self, size):
-        """Make room for bodies with numbers below `size`."""
+        """Allocate memory for bodies with numbers below `size`."""
         room = ((0, 0), (0, size - self._present.shape[1]))
         self._present, self._shifting = (np.pad(self._present, room), np.pad(self._shifting, room))
         self._speed = np.pad(self._speed, room)
         self._raw, self._path = (np.pad(poses, (*room, (0, 0))) for poses in (self._raw, self._path))
 
     def _begin_lane_change(self, frame, id, offset):
-        """Spread a jump at a frame, the frames before it included."""
+        """Spread a jump at a frame, including frames before it."""
         change = SpreadLaneChange(id, frame, offset)
         for at in range(frame - self._lead, frame + 1):
             if at >= 0 and self._present[at % self._length, id]:
@@ -145,7 +145,7 @@ class Window:
         self._lane_changes.append(change)
 
     def _continue_lane_changes(self, frame):
-        """Shift those who are changing lanes at a new frame."""
+        """Shift the bodies that change lanes at a new frame."""
         row = frame % self._length
         self._lane_changes = [
             self._shift(change, frame)
@@ -169,14 +169,14 @@ def _last(present):
 
 
 def _straight(path, distance, last):
-    """Return the steps (N, 3) that go straight on from the last known poses of (W, N, 3), by their `way` (W, N) [m]."""
+    """Return straight steps (N, 3) from the last known poses of (W, N, 3), of length `distance` (W, N) [m]."""
     body = np.arange(path.shape[1])
     course, length = (path[last, body, 2], distance[last, body])
     return np.column_stack([length * np.cos(course), length * np.sin(course), np.zeros(len(body))])
 
 
 def _steady(path, other, other_present, last, straight):
-    """Return the last known steps (N, 3), turn included; from the other side of the window where this one has none."""
+    """Return the last known steps (N, 3), turn included; from the other side of the window where there is none."""
     body = np.arange(path.shape[1])
     step = path[last, body] - path[np.maximum(last - 1, 0), body]
     turned_around = np.where(other_present[1, :, None], path[0] - other[1], straight)
@@ -184,7 +184,7 @@ def _steady(path, other, other_present, last, straight):
 
 
 def _continue(path, last, step):
-    """Fill in poses (W, N, 3) behind the last known rows (N,) by steps (N, 3)."""
+    """Extrapolate poses (W, N, 3) beyond the last known rows (N,) by steps (N, 3)."""
     ahead = np.arange(len(path))[:, None] - last
     missing = ahead > 0
     if missing.any():
@@ -194,14 +194,14 @@ def _continue(path, last, step):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Where N points ought to be at one instant each, and how they ought to move."""
+    """Positions and derivatives of N points on their paths, at one instant each."""
 
     place: object
     velocity: object
     acceleration: object
 
     def shifted(self, time):
-        """Return the path `time` (N,) [s] later, as its derivatives tell; earlier where it is negative."""
+        """Return the path extrapolated by `time` (N,) [s] with its derivatives."""
         t = time[:, None]
         return Path(
             self.place + t * self.velocity + 0.5 * t**2 * self.acceleration,
@@ -210,14 +210,14 @@ class Path:
         )
 
     def acceleration_across(self):
-        """Return the size (N,) of the acceleration across the way [m/s^2]."""
+        """Return the lateral acceleration (N,) [m/s^2], without sign."""
         cross = self.velocity[:, 0] * self.acceleration[:, 1] - self.velocity[:, 1] * self.acceleration[:, 0]
         across: object = np.abs(cross) / np.maximum(np.hypot(*self.velocity.T), 0.1)
         return across
 
 
 class Trail:
-    """Paths of the last frames, by the number of the body."""
+    """Ring buffer of paths, by the number of the body."""
 
     def __init__(self, dt, seconds):
         self._dt = dt
@@ -227,7 +227,7 @@ class Trail:
         self._known = np.zeros((self._length, 0, 3, 2))
 
     def add(self, id, new, path):
-        """Add a frame: bodies `id` (N,) ascending, `come` (M,) those of them who were not in the last one."""
+        """Add a frame: bodies `id` (N,) ascending, `new` (M,) those that were absent from the last one."""
         self._latest += 1
         if id[-1] >= len(self._since):
             room = (0, 2 * int(id[-1]) + 64 - len(self._since))
@@ -237,7 +237,7 @@ class Trail:
         self._known[self._latest % self._length, id] = np.stack([path.place, path.velocity, path.acceleration], axis=1)
 
     def at(self, id, ago):
-        """Return the paths of bodies (N,) `ago` (N,) [s] before the latest frame: cubic between frames."""
+        """Return the paths of bodies (N,) `ago` (N,) [s] before the latest frame, with cubic interpolation."""
         wanted = self._latest - ago / self._dt
         first = np.maximum(self._since[id], self._latest - self._length + 1)
         before = np.clip(np.floor(wanted), first, np.maximum(self._latest - 1, first)).astype(np.int64)
@@ -256,20 +256,20 @@ class Trail:
 
 
 def along_across(vector, yaw):
-    """Return the parts (N,) of vectors (N, 2) along yaws (N,) [rad] and to their left."""
+    """Return the components (N,) of vectors (N, 2) along yaws (N,) [rad] and to their left."""
     cos, sin = (np.cos(yaw), np.sin(yaw))
     return (vector[:, 0] * cos + vector[:, 1] * sin, vector[:, 1] * cos - vector[:, 0] * sin)
 
 
 def clamp(value, limit):
-    """Return values (N,) cut to limits on both sides of zero."""
+    """Limit the magnitude of values (N,)."""
     cut: object = np.minimum(np.maximum(value, -limit), limit)
     return cut
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dimensions:
-    """What matters of N bodies."""
+    """Dimensions of N bodies."""
 
     front_offset: object
     limit_offset: object
@@ -278,7 +278,7 @@ class Dimensions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rolling:
-    """The motion of N bodies at one instant."""
+    """Motion of N bodies at one instant."""
 
     axle: object
     yaw: object
@@ -301,7 +301,7 @@ class Rolling:
 
 
 def initialise_bodies(path, yaw, dimensions):
-    """Put bodies with their fronts on paths, at yaws (N,) [rad], as if they had always followed them."""
+    """Initialise bodies with their fronts on paths, at yaws (N,) [rad], in steady motion."""
     along, across = along_across(path.velocity, yaw)
     speed = np.maximum(along, 0.0)
     steering = np.where(speed > STANDING, across / np.maximum(speed, STANDING), 0.0)
@@ -312,7 +312,7 @@ def initialise_bodies(path, yaw, dimensions):
 
 
 def step_bodies(state, speed_wanted, curvature_wanted, feedforward, dimensions, dt):
-    """Move for a step."""
+    """Advance by one step."""
     speed, acceleration = _next_speed(state, speed_wanted, feedforward, dt)
     yaw_rate, yaw_acceleration = _next_yaw_rate(state, curvature_wanted, speed, dimensions, dt)
     distance = 0.5 * (state.speed + speed) * dt
@@ -323,13 +323,13 @@ def step_bodies(state, speed_wanted, curvature_wanted, feedforward, dimensions, 
 
 
 def yaw_rate_limit(speed, dimensions):
-    """Return the greatest yaw rate (N,) [rad/s] at speeds (N,) [m/s]."""
+    """Return the maximum yaw rate (N,) [rad/s] at speeds (N,) [m/s]."""
     locked = speed * math.tan(STEERING) / dimensions.front_offset
     return np.minimum(np.minimum(locked, LATERAL_ACCELERATION / np.maximum(speed, 0.1)), dimensions.yaw_rate_max)
 
 
 def _next_speed(state, wanted, feedforward, dt):
-    """Return speed [m/s] and acceleration [m/s^2] after a step towards a wanted speed."""
+    """Return speed [m/s] and acceleration [m/s^2] after a step towards a target speed."""
     expected = state.speed + 0.5 * (state.acceleration + feedforward) * dt
     acceleration = feedforward + (wanted - expected) / SETTLING_S
     across = np.minimum(state.speed * np.abs(state.yaw_rate), GRIP)
@@ -342,7 +342,7 @@ def _next_speed(state, wanted, feedforward, dt):
 
 
 def _next_yaw_rate(state, curvature, speed, dimensions, dt):
-    """Return yaw rate [rad/s] and yaw acceleration [rad/s^2] after a step towards a wanted curvature."""
+    """Return yaw rate [rad/s] and yaw acceleration [rad/s^2] after a step towards a target curvature."""
     limit = yaw_rate_limit(speed, dimensions)
     error = clamp(curvature * speed, limit) - state.yaw_rate
     reach = np.maximum(np.abs(dimensions.limit_offset), 0.5)
@@ -358,7 +358,7 @@ def _next_yaw_rate(state, curvature, speed, dimensions, dt):
 
 
 def advance_bodies(state, lag, id, trail, dimensions, dt):
-    """Follow paths up to their latest frame, from the one before."""
+    """Follow paths from the previous to the latest frame."""
     steps = math.ceil(dt / STEP_S)
     for step in range(steps):
         left = dt * (steps - step - 1) / steps
@@ -367,7 +367,7 @@ def advance_bodies(state, lag, id, trail, dimensions, dt):
 
 
 def _follow_step(state, lag, id, trail, left, dimensions, dt):
-    """Follow the paths for a step that ends `left` [s] before their latest frame."""
+    """Follow the paths for one step, which ends `left` [s] before the latest frame."""
     front, _, _ = state.at(dimensions.front_offset)
     lag = _next_lag(lag, front, trail.at(id, left + dt + lag))
     target = trail.at(id, left + lag)
@@ -395,7 +395,7 @@ def _follow_step(state, lag, id, trail, left, dimensions, dt):
 
 
 def _next_lag(lag, front, path):
-    """Return by how much time (N,) [s] fronts (N, 2) are behind, given where they ought to be if it were `lag`."""
+    """Return the lag (N,) [s] of fronts (N, 2), given their paths at the previous lag."""
     speed_squared = np.maximum(np.einsum("nc,nc->n", path.velocity, path.velocity), SLOW**2)
     more = np.einsum("nc,nc->n", path.place - front, path.velocity) / speed_squared
     later = np.clip(lag + clamp(more, LAG_STEP_S), -AHEAD_S, BEHIND_S)
@@ -403,14 +403,14 @@ def _next_lag(lag, front, path):
 
 
 def _speed_limit(path, speed):
-    """Return the greatest speed (N,) [m/s] in the bends of paths that go at `speed` (N,); on straights, twice that."""
+    """Return the maximum speed (N,) [m/s] in bends of paths with `speed` (N,); on straights, twice that."""
     across = np.maximum(path.acceleration_across(), LATERAL_ACCELERATION / 4)
     return np.maximum(speed, CATCH_UP_LEAST) * np.sqrt(LATERAL_ACCELERATION / across)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trailing:
-    """N trailers at one instant: of the whole vehicle's box, were it straight, laid along the trailer."""
+    """Motion of N trailers at one instant: that of the whole straight vehicle's box, along the trailer."""
 
     yaw: object
     yaw_rate: object
@@ -425,7 +425,7 @@ class Trailers:
         self._id = np.empty(0, np.int64)
 
     def follow(self, id, tractor, length, hitch):
-        """Return the motion of N trailers a frame later; those that were not there before are in line."""
+        """Return the motion of N trailers a frame later; new ones are aligned with their tractors."""
         yaw = tractor.yaw.copy()
         _, new, old = np.intersect1d(id, self._id, assume_unique=True, return_indices=True)
         if len(new):
@@ -455,7 +455,7 @@ def trail(tractor, yaw, length, hitch):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _MemberTable:
-    """What matters here of N members."""
+    """Dimensions of N members."""
 
     id: object
     length: object
@@ -477,7 +477,7 @@ class _MemberTable:
 
 
 class PhysicalTruth:
-    """Turns raw frames into motions, in order, each as soon as the look-ahead allows."""
+    """Converter of raw frames to motions, in order, each as soon as the look-ahead allows."""
 
     def __init__(self, dt, config, *, rolling):
         self._dt = dt
@@ -492,7 +492,7 @@ class PhysicalTruth:
         self._trailers = Trailers(dt)
 
     def push(self, raw):
-        """Take in the next raw frame."""
+        """Append the next raw frame."""
         table = _MemberTable.of(raw.members)
         forward = 0.5 * table.length[:, None] * self._rolling
         yaw = raw.pose_world[:, 2]
@@ -502,11 +502,11 @@ class PhysicalTruth:
         self._pushed += 1
 
     def end(self):
-        """Say that there will be no further raw frames; those that wait still come out."""
+        """Mark the end of the raw frames."""
         self._ended = True
 
     def pop(self):
-        """Return members and motion of the next settled frame, None if there is none (yet)."""
+        """Return members and motion of the next final frame, or None if there is none yet."""
         if not self._waiting or (len(self._waiting) <= self._ahead and (not self._ended)):
             return None
         members = self._waiting[0].members
@@ -516,7 +516,7 @@ class PhysicalTruth:
         return (members, self._rolled(table, reference) if self._rolling else _smoothed(reference))
 
     def _rolled(self, table, reference):
-        """Let bodies follow the reference on their wheels."""
+        """Return the motion of bodies that roll along the reference."""
         path = Path(reference.path[:, :2], reference.rate[:, :2], reference.bend[:, :2])
         bodies = self._follow(table, path, reference.raw[:, 2])
         front, _, _ = bodies.at(table.dimensions.front_offset)
@@ -533,7 +533,7 @@ class PhysicalTruth:
         return self._with_trailers(table, bodies, motion) if len(table.articulated) else motion
 
     def _follow(self, table, path, yaw):
-        """Roll those on who were there in the last frame; put the others where they should be."""
+        """Advance the known bodies; initialise the new ones."""
         _, known, before = np.intersect1d(table.id, self._id, assume_unique=True, return_indices=True)
         new = np.setdiff1d(np.arange(len(table.id)), known, assume_unique=True)
         self._trail.add(table.id, table.id[new], path)
@@ -556,7 +556,7 @@ class PhysicalTruth:
         return self._bodies
 
     def _with_trailers(self, table, bodies, motion):
-        """Replace the motion of tractors by that of the trailers behind them."""
+        """Replace the motion of tractors by that of their trailers."""
         rows = table.articulated
         tractor = _rows(bodies, rows)
         trailing = self._trailers.follow(table.id[rows], tractor, table.length[rows], table.hitch)
@@ -570,7 +570,7 @@ class PhysicalTruth:
 
 
 def _smoothed(reference):
-    """Take the smoothed poses for the motion."""
+    """Return the motion of the smoothed poses."""
     return Kinematics(
         pose_world=np.column_stack([reference.path[:, :2], wrap_angle(reference.path[:, 2])]),
         velocity_world=reference.rate[:, :2],
@@ -583,7 +583,7 @@ def _smoothed(reference):
 
 
 def _deviation(offset, course):
-    """Return how much of offsets (N, 2) is ahead and how much to the left of courses (N,)."""
+    """Return the components of offsets (N, 2) along and to the left of courses (N,)."""
     cos, sin = (np.cos(course), np.sin(course))
     return np.column_stack([offset[:, 0] * cos + offset[:, 1] * sin, offset[:, 1] * cos - offset[:, 0] * sin])
 
