@@ -27,12 +27,12 @@ def test_the_table_of_columns_matches_the_code():
     rows = re.findall(r"^\| `(\w+)` \|[ \w]*\| (yes|no) \|", PAGE, flags=re.MULTILINE)
     assert sorted(name for name, needed in rows if needed == "yes") == sorted(REQUIRED)
     assert sorted(name for name, needed in rows if needed == "no") == sorted(OPTIONAL)
-    (kinds,) = re.findall(r"^\| `kind` \| \| no \| (.*?), or a word", PAGE, flags=re.MULTILINE)
+    (kinds,) = re.findall(r"^\| `kind` \| \| no \| (.*?), or a name", PAGE, flags=re.MULTILINE)
     assert re.findall(r"`([\w-]+)`", kinds) == list(KIND_BY_NAME)
 
 
 def test_the_figures_match_the_code():
-    assert f"({FASTEST:g} m/s and\n  {JUMP:g} m on top)" in PAGE
+    assert f"({FASTEST:g} m/s plus\n  {JUMP:g} m)" in PAGE
     heights = ", ".join(f"{height:g}" for height in STREET_HEIGHT.values())
     assert f"({' and '.join(heights.rsplit(', ', 1))} m)" in PAGE
 
