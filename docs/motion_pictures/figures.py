@@ -1,4 +1,4 @@
-"""The figures that docs/traffic.md quotes."""
+"""Figures quoted in docs/traffic.md."""
 
 import numpy as np
 from motion_pictures.stage import (
@@ -19,14 +19,14 @@ from sim.kinematics import wrap_angle
 from sim.physical.physical_config import PhysicalConfig
 
 HARD = 10.0
-"""[m/s^2] that no vehicle reaches."""
+"""[m/s^2] Acceleration that no vehicle reaches."""
 CONFIGS = {
     "3.0 s, smoothing 1.2 s": PhysicalConfig(),
     "1.2 s, smoothing 1.2 s": PhysicalConfig(lookahead_s=1.2),
     "0, smoothing 1.2 s": PhysicalConfig(lookahead_s=0.0),
     "0, smoothing 0.4 s": PhysicalConfig(smoothing_s=0.4, lookahead_s=0.0),
 }
-"""By look-ahead."""
+"""Configurations by look-ahead."""
 
 
 def show() -> None:
@@ -47,7 +47,7 @@ def show() -> None:
 
 
 def _severity(courses: list[Course]) -> str:
-    """Largest speed sideways, yaw rate, acceleration (and how many are too hard) and jerk, by differences."""
+    """Return largest lateral speed, yaw rate, acceleration (with the count above `HARD`) and jerk, by differences."""
     acceleration, jerk = (np.concatenate([np.hypot(*course.differences(n).T) for course in courses]) for n in (2, 3))
     sideways = max(np.abs(_sideways(course)).max() for course in courses if len(course.time) > 1)
     turn = max(np.abs(wrap_angle(np.diff(course.pose[:, 2]))).max() for course in courses if len(course.time) > 1) / DT
@@ -59,13 +59,13 @@ def _severity(courses: list[Course]) -> str:
 
 
 def _sideways(course: Course) -> Floats:
-    """Speed of the box centre across the body's heading (N - 1,) [m/s]."""
+    """Return the lateral speed (N - 1,) of the box centre [m/s]."""
     yaw, velocity = course.pose[:-1, 2], course.differences(1)
     return np.asarray(velocity[:, 1] * np.cos(yaw) - velocity[:, 0] * np.sin(yaw))
 
 
 def _cost(settled: Settled) -> str:
-    """Largest acceleration, and how far bodies are from where SUMO has them: usually, at 1 %, at worst."""
+    """Return the largest acceleration, and deviations from SUMO: median, 99 % quantile and maximum."""
     acceleration = max(np.hypot(*motion.acceleration_world.T).max() for _, motion in settled)
     kept = np.concatenate([motion.deviation[~motion.changes_lane] for _, motion in settled])
     along, across = np.abs(kept.T)

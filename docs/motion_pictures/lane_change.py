@@ -1,4 +1,4 @@
-"""A lane change on the motorway that SUMO makes in one step."""
+"""Picture of a lane change on the motorway that SUMO makes in one step."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -24,7 +24,7 @@ JUMPER = "entering.32"
 """Changes from the ramp to the right lane."""
 BEFORE_S, AFTER_S = 2.4, 2.6
 EVERY = 5
-"""Frames between two boxes that are shown."""
+"""Frames between two boxes in the picture."""
 
 
 def draw() -> None:
@@ -47,7 +47,7 @@ def draw() -> None:
 
 
 def _above(axes: Axes, traffic: Traffic, course: Course, color: str, title: str) -> None:
-    """Boxes from above."""
+    """Draw boxes from above."""
     draw_road(axes, traffic)
     for box in course.outlines(EVERY):
         axes.fill(*box.T, facecolor=color, alpha=0.25)
@@ -59,7 +59,7 @@ def _above(axes: Axes, traffic: Traffic, course: Course, color: str, title: str)
 
 
 def _across(axes: Axes, raw: Course, true: Course, middle: Floats) -> None:
-    """Way to the left, from the middle between the lanes."""
+    """Draw the lateral position, from the middle between the lanes."""
     for course, color, name in ((raw, RAW, "SUMO"), (true, TRUE, "Delivered")):
         left = (course.pose[:, :2] - middle[:2]) @ [-np.sin(true.pose[0, 2]), np.cos(true.pose[0, 2])]
         axes.plot(course.time - course.time[0], left, ".-", color=color, markersize=3, linewidth=1, label=name)
@@ -69,11 +69,11 @@ def _across(axes: Axes, raw: Course, true: Course, middle: Floats) -> None:
 
 
 def _accelerations(axes: Axes, raw: Course, true: Course) -> None:
-    """Size of the second difference quotient."""
+    """Draw the magnitude of the second difference quotient."""
     for course, color, name in ((raw, RAW, "SUMO"), (true, TRUE, "Delivered")):
         size = np.hypot(*course.differences(2).T)
         axes.semilogy(course.time[1:-1] - course.time[0], size, ".-", color=color, markersize=3, linewidth=1,
                       label=f"{name}: at most {size.max():.{0 if size.max() > 10 else 1}f} m/s²")  # fmt: skip
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
-    label(axes, "Acceleration, from differences of the places", "time [s]", "[m/s²], logarithmic")
+    label(axes, "Acceleration, from differences of positions", "time [s]", "[m/s²], logarithmic")

@@ -1,4 +1,4 @@
-"""How often accelerations and jerks are how large, before and after the truth layer."""
+"""Picture of the distributions of accelerations and jerks, before and after the truth layer."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,7 +18,7 @@ from motion_pictures.stage import (
 from sensor_pictures.stage import label
 
 LIMITS = (10.0, 60.0)
-"""[m/s^2], [m/s^3] that tests hold every delivered motion to."""
+"""[m/s^2], [m/s^3] Limits that tests check for every delivered motion."""
 
 
 def draw() -> None:
@@ -39,7 +39,7 @@ def draw() -> None:
         axes.axvline(limit, color="0.3", linewidth=0.8)
         axes.text(limit * 1.08, 0.35, f"{limit:.0f} {unit}", fontsize=8)
         axes.grid(alpha=0.3)
-        label(axes, name, f"x [{unit}], from differences of the places", "share of all frames with more than x")
+        label(axes, name, f"x [{unit}], from differences of positions", "share of all frames with more than x")
     panels[0].set(xlim=(0.05, 1000), ylim=(3e-5, 1.5))
     panels[1].set(xlim=(0.05, 30_000))
     lines = [Line2D([], [], color=color, linewidth=4, label=name) for name, (color, _) in runs.items()]
@@ -51,6 +51,6 @@ def draw() -> None:
 
 
 def _share(axes: Axes, courses: list[Course], order: int, **style: str) -> None:
-    """Share of the difference quotients of an order that are larger than x, over x."""
+    """Draw the share of difference quotients of an order that are larger than x, over x."""
     size = np.sort(np.concatenate([np.hypot(*course.differences(order).T) for course in courses]))
     axes.loglog(np.maximum(size, 1e-9), 1.0 - np.arange(len(size)) / len(size), linewidth=1.3, **style)

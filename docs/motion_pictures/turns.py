@@ -1,4 +1,4 @@
-"""Turns at junctions, and a semitrailer that bends in one."""
+"""Picture of turns at junctions, including one of a semitrailer."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -21,7 +21,7 @@ from motion_pictures.stage import (
 from sensor_pictures.stage import label
 
 ROOM_M = 2.0
-"""Around what is shown."""
+"""[m] Margin around the boxes."""
 
 
 def draw() -> None:
@@ -38,13 +38,13 @@ def draw() -> None:
 
 
 def _turn(panels: np.ndarray, traffic: Traffic, name: str, time: tuple[float, float], every: int, title: str) -> None:
-    """Show one turn from above and its yaw rates."""
+    """Draw one turn from above and its yaw rates."""
     raw, true = (
         named(raw_courses(traffic), name).part(*time),
         named(delivered_courses(traffic.delivered()), name).part(*time),
     )
     draw_road(panels[0], traffic)
-    _above(panels[0], raw, every, RAW, "SUMO: way of the front bumper, boxes", linestyle="--")
+    _above(panels[0], raw, every, RAW, "SUMO: path of the front bumper, boxes", linestyle="--")
     _above(panels[0], true, every, TRUE, "delivered", linestyle="-")
     points = np.vstack([*raw.outlines(every), *true.outlines(every)])
     (left, low), (right, high) = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
@@ -58,7 +58,7 @@ def _turn(panels: np.ndarray, traffic: Traffic, name: str, time: tuple[float, fl
 
 
 def _above(axes: Axes, course: Course, every: int, color: str, text: str, **style: str) -> None:
-    """Boxes and the way of the front."""
+    """Draw boxes and the path of the front."""
     for box in course.outlines(every):
         axes.fill(*box.T, facecolor=color, alpha=0.12)
         axes.plot(*box.T, color=color, linewidth=1.2, **style)
