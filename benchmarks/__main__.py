@@ -1,6 +1,6 @@
-"""Time the parts that have to be fast: `make bench` prints a table and writes `benchmarks/latest.json`.
+"""Benchmarks of the time-critical parts: `make bench` prints a table and writes `benchmarks/latest.json`.
 
-Figures of one machine mean little on another: compare medians and the ratios to a peer run beside them.
+Absolute times depend on the machine: compare medians, and ratios to a peer measured in the same run.
 """
 
 import json
@@ -21,7 +21,12 @@ def main() -> None:
         rows.update(bench.rows())
     OUT.write_text(json.dumps(rows, indent=2) + "\n")
     table = Table(
-        "benchmark", "value", "unit", "peer", "ratio", title="luxloop, kernels compiled, one core but for two workers"
+        "benchmark",
+        "value",
+        "unit",
+        "peer",
+        "ratio",
+        title="luxloop, compiled kernels, one core except with two workers",
     )
     for name, row in rows.items():
         ratio = "" if row["ratio"] is None else f"{row['ratio']:.2f}"

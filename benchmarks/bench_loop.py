@@ -1,4 +1,4 @@
-"""The whole loop on the SUMO crossing: traffic, LIDARs, tracker and grading, recording off, on one core."""
+"""Complete loop on the SUMO crossing: traffic, LIDARs, tracker and grading, without recording, on one core."""
 
 import time
 from typing import Any
@@ -15,19 +15,19 @@ from tracker.tracker import Tracker
 
 VEHICLES = 30
 RANGE_M = 60.0
-"""How far the tracker looks; only frames with `VEHICLES` or more within it count."""
+"""[m] Range of the tracker; only frames with at least `VEHICLES` vehicles within it count."""
 SCENARIO = "sumo-crossing"
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    """Time the scenario as it is, and with one ray per beam."""
+    """Time the scenario with its default footprint, and with one ray per beam."""
     rows = loop_rows({})
     centre_ray = loop_rows({"sensor": {"footprint": [1, 1]}})
     return {**rows, "loop.realtime_factor_30veh_centre_ray": centre_ray["loop.realtime_factor_30veh"]}
 
 
 def loop_rows(overrides: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Time only the crowded frames; the others are run to get there."""
+    """Time the loop; only frames with dense traffic count."""
     scenario = Scenario.load(find(SCENARIO), overrides)
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = SumoSource(scenario.traffic, scenario.folder, range_m=200.0)
@@ -59,5 +59,5 @@ def loop_rows(overrides: dict[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def milliseconds(seconds: float) -> dict[str, Any]:
-    """A row of time."""
+    """Return a row with a time [s] in milliseconds."""
     return {"value": 1e3 * float(seconds), "unit": "ms", "peer": None, "ratio": None}

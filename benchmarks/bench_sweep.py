@@ -1,4 +1,4 @@
-"""A sweep of short runs: what Dask adds to a run, and what a second worker gains."""
+"""Sweep of short runs: overhead of Dask, and speed-up by a second worker."""
 
 import time
 from functools import partial
@@ -26,40 +26,42 @@ fixed = { duration_s = 2.0 }
 vary = [{ key = "noise.dropout.random_rate", low = 0.0, high = 0.3, steps = 4 }]
 """
 WARM, ROUND = 8, 8
-"""Runs before the clock starts, as each process imports and loads its kernels; and runs of each way in turn, for the
-computer's own speed changes within minutes."""
+"""Runs before timing, in which each process imports and loads its kernels; and runs per method and round. The methods
+alternate, since the computer's speed changes within minutes."""
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    """Time runs one after the other in this process, on one worker and on two, in turn."""
+    """Time runs in this process, on one worker and on two workers, alternating."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "bench.toml"
         path.write_text(STUDY, encoding="utf-8")
-        todo = runs(Study.load(path), device.SHIPPED)
+        pending = runs(Study.load(path), device.SHIPPED)
     with dask_runs.connect(1, None) as one, dask_runs.connect(2, None) as two:
-        ways = (_bare, partial(_swept, one), partial(_swept, two))
-        for way in ways:
-            way(todo[:WARM])
-        rounds = [todo[first : first + ROUND] for first in range(WARM, len(todo), ROUND)]
-        bare_ms, one_ms, two_ms = (1e3 * np.array([[way(some) for way in ways] for some in rounds]) / ROUND).T
+        methods = (_bare, partial(_swept, one), partial(_swept, two))
+        for method in methods:
+            method(pending[:WARM])
+        rounds = [pending[first : first + ROUND] for first in range(WARM, len(pending), ROUND)]
+        bare_ms, one_ms, two_ms = (
+            1e3 * np.array([[method(batch) for method in methods] for batch in rounds]) / ROUND
+        ).T
     return {
         "sweep.run_ms": _row(one_ms, bare_ms / one_ms, "the bare loop"),
         "sweep.run_ms_two_workers": _row(two_ms, one_ms / two_ms, "one worker"),
     }
 
 
-def _bare(some: list[StudyRun]) -> float:
-    """Seconds that the runs take."""
+def _bare(batch: list[StudyRun]) -> float:
+    """Return the time [s] of runs in this process."""
     begin = time.perf_counter()
-    for run in some:
+    for run in batch:
         carry_out(run)
     return time.perf_counter() - begin
 
 
-def _swept(client: Client, some: list[StudyRun]) -> float:
-    """Seconds that the runs take."""
+def _swept(client: Client, batch: list[StudyRun]) -> float:
+    """Return the time [s] of runs on workers."""
     begin = time.perf_counter()
-    for _ in dask_runs.rows_of(client, some):
+    for _ in dask_runs.rows_of(client, batch):
         pass
     return time.perf_counter() - begin
 

@@ -1,10 +1,10 @@
-"""What it costs to make a world of SUMO's traffic: a city of more than 5000 vehicles at once, beyond SUMO's own step.
+"""Overhead of world frames over SUMO's step, in a city with more than 5000 vehicles at the same time.
 
-`city.net.xml.xz` is SUMO 1.28's
+`city.net.xml.xz` was built with SUMO 1.28 by
 
     netgenerate --grid --grid.number 20 --grid.length 150 --no-turnarounds --output-file city.net.xml
 
-without the comment at its head, packed by `xz -9`.
+The comment at its head is removed, and the file is compressed with `xz -9`.
 """
 
 import lzma
@@ -25,14 +25,14 @@ NET = Path(__file__).parent / "city.net.xml.xz"
 COLUMNS = 20
 VEHICLES = 5300
 EDGES = 30
-"""Of a route."""
+"""Edges per route."""
 SETTLE, FRAMES = 60, 150
 RANGE_M = 200.0
-"""How far the farthest seeing unit of the default rig sees."""
+"""[m] Longest range of the units of the default rig."""
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    """Time the same traffic twice: as a source of frames, and SUMO alone."""
+    """Time the same traffic twice: as a source of frames, and in SUMO alone."""
     with tempfile.TemporaryDirectory() as folder:
         config = _city(Path(folder))
         with closing(SumoSource(config, Path(folder), RANGE_M)) as source:
@@ -60,7 +60,7 @@ def rows() -> dict[str, dict[str, Any]]:
 
 
 def _frames(source: SumoSource) -> tuple[np.ndarray, np.ndarray, list[int], list[int]]:
-    """Return seconds in SUMO's step and in the whole of each frame, and how many vehicles there were and in range."""
+    """Return times [s] of SUMO's step and of each whole frame, and numbers of vehicles in the net and in range."""
     step, steps_s = libsumo.simulationStep, []
 
     def timed(*arguments: Any) -> Any:
@@ -88,7 +88,7 @@ def _frames(source: SumoSource) -> tuple[np.ndarray, np.ndarray, list[int], list
 
 
 def _alone(folder: Path) -> list[float]:
-    """Return seconds of SUMO's steps, with nobody asking."""
+    """Return times [s] of SUMO's steps without subscriptions."""
     files = ["--net-file", str(folder / "city.net.xml"), "--route-files", str(folder / "city.rou.xml")]
     libsumo.start(["sumo", *files, "--step-length", "0.08", "--seed", "1", "--no-step-log", "--no-warnings"])
     seconds = []
@@ -101,7 +101,7 @@ def _alone(folder: Path) -> list[float]:
 
 
 def _city(folder: Path) -> SumoTraffic:
-    """Write the city's files, with vehicles that all start at once, anywhere."""
+    """Write the city's files, with vehicles that all depart at time 0 at random positions."""
     (folder / "city.net.xml").write_bytes(lzma.decompress(NET.read_bytes()))
     rng = np.random.default_rng(1)
     vehicles = "".join(
@@ -114,13 +114,13 @@ def _city(folder: Path) -> SumoTraffic:
 
 
 def _route(rng: np.random.Generator) -> list[str]:
-    """Walk over the grid at random, never back."""
+    """Return a random route over the grid without U-turns."""
     ways = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
     place, heading = rng.integers(COLUMNS, size=2), rng.integers(4)
     edges: list[str] = []
     while len(edges) < EDGES:
         turns = [turn for turn in (0, 1, 3) if _inside(place + ways[(heading + turn) % 4])]
-        if not turns:  # only where a walk begins
+        if not turns:  # only possible at the start of a route
             heading = rng.integers(4)
             continue
         heading = (heading + rng.choice(turns)) % 4

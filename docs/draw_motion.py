@@ -1,7 +1,7 @@
-"""Draws the pictures of docs/traffic.md and prints its figures, each from SUMO's frames and the truth layer.
+"""Draw the pictures of docs/traffic.md and print its figures, from SUMO's frames and the truth layer.
 
-    python docs/draw_motion.py                # all of them, some fifteen seconds
-    python docs/draw_motion.py lane_change    # some of them
+    python docs/draw_motion.py                # all, about fifteen seconds
+    python docs/draw_motion.py lane_change    # selected ones
 
 Each module of docs/motion_pictures that has a function `draw` makes one picture, docs/pictures/motion_<module>.png.
 """
@@ -16,7 +16,7 @@ FIGURES = "figures"
 
 
 def main() -> None:
-    """Draw and print those that are named, or all."""
+    """Draw and print the pictures named on the command line, or all."""
     mpl.use("Agg")
     for name in sys.argv[1:] or (*PICTURES, FIGURES):
         module = import_module(f"motion_pictures.{name}")

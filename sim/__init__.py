@@ -1,1 +1,1 @@
-"""Traffic sources and the world record: what is really there, frame by frame."""
+"""Traffic sources and the world record: the ground truth, frame by frame."""

@@ -1,8 +1,8 @@
-"""Sizes in place of a simulator's default ones, which make all cars alike and longer than most.
+"""Random sizes in place of a simulator's default sizes, which make all cars alike and longer than most.
 
-SUMO's default car is 5.0 m x 1.8 m x 1.5 m, highway-env's 5.0 m x 2.0 m. A body of exactly a default size is drawn anew
-from what is usual in its class; never longer or wider than the default, which is what the simulator keeps clear. The
-height may be larger: neither simulator's collisions know heights. The ranges are engineering estimates.
+SUMO's default car is 5.0 m x 1.8 m x 1.5 m, highway-env's 5.0 m x 2.0 m. A body of exactly a default size gets a random
+size of its class. It is never longer or wider than the default, which is the space that the simulator keeps clear. The
+height may be larger, since neither simulator considers heights in collisions. The ranges are engineering estimates.
 """
 
 from sim.reflectivity import actor_rng
@@ -11,7 +11,7 @@ from sim.world import Kind
 Size = tuple[float, float, float]
 
 _STREAM = 4
-"""Of `actor_rng`; 1 is paint, 2 the jitter of scripted starts, 3 the sensor's proportions of bodies."""
+"""Stream of `actor_rng`; 1 is paint, 2 the jitter of scripted starts, 3 the sensor's body proportions."""
 
 RANGES: dict[tuple[Kind, Size], tuple[Size, Size]] = {
     (Kind.CAR, (5.0, 1.8, 1.5)): ((4.4, 1.75, 1.42), (5.0, 1.80, 1.50)),
@@ -28,8 +28,8 @@ RANGES: dict[tuple[Kind, Size], tuple[Size, Size]] = {
     (Kind.BICYCLE, (1.2, 0.5, 1.7)): ((1.0, 0.40, 1.60), (1.2, 0.50, 1.85)),  # scooter
     (Kind.PEDESTRIAN, (0.215, 0.478, 1.719)): ((0.20, 0.40, 1.55), (0.215, 0.478, 1.90)),
 }
-"""Lowest and highest length, width and height [m] by kind and default size. Buses that bend and what runs on rails, of
-which there are few sorts, are not in it."""
+"""Lowest and highest length, width and height [m] by kind and default size. Articulated buses and rail vehicles are
+left out, since their sizes vary little."""
 
 
 def redrawn_size(kind: Kind, size: Size, seed: int, actor_id: int) -> Size:

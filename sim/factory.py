@@ -4,7 +4,7 @@ from pathlib import Path
 
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
-from sim.process.process_source import AHEAD, ApartSource
+from sim.process.process_source import AHEAD, ProcessSource
 from sim.replay.replay_config import ReplayTraffic
 from sim.replay.replay_source import ReplaySource
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
@@ -23,14 +23,14 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
     config
         The `[traffic]` table of a scenario.
     folder
-        Paths in `config` are relative to it.
+        Folder that relative paths in `config` start from.
     range_m
-        Actors nearer to the ego than this are delivered [m].
+        Delivery radius around the ego [m].
     """
     match config:
         case SumoTraffic():
             ahead = 0 if config.ego_control else AHEAD
-            return ApartSource(SumoSource(config, folder, range_m), "SUMO", ahead)
+            return ProcessSource(SumoSource(config, folder, range_m), "SUMO", ahead)
         case HighwayTraffic():
             return HighwaySource(config, folder, range_m)
         case ScriptedTraffic():

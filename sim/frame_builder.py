@@ -1,4 +1,4 @@
-"""The last step of every traffic source: members and their motion become the world record."""
+"""Last step of every traffic source: build world frames from members and their motion."""
 
 from dataclasses import dataclass
 
@@ -7,52 +7,52 @@ import numpy.typing as npt
 
 from sim.arrays import Floats, Ints
 from sim.kinematics import Kinematics
-from sim.modes import ModeJudge, ModeLimits
+from sim.modes import ModeClassifier, ModeLimits
 from sim.roster import Member
 from sim.world import Actors, Ego, WorldFrame
 
 
 class FrameBuilder:
-    """Builds the frames of one run, one after the other.
+    """Builder of the frames of one run, one after the other.
 
     Parameters
     ----------
     dt
         Time between frames [s].
     range_m
-        Delivered are the ego, and all others whose centre is within this radius of the ego's [m].
+        Delivery radius [m]: the ego, and all actors whose centre is within this distance of the ego's centre.
     limits
-        Of the motion modes.
+        Limits of the motion modes.
     """
 
     def __init__(self, dt: float, range_m: float, limits: ModeLimits):
         self._dt = dt
         self._range = range_m
-        self._judge = ModeJudge(limits)
+        self._classifier = ModeClassifier(limits)
         self._next = 0
         self._present: list[Member] = []
-        self._looks = _Looks.of([])
+        self._appearance = _Appearance.of([])
 
     def frame(self, members: list[Member], motion: Kinematics) -> WorldFrame:
         """Return the next frame of N members by ascending number, the ego first, and their motion."""
         distance = np.hypot(*(motion.pose_world[:, :2] - motion.pose_world[0, :2]).T)
         near = np.flatnonzero(distance <= self._range)[1:]
-        looks = self._looks_of([members[row] for row in near])
+        appearance = self._appearance_of([members[row] for row in near])
         velocity_world, acceleration_world = motion.velocity_world[near], motion.acceleration_world[near]
         actors = Actors(
-            id=looks.id,
-            name=looks.name,
-            kind=looks.kind,
+            id=appearance.id,
+            name=appearance.name,
+            kind=appearance.kind,
             pose_world=motion.pose_world[near],
             velocity_world=velocity_world,
             acceleration_world=acceleration_world,
             yaw_rate=motion.yaw_rate[near],
             articulation=motion.articulation[near],
-            mode=self._judge.modes(looks.id, velocity_world, acceleration_world),
+            mode=self._classifier.modes(appearance.id, velocity_world, acceleration_world),
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],
-            size=looks.size,
-            reflectivity=looks.reflectivity,
+            size=appearance.size,
+            reflectivity=appearance.reflectivity,
         )
         ego = Ego(
             pose_world=motion.pose_world[0],
@@ -66,16 +66,16 @@ class FrameBuilder:
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
 
-    def _looks_of(self, members: list[Member]) -> "_Looks":
-        """Return what does not change about members; mostly they are those of the frame before."""
+    def _appearance_of(self, members: list[Member]) -> "_Appearance":
+        """Return the constant columns of the members, cached since they rarely change between frames."""
         if members != self._present:
-            self._present, self._looks = members, _Looks.of(members)
-        return self._looks
+            self._present, self._appearance = members, _Appearance.of(members)
+        return self._appearance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Looks:
-    """Columns of `Actors` that stay."""
+class _Appearance:
+    """Columns of `Actors` that are constant over time."""
 
     id: Ints
     name: npt.NDArray[np.str_]
@@ -84,7 +84,7 @@ class _Looks:
     reflectivity: Floats
 
     @classmethod
-    def of(cls, members: list[Member]) -> "_Looks":
+    def of(cls, members: list[Member]) -> "_Appearance":
         return cls(
             id=np.array([member.id for member in members], dtype=np.int64),
             name=np.array([member.name for member in members], dtype=np.str_),

@@ -1,4 +1,4 @@
-"""How bodies move: the records between a simulator and the world record."""
+"""Records of motion between a simulator and the world record."""
 
 from dataclasses import dataclass
 
@@ -9,24 +9,24 @@ from sim.roster import Member
 
 
 def wrap_angle(angle: Floats) -> Floats:
-    """Bring angles [rad] into (-pi, pi]."""
+    """Wrap angles [rad] into (-pi, pi]."""
     return np.pi - (np.pi - angle) % (2 * np.pi)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RawFrame:
-    """What a simulator says of one instant: N road users, the ego first, the others by ascending number."""
+    """Simulator output of one instant: N road users, the ego first, the others by ascending number."""
 
     members: list[Member]
     pose_world: Floats
-    """(N, 3) box centre x [m], y [m], yaw [rad]; not yet a motion that a body could make."""
+    """(N, 3) box centre x [m], y [m], yaw [rad]; not yet physically feasible."""
     speed: Floats
-    """(N,) the simulator's own [m/s]; negative backwards."""
+    """(N,) the simulator's speed [m/s]; negative when reversing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
-    """The motion of N bodies at one instant. Rates are those of the motion that the poses follow."""
+    """Motion of N bodies at one instant. Rates are the exact derivatives of the motion that the poses sample."""
 
     pose_world: Floats
     """(N, 3) box centre x [m], y [m], yaw [rad] in (-pi, pi]."""

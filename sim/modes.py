@@ -1,4 +1,4 @@
-"""The true motion mode of every actor, frame by frame: whether it stands, keeps its velocity or accelerates."""
+"""True motion mode of every actor, frame by frame: stationary, constant velocity or accelerating."""
 
 from dataclasses import dataclass
 
@@ -8,29 +8,30 @@ import numpy.typing as npt
 from sim.arrays import Bools, Floats, Ints
 from sim.world import Mode
 
-_NO, _YES, _UNKNOWN = range(3)
+_OFF, _ON, _UNKNOWN = range(3)
 
 States = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True)
 class ModeLimits:
-    """When an actor's motion mode changes. Each pair is a Schmitt trigger, so that nothing flickers at its limit.
+    """Thresholds of the motion modes. Each pair is a Schmitt trigger, so that modes do not flicker at a limit.
 
-    An actor that has just appeared has no mode to stick to: the middle of each pair decides.
+    A new actor has no previous mode: the middle of each pair is its threshold.
     """
 
     moves_from_mps: float = 0.5
-    """[m/s] An actor that stands begins to move at this speed: a walker's is three times that, and in a scan of 0.08 s
-    it makes 0.04 m, so little that a LIDAR with 0.1 m of noise needs some scans to see it."""
+    """[m/s] A stationary actor starts to move at this speed. A pedestrian walks three times as fast. In a scan of 0.08
+    s this speed covers 0.04 m, so a LIDAR with 0.1 m of noise needs several scans to detect the motion."""
     stands_below_mps: float = 0.3
-    """[m/s] An actor that moves stands again below this speed."""
+    """[m/s] A moving actor becomes stationary below this speed."""
     accelerates_from_mps2: float = 0.6
-    """[m/s^2] An actor of steady velocity begins to accelerate at this norm of its acceleration vector, to which a turn
-    adds speed times yaw rate. It leaves a straight course at steady speed by 0.1 m, the noise of a LIDAR, in 0.6 s. A
-    lane change of 3.5 m in 4 s reaches 1.1 m/s^2; a motorway's bend of 2 km radius at 30 m/s has 0.45 m/s^2."""
+    """[m/s^2] An actor of constant velocity becomes accelerating at this norm of its acceleration vector, which
+    includes the centripetal acceleration (speed times yaw rate) of a turn. At this value it leaves a constant-velocity
+    course by 0.1 m, the noise of a LIDAR, in 0.6 s. A lane change of 3.5 m in 4 s reaches 1.1 m/s^2; a motorway bend of
+    2 km radius at 30 m/s has 0.45 m/s^2."""
     steady_below_mps2: float = 0.4
-    """[m/s^2] An actor that accelerates is of steady velocity again below this."""
+    """[m/s^2] An accelerating actor returns to constant velocity below this norm."""
 
     def __post_init__(self) -> None:
         pairs = (("stands_below_mps", "moves_from_mps"), ("steady_below_mps2", "accelerates_from_mps2"))
@@ -41,24 +42,24 @@ class ModeLimits:
                 )
 
 
-class ModeJudge:
-    """Judges one run, frame after frame; it knows the past only.
+class ModeClassifier:
+    """Causal classifier of the motion modes of one run, frame by frame.
 
     Parameters
     ----------
     limits
-        When modes change.
+        Thresholds of the modes.
     """
 
     def __init__(self, limits: ModeLimits):
-        self._move = _trigger(limits.stands_below_mps, limits.moves_from_mps)
-        self._accelerate = _trigger(limits.steady_below_mps2, limits.accelerates_from_mps2)
+        self._move = _thresholds(limits.stands_below_mps, limits.moves_from_mps)
+        self._accelerate = _thresholds(limits.steady_below_mps2, limits.accelerates_from_mps2)
         self._id = np.empty(0, dtype=np.int64)
         self._moves = np.empty(0, dtype=np.intp)
         self._accelerates = np.empty(0, dtype=np.intp)
 
     def modes(self, id: Ints, velocity_world: Floats, acceleration_world: Floats) -> npt.NDArray[np.uint8]:
-        """Return the `Mode` (N,) of each actor present; one that was not in the frame before starts anew.
+        """Return the `Mode` (N,) of each actor; an actor that was absent from the previous frame has no history.
 
         Parameters
         ----------
@@ -67,31 +68,31 @@ class ModeJudge:
         velocity_world, acceleration_world
             (N, 2) [m/s] and [m/s^2].
         """
-        before, known = self._rows_before(id)
-        self._moves = _switched(self._moves, before, known, np.hypot(*velocity_world.T), self._move)
-        self._accelerates = _switched(
+        before, known = self._previous_rows(id)
+        self._moves = _next_state(self._moves, before, known, np.hypot(*velocity_world.T), self._move)
+        self._accelerates = _next_state(
             self._accelerates, before, known, np.hypot(*acceleration_world.T), self._accelerate
         )
         self._id = id
-        # An acceleration counts in motion only: what stands and rocks is stationary.
-        moving = np.where(self._accelerates == _YES, Mode.ACCELERATING, Mode.CONSTANT_VELOCITY)
-        return np.where(self._moves == _YES, moving, Mode.STATIONARY).astype(np.uint8)
+        # Acceleration counts only while moving: an actor that rocks in place is stationary.
+        moving = np.where(self._accelerates == _ON, Mode.ACCELERATING, Mode.CONSTANT_VELOCITY)
+        return np.where(self._moves == _ON, moving, Mode.STATIONARY).astype(np.uint8)
 
-    def _rows_before(self, id: Ints) -> tuple[Ints, Bools]:
-        """Rows (N,) of the actors in the frame before, and whether they were there (N,)."""
+    def _previous_rows(self, id: Ints) -> tuple[Ints, Bools]:
+        """Return the rows (N,) of the actors in the previous frame, and a mask (N,) of those that were in it."""
         if not len(self._id):
             return np.zeros(len(id), dtype=np.int64), np.zeros(len(id), dtype=np.bool_)
         row = np.minimum(np.searchsorted(self._id, id), len(self._id) - 1)
         return row, self._id[row] == id
 
 
-def _trigger(low: float, high: float) -> Floats:
-    """Thresholds (3,) of a Schmitt trigger, by the state it is in."""
+def _thresholds(low: float, high: float) -> Floats:
+    """Return the thresholds (3,) of a Schmitt trigger, indexed by its state."""
     return np.array([high, low, (low + high) / 2])
 
 
-def _switched(state: States, before: Ints, known: Bools, value: Floats, trigger: Floats) -> States:
-    """States (N,) of triggers that were in `state` (rows `before`, where `known`) and now see `value` (N,)."""
+def _next_state(state: States, before: Ints, known: Bools, value: Floats, trigger: Floats) -> States:
+    """Return the states (N,) of triggers with input `value` (N,), given `state` at rows `before` where `known`."""
     last = np.full(len(value), _UNKNOWN, dtype=np.intp)
     last[known] = state[before[known]]
-    return np.where(value >= trigger[last], _YES, _NO).astype(np.intp)
+    return np.where(value >= trigger[last], _ON, _OFF).astype(np.intp)

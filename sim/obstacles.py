@@ -1,9 +1,9 @@
-"""What stands along a road: buildings, walls, barriers, guard rails, poles. All of it is made of upright prisms.
+"""Roadside obstacles made of upright prisms: buildings, walls, barriers, guard rails, poles.
 
-The guard rail is the Midwest Guardrail System: the top of its W-beam 787 mm above the ground, a post W152x12.6 every
-1905 mm (Wiebelhaus et al., "Development and Evaluation of the Midwest Guardrail System Placed Adjacent to a 2:1 Fill
-Slope", Midwest Roadside Safety Facility, 2010); the beam is 312 mm high (AASHTO M 180). The barrier has the 32 inches
-of a Jersey barrier. All other sizes are estimates, and so are all reflectivities at 905 nm.
+The guard rail is the Midwest Guardrail System: the top of its W-beam is 787 mm above the ground, with a post W152x12.6
+every 1905 mm (Wiebelhaus et al., "Development and Evaluation of the Midwest Guardrail System Placed Adjacent to a 2:1
+Fill Slope", Midwest Roadside Safety Facility, 2010). The beam is 312 mm high (AASHTO M 180). The barrier is 32 inches
+high, as a Jersey barrier. All other sizes and all reflectivities at 905 nm are estimates.
 """
 
 import math
@@ -22,24 +22,24 @@ StreetKind = Literal["building", "wall", "barrier", "fence", "guard-rail", "pole
 
 @dataclass(frozen=True, slots=True)
 class ObstacleDefaults:
-    """What a kind of thing is like, unless told otherwise."""
+    """Default shape and size of one kind of obstacle."""
 
     form: Literal["outline", "line", "places"]
-    """What its points are: corners of its outline, the course of a thin wall, or where single ones of it stand."""
+    """Meaning of the points: corners of the outline, course of a thin wall, or positions of single obstacles."""
     height: float
-    """Of the upper edge above the ground [m]."""
+    """Upper edge above the ground [m]."""
     reflectivity: float
-    """Diffuse, 0 to 1."""
+    """Diffuse reflectivity, 0 to 1."""
     diameter: float = 0.0
-    """Of each where points are places [m]."""
+    """Diameter of each obstacle where points are positions [m]."""
 
     @property
     def points_min(self) -> int:
-        """How many points it takes at least."""
+        """Minimum number of points."""
         return 1 if self.form == "places" else 2
 
 
-USUAL: dict[StreetKind, ObstacleDefaults] = {
+DEFAULTS: dict[StreetKind, ObstacleDefaults] = {
     "building": ObstacleDefaults("outline", height=10.0, reflectivity=0.3),
     "wall": ObstacleDefaults("line", height=2.0, reflectivity=0.3),
     "barrier": ObstacleDefaults("line", height=0.81, reflectivity=0.3),
@@ -50,32 +50,33 @@ USUAL: dict[StreetKind, ObstacleDefaults] = {
     "traffic-sign": ObstacleDefaults("places", height=2.5, reflectivity=0.4, diameter=0.076),
     "bollard": ObstacleDefaults("places", height=1.0, reflectivity=0.4, diameter=0.12),
 }
-"""A tree is its trunk and a sign its post: crowns and plates are above all beams within 50 m. A fence is of boards."""
+"""A tree is its trunk and a sign its post: crowns and plates are above all beams within 50 m. A fence is solid
+boards."""
 
 W_BEAM_HEIGHT = 0.312
-"""[m] From the lower to the upper edge of a guard rail's beam."""
+"""[m] Height of a guard rail's beam, from its lower to its upper edge."""
 POST_SPACING = 1.905
-"""[m] Along a guard rail."""
+"""[m] Distance between posts along a guard rail."""
 POST_SIZE = (0.102, 0.152)
-"""[m] Of a guard rail's post W152x12.6, along the rail and across it. It ends where the beam begins."""
+"""[m] Size of a guard rail's post W152x12.6, along and across the rail. The post ends at the lower edge of the beam."""
 
 POLE_CORNERS = 8
 _POLE_RADIUS = math.pi / (2 * POLE_CORNERS * math.sin(math.pi / POLE_CORNERS))
-"""Of the corners, by diameter: the polygon has the circle's circumference, hence from all sides its mean width."""
+"""Circumradius over diameter: the polygon has the circle's circumference, hence its mean width over all directions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prism:
-    """An upright face over each side of a polygon."""
+    """Upright faces over the sides of a polygon."""
 
     corners: Floats
-    """(K, 2) x, y in the world frame [m], closed implicitly; two make one face."""
+    """(K, 2) x, y in the world frame [m], closed implicitly; two corners make one face."""
     base: float
     """Height of the lower edge above the ground [m]."""
     height: float
     """Height of the upper edge above the ground [m]."""
     reflectivity: float
-    """Diffuse, 0 to 1."""
+    """Diffuse reflectivity, 0 to 1."""
 
 
 def build(
@@ -86,36 +87,36 @@ def build(
     diameter: float | None = None,
     reflectivity: float | None = None,
 ) -> list[Prism]:
-    """Return what one thing, or a row of them, is made of.
+    """Return the prisms of an obstacle, or of a row of obstacles.
 
     Parameters
     ----------
     kind
-        What it is.
+        Kind of obstacle.
     points
-        (K, 2) in the world frame [m], see `Usual.form`; one that is told twice in a row counts once.
+        (K, 2) in the world frame [m], see `ObstacleDefaults.form`. Consecutive duplicates count once.
     height, base
-        Of its upper and lower edge above the ground [m]. A guard rail's base follows from its height.
+        Upper and lower edge above the ground [m]. A guard rail's base follows from its height.
     diameter
-        Of each pole [m].
+        Diameter of each pole [m].
     reflectivity
-        Diffuse, 0 to 1. Like the other sizes, the usual one if None.
+        Diffuse reflectivity, 0 to 1. None takes the default of the kind, as for the sizes.
 
     Raises
     ------
     ValueError
-        Too few points, or the sizes make no body.
+        There are too few points, or the sizes are invalid.
     """
-    usual = USUAL[kind]
+    defaults = DEFAULTS[kind]
     points = points[np.append(True, np.any(np.diff(points, axis=0) != 0.0, axis=1))[: len(points)]]
-    height = usual.height if height is None else height
+    height = defaults.height if height is None else height
     base = max(height - W_BEAM_HEIGHT, 0.0) if kind == "guard-rail" else base
-    diameter = usual.diameter if diameter is None else diameter
-    reflectivity = usual.reflectivity if reflectivity is None else reflectivity
-    _require(kind, points, height, base, diameter, reflectivity)
-    if usual.form == "outline":
+    diameter = defaults.diameter if diameter is None else diameter
+    reflectivity = defaults.reflectivity if reflectivity is None else reflectivity
+    _validate(kind, points, height, base, diameter, reflectivity)
+    if defaults.form == "outline":
         outlines = [points]
-    elif usual.form == "line":
+    elif defaults.form == "line":
         outlines = [np.array(ends) for ends in pairwise(points)]
     else:
         outlines = [_octagon(place, diameter) for place in points]
@@ -126,7 +127,7 @@ def build(
 
 
 def obstacles(prisms: Sequence[Prism]) -> Obstacles:
-    """Gather prisms into the world record."""
+    """Convert prisms to the world record."""
     return Obstacles.from_polygons(
         [prism.corners for prism in prisms],
         [prism.height for prism in prisms],
@@ -135,18 +136,18 @@ def obstacles(prisms: Sequence[Prism]) -> Obstacles:
     )
 
 
-def _require(
+def _validate(
     kind: StreetKind, points: Floats, height: float, base: float, diameter: float, reflectivity: float
 ) -> None:
-    usual = USUAL[kind]
-    if len(points) < usual.points_min:
-        raise ValueError(f"a {kind} takes at least {usual.points_min} point{'s' * (usual.points_min > 1)}")
+    defaults = DEFAULTS[kind]
+    if len(points) < defaults.points_min:
+        raise ValueError(f"a {kind} needs at least {defaults.points_min} point{'s' * (defaults.points_min > 1)}")
     if not 0 <= base < height < math.inf:
         raise ValueError("its height must be positive and above its base, which must not be negative")
-    if usual.form == "places" and not 0 < diameter < math.inf:
+    if defaults.form == "places" and not 0 < diameter < math.inf:
         raise ValueError("its diameter must be positive")
     if not 0 <= reflectivity <= 1:
-        raise ValueError("reflectivity lies between 0 and 1")
+        raise ValueError("reflectivity must be between 0 and 1")
 
 
 def _octagon(place: Floats, diameter: float) -> Floats:
@@ -155,7 +156,7 @@ def _octagon(place: Floats, diameter: float) -> Floats:
 
 
 def _posts(line: Floats) -> list[Floats]:
-    """Return the outlines (4, 2) [m] of the posts of a guard rail, evenly spaced from its one end on."""
+    """Return the outlines (4, 2) [m] of the posts of a guard rail, evenly spaced from its first end."""
     step = np.diff(line, axis=0)
     length = np.hypot(*step.T)
     end = np.cumsum(length)

@@ -1,4 +1,4 @@
-"""Paint: how much 905 nm light an actor's surface sends back."""
+"""Paint: diffuse reflectivity of actors at 905 nm."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ SHADES = (
     (0.30, 0.30, 0.50),  # silver and grey
     (0.30, 0.60, 0.80),  # white
 )
-"""Engineering estimates, ranges and shares alike: tunable, never to be quoted as fact."""
+"""Engineering estimates of ranges and shares: tunable, not to be quoted as fact."""
 
 _PAINT_STREAM = 1
 
@@ -17,7 +17,7 @@ _PAINT_STREAM = 1
 def paint_reflectivity(seed: int, actor_id: int) -> float:
     """Draw the diffuse reflectivity of one actor, 0 to 1.
 
-    The draw is keyed by (seed, actor), so nobody's paint depends on who else is on the road.
+    The draw is keyed by (seed, actor), so it does not depend on the other actors.
     """
     rng = actor_rng(seed, actor_id, _PAINT_STREAM)
     shares = [share for share, _, _ in SHADES]
@@ -26,7 +26,7 @@ def paint_reflectivity(seed: int, actor_id: int) -> float:
 
 
 def actor_rng(seed: int, actor_id: int, stream: int) -> np.random.Generator:
-    """Return the generator of one actor and one purpose: Philox, keyed by (seed, actor), `stream` in its counter.
+    """Return the random generator of one actor and purpose: Philox, keyed by (seed, actor), `stream` in its counter.
 
     The seed is taken modulo 2^64.
     """

@@ -1,4 +1,4 @@
-"""Who is on the road: numbers, sizes and paint, the same for every traffic source."""
+"""Road users of a run: ids, sizes and paint, assigned in the same way for every traffic source."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ from sim.reflectivity import paint_reflectivity
 from sim.world import Kind
 
 EGO_ID = 0
-"""The ego is the first to be cast; actors count from 1."""
+"""The ego is added first; actors count from 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """What does not change about a road user."""
+    """Constant properties of a road user."""
 
     id: int
     name: str
@@ -24,14 +24,14 @@ class Member:
 
 
 class Roster:
-    """Everyone who has appeared in a run, numbered in order of appearance. Numbers are never reused.
+    """All road users that have appeared in a run, numbered in order of appearance. Numbers are never reused.
 
     Parameters
     ----------
     seed
-        Of the run.
+        Seed of the run.
     redraw_default_sizes
-        Whether all but the ego, which is to fit its rig, get a size of their own in place of the simulator's default.
+        Replace the simulator's default sizes by random ones. The ego keeps its size, which the rig is fitted to.
     """
 
     def __init__(self, seed: int, *, redraw_default_sizes: bool = False):
@@ -40,10 +40,10 @@ class Roster:
         self._members: dict[Hashable, Member] = {}
 
     def find(self, key: Hashable) -> Member | None:
-        """Return the member whom the simulator calls `key`, or None before its first appearance."""
+        """Return the member with the simulator's key, or None before its first appearance."""
         return self._members.get(key)
 
-    def enter(
+    def add(
         self,
         key: Hashable,
         kind: Kind,
@@ -51,7 +51,7 @@ class Roster:
         name: str = "",
         reflectivity: float | None = None,
     ) -> Member:
-        """Cast a new member. Without a name it is `<kind>.<number>`; without reflectivity its paint is drawn."""
+        """Add a member. The default name is `<kind>.<number>`; the default reflectivity is drawn at random."""
         number = len(self._members)
         if self._redraw and number != EGO_ID:
             size = redrawn_size(kind, size, self._seed, number)

@@ -1,4 +1,4 @@
-"""What the run loop asks of traffic, whoever simulates it, and how traffic says that it cannot go on."""
+"""Interface between the run loop and a traffic source, with its errors."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -8,44 +8,45 @@ from sim.world import Obstacles, WorldFrame
 
 
 class TrafficError(Exception):
-    """Root of what a traffic source raises; the message is one line that names what, where and the remedy."""
+    """Base class of traffic errors; the message is one line that names the cause, its location and the remedy."""
 
 
 class TrafficInputError(TrafficError):
-    """What was asked for cannot be simulated: a missing file, an unknown id, a key out of range."""
+    """The input cannot be simulated: a missing file, an unknown id, a key out of range."""
 
 
 class SimulatorFailedError(TrafficError):
-    """The simulator behind the source gave up."""
+    """The simulator behind the source failed."""
 
 
 class TrafficEndedError(TrafficError):
-    """The run is over before its time: the ego arrived, was teleported or crashed."""
+    """The run ended early: the ego arrived, was teleported or crashed."""
 
 
 @dataclass(frozen=True, slots=True)
 class EgoCommand:
-    """What a controller wants of the ego. Each source takes the fields it understands, and refuses others."""
+    """Command to the ego. Each source accepts the fields that it supports and rejects others."""
 
     speed_mps: float | None = None
-    """[m/s] to reach as soon as the vehicle can, and to keep (SUMO)."""
+    """[m/s] Target speed, reached as soon as the vehicle can and then kept (SUMO)."""
     lane: int | None = None
-    """Lane to change to, counted from the right, 0 first (SUMO)."""
+    """Target lane, counted from the right, 0 first (SUMO)."""
     action: Any = None
-    """An action of the environment: an index, or an array of them or of floats (highway-env)."""
+    """Action of the environment: an index, or an array of indices or floats (highway-env)."""
 
 
 class TrafficSource(Protocol):
     """A stream of `WorldFrame`s at a fixed rate.
 
-    Same seed, same commands, same frames, bit for bit. `reset` must come first; it may be called again for a new run.
+    Frames are deterministic: the same seed and commands give the same frames, bit for bit. Call `reset` first; call it
+    again to start a new run.
     """
 
     dt: float
     """Time between frames [s]."""
     origin: Floats
-    """(2,) [m] where the world frame's origin lies in the simulator's own coordinates; valid after `reset`. Zero for
-    the usual small map; else full 10 km, so that float32 still tells millimetres near the ego."""
+    """(2,) [m] origin of the world frame in the simulator's coordinates; valid after `reset`. Zero for small maps, else
+    a multiple of 10 km, so that float32 resolves millimetres near the ego."""
 
     def reset(self, seed: int) -> Obstacles:
         """Start a new run and return its static obstacles.
@@ -53,7 +54,7 @@ class TrafficSource(Protocol):
         Raises
         ------
         TrafficInputError
-            What was asked for does not exist or is out of range.
+            The input does not exist or is out of range.
         SimulatorFailedError
             The simulator did not start.
         """
@@ -65,14 +66,14 @@ class TrafficSource(Protocol):
         Raises
         ------
         TrafficEndedError
-            There is no next frame: the ego is gone.
+            There is no further frame: the ego is gone.
         SimulatorFailedError
-            The simulator gave up in mid-run.
+            The simulator failed during the run.
         """
         ...
 
     def apply(self, command: EgoCommand) -> None:
-        """Command the ego, from the next `step` on and until the next command.
+        """Command the ego, effective from the next `step` until the next command.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The world record: the truth that a traffic source delivers, one frame at a time.
+"""World record: the ground truth that a traffic source delivers, one frame at a time.
 
 World frame: x east, y north, z up, metres; yaw counter-clockwise from x, radians in (-pi, pi].
 A pose is the centre of the body's bounding box on the ground plane.
@@ -15,7 +15,7 @@ from sim.arrays import Bools, Floats, Ints
 
 
 class Kind(IntEnum):
-    """What an actor is; decides its body shape and whether it is graded."""
+    """Class of an actor. It decides the body shape and whether the actor is graded."""
 
     CAR = 0
     SUV = 1
@@ -30,12 +30,12 @@ class Kind(IntEnum):
 
 
 class Mode(IntEnum):
-    """How an actor truly moves; `sim.modes` draws the limits."""
+    """True motion mode of an actor; `sim.modes` defines the limits."""
 
     STATIONARY = 0
     CONSTANT_VELOCITY = 1
     ACCELERATING = 2
-    """Along its way or across it: a turn accelerates, too."""
+    """Along or across the direction of travel: a turn is an acceleration, too."""
 
 
 VEHICLE_KINDS = frozenset({Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS, Kind.MOTORCYCLE})
@@ -63,12 +63,12 @@ class Ego:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Actors:
-    """Every other road user near the ego, one row each, sorted by id."""
+    """All other road users near the ego, one row each, sorted by id."""
 
     id: Ints
-    """(N,) stable for the actor's life, never reused within a run."""
+    """(N,) stable for the lifetime of the actor, never reused within a run."""
     name: npt.NDArray[np.str_]
-    """(N,) the traffic simulator's own name, for people to look up."""
+    """(N,) the traffic simulator's name, to look the actor up there."""
     kind: npt.NDArray[np.uint8]
     """(N,) `Kind`."""
     pose_world: Floats
@@ -80,14 +80,14 @@ class Actors:
     yaw_rate: Floats
     """(N,) [rad/s], counter-clockwise positive."""
     articulation: Floats
-    """(N,) [rad] yaw of the tractor relative to the trailer, whose the pose is; 0 for whatever does not bend."""
+    """(N,) [rad] yaw of the tractor relative to the trailer, which defines the pose; 0 for rigid bodies."""
     mode: npt.NDArray[np.uint8]
     """(N,) `Mode`."""
     changes_lane: Bools
-    """(N,) the simulator lets it jump to the next lane about now, which takes seconds on the road."""
+    """(N,) mask of actors in a lane change that the simulator makes in one step and the truth layer spreads."""
     deviation: Floats
-    """(N, 2) [m] how far its front bumper (with highway-env, its centre) is ahead of where the simulator has it, and
-    how far to the left, along and across its way."""
+    """(N, 2) [m] offset of the front bumper (highway-env: the centre) from its position in the simulator: ahead and to
+    the left, along and across the direction of travel."""
     size: Floats
     """(N, 3) length, width, height [m]."""
     reflectivity: Floats
@@ -99,7 +99,7 @@ class Actors:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorldFrame:
-    """The truth of one instant."""
+    """Ground truth of one instant."""
 
     index: int
     """Frames since the start of the run, 0 for the first."""
@@ -111,14 +111,14 @@ class WorldFrame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacles:
-    """Static things that block beams: upright faces on sides of polygons, without lids. They come once per source."""
+    """Static occluders: upright faces on the sides of polygons, without lids. Delivered once per source."""
 
     vertices_world: Floats
     """(V, 2) corners of all polygons [m], each polygon closed implicitly."""
     offset: Ints
     """(M + 1,) polygon m holds vertices offset[m] to offset[m + 1]."""
     base: Floats
-    """(M,) height of the lower edge above the ground [m]; 0 for what stands on it."""
+    """(M,) height of the lower edge above the ground [m]; 0 if it stands on the ground."""
     height: Floats
     """(M,) height of the upper edge above the ground [m]."""
     reflectivity: Floats
@@ -137,8 +137,8 @@ class Obstacles:
     ) -> "Obstacles":
         """Gather polygons, each (K, 2) in the world frame [m], K >= 2 (two points make a wall).
 
-        `reflectivity` and `base` are one for all polygons or one for each. The default reflectivity is an estimate for
-        plaster and concrete at 905 nm.
+        `reflectivity` and `base` are scalars for all polygons or one value per polygon. The default reflectivity is an
+        estimate for plaster and concrete at 905 nm.
         """
         counts = [len(polygon) for polygon in polygons]
         return cls(

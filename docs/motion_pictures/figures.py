@@ -1,56 +1,56 @@
-"""The figures that docs/traffic.md quotes."""
+"""Figures quoted in docs/traffic.md."""
 
 import numpy as np
 from motion_pictures.stage import (
     DT,
-    JUMPS,
+    INSTANT,
     SUBLANES,
     TIMED,
+    Course,
     Floats,
     Settled,
-    Way,
+    delivered_courses,
     on_net,
     on_scenario,
-    raw_ways,
-    true_ways,
+    raw_courses,
 )
 
 from sim.kinematics import wrap_angle
 from sim.physical.physical_config import PhysicalConfig
 
 HARD = 10.0
-"""[m/s^2] that no vehicle reaches."""
+"""[m/s^2] Acceleration that no vehicle reaches."""
 CONFIGS = {
     "3.0 s, smoothing 1.2 s": PhysicalConfig(),
     "1.2 s, smoothing 1.2 s": PhysicalConfig(lookahead_s=1.2),
     "0, smoothing 1.2 s": PhysicalConfig(lookahead_s=0.0),
     "0, smoothing 0.4 s": PhysicalConfig(smoothing_s=0.4, lookahead_s=0.0),
 }
-"""By look-ahead."""
+"""Configurations by look-ahead."""
 
 
 def show() -> None:
     """Print both tables as Markdown."""
     runs = {
-        "motorway, jumps": on_scenario("sumo-cut-in", JUMPS),
+        "motorway, jumps": on_scenario("sumo-cut-in", INSTANT),
         "motorway, `lanechange.duration` 3": on_scenario("sumo-cut-in", TIMED),
         "motorway, `lateral-resolution` 0.8": on_scenario("sumo-cut-in", SUBLANES),
         "crossing, `lateral-resolution` 0.8": on_scenario("sumo-crossing"),
         "winding road, `lanechange.duration` 3": on_net("winding", TIMED),
-        "roundabout, jumps": on_net("roundabout", JUMPS),
+        "roundabout, jumps": on_net("roundabout", INSTANT),
     }
     for name, traffic in runs.items():
-        print(f"| {name} | {_harshness(raw_ways(traffic))} | {_harshness(true_ways(traffic.delivered()))} |")
+        print(f"| {name} | {_severity(raw_courses(traffic))} | {_severity(delivered_courses(traffic.delivered()))} |")
     for name in ("crossing, `lateral-resolution` 0.8", "roundabout, jumps"):
         for look_ahead, config in CONFIGS.items():
-            print(f"| {name} | {look_ahead} | {_price(runs[name].delivered(config))} |")
+            print(f"| {name} | {look_ahead} | {_cost(runs[name].delivered(config))} |")
 
 
-def _harshness(ways: list[Way]) -> str:
-    """Largest speed sideways, yaw rate, acceleration (and how many are too hard) and jerk, by differences."""
-    acceleration, jerk = (np.concatenate([np.hypot(*way.differences(n).T) for way in ways]) for n in (2, 3))
-    sideways = max(np.abs(_sideways(way)).max() for way in ways if len(way.time) > 1)
-    turn = max(np.abs(wrap_angle(np.diff(way.pose[:, 2]))).max() for way in ways if len(way.time) > 1) / DT
+def _severity(courses: list[Course]) -> str:
+    """Return largest lateral speed, yaw rate, acceleration (with the count above `HARD`) and jerk, by differences."""
+    acceleration, jerk = (np.concatenate([np.hypot(*course.differences(n).T) for course in courses]) for n in (2, 3))
+    sideways = max(np.abs(_sideways(course)).max() for course in courses if len(course.time) > 1)
+    turn = max(np.abs(wrap_angle(np.diff(course.pose[:, 2]))).max() for course in courses if len(course.time) > 1) / DT
     hard = np.count_nonzero(acceleration > HARD)
     return (
         f"{sideways:.1f} | {np.rad2deg(turn):.0f} | {acceleration.max():.{0 if hard else 1}f} | "
@@ -58,14 +58,14 @@ def _harshness(ways: list[Way]) -> str:
     )
 
 
-def _sideways(way: Way) -> Floats:
-    """Speed of the box centre across the body's heading (N - 1,) [m/s]."""
-    yaw, velocity = way.pose[:-1, 2], way.differences(1)
+def _sideways(course: Course) -> Floats:
+    """Return the lateral speed (N - 1,) of the box centre [m/s]."""
+    yaw, velocity = course.pose[:-1, 2], course.differences(1)
     return np.asarray(velocity[:, 1] * np.cos(yaw) - velocity[:, 0] * np.sin(yaw))
 
 
-def _price(settled: Settled) -> str:
-    """Largest acceleration, and how far bodies are from where SUMO has them: usually, at 1 %, at worst."""
+def _cost(settled: Settled) -> str:
+    """Return the largest acceleration, and deviations from SUMO: median, 99 % quantile and maximum."""
     acceleration = max(np.hypot(*motion.acceleration_world.T).max() for _, motion in settled)
     kept = np.concatenate([motion.deviation[~motion.changes_lane] for _, motion in settled])
     along, across = np.abs(kept.T)

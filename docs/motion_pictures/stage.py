@@ -1,4 +1,4 @@
-"""What all pictures share: runs of SUMO, the ways of its road users before and after the truth layer, drawing."""
+"""Common parts of the pictures: runs of SUMO, courses of its road users before and after the truth layer, drawing."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,10 +29,10 @@ NETS = Path(__file__).parents[2] / "tests" / "nets"
 DT, RANGE_M, SEED = 0.08, 200.0, 1
 RAW, TRUE, ROAD = "tab:red", "tab:blue", "0.8"
 
-JUMPS = {}
+INSTANT = {}
 TIMED = {"lanechange.duration": "3"}
 SUBLANES = {"lateral-resolution": "0.8"}
-"""SUMO's three ways of changing lanes, as its options."""
+"""SUMO's options for its three modes of lane changes."""
 
 _CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
 
@@ -41,14 +41,14 @@ Settled = list[tuple[list[Member], Kinematics]]
 
 @dataclass(frozen=True)
 class Traffic:
-    """A run of SUMO: what it said, frame by frame, and where its lanes are, those across junctions left out."""
+    """A run of SUMO: raw frames, and lanes without those across junctions."""
 
     raw: list[RawFrame]
     lanes: list[tuple[Floats, float]]
-    """Middle line (K, 2) and width [m] of each."""
+    """Centre line (K, 2) and width [m] of each lane."""
 
     def delivered(self, config: PhysicalConfig | None = None) -> Settled:
-        """Return what the truth layer makes of it."""
+        """Return the output of the truth layer."""
         layer, settled = PhysicalTruth(DT, config or PhysicalConfig(), rolling=True), []
         for raw in self.raw:
             layer.push(raw)
@@ -61,21 +61,21 @@ class Traffic:
 
 
 def on_scenario(name: str, options: dict[str, str] | None = None) -> Traffic:
-    """Run the traffic of a shipped scenario for its duration, with other options if wanted."""
+    """Run the traffic of a shipped scenario for its duration, optionally with other options."""
     scenario = Scenario.load(find(name))
     traffic = scenario.traffic if options is None else replace(scenario.traffic, options=options)
     return _run(traffic, scenario.folder, round(scenario.duration_s / DT))
 
 
 def on_net(name: str, options: dict[str, str]) -> Traffic:
-    """Run a minute on a test net."""
+    """Run one minute on a test net."""
     routes = ["mixed.rou.xml", f"{name}/{name}.rou.xml"]
     traffic = SumoTraffic(net=f"{name}/{name}.net.xml", routes=routes, ego="vehicle:ego", options=options)
     return _run(traffic, NETS, 750)
 
 
 def _run(traffic: SumoTraffic, folder: Path, frames: int) -> Traffic:
-    """Run SUMO for as many frames from when the ego enters, or until it is gone."""
+    """Run SUMO for a number of frames from the ego's entry, or until it is gone."""
     files = {"net-file": [traffic.net], "route-files": traffic.routes, "additional-files": traffic.additional}
     libsumo.start(sumo_command(folder, files, DT, SEED, traffic.options))
     ego, raw = await_ego(libsumo, traffic.ego, until=traffic.max_wait_s), []
@@ -90,8 +90,8 @@ def _run(traffic: SumoTraffic, folder: Path, frames: int) -> Traffic:
 
 
 @dataclass(frozen=True)
-class Way:
-    """What one road user does, over N frames in a row."""
+class Course:
+    """Motion of one road user over N consecutive frames."""
 
     member: Member
     time: Floats
@@ -101,24 +101,24 @@ class Way:
     articulation: Floats
     """(N,) [rad]"""
 
-    def part(self, begin: float, end: float) -> "Way":
-        """Cut to a time [s]."""
+    def part(self, begin: float, end: float) -> "Course":
+        """Return the part in a time interval [s]."""
         rows = (self.time > begin - 0.5 * DT) & (self.time < end + 0.5 * DT)
         return replace(self, time=self.time[rows], pose=self.pose[rows], articulation=self.articulation[rows])
 
     def differences(self, order: int) -> Floats:
-        """Return difference quotients (N - order, 2) of the place: velocities, accelerations (2) or jerks (3)."""
+        """Return difference quotients (N - order, 2) of the position: velocities, accelerations (2) or jerks (3)."""
         return np.asarray(np.diff(self.pose[:, :2], order, axis=0) / DT**order)
 
     def fronts(self) -> Floats:
-        """Return the middle of the front bumper (N, 2) [m], of a bent truck the tractor's."""
+        """Return the middle of the front bumper (N, 2) [m]; for an articulated truck, the tractor's."""
         row, pose, size = self._boxes()
         leads = dict(zip(row.tolist(), range(len(row)), strict=True))  # tractors come last
         pose, size = pose[list(leads.values())], size[list(leads.values())]
         return np.asarray(pose[:, :2] + 0.5 * size[:, :1] * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])]))
 
     def outlines(self, every: int) -> list[Floats]:
-        """Return outlines (5, 2) [m] of its boxes in every so many frames; a bent truck has two."""
+        """Return outlines (5, 2) [m] of its boxes, one of `every` frames; an articulated truck has two."""
         row, pose, size = self._boxes()
         return [_outline(*pose[n], *size[n]) for n in np.flatnonzero(row % every == 0)]
 
@@ -126,37 +126,37 @@ class Way:
         return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.articulation)
 
 
-def raw_ways(traffic: Traffic) -> list[Way]:
-    """Return what SUMO says, sorted by road users."""
-    return _ways([(frame.members, frame.pose_world, np.zeros(len(frame.members))) for frame in traffic.raw])
+def raw_courses(traffic: Traffic) -> list[Course]:
+    """Return the courses in SUMO, by road user."""
+    return _courses([(frame.members, frame.pose_world, np.zeros(len(frame.members))) for frame in traffic.raw])
 
 
-def true_ways(settled: Settled) -> list[Way]:
-    """Return what is delivered, sorted by road users."""
-    return _ways([(members, motion.pose_world, motion.articulation) for members, motion in settled])
+def delivered_courses(settled: Settled) -> list[Course]:
+    """Return the delivered courses, by road user."""
+    return _courses([(members, motion.pose_world, motion.articulation) for members, motion in settled])
 
 
-def named(ways: list[Way], name: str) -> Way:
-    """Return the way of the road user that SUMO calls so."""
-    return next(way for way in ways if way.member.name == name)
+def named(courses: list[Course], name: str) -> Course:
+    """Return the course of the road user with a name."""
+    return next(course for course in courses if course.member.name == name)
 
 
-def _ways(frames: list[tuple[list[Member], Floats, Floats]]) -> list[Way]:
-    """Sort members, poses and articulations by members; who comes back after an absence is left out."""
+def _courses(frames: list[tuple[list[Member], Floats, Floats]]) -> list[Course]:
+    """Sort members, poses and articulations by member; members with an absence are left out."""
     seen: dict[int, list[tuple[Member, int, Floats, float]]] = {}
     for index, (members, poses, bends) in enumerate(frames):
         for member, pose, bend in zip(members, poses, bends, strict=True):
             seen.setdefault(member.id, []).append((member, index, pose, bend))
     columns = [tuple(zip(*rows, strict=True)) for rows in seen.values()]
     return [
-        Way(member[0], DT * np.array(index), np.array(pose), np.array(bend))
+        Course(member[0], DT * np.array(index), np.array(pose), np.array(bend))
         for member, index, pose, bend in columns
         if index[-1] - index[0] == len(index) - 1
     ]
 
 
 def _outline(x: float, y: float, yaw: float, length: float, width: float) -> Floats:
-    """Return the corners (5, 2) of a box, the first twice [m]."""
+    """Return the corners (5, 2) of a box, with the first repeated [m]."""
     turn = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
     return np.asarray((x, y) + 0.5 * _CORNERS * (length, width) @ turn)
 

@@ -1,1 +1,1 @@
-"""Traffic by highway-env; only this package imports it, and not before it is needed."""
+"""Traffic by highway-env, which only this package imports, lazily."""

@@ -1,4 +1,4 @@
-"""Environments of highway-env, built and taken down again."""
+"""Construction of highway-env environments and restoration of what they change globally."""
 
 import difflib
 from collections.abc import Iterator
@@ -9,24 +9,25 @@ from sim.source import TrafficError, TrafficInputError
 
 SIMULATION_HZ = 25
 POLICY_HZ = 12.5
-"""One frame of the rig is one policy step of two simulation steps."""
+"""A frame of the rig is one policy step of two simulation steps."""
 
 _LONGEST_NAME = 60
-"""Of an environment, in complaints."""
+"""Characters of an environment's name in error messages."""
 
-_UNSEEN = {"observation": {"type": "AttributesObservation", "attributes": []}}
-"""Nobody reads the observation; the environments' own are dear, or ask the ego for what an IDM vehicle lacks."""
+_NO_OBSERVATION = {"observation": {"type": "AttributesObservation", "attributes": []}}
+"""Empty observation: it is unused, and the environments' own are expensive or need attributes that IDM vehicles
+lack."""
 
 _TUNED_BY_INTERSECTIONS = ("DISTANCE_WANTED", "COMFORT_ACC_MAX", "COMFORT_ACC_MIN")
-"""intersection-v* overwrites these on the vehicle class; they must not leak into the next run of this process."""
+"""Class attributes that intersection-v* overwrites; they must not leak into the next run of this process."""
 
 Tuning = list[tuple[type, dict[str, float]]]
-"""Attributes of vehicle classes and their values."""
+"""Vehicle classes with values of their attributes."""
 
 
 @contextmanager
-def foreign(where: str, failure: type[TrafficError]) -> Iterator[None]:
-    """Turn whatever a third party's environment raises into our error."""
+def translated_errors(where: str, failure: type[TrafficError]) -> Iterator[None]:
+    """Convert any exception of a third-party environment to a traffic error."""
     try:
         yield
     except TrafficError:
@@ -36,9 +37,9 @@ def foreign(where: str, failure: type[TrafficError]) -> Iterator[None]:
 
 
 def make(name: str, overrides: dict[str, Any]) -> Any:
-    """Build an environment without gymnasium's wrappers, which would check, warn and truncate.
+    """Build an environment without gymnasium's wrappers, which would check, warn and truncate episodes.
 
-    It is configured afterwards: some constructors take no configuration.
+    It is configured after construction, since some constructors take no configuration.
 
     Raises
     ------
@@ -60,29 +61,29 @@ def make(name: str, overrides: dict[str, Any]) -> Any:
     for key in overrides:
         if key not in env.config:
             raise TrafficInputError(f"config.{key} is unknown to {name}; {_did_you_mean(key, sorted(env.config))}")
-    env.configure(_UNSEEN | overrides | {"simulation_frequency": SIMULATION_HZ, "policy_frequency": POLICY_HZ})
+    env.configure(_NO_OBSERVATION | overrides | {"simulation_frequency": SIMULATION_HZ, "policy_frequency": POLICY_HZ})
     return env
 
 
-def tuning(overrides: dict[str, Any]) -> Tuning:
-    """Note what an intersection would overwrite."""
+def recorded_tuning(overrides: dict[str, Any]) -> Tuning:
+    """Record the class attributes that an intersection would overwrite."""
     from highway_env.utils import class_from_path
     from highway_env.vehicle.behavior import IDMVehicle
 
     classes = [IDMVehicle]
     if "other_vehicles_type" in overrides:
-        with foreign("config.other_vehicles_type", TrafficInputError):
+        with translated_errors("config.other_vehicles_type", TrafficInputError):
             classes.append(class_from_path(overrides["other_vehicles_type"]))
     return [(cls, {name: getattr(cls, name) for name in _TUNED_BY_INTERSECTIONS}) for cls in classes]
 
 
-def restore(noted: Tuning) -> None:
-    """Put vehicle classes back as they were."""
-    for vehicle_class, values in noted:
+def restore(tuning: Tuning) -> None:
+    """Restore the class attributes of vehicles."""
+    for vehicle_class, values in tuning:
         for name, value in values.items():
             setattr(vehicle_class, name, value)
 
 
 def _did_you_mean(word: str, known: list[str]) -> str:
     close = difflib.get_close_matches(word, known)
-    return f"did you mean {', '.join(close)}?" if close else f"known are {', '.join(known)}"
+    return f"did you mean {', '.join(close)}?" if close else f"known names are {', '.join(known)}"

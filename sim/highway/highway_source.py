@@ -1,7 +1,7 @@
 """Traffic by highway-env, stepped without a window. Only this package imports it.
 
-highway-env draws y downwards: its frame is left-handed in data, with headings clockwise and lanes counted towards +y,
-to the driver's right. Mirrored (y and heading change sign) it is our world, and traffic keeps to the right.
+highway-env draws y downwards: its coordinates are left-handed, with clockwise headings and lanes counted towards +y, to
+the driver's right. Mirroring (negating y and heading) gives the world frame, with traffic on the right.
 """
 
 from pathlib import Path
@@ -11,8 +11,8 @@ import numpy as np
 
 from sim.arrays import Floats
 from sim.frame_builder import FrameBuilder
-from sim.highway.agents import idle, obeying, put_drivers
-from sim.highway.environment import POLICY_HZ, Tuning, foreign, make, restore, tuning
+from sim.highway.agents import controlled_action, idle_action, install_drivers
+from sim.highway.environment import POLICY_HZ, Tuning, make, recorded_tuning, restore, translated_errors
 from sim.highway.highway_config import HighwayTraffic
 from sim.kinematics import RawFrame, wrap_angle
 from sim.origin import origin_near
@@ -22,23 +22,23 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.world import Kind, Obstacles, WorldFrame
 
 VEHICLE_HEIGHT = 1.5
-"""[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m, before they are redrawn."""
+"""[m] highway-env is flat. All its vehicles are cars of 5 m by 2 m by default."""
 OBSTACLE_HEIGHT = 1.0
-"""[m] Of what stands on its roads: the end of a merging lane, a car park's walls."""
+"""[m] Height of obstacles: the end of a merging lane, a car park's walls."""
 
 
 class HighwaySource:
-    """One highway-env environment, centred on its first agent.
+    """A highway-env environment, centred on its first agent.
 
-    Obstacles are static and come once; landmarks, which are goals without a body, do not come. Vehicles that crashed
-    stay. The environment's yaw is kept: where its vehicles slip, their course differs from their heading.
+    Static obstacles are delivered once. Landmarks, which are goals without a body, are not delivered. Crashed vehicles
+    stay. The environment's yaw is kept: course and heading differ where its vehicles slip.
 
     Parameters
     ----------
     config
-        What to simulate.
+        Environment to simulate.
     folder
-        Folder of the scenario file; not needed here, every source has it.
+        Folder of the scenario file; unused, it is part of the common signature.
     range_m
         Delivery radius around the ego [m].
     """
@@ -54,43 +54,45 @@ class HighwaySource:
         self._tuning: Tuning = []
 
     def reset(self, seed: int) -> Obstacles:
-        """Build the environment anew. See `TrafficSource.reset`."""
+        """Build a new environment. See `TrafficSource.reset`."""
         self.close()
         config = self._config
-        self._tuning = tuning(config.config)
-        with foreign(f"{config.env} with this config", TrafficInputError):
+        self._tuning = recorded_tuning(config.config)
+        with translated_errors(f"{config.env} with this config", TrafficInputError):
             self._env = make(config.env, config.config)
             self._env.reset(seed=seed)
-            put_drivers(self._env, ego=config.ego == "idm")
-        self._action = idle(self._env) if config.ego != "fixed" else obeying(self._env, config.env, config.action)
-        self._cast = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
-        self._member(self._env.vehicle)  # the ego is cast first
+            install_drivers(self._env, ego=config.ego == "idm")
+        self._action = (
+            idle_action(self._env) if config.ego != "fixed" else controlled_action(self._env, config.env, config.action)
+        )
+        self._roster = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
+        self._member(self._env.vehicle)  # the ego is added first
         self.origin = origin_near(_mirrored([self._env.vehicle])[0, :2])
         self._layer = PhysicalTruth(self.dt, config.smoothing, rolling=False)
-        self._delivery = FrameBuilder(self.dt, self._range, config.modes)
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes)
         self._pushed, self._end = 0, ""
         return self._obstacles()
 
     def step(self) -> WorldFrame:
-        """Advance until the next frame is settled. See `TrafficSource.step`."""
+        """Advance until the next frame is final. See `TrafficSource.step`."""
         if self._env is None:
-            raise SimulatorFailedError("highway-env is not running: reset comes before step")
+            raise SimulatorFailedError("highway-env is not running: call reset before step")
         if (settled := self._layer.next(self._advance)) is None:
             raise TrafficEndedError(self._end)
-        return self._delivery.frame(*settled)
+        return self._frame_builder.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:
-        """Give the ego an action of its own, whatever further agents there are. See `TrafficSource.apply`."""
+        """Set the ego's action; further agents ignore it. See `TrafficSource.apply`."""
         if self._config.ego != "controlled":
             raise TrafficInputError(f'the ego is "{self._config.ego}"; commands need ego = "controlled"')
         if command.speed_mps is not None or command.lane is not None or command.action is None:
-            raise TrafficInputError("highway-env's ego takes an action, and neither a speed_mps nor a lane")
+            raise TrafficInputError("highway-env's ego takes an action, neither speed_mps nor lane")
         if self._env is None:
-            raise SimulatorFailedError("highway-env is not running: reset comes before apply")
-        self._action = obeying(self._env, self._config.env, command.action)
+            raise SimulatorFailedError("highway-env is not running: call reset before apply")
+        self._action = controlled_action(self._env, self._config.env, command.action)
 
     def close(self) -> None:
-        """Drop the environment and put vehicle classes back as they were."""
+        """Drop the environment and restore vehicle classes."""
         if self._env is not None:
             self._env.close()
             self._env = None
@@ -98,9 +100,9 @@ class HighwaySource:
         self._tuning = []
 
     def _advance(self) -> None:
-        """Take one policy step, but for frame 0, and pass on what came of it, unless it was the ego's crash."""
+        """Take one policy step, except before frame 0, and push the raw frame, or end if the ego crashed."""
         if self._pushed:
-            with foreign(self._config.env, SimulatorFailedError):
+            with translated_errors(self._config.env, SimulatorFailedError):
                 self._env.step(self._action)
         if self._env.vehicle.crashed:
             self._end = f"the ego crashed at {self._pushed * self.dt:.2f} s; try another seed"
@@ -115,20 +117,20 @@ class HighwaySource:
         self._pushed += 1
 
     def _member(self, vehicle: Any) -> Member:
-        # the cast keeps the object itself, so that its identity is not given to another vehicle later
-        return self._cast.find(vehicle) or self._cast.enter(
+        # the roster keeps a reference to the object, so that its identity is not reused by another vehicle
+        return self._roster.find(vehicle) or self._roster.add(
             vehicle, Kind.CAR, (vehicle.LENGTH, vehicle.WIDTH, VEHICLE_HEIGHT)
         )
 
     def _obstacles(self) -> Obstacles:
-        """Return what stands on the road as walls."""
-        solid = [thing for thing in self._env.road.objects if thing.solid]
-        outlines = [thing.polygon()[:-1] * (1.0, -1.0) - self.origin for thing in solid]
+        """Return the solid objects on the road as walls."""
+        solid = [item for item in self._env.road.objects if item.solid]
+        outlines = [item.polygon()[:-1] * (1.0, -1.0) - self.origin for item in solid]
         return Obstacles.from_polygons(outlines, [OBSTACLE_HEIGHT] * len(solid))
 
 
-def _mirrored(things: list[Any]) -> Floats:
-    """Return poses (N, 3) in a y-up frame: highway-env's with y and heading turned around."""
-    x, y = np.array([thing.position for thing in things], dtype=np.float64).T
-    heading = np.array([thing.heading for thing in things], dtype=np.float64)
+def _mirrored(items: list[Any]) -> Floats:
+    """Return poses (N, 3) in a frame with y upwards, with highway-env's y and heading negated."""
+    x, y = np.array([item.position for item in items], dtype=np.float64).T
+    heading = np.array([item.heading for item in items], dtype=np.float64)
     return np.column_stack([x, -y, wrap_angle(-heading)])

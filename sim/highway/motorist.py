@@ -1,7 +1,8 @@
-"""A driver for highway-env who turns as tyres and passengers allow. Imports highway_env: import it lazily.
+"""Driver for highway-env with realistic lateral dynamics. Imports highway_env: import this module lazily.
 
-highway-env's own drivers put the wheels over at once, change lanes in a second with 34 m/s^2 sideways, circle at 16 m/s
-in a roundabout of 20 m radius, and back up in queues. No smoothing makes of that what a car could do.
+highway-env's drivers change the steering angle instantly, change lanes in a second with 34 m/s^2 of lateral
+acceleration, drive at 16 m/s in a roundabout of 20 m radius, and reverse in queues. Smoothing cannot turn such motions
+into feasible ones.
 """
 
 import math
@@ -15,34 +16,34 @@ from highway_env.vehicle.behavior import IDMVehicle
 from sim.arrays import Floats
 from sim.highway.environment import SIMULATION_HZ
 
-BEND = 3.5
-"""[m/s^2] Lateral acceleration for which a driver slows down before a bend; most stay below it in everyday traffic."""
-SHARPEST = 4.2
-"""[m/s^2] The same, that steering does not exceed."""
+COMFORTABLE_ACCELERATION = 3.5
+"""[m/s^2] Lateral acceleration to which a driver slows down before a bend; most stay below it in everyday traffic."""
+LATERAL_ACCELERATION_MAX = 4.2
+"""[m/s^2] Limit of the lateral acceleration by steering."""
 LATERAL_JERK = 8.0
-"""[m/s^3] at which the wheels are turned."""
+"""[m/s^3] Limit of the lateral jerk by steering."""
 SLOW = 3.0
-"""[m/s] Below this speed they are turned as at it."""
-BRAKING = 2.5
-"""[m/s^2] before bends."""
-YIELDING = 4.0
-"""[m/s^2] of braking to give way."""
+"""[m/s] Minimum speed assumed by the steering limits."""
+BEND_DECELERATION = 2.5
+"""[m/s^2] Deceleration before bends."""
+YIELD_DECELERATION = 4.0
+"""[m/s^2] Deceleration to give way."""
 PREVIEW_S, PREVIEW_M = 1.2, 7.0
-"""[s] How far ahead a driver aims, and at least [m]."""
+"""[s] Look-ahead time of steering, and its minimum distance [m]."""
 SAMPLE_M = 2.0
-"""[m] between the places at which a driver looks for bends."""
+"""[m] Spacing of the positions at which a driver checks for bends."""
 SIGHT_M = 40.0
-"""[m] within which vehicles on other roads matter."""
-LOOK_EVERY = 5
-"""Steps of the simulation between two looks at them."""
+"""[m] Range within which vehicles on other roads matter."""
+CHECK_EVERY = 5
+"""Simulation steps between two checks of these vehicles."""
 
 
 class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
-    """Keeps its distance by IDM and chooses lanes by MOBIL, as its parent; steers and slows down in its own way.
+    """Driver that keeps its distance by IDM and chooses lanes by MOBIL, as its parent, with limited steering.
 
     It steers by pure pursuit: the rear axle follows the arc to a point ahead (Coulter, "Implementation of the Pure
-    Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01, 1992). It slows down before bends, and for vehicles on other
-    roads with which it would collide, if highway-env's rules of intersections make it give way. It never backs up.
+    Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01, 1992). It slows down before bends, and gives way to vehicles on
+    other roads if a collision is possible and highway-env's intersection rules demand it. It never reverses.
     """
 
     speed: float
@@ -59,28 +60,28 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
             return
         super().act(action)
         self._steps += 1
-        if self._steps % LOOK_EVERY == 0:
+        if self._steps % CHECK_EVERY == 0:
             self._gives_way = any(self._gives_way_to(other) for other in self.road.vehicles)
-        limit = -YIELDING if self._gives_way else self._before_bends()
+        limit = -YIELD_DECELERATION if self._gives_way else self._before_bends()
         standstill = -self.speed * SIMULATION_HZ
         self.action["acceleration"] = max(min(self.action["acceleration"], limit), standstill)
 
     def steering_control(self, target_lane_index: Any) -> float:
         """Return the steering angle [rad] to follow a lane."""
         ahead = np.array([max(PREVIEW_S * self.speed, PREVIEW_M)])
-        ((lane, along),) = self._way(target_lane_index, ahead)
+        ((lane, along),) = self._path_ahead(target_lane_index, ahead)
         heading = np.array([math.cos(self.heading), math.sin(self.heading)])
         aim = lane.position(along, 0) - (self.position - 0.5 * self.LENGTH * heading)
         curvature = 2.0 * float(heading[0] * aim[1] - heading[1] * aim[0]) / float(aim @ aim)
         square = max(self.speed, SLOW) ** 2
         before = math.tan(self.action["steering"]) / self.LENGTH
-        most, change = SHARPEST / square, LATERAL_JERK / square / SIMULATION_HZ
+        most, change = LATERAL_ACCELERATION_MAX / square, LATERAL_JERK / square / SIMULATION_HZ
         curvature = float(np.clip(np.clip(curvature, -most, most), before - change, before + change))
         return math.atan(self.LENGTH * curvature)
 
     def predict_trajectory_constant_speed(self, times: Floats) -> tuple[list[Floats], list[float]]:
-        """Return positions (T, 2) and headings at `times` (T,) [s] ahead, on the way that is steered for."""
-        places = list(self._way(self.target_lane_index, self.speed * times))
+        """Return positions (T, 2) and headings at `times` (T,) [s] ahead, along the path to be followed."""
+        places = list(self._path_ahead(self.target_lane_index, self.speed * times))
         return [lane.position(along, 0) for lane, along in places], [lane.heading_at(along) for lane, along in places]
 
     def _gives_way_to(self, other: Any) -> bool:
@@ -93,22 +94,22 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
         )
 
     def _before_bends(self) -> float:
-        """Return the highest acceleration [m/s^2] that is right for the bends within braking distance."""
+        """Return the highest acceleration [m/s^2] that allows for the bends within braking distance."""
         speed = max(self.speed, 0.0)
-        ahead = np.arange(0.0, 0.5 * speed**2 / BRAKING + SAMPLE_M, SAMPLE_M)
-        allowed = np.array([_bend_speed(*place) for place in self._way(self.target_lane_index, ahead)])
+        ahead = np.arange(0.0, 0.5 * speed**2 / BEND_DECELERATION + SAMPLE_M, SAMPLE_M)
+        allowed = np.array([_bend_speed(*place) for place in self._path_ahead(self.target_lane_index, ahead)])
         needed: Floats = (allowed**2 - speed**2) / (2.0 * np.maximum(ahead, 1.0))
         return float(max(needed.min(), -self.ACC_MAX))
 
-    def _way(self, index: Any, ahead: Floats) -> Iterator[tuple[Any, float]]:
-        """Yield lanes, and how far along them [m], at ascending distances `ahead` [m] on a lane and those after it."""
+    def _path_ahead(self, index: Any, ahead: Floats) -> Iterator[tuple[Any, float]]:
+        """Yield lane and position along it [m] at ascending distances `ahead` [m] along a lane and its successors."""
         network, route = self.road.network, list(self.route or [])
         passed = -self._progress(index)
         for distance in ahead.tolist():
             while distance - passed > (length := network.get_lane(index).length):
                 onward = network.next_lane(index, route, network.get_lane(index).position(length, 0))
                 if onward == index:
-                    break  # the last one goes on and on
+                    break  # extrapolate the last lane
                 index, passed = onward, passed + length
             yield network.get_lane(index), distance - passed
 
@@ -117,6 +118,6 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
 
 
 def _bend_speed(lane: Any, along: float) -> float:
-    """Return the highest speed [m/s] at a place of a lane."""
+    """Return the highest speed [m/s] at a position along a lane."""
     turn = float(lane.heading_at(along + 0.5) - lane.heading_at(along - 0.5))
-    return math.sqrt(BEND / max(abs(math.remainder(turn, 2.0 * math.pi)), 1e-6))
+    return math.sqrt(COMFORTABLE_ACCELERATION / max(abs(math.remainder(turn, 2.0 * math.pi)), 1e-6))

@@ -1,1 +1,1 @@
-"""The physical truth layer: motions that bodies can make, from poses that a traffic simulator jots down."""
+"""Physical truth layer: feasible motions from the poses of a traffic simulator."""

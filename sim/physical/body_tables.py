@@ -1,4 +1,4 @@
-"""Tables and rings, a row for each road user that is near, and how they grow."""
+"""Tables and ring buffers with one row per nearby road user, and their growth."""
 
 from typing import Any
 
@@ -7,40 +7,40 @@ import numpy.typing as npt
 
 from sim.arrays import Ints
 from sim.articulation import hitch
-from sim.physical.kernels.records import NEVER, Builds, Led, Said
+from sim.physical.kernels.records import NO_FRAME, BodyDimensions, BodyStates, RawHistory
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
 from sim.roster import EGO_ID, Member
 from sim.world import Kind
 
 REAR_AXLE = 0.8
-"""Where the rear axle is, as a share of the length behind the front bumper: of cars and, roughly, of all others."""
+"""Rear axle behind the front bumper, as a share of the length: of cars and, roughly, of all other kinds."""
 SHORTEST_LEAD = 0.3
-"""[m] At least from rear axle to front, for those who walk."""
+"""[m] Minimum distance from rear axle to front; it applies to pedestrians."""
 
 
-class Tables:
-    """All that the layer knows. Rows of those who are gone are given to others, so that a long run takes no more room.
+class BodyTables:
+    """State of the truth layer. Rows of departed road users are reused, so that memory stays bounded in long runs.
 
     Parameters
     ----------
     window, trail
-        Frames that are kept of what the simulator said, and of the paths.
+        Frames to keep of the raw history, and of the smoothed paths.
     """
 
     def __init__(self, window: int, trail: int):
-        nobody = (np.zeros(0) for _ in Builds._fields)
-        self.builds = Builds(*nobody)
-        self.said = Said(
+        empty = (np.zeros(0) for _ in BodyDimensions._fields)
+        self.dimensions = BodyDimensions(*empty)
+        self.history = RawHistory(
             frame=np.zeros((0, window), np.int64),
             changes_lane=np.zeros((0, window), np.bool_),
             raw=np.zeros((0, window, 3)),
             path=np.zeros((0, window, 3)),
             speed=np.zeros((0, window)),
         )
-        self.led = Led(
+        self.states = BodyStates(
             state=np.zeros((0, 10)),
-            settled=np.zeros(0, np.int64),
-            since=np.zeros(0, np.int64),
+            last_frame=np.zeros(0, np.int64),
+            first_frame=np.zeros(0, np.int64),
             trail=np.zeros((0, trail, 6)),
         )
         self._row: dict[int, int] = {}
@@ -48,52 +48,52 @@ class Tables:
         self._last = np.zeros(0, np.int64)
 
     def rows(self, members: list[Member], frame: int) -> Ints:
-        """Return the rows (N,) of members in a frame that is pushed; they are given one where they have none."""
+        """Return the rows (N,) of the members of a pushed frame; allocate rows for new members."""
         for member in members:
             if member.id not in self._row:
-                self._row[member.id] = self._room_for(member)
+                self._row[member.id] = self._allocate(member)
         rows = np.array([self._row[member.id] for member in members])
         self._last[rows] = frame
         return rows
 
-    def forget(self, frame: int) -> None:
-        """Take the rows back of those who were last pushed before a frame."""
+    def release(self, frame: int) -> None:
+        """Free the rows of members that were last pushed before a frame."""
         for id in [id for id, row in self._row.items() if self._last[row] < frame]:
             self._free.append(self._row.pop(id))
 
-    def _room_for(self, member: Member) -> int:
-        """Return a free row, with the member's build entered."""
+    def _allocate(self, member: Member) -> int:
+        """Return a free row, filled with the member's dimensions."""
         if not self._free:
-            room = 2 * len(self._last) + 64
-            self._free = list(range(room - 1, len(self._last) - 1, -1))
-            self._grow(room)
+            capacity = 2 * len(self._last) + 64
+            self._free = list(range(capacity - 1, len(self._last) - 1, -1))
+            self._resize(capacity)
         row = self._free.pop()
-        for column, value in zip(self.builds, _build(member), strict=True):
+        for column, value in zip(self.dimensions, _dimensions_of(member), strict=True):
             column[row] = value
-        self.said.frame[row] = NEVER
-        self.led.settled[row] = NEVER
+        self.history.frame[row] = NO_FRAME
+        self.states.last_frame[row] = NO_FRAME
         return row
 
-    def _grow(self, room: int) -> None:
-        self.builds = Builds(*(_grown(column, room) for column in self.builds))
-        self.said = Said(*(_grown(ring, room) for ring in self.said))
-        self.led = Led(*(_grown(column, room) for column in self.led))
-        self._last = _grown(self._last, room)
+    def _resize(self, capacity: int) -> None:
+        self.dimensions = BodyDimensions(*(_resized(column, capacity) for column in self.dimensions))
+        self.history = RawHistory(*(_resized(ring, capacity) for ring in self.history))
+        self.states = BodyStates(*(_resized(column, capacity) for column in self.states))
+        self._last = _resized(self._last, capacity)
 
 
-def _build(member: Member) -> Builds:
-    """Return the numbers of one body."""
+def _dimensions_of(member: Member) -> BodyDimensions:
+    """Return the dimensions of one body."""
     length = member.size[0]
-    walks = member.kind is Kind.PEDESTRIAN
-    lead = max(REAR_AXLE * length, SHORTEST_LEAD)
-    turn = YAW_RATE_ON_FOOT if walks else YAW_RATE_ON_WHEELS
-    if member.kind is not Kind.TRAILER_TRUCK or member.id == EGO_ID:  # an ego's record knows no bend
-        return Builds(length, lead, lead - 0.5 * length, turn, 0.0, 0.0, 0.0)  # type: ignore[arg-type]  # of one body
+    on_foot = member.kind is Kind.PEDESTRIAN
+    front_offset = max(REAR_AXLE * length, SHORTEST_LEAD)
+    yaw_rate_max = YAW_RATE_ON_FOOT if on_foot else YAW_RATE_ON_WHEELS
+    if member.kind is not Kind.TRAILER_TRUCK or member.id == EGO_ID:  # the ego record has no articulation angle
+        return BodyDimensions(length, front_offset, front_offset - 0.5 * length, yaw_rate_max, 0.0, 0.0, 0.0)  # type: ignore[arg-type]  # scalars of one body
     coupling = hitch(np.array([length]))
     drive, pin, axles = (float(at[0]) for at in (coupling.drive_axle, coupling.kingpin, coupling.trailer_axles))
-    return Builds(length, drive, 0.0, turn, drive - pin, axles - pin, pin - 0.5 * length)  # type: ignore[arg-type]
+    return BodyDimensions(length, drive, 0.0, yaw_rate_max, drive - pin, axles - pin, pin - 0.5 * length)  # type: ignore[arg-type]
 
 
-def _grown(array: npt.NDArray[Any], room: int) -> npt.NDArray[Any]:
-    """Return the array with so many rows, the new filled with zeros."""
-    return np.concatenate([array, np.zeros((room - len(array), *array.shape[1:]), array.dtype)])
+def _resized(array: npt.NDArray[Any], capacity: int) -> npt.NDArray[Any]:
+    """Return the array with `capacity` rows; new rows are zero."""
+    return np.concatenate([array, np.zeros((capacity - len(array), *array.shape[1:]), array.dtype)])

@@ -1,4 +1,4 @@
-"""Lane changes that a simulator makes in one step, spread over the seconds that they take on the road."""
+"""Instant lane changes of a simulator, spread over a realistic duration."""
 
 from dataclasses import dataclass, replace
 
@@ -7,25 +7,25 @@ from sim.physical.limits import SLOW_CHANGE
 
 @dataclass(frozen=True, slots=True)
 class SpreadLaneChange:
-    """One jump that is being spread."""
+    """State of one lane change in progress."""
 
     body: int
-    """Its row."""
+    """Row of the body."""
     frame: int
-    """Of the jump."""
+    """Frame of the jump."""
     offset: float
-    """[m] to the left."""
+    """[m] Lateral jump, positive to the left."""
     progress: float = 0.0
-    """0 before it to 1 after it."""
+    """From 0 before the lane change to 1 after it."""
 
-    def onward(self, speed: float, fraction: float) -> "SpreadLaneChange":
-        """Go on for a step that is `fraction` of a whole change, at a speed [m/s]."""
+    def advanced(self, speed: float, fraction: float) -> "SpreadLaneChange":
+        """Return the state after a step at a speed [m/s]; the step is `fraction` of a whole lane change."""
         return replace(self, progress=min(self.progress + fraction * min(speed / SLOW_CHANGE, 1.0), 1.0))
 
     def shift(self, frame: int) -> float:
-        """Return how far [m] to the left of the simulator's position the body belongs at a frame.
+        """Return the lateral shift [m], positive to the left, of the simulator's position at a frame.
 
-        The way across is the quintic of least jerk, 10 s^3 - 15 s^4 + 6 s^5.
+        The lateral profile is the minimum-jerk quintic 10 s^3 - 15 s^4 + 6 s^5.
         """
         s = self.progress
         done = s**3 * (10 - 15 * s + 6 * s**2)

@@ -1,57 +1,57 @@
-"""What vehicles and their drivers can do."""
+"""Limits of vehicle dynamics and driver behaviour, and parameters of the path-following controller."""
 
 import math
 
-HIGHEST_ACCELERATION = 6.0
-"""[m/s^2] Along the body: a motorcycle that starts."""
+ACCELERATION_MAX = 6.0
+"""[m/s^2] Longitudinal: a motorcycle that accelerates from standstill."""
 GRIP = 9.5
-"""[m/s^2] Of the tyres on a dry road, along and across together (Kamm's circle): what a curve takes, a brake lacks."""
+"""[m/s^2] Tyre grip on a dry road, longitudinal and lateral combined (Kamm's circle)."""
 JERK = 30.0
-"""[m/s^3] of the acceleration along the body."""
+"""[m/s^3] Derivative of the longitudinal acceleration."""
 LATERAL_ACCELERATION = 5.4
-"""[m/s^2] Speed x yaw rate; most drivers stay below 4, and tyres end near 9."""
+"""[m/s^2] Speed x yaw rate. Most drivers stay below 4; tyres reach about 9."""
 LATERAL_JERK = 20.0
-"""[m/s^3] of the rear axle, and of what the box centre's swing adds."""
+"""[m/s^3] Lateral jerk of the rear axle, and of the term that yaw acceleration adds at the box centre."""
 SWING = 3.0
-"""[m/s^2] Acceleration of the box centre across the body by yaw acceleration alone."""
+"""[m/s^2] Lateral acceleration of the box centre due to yaw acceleration."""
 SWING_ABOVE = 0.4
-"""[m/s^2] by which it may, added to speed x yaw rate, exceed that one's limit."""
+"""[m/s^2] Margin by which the swing, added to speed x yaw rate, may exceed `LATERAL_ACCELERATION`."""
 YAW_RATE_ON_WHEELS, YAW_RATE_ON_FOOT = 1.1, 3.0
-"""[rad/s]"""
+"""[rad/s] Maximum yaw rate of vehicles and of pedestrians."""
 STEERING = math.radians(70.0)
-"""[rad] Greatest angle between the way of a body's front and its heading; at the front wheels it is smaller."""
+"""[rad] Maximum angle between a body's heading and the velocity of its front; the front-wheel angle is smaller."""
 STANDING = 0.02
-"""[m/s] Slower than this is standing."""
+"""[m/s] Slower bodies count as standing."""
 
 SETTLING_S = 0.25
-"""[s] in which an error of the speed decays."""
+"""[s] Time constant of the speed controller."""
 STEERING_S = 0.1
-"""[s] in which an error of the yaw rate decays."""
+"""[s] Time constant of the yaw rate controller."""
 AHEAD_S, BEHIND_S = 0.3, 3.0
-"""[s] Who is ahead of or behind the path's time steers for where it will be or was then, up to these."""
+"""[s] Limits of the time lag: a body that is ahead of or behind its path aims at the path's later or earlier point."""
 LAG_STEP_S = 0.1
-"""[s] by which that time may change in a step; paths that turn back have several places that are as near."""
+"""[s] Maximum change of the lag per step. It keeps the match unique on paths that turn back on themselves."""
 SLOW = 1.0
-"""[m/s] Slower paths tell little by their direction."""
+"""[m/s] The direction of slower paths is unreliable."""
 CATCH_UP = 1.2
-"""[1/s] Speed per metre behind the path."""
+"""[1/s] Gain: additional speed per metre behind the path."""
 CATCH_UP_SHARE, CATCH_UP_LEAST = 0.25, 2.0
-"""[1], [m/s] Who is behind goes faster by at most this share of the path's speed, or this."""
+"""[1], [m/s] A body behind its path exceeds the path's speed by at most this share or this speed."""
 AIM_M, AIM_S, AIM_RAD = 3.0, 0.5, 0.5
-"""[m], [s], [rad] Who is beside the path steers for a point on it so far ahead, but by no more than this angle."""
+"""[m], [s], [rad] A laterally displaced body steers for a point this far ahead on the path, within this angle."""
 CREEP = 0.3
-"""[m/s] Who would close a gap to a standing path slower than this stays where it is."""
+"""[m/s] A body does not close a gap to a standing path at less than this speed."""
 STEP_S = 0.04
-"""[s] Longest step of the integration."""
+"""[s] Maximum step of the integration."""
 
 JUMP_SPEED = 7.0
-"""[m/s] sideways, from which a step across the lane is a jump: no steering does that, and SUMO's own modes with a
-lateral resolution or a duration of lane changes stay below half of it."""
+"""[m/s] Lateral speed above which a step counts as a jump. Steering cannot reach it; SUMO's gradual lane changes
+(lateral resolution, duration of lane changes) stay below half of it."""
 CORNER = 0.4
-"""A corner of a lane's polyline turns the way ahead sideways, too: up to this share of it is no jump."""
+"""Corners of a lane's polyline add a lateral part to a step: up to this share of the longitudinal part is no jump."""
 JUMP_LONGEST = 6.0
-"""[m] sideways; what moves farther in one step did not change lanes."""
+"""[m] Maximum lateral jump of a lane change; larger steps are not lane changes."""
 LEAST_STEP = 0.005
-"""[m] A shorter step does not tell a course."""
+"""[m] A shorter step does not define a course."""
 SLOW_CHANGE = 4.0
-"""[m/s] Slower bodies take longer to change lanes, as they cover the same way along the road; who stands, waits."""
+"""[m/s] Slower bodies take longer to change lanes: the distance along the road is the same; standing bodies wait."""

@@ -1,4 +1,4 @@
-"""Weights that smooth evenly sampled positions by a cubic B-spline kernel, and those of the derivatives."""
+"""Weights for smoothing evenly sampled positions with a cubic B-spline kernel, and for the derivatives."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from sim.arrays import Floats
 
 
 def smoothing_weights(half: int) -> Floats:
-    """Return weights (2 half + 1,) of a kernel that ends where the window does; their sum is 1."""
+    """Return smoothing weights (2 half + 1,) whose kernel spans the window; their sum is 1."""
     weight = _cubic(_grid(half))
     return np.asarray(weight / weight.sum())
 
@@ -27,7 +27,7 @@ def acceleration_weights(half: int, dt: float) -> Floats:
 
 
 def _grid(half: int) -> Floats:
-    """Sample times of the window in units of the knots' distance; the kernel reaches over (-2, 2)."""
+    """Return the sample times of the window in knot spacings; the kernel's support is (-2, 2)."""
     return 2 * np.arange(-half, half + 1) / (half + 1)
 
 

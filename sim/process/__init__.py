@@ -1,1 +1,1 @@
-"""Traffic sources in a process of their own."""
+"""Traffic sources in a worker process."""

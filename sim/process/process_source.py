@@ -1,10 +1,10 @@
-"""Traffic in a process of its own.
+"""Traffic source in a worker process.
 
-libsumo holds one simulation per process, and some inputs make its C++ end the whole process. Apart, a simulator that
-dies is an error like any other, and it runs beside sensor and tracker on another core.
+libsumo holds one simulation per process, and some inputs make its C++ code terminate the process. In a worker process,
+such a crash becomes an ordinary error, and the simulator runs on another core than sensor and tracker.
 
 The process outlives its run and serves the next one, since Python, numba and libsumo take a second to load.
-`multiprocessing` would import the caller's main program there, with all that it imports; this does not.
+`multiprocessing` would import the caller's main program in the worker, with all its imports; `subprocess` does not.
 """
 
 import atexit
@@ -20,26 +20,25 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from sim.process.worker import Order, Start
+from sim.process.worker import Request, StartRun
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError, TrafficSource
 from sim.world import Obstacles, WorldFrame
 
 AHEAD = 4
-"""Frames computed before they are asked for: they even out steps of different length, and are no burden on memory."""
+"""Frames computed in advance: they even out steps of different duration at negligible memory."""
 
 
-class ApartSource:
-    """Another source, run in a process of its own: the same frames bit for bit, and the same errors.
+class ProcessSource:
+    """Adapter that runs another source in a worker process: the same frames bit for bit, and the same errors.
 
     Parameters
     ----------
     source
-        What to run. A copy of it is sent over; it is never reset itself.
+        Source to run. The worker gets a copy; this instance is never reset.
     name
-        What messages call it.
+        Name of the simulator in messages.
     ahead
-        Frames to compute before they are asked for; 0 for an ego that is to be commanded, so that a command acts from
-        the very next frame on.
+        Frames to compute in advance; 0 for a controlled ego, so that a command is effective from the next frame on.
     """
 
     def __init__(self, source: TrafficSource, name: str, ahead: int = AHEAD):
@@ -49,18 +48,18 @@ class ApartSource:
         self._name = name
         self._ahead = ahead
         self._process: _Process | None = None
-        self._sound = True
+        self._reusable = True
         self._next = 0
 
     def reset(self, seed: int) -> Obstacles:
         """Start a new run. See `TrafficSource.reset`."""
         self.close()
-        self._sound, self._next = True, 0
+        self._reusable, self._next = True, 0
         try:
-            self._process = _Process.hire()
+            self._process = _Process.acquire()
         except OSError as error:
             raise SimulatorFailedError(f"{self._name}: cannot start its process ({error.strerror})") from error
-        start = Start(pickle.dumps(self._source), seed, self._ahead, str(Path.cwd()), list(map(str, sys.path)))
+        start = StartRun(pickle.dumps(self._source), seed, self._ahead, str(Path.cwd()), list(map(str, sys.path)))
         try:
             obstacles, self.origin = self._ask(start, "at its start")
         except Exception:
@@ -69,8 +68,8 @@ class ApartSource:
         return obstacles  # type: ignore[no-any-return]
 
     def step(self) -> WorldFrame:
-        """Return the next frame, waiting for it if need be. See `TrafficSource.step`."""
-        frame: WorldFrame = self._ask(Order.STEP, f"at {self._next * self.dt:.2f} s")
+        """Return the next frame; wait for it if necessary. See `TrafficSource.step`."""
+        frame: WorldFrame = self._ask(Request.STEP, f"at {self._next * self.dt:.2f} s")
         self._next += 1
         return frame
 
@@ -81,92 +80,93 @@ class ApartSource:
         self._ask(command, f"at {self._next * self.dt:.2f} s")
 
     def close(self) -> None:
-        """End the run. Its process waits for another, unless this one failed: who knows what that has left behind."""
+        """End the run. Its process is kept for the next run, unless this run failed and left an unknown state."""
         process, self._process = self._process, None
         if process is None:
             return
         try:
-            process.send(Order.CLOSE)
-            while process.receive() is not Order.CLOSE:
+            process.send(Request.CLOSE)
+            while process.receive() is not Request.CLOSE:
                 pass
-        except EOFError:  # it died when nothing was wanted of it any more
-            self._sound = False
+        except EOFError:  # the process died after its last reply, so the run is not affected
+            self._reusable = False
         except BaseException:
-            process.end()
+            process.terminate()
             raise
-        if self._sound:
+        if self._reusable:
             process.idle.append(process)
         else:
-            process.end()
+            process.terminate()
 
     def _ask(self, request: object, when: str) -> Any:
-        """Return the reply to a request; `when` is told if the process dies over it."""
+        """Return the reply to a request; `when` is part of the message if the process dies."""
         process = self._process
         if process is None:
-            raise SimulatorFailedError(f"{self._name} is not running: reset comes before all else")
+            raise SimulatorFailedError(f"{self._name} is not running: call reset first")
         try:
             process.send(request)
             reply = process.receive()
         except EOFError:
-            how, remedy = process.fate()
+            reason, remedy = process.exit_reason()
             self._drop(process)
-            raise SimulatorFailedError(f"{self._name}'s process died ({how}) {when}; {remedy}") from None
-        except BaseException:  # as Ctrl-C amid a frame: what would be read next is the rest of it
+            raise SimulatorFailedError(f"{self._name}'s process died ({reason}) {when}; {remedy}") from None
+        except BaseException:  # such as Ctrl-C during a reply: the rest of it would be read as the next reply
             self._drop(process)
             raise
         if isinstance(reply, Exception):
-            self._sound = isinstance(reply, TrafficEndedError)
+            self._reusable = isinstance(reply, TrafficEndedError)
             raise reply
         return reply
 
     def _drop(self, process: "_Process") -> None:
         self._process = None
-        process.end()
+        process.terminate()
 
 
 class _Process:
     """A Python process that runs `sim.process.worker.serve`."""
 
     idle: ClassVar[list["_Process"]] = []
-    """Those that have ended their run well."""
+    """Processes without a run, kept for the next one."""
 
     def __init__(self) -> None:
         self._scratch = tempfile.mkdtemp(prefix="luxloop-")
         self._owner = os.getpid()
         path = list(map(str, sys.path))
         program = f"import sys; sys.path[:] = {path!r}; from sim.process.worker import serve; serve({self._scratch!r})"
-        # what a simulator complains of; a pipe that nobody reads would block it
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115
+        # messages of the simulator; a pipe that is not read would block it
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
         self._popen = subprocess.Popen(
-            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said
+            [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._stderr
         )
         assert self._popen.stdin
         assert self._popen.stdout
         self._requests, self._replies = self._popen.stdin, self._popen.stdout
 
     @classmethod
-    def hire(cls) -> "_Process":
+    def acquire(cls) -> "_Process":
         """Return an idle process, or a new one.
 
-        One that died meanwhile is passed over. So is one that a fork inherited: `poll` takes what is no child for dead.
+        Idle processes that died meanwhile are discarded. So are those inherited by a fork: `poll` reports a process
+        that is not a child as dead.
         """
         while cls.idle:
             process = cls.idle.pop()
-            if process._popen.poll() is None and process._answers():
+            if process._popen.poll() is None and process._is_alive():
                 return process
-            process.end()
+            process.terminate()
         return cls()
 
-    def _answers(self) -> bool:
-        """Whether anybody is there: a process that was killed just now may not be known to be dead."""
-        self.send(Order.ANSWER)
+    def _is_alive(self) -> bool:
+        """Return True if the process replies; `poll` may not report a process that was killed just now."""
+        self.send(Request.PING)
         try:
-            return self.receive() is Order.ANSWER
+            return self.receive() is Request.PING
         except EOFError:
             return False
 
     def send(self, request: object) -> None:
-        """Send a request. Whether anybody is there to read it is found out by `receive`."""
+        """Send a request. A dead process is detected by `receive`."""
         with suppress(OSError):
             pickle.dump(request, self._requests, protocol=5)
             self._requests.flush()
@@ -184,34 +184,34 @@ class _Process:
         except (OSError, pickle.UnpicklingError) as error:
             raise EOFError from error
 
-    def fate(self) -> tuple[str, str]:
-        """Return how the process died, and what that suggests to do."""
-        with suppress(subprocess.TimeoutExpired):  # its pipe closes a moment before it is gone
+    def exit_reason(self) -> tuple[str, str]:
+        """Return the reason of the process's death, and a remedy."""
+        with suppress(subprocess.TimeoutExpired):  # the pipe closes shortly before the process ends
             self._popen.wait(timeout=5.0)
         code = self._popen.poll()
-        if code == -9:  # SIGKILL, a name that Windows does not have
-            return "signal 9", "somebody killed it, or memory ran out; run it again, with less traffic if need be"
-        self._said.seek(0)
-        said = self._said.read().decode(errors="replace").split("\n")
-        last_words = next((f"it last said: {line.strip()}; " for line in reversed(said) if line.strip()), "")
-        how = f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
-        return how, last_words + "try the same input in the simulator itself"
+        if code == -9:  # SIGKILL; Windows lacks the name
+            return "signal 9", "it was killed, possibly out of memory; run it again, with less traffic if necessary"
+        self._stderr.seek(0)
+        lines = self._stderr.read().decode(errors="replace").split("\n")
+        last_words = next((f"its last message: {line.strip()}; " for line in reversed(lines) if line.strip()), "")
+        reason = f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+        return reason, last_words + "try the same input in the simulator itself"
 
-    def end(self) -> None:
-        """End the process, if it still lives, and remove what it left in its scratch folder."""
+    def terminate(self) -> None:
+        """Kill the process if it is alive, and remove its scratch folder."""
         self._popen.kill()
         self._popen.wait()
         if os.getpid() == self._owner:
             shutil.rmtree(self._scratch, ignore_errors=True)
         self._replies.close()
-        self._said.close()
-        with suppress(OSError):  # a request may be left that nobody read
+        self._stderr.close()
+        with suppress(OSError):  # an unread request may remain in the buffer
             self._requests.close()
 
 
-def _end_idle() -> None:
+def _terminate_idle() -> None:
     while _Process.idle:
-        _Process.idle.pop().end()
+        _Process.idle.pop().terminate()
 
 
-atexit.register(_end_idle)
+atexit.register(_terminate_idle)

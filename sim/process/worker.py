@@ -1,7 +1,7 @@
-"""The far end of `sim.process.process_source`: a process that plays a traffic source as its parent asks, run after run.
+"""Worker process of `sim.process.process_source`: runs a traffic source on request, run after run.
 
-Requests come on standard input, replies go to what was standard output, all pickled. Light to import: no more is loaded
-here than the source itself needs.
+Requests arrive on standard input, replies leave on the original standard output, all pickled. Imports are minimal: only
+the source loads its simulator.
 """
 
 import os
@@ -23,57 +23,57 @@ from sim.source import TrafficError, TrafficSource
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
-    """Request a new run. The reply is (obstacles, origin); a reply that is an error is for the parent to raise."""
+class StartRun:
+    """Request for a new run. The reply is (obstacles, origin), or an error that the parent raises."""
 
     source: bytes
-    """A pickled `TrafficSource` that was not reset yet; it is not unpickled before `path` is in force."""
+    """Pickled `TrafficSource` before its reset; it is unpickled after `path` is applied."""
     seed: int
     ahead: int
-    """Frames that may be computed before they are asked for."""
+    """Frames to compute in advance."""
     folder: str
-    """The parent's working folder, for the source may be made with relative paths."""
+    """The parent's working folder, since paths in the source may be relative."""
     path: list[str]
     """The parent's `sys.path`."""
 
 
-class Order(Enum):
-    """Requests without further words. An `EgoCommand` is a request, too; the reply to it is None."""
+class Request(Enum):
+    """Requests without arguments. An `EgoCommand` is a request, too; its reply is None."""
 
     STEP = 0
-    """One frame more is wanted. The reply is a `WorldFrame`."""
+    """Request for one frame. The reply is a `WorldFrame`."""
     CLOSE = 1
-    """End the run. The reply is this very order, after the frames that were on their way."""
-    ANSWER = 2
-    """Between two runs: say that you live, by this very order."""
+    """End of the run. The reply is `CLOSE`, after all frames already computed."""
+    PING = 2
+    """Check for life between two runs. The reply is `PING`."""
 
 
 def serve(scratch: str) -> NoReturn:
-    """Play one run after the other, until the parent ends this process or dies itself.
+    """Serve one run after the other, until the parent kills this process or dies.
 
-    Temporary files go into the folder `scratch`, which the survivor of the two processes removes.
+    Temporary files go to the folder `scratch`. The parent removes it; if the parent dies, this process does.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal's Ctrl-C comes here as well; what follows is the parent's
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends Ctrl-C to both processes; the parent handles it
     tempfile.tempdir = scratch
     replies = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a simulator prints must not get among the replies
+    os.dup2(2, 1)  # output of the simulator must not mix with the replies
 
     def send(reply: object) -> None:
         pickle.dump(reply, replies, protocol=5)
         replies.flush()
 
     requests: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_listen, args=(requests, scratch), daemon=True).start()
+    threading.Thread(target=_read_requests, args=(requests, scratch), daemon=True).start()
     while True:
         request = requests.get()
-        if request is Order.ANSWER:
+        if request is Request.PING:
             send(request)
         else:
-            _play(request, requests, send)
+            _serve_run(request, requests, send)
 
 
-def _listen(requests: "SimpleQueue[Any]", scratch: str) -> None:
-    """Queue requests as they come. There can be no more when the parent is gone: then this process ends, too."""
+def _read_requests(requests: "SimpleQueue[Any]", scratch: str) -> None:
+    """Queue incoming requests. End this process at the end of the input, when the parent is gone."""
     try:
         while True:
             requests.put(pickle.load(sys.stdin.buffer))
@@ -85,39 +85,39 @@ def _listen(requests: "SimpleQueue[Any]", scratch: str) -> None:
         os._exit(1)
 
 
-def _play(start: Start, requests: "SimpleQueue[Any]", send: Callable[[object], None]) -> None:
-    """Play one run, from its start to the order to close."""
-    _forget_what_was_said()
+def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[object], None]) -> None:
+    """Serve one run, from its start to `Request.CLOSE`."""
+    _clear_stderr()
     os.chdir(start.folder)
     sys.path[:] = start.path
     source: TrafficSource = pickle.loads(start.source)
-    opening = _attempt(lambda: (source.reset(start.seed), source.origin))
-    send(opening)
+    start_reply = _attempt(lambda: (source.reset(start.seed), source.origin))
+    send(start_reply)
     frames = _frames(source)
-    wanted = 0 if isinstance(opening, Exception) else start.ahead
+    pending = 0 if isinstance(start_reply, Exception) else start.ahead
     while True:
-        while not wanted or not requests.empty():
+        while not pending or not requests.empty():
             request = requests.get()
-            if request is Order.STEP:
-                wanted += 1
-            elif request is Order.CLOSE:
+            if request is Request.STEP:
+                pending += 1
+            elif request is Request.CLOSE:
                 source.close()
-                send(Order.CLOSE)
+                send(Request.CLOSE)
                 return
             else:
                 send(_attempt(partial(source.apply, request)))
         send(next(frames))
-        wanted -= 1
+        pending -= 1
 
 
-def _forget_what_was_said() -> None:
-    """Empty the file behind standard error, which the parent quotes from when this process dies."""
+def _clear_stderr() -> None:
+    """Empty the file behind standard error, whose end the parent quotes if this process dies."""
     os.truncate(2, 0)
     os.lseek(2, 0, os.SEEK_SET)
 
 
 def _frames(source: TrafficSource) -> Iterator[object]:
-    """Yield frame after frame, then forever the error that ended them: what failed once is not stepped again."""
+    """Yield all frames, then repeat the error that ended them: a failed source is not stepped again."""
     while not isinstance(reply := _attempt(source.step), Exception):
         yield reply
     while True:
@@ -125,12 +125,12 @@ def _frames(source: TrafficSource) -> Iterator[object]:
 
 
 def _attempt(call: Callable[[], object]) -> object:
-    """Return what the call returns or raises; an error that is not traffic's is our mistake and keeps its traceback."""
+    """Return the result or error of a call. Errors other than `TrafficError` are bugs and keep their traceback."""
     try:
         return call()
     except TrafficError as error:
         return error
     except Exception as error:
-        told = RuntimeError(f"{type(error).__name__} in the traffic's own process: {error}")
-        told.add_note(traceback.format_exc())
-        return told
+        failure = RuntimeError(f"{type(error).__name__} in the traffic process: {error}")
+        failure.add_note(traceback.format_exc())
+        return failure

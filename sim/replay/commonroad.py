@@ -1,4 +1,4 @@
-"""Recordings in CommonRoad XML, version 2020a, by way of commonroad-io. The only file that imports it."""
+"""Recordings in CommonRoad XML, version 2020a, read by commonroad-io. Only this file imports it."""
 
 import math
 import warnings
@@ -21,37 +21,37 @@ ROAD_USERS = {
     "unknown": ReplayType("car"),
     "train": ReplayType("bus"),
 }
-"""CommonRoad's types of road users that are not called as kinds are; a standing one is an actor, too."""
+"""CommonRoad's types of road users whose names differ from those of kinds; static ones are actors, too."""
 STREET_HEIGHT = {"building": 10.0, "pillar": 4.0, "constructionZone": 1.0, "roadBoundary": 0.81, "median_strip": 0.2}
-"""[m] Of types that are no road users: estimates, since CommonRoad is flat."""
+"""[m] Heights of other types: estimates, since CommonRoad is flat."""
 STREET_REFLECTIVITY = 0.3
 
 
 def read_commonroad(path: Path, types: Mapping[str, ReplayType]) -> Recording:
-    """Read road users by their obstacle ids; planning problems have no trajectory and are left out.
+    """Read road users, named by obstacle id; planning problems have no trajectory and are ignored.
 
     Parameters
     ----------
     path
         The file.
     types
-        Kind and height by CommonRoad's own types, where `ROAD_USERS` does not do; lengths and widths are the file's.
+        Kind and height by CommonRoad type, in addition to `ROAD_USERS`; lengths and widths come from the file.
 
     Raises
     ------
     TrafficInputError
-        commonroad-io is not installed, or cannot read the file, or a state is not exact.
+        commonroad-io is not installed, or cannot read the file, or a state is uncertain.
     """
     try:
         with warnings.catch_warnings():
-            # of protobuf 3.20.2, which commonroad-io asks for, on Python 3.12 and later
+            # raised by protobuf 3.20.2, which commonroad-io requires, on Python 3.12 and later
             warnings.simplefilter("ignore", DeprecationWarning)
             from commonroad.common.file_reader import CommonRoadFileReader
     except ImportError as error:
-        raise TrafficInputError("a CommonRoad file takes commonroad-io; install luxloop[commonroad]") from error
+        raise TrafficInputError("a CommonRoad file needs commonroad-io; install luxloop[commonroad]") from error
     try:
         scenario, _ = CommonRoadFileReader(path).open()
-    except Exception as error:  # its reader lets whatever goes wrong out, bare Exception included
+    except Exception as error:  # the reader raises many types, including bare Exception
         reason = " ".join([type(error).__name__, *str(error).split()])
         raise TrafficInputError(f"commonroad-io cannot read it: {reason}") from error
     moving = [(obstacle, _states(obstacle)) for obstacle in scenario.dynamic_obstacles]
@@ -98,7 +98,7 @@ def _track(obstacle: Any, states: list[tuple[int, Any]]) -> Floats:
 
 
 def _box(obstacle: Any) -> tuple[float, float, float, float]:
-    """Return the box around an obstacle, from the point whose position the file tells: rear, right, front, left [m]."""
+    """Return the bounds of an obstacle relative to its position in the file: rear, right, front, left [m]."""
     from commonroad.scenario.state import CustomState
 
     straight = CustomState(time_step=0, position=np.zeros(2), orientation=0.0, hitch_angle=0.0)
@@ -107,7 +107,7 @@ def _box(obstacle: Any) -> tuple[float, float, float, float]:
 
 
 def _area(occupancy: Any) -> Any:
-    """Return what is occupied as shapely has it; commonroad-io 2026.1 gives circles half their radius."""
+    """Return the occupied area as a shapely object; commonroad-io 2026.1 gives circles half their radius."""
     radius = getattr(occupancy, "radius", None)
     return occupancy.circle_center.buffer(radius) if radius else occupancy.shapely_object
 
@@ -120,7 +120,7 @@ def _road_user(obstacle: Any, types: Mapping[str, ReplayType]) -> RoadUser:
 
 
 def _street(scenario: Any) -> list[Prism]:
-    """Return what stands along the road and is no road user."""
+    """Return the obstacles that are not road users."""
     standing = [
         (one, _area(one.obstacle_shape.compute_occupancy_for_state(one.initial_state)))
         for one in scenario.static_obstacles

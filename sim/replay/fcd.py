@@ -1,7 +1,7 @@
-"""Recordings by SUMO: floating car data, as `--fcd-output` writes them.
+"""Recordings by SUMO: floating car data, as written with `--fcd-output`.
 
-They tell the middle of the front bumper and an angle clockwise from north in degrees; a recording holds the box centre
-and yaw, for which the length must be known.
+The files contain the middle of the front bumper and an angle clockwise from north in degrees. A recording contains the
+box centre and yaw; the conversion needs the length.
 """
 
 import gzip
@@ -22,39 +22,39 @@ from sim.source import TrafficInputError
 ROOT = "fcd-export"
 DEFAULT_TYPE = {"vehicle": "DEFAULT_VEHTYPE", "person": "DEFAULT_PEDTYPE"}
 SLOWEST = 1e-3
-"""[m/s] Whatever is on the move is faster; in degrees of longitude and latitude not even 100 m/s are."""
+"""[m/s] Moving road users are faster; in degrees of longitude and latitude even 100 m/s is slower."""
 
-Who = tuple[bool, str]
-"""Whether it is a person, whose ids may be those of vehicles, and the id. Vehicles sort first."""
+UserKey = tuple[bool, str]
+"""True for persons, whose ids may equal those of vehicles, and the id. Vehicles sort first."""
 
 
 def open_xml(path: Path) -> BinaryIO:
-    """Open an XML file, packed by gzip or not."""
+    """Open an XML file, compressed by gzip or not."""
     return cast(BinaryIO, gzip.open(path)) if path.suffix == ".gz" else path.open("rb")
 
 
 def read_fcd(path: Path, types: Mapping[str, ReplayType]) -> Recording:
-    """Read an `.xml` or `.xml.gz`, of which never more than a time step is held in memory as XML.
+    """Read an `.xml` or `.xml.gz`, with at most one time step as XML in memory.
 
     Parameters
     ----------
     path
         The file.
     types
-        Kind and size by vehicle type; the file has no more than the type's name.
+        Kind and size by vehicle type, since the file contains only the name of the type.
 
     Raises
     ------
     TrafficInputError
-        The file is broken, or lacks what is needed.
+        The file is invalid or incomplete.
     """
-    number: dict[Who, int] = {}
+    number: dict[UserKey, int] = {}
     type_of: list[str] = []
     values = array("d")
     try:
         for time_s, body in _bodies(path):
-            who = (body.tag == "person", body.get("id", ""))
-            user = number.setdefault(who, len(number))
+            key = (body.tag == "person", body.get("id", ""))
+            user = number.setdefault(key, len(number))
             if user == len(type_of):
                 type_of.append(body.get("type", DEFAULT_TYPE[body.tag]))
             values.extend((user, time_s, *_place(body, time_s)))
@@ -67,22 +67,22 @@ def read_fcd(path: Path, types: Mapping[str, ReplayType]) -> Recording:
 
 
 def _recording(
-    user: Ints, samples: Floats, number: dict[Who, int], type_of: list[str], types: Mapping[str, ReplayType]
+    user: Ints, samples: Floats, number: dict[UserKey, int], type_of: list[str], types: Mapping[str, ReplayType]
 ) -> Recording:
-    """Number people and vehicles by their ids; turn samples (S, 4) of time, front bumper and angle into poses."""
+    """Number road users by id; convert samples (S, 4) of time, front bumper and angle to poses."""
     time, front, yaw = samples[:, 0], samples[:, 1:3], np.radians(90.0 - samples[:, 3])
     _require_metres(user, time, front)
     body_of = {word: kind_and_size(word, types) for word in sorted(set(type_of))}
     length = np.array([body_of[word][1][0] for word in type_of])[user]
     centre = front - 0.5 * length[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
     order = sorted(number)
-    rank = np.argsort([number[who] for who in order])
-    users = [RoadUser(who[1], *body_of[type_of[number[who]]]) for who in order]
+    rank = np.argsort([number[key] for key in order])
+    users = [RoadUser(key[1], *body_of[type_of[number[key]]]) for key in order]
     return Recording(users, rank[user], time, np.column_stack([centre, yaw]))
 
 
 def _bodies(path: Path) -> Iterator[tuple[float, ET.Element]]:
-    """Yield time [s] and element of whoever is on the road: no containers, and nobody who rides along."""
+    """Yield time [s] and element of each road user, without containers and passengers."""
     with open_xml(path) as stream:
         for _, step in ET.iterparse(stream):
             if step.tag != "timestep":
@@ -91,10 +91,10 @@ def _bodies(path: Path) -> Iterator[tuple[float, ET.Element]]:
             vehicles = step.findall("vehicle")
             yield from ((time, vehicle) for vehicle in vehicles)
             if persons := step.findall("person"):
-                # SUMO writes people in a vehicle at the vehicle's own place, in default output with no other sign.
-                driven = {(vehicle.get("x"), vehicle.get("y"), vehicle.get("angle")) for vehicle in vehicles}
+                # SUMO writes passengers with the pose of their vehicle; default output has no other mark.
+                occupied = {(vehicle.get("x"), vehicle.get("y"), vehicle.get("angle")) for vehicle in vehicles}
                 for person in persons:
-                    if (person.get("x"), person.get("y"), person.get("angle")) not in driven:
+                    if (person.get("x"), person.get("y"), person.get("angle")) not in occupied:
                         yield time, person
             step.clear()
 
@@ -104,7 +104,7 @@ def _time(step: ET.Element) -> float:
         return float(step.get("time", ""))
     except ValueError as error:
         raise TrafficInputError(
-            f'timestep time = "{step.get("time", "")}": should be seconds; write it without human-readable-time'
+            f'timestep time = "{step.get("time", "")}" should be seconds; write it without human-readable-time'
         ) from error
 
 
@@ -118,16 +118,18 @@ def _place(body: ET.Element, time: float) -> tuple[float, float, float]:
         except ValueError as error:
             raise TrafficInputError(
                 f'{body.tag} "{body.get("id")}" at {time:g} s: {attribute} = "{text}"; '
-                "have x, y, angle and type written (fcd-output.attributes)"
+                "write x, y, angle and type (fcd-output.attributes)"
             ) from error
         if not math.isfinite(values[-1]):
-            raise TrafficInputError(f'{body.tag} "{body.get("id")}" at {time:g} s: {attribute} = "{text}": no number')
+            raise TrafficInputError(
+                f'{body.tag} "{body.get("id")}" at {time:g} s: {attribute} = "{text}" is not a finite number'
+            )
     x, y, angle = values
     return x, y, angle
 
 
 def _require_metres(user: Ints, time: Floats, place: Floats) -> None:
-    """Raise if places are longitudes and latitudes, of which the file says nothing."""
+    """Raise if positions are longitudes and latitudes, which the file does not declare."""
     order = np.lexsort((time, user))
     step = np.diff(time[order])
     same = (np.diff(user[order]) == 0) & (step > 0)

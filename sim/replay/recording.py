@@ -1,4 +1,4 @@
-"""What recorded traffic is, whatever file it stands in: road users, and samples of where they were."""
+"""Recorded traffic, independent of the file format: road users, and samples of their poses."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,39 +17,39 @@ _SUMO_DEFAULTS: dict[str, tuple[Kind, Size]] = {
     "DEFAULT_BIKETYPE": (Kind.BICYCLE, (1.6, 0.65, 1.7)),
     "DEFAULT_PEDTYPE": (Kind.PEDESTRIAN, (0.215, 0.478, 1.719)),
 }
-"""Kind and size [m] of the vehicle types that SUMO brings along."""
+"""Kind and size [m] of SUMO's built-in vehicle types."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReplayType:
-    """What a file's own word for a type means."""
+    """Meaning of a file's name for a type of road user."""
 
     kind: KindName = "car"
-    """What it is."""
+    """Class of the road user."""
     size_m: Size | None = None
-    """[m] Length, width, height of those whose size the file does not tell; by kind where left out."""
+    """[m] Length, width, height if the file has no size; defaults to the size of the kind."""
 
     def __post_init__(self) -> None:
         if self.size_m is not None and min(self.size_m) <= 0:
-            raise ValueError("size_m takes a positive length, width and height")
+            raise ValueError("size_m needs a positive length, width and height")
 
 
 @dataclass(frozen=True, slots=True)
 class RoadUser:
-    """Who was recorded."""
+    """A recorded road user."""
 
     name: str
-    """Its id in the file."""
+    """Id in the file."""
     kind: Kind
     size: Size
     """Length, width, height [m]."""
     reflectivity: float | None = None
-    """Of its paint, 0 to 1; to be drawn if None."""
+    """Diffuse reflectivity of the paint, 0 to 1; drawn at random if None."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """All that a file tells: S samples in any order, of U road users."""
+    """Content of a file: S samples in any order, of U road users."""
 
     users: list[RoadUser]
     user: Ints
@@ -57,18 +57,18 @@ class Recording:
     time: Floats
     """(S,) [s] by the file's clock."""
     pose: Floats
-    """(S, 3) box centre x [m], y [m], yaw [rad] in the file's coordinates; yaw NaN where the file tells none."""
+    """(S, 3) box centre x [m], y [m], yaw [rad] in the file's coordinates; NaN if the file has no yaw."""
     street: list[Prism] = field(default_factory=list)
-    """What stands along the road, in the file's coordinates."""
+    """Static obstacles, in the file's coordinates."""
 
 
 def kind_and_size(word: str, types: Mapping[str, ReplayType]) -> tuple[Kind, Size]:
-    """Return what a file's word for a type means: by `types`, else by the names of kinds and SUMO's own types.
+    """Return kind and size for a file's type name: by `types`, else by the names of kinds and of SUMO's built-in types.
 
     Raises
     ------
     TrafficInputError
-        Nobody knows the word.
+        The name is unknown.
     """
     if word in types:
         kind = KIND_BY_NAME[types[word].kind]
@@ -79,5 +79,5 @@ def kind_and_size(word: str, types: Mapping[str, ReplayType]) -> tuple[Kind, Siz
         return _SUMO_DEFAULTS[word]
     raise TrafficInputError(
         f'type "{word}" is neither in traffic.types nor a kind ({", ".join(KIND_BY_NAME)}); '
-        f'add types."{word}" = {{ kind = "car", size_m = [4.7, 1.8, 1.5] }} with what it is'
+        f'add types."{word}" = {{ kind = "car", size_m = [4.7, 1.8, 1.5] }} with its kind and size'
     )

@@ -1,4 +1,4 @@
-"""Recordings by file, in whichever of the formats."""
+"""Reader of recordings in any supported file format."""
 
 import os
 import xml.etree.ElementTree as ET
@@ -16,7 +16,7 @@ XML_READERS: dict[str, Reader] = {
     fcd.ROOT: fcd.read_fcd,
     commonroad.ROOT: commonroad.read_commonroad,
 }
-"""By the root element."""
+"""Readers by root element."""
 
 
 def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
@@ -25,14 +25,14 @@ def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     Parameters
     ----------
     path
-        The file: XML by its ending, else a table.
+        Path of the file: XML by its suffix, else a table.
     types
-        What its own words for types mean.
+        Meaning of the file's names for types of road users.
 
     Raises
     ------
     TrafficInputError
-        There is no such file, or it is not what it should be. The message does not name the file.
+        The file is missing or invalid. The message does not name the file.
     """
     if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
         raise TrafficInputError(f"no such file in {path.parent}; paths are relative to the scenario file")
@@ -47,5 +47,5 @@ def _xml_reader(path: Path) -> Reader:
     except (ET.ParseError, OSError, EOFError) as error:
         raise TrafficInputError(f"not XML: {error}") from error
     if root not in XML_READERS:
-        raise TrafficInputError(f"its root is <{root}>; should be one of {', '.join(XML_READERS)}")
+        raise TrafficInputError(f"its root is <{root}>; it should be one of {', '.join(XML_READERS)}")
     return XML_READERS[root]

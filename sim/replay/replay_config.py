@@ -1,4 +1,4 @@
-"""What a scenario file says of recorded traffic."""
+"""Configuration of recorded traffic."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -19,25 +19,26 @@ class ReplayTraffic:
     file: str
     """Path of the recording, relative to the scenario file: `.csv`, `.csv.gz`, `.parquet`, `.xml` or `.xml.gz`."""
     ego: str
-    """Id, in the recording, of the vehicle that carries the rig. The run ends where its samples end."""
+    """Id of the vehicle in the recording that carries the rig. The run ends where its samples end."""
     begin_s: float | None = None
-    """[s] by the recording's clock, of frame 0; where the ego's samples begin, if left out."""
+    """[s] Time of frame 0 on the recording's clock; defaults to the ego's first sample."""
     dt_s: float = 0.08
     """[s] Time between frames; the rig turns at 12.5 Hz. The recording may have any sample rate."""
     gap_s: float = 1.0
-    """[s] Between samples that are further apart a road user is absent, and comes back as another."""
+    """[s] A road user is absent between samples that are further apart, and returns as a new actor."""
     types: dict[str, ReplayType] = field(default_factory=dict)
-    """What the recording's own words for types mean: SUMO's vehicle types, or words in a table's column `kind`."""
+    """Meaning of the recording's names for types: SUMO's vehicle types, or values of a table's column `kind`."""
     obstacle: list[ScriptedObstacle] = field(default_factory=list)
-    """What stands along the road, in the recording's coordinates."""
+    """Static obstacles, in the recording's coordinates."""
     physical: PhysicalConfig = field(default_factory=lambda: PhysicalConfig(smoothing_s=0.8, lookahead_s=2.6))
-    """Of the layer that makes bodies of the samples. Without this table `smoothing_s = 0.8` and `lookahead_s = 2.6`:
-    enough for positions that jitter by 5 cm. What is as clean as another simulator's may do with 0.24 s."""
+    """Physical truth layer, which converts samples to feasible motions. Defaults: `smoothing_s = 0.8` and
+    `lookahead_s = 2.6`, sufficient for position noise of 5 cm. 0.24 s are sufficient for clean data, such as another
+    simulator's."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the true motion modes."""
 
     def __post_init__(self) -> None:
         if not self.file.endswith(ENDINGS):
-            raise ValueError(f'file = "{self.file}": should end in {", ".join(ENDINGS)}')
+            raise ValueError(f'file = "{self.file}" should end in {", ".join(ENDINGS)}')
         if not (self.dt_s > 0 and self.gap_s > 0):
             raise ValueError("dt_s and gap_s must be positive")

@@ -1,4 +1,4 @@
-"""Traffic by replay: trajectories that were recorded elsewhere, on the road or in a simulator."""
+"""Traffic by replay of recorded trajectories, from the road or from a simulator."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,18 +20,18 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.world import Obstacles, WorldFrame
 
 MARGIN = 30.0
-"""[m] Beyond the delivery radius: bodies that are this far are followed already, so that they come in rolling."""
-TOLD = 8
-"""Ids that a complaint names."""
+"""[m] Margin beyond the delivery radius, so that bodies are in steady motion when they enter it."""
+IDS_SHOWN = 8
+"""Maximum number of ids in an error message."""
 
 
 class ReplaySource:
-    """A recording, played.
+    """Source that plays a recording.
 
     Parameters
     ----------
     config
-        What to play.
+        Recording to play.
     folder
         Folder of the scenario file.
     range_m
@@ -48,21 +48,21 @@ class ReplaySource:
         self._layer: PhysicalTruth | None = None
 
     def reset(self, seed: int) -> Obstacles:
-        """Read the recording, once, and go to its beginning. See `TrafficSource.reset`."""
+        """Read the recording once, and go to its beginning. See `TrafficSource.reset`."""
         try:
             if self._recording is None:
                 self._recording = read_recording(self._folder / self._config.file, self._config.types)
-                self._lives = Trajectories.of(self._recording, self._config.gap_s)
+                self._trajectories = Trajectories.of(self._recording, self._config.gap_s)
             self._ego, self._begin = self._beginning(self._recording)
         except TrafficInputError as error:
             raise TrafficInputError(f"{self._config.file}: {error}") from error
-        self._first = np.ceil((self._lives.begin - self._begin - ROUNDING) / self.dt)
-        self._last = np.floor((self._lives.end - self._begin + ROUNDING) / self.dt)
-        start, _ = self._lives.at(np.array([self._ego]), self._begin)
+        self._first = np.ceil((self._trajectories.begin - self._begin - ROUNDING) / self.dt)
+        self._last = np.floor((self._trajectories.end - self._begin + ROUNDING) / self.dt)
+        start, _ = self._trajectories.at(np.array([self._ego]), self._begin)
         self.origin = origin_near(start[0, :2])
-        self._cast = Roster(seed)
+        self._roster = Roster(seed)
         self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
-        self._delivery = FrameBuilder(self.dt, self._range, self._config.modes)
+        self._frame_builder = FrameBuilder(self.dt, self._range, self._config.modes)
         self._next = 0
         street = [prism for obstacle in self._config.obstacle for prism in obstacle.prisms()]
         street += self._recording.street
@@ -71,72 +71,72 @@ class ReplaySource:
     def step(self) -> WorldFrame:
         """Return the next frame. See `TrafficSource.step`."""
         if (layer := self._layer) is None:
-            raise SimulatorFailedError("the recording is not played: reset comes before step")
+            raise SimulatorFailedError("the recording is not running: call reset before step")
         if (settled := layer.next(lambda: self._advance(layer))) is None:
             raise TrafficEndedError(
                 f'{self._config.file}: the samples of ego "{self._config.ego}" end at '
-                f"{self._lives.end[self._ego]:.2f} s of the recording"
+                f"{self._trajectories.end[self._ego]:.2f} s of the recording"
             )
-        return self._delivery.frame(*settled)
+        return self._frame_builder.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:
-        """Refuse: what has happened has happened. See `TrafficSource.apply`."""
-        raise TrafficInputError(f'a replay cannot be commanded, and takes no {command}; use kind = "sumo"')
+        """Reject the command, since the motion is recorded. See `TrafficSource.apply`."""
+        raise TrafficInputError(f'a replay cannot be commanded and accepts no {command}; use kind = "sumo"')
 
     def close(self) -> None:
-        """Stop playing."""
+        """Stop the replay."""
         self._layer = None
 
     def _beginning(self, recording: Recording) -> tuple[int, float]:
-        """Return the ego's life that is played, and the time [s] of frame 0."""
+        """Return the ego's trajectory to play, and the time [s] of frame 0."""
         names = [user.name for user in recording.users]
         if self._config.ego not in names:
-            told = ", ".join(f'"{name}"' for name in names[:TOLD])
+            shown = ", ".join(f'"{name}"' for name in names[:IDS_SHOWN])
             raise TrafficInputError(
-                f'ego = "{self._config.ego}" is not among its {len(names)} ids; name one of them: {told}'
-                f"{', ...' if len(names) > TOLD else ''}"
+                f'ego = "{self._config.ego}" is not among its {len(names)} ids; name one of them: {shown}'
+                f"{', ...' if len(names) > IDS_SHOWN else ''}"
             )
-        lives = np.flatnonzero(self._lives.user == names.index(self._config.ego))
-        begin, end = self._lives.begin[lives], self._lives.end[lives]
+        rows = np.flatnonzero(self._trajectories.user == names.index(self._config.ego))
+        begin, end = self._trajectories.begin[rows], self._trajectories.end[rows]
         start = float(begin[0]) if self._config.begin_s is None else self._config.begin_s
-        # a life of one sample has no motion
-        playable = np.flatnonzero((begin <= start + ROUNDING) & (start < end - ROUNDING))
-        if not len(playable):
-            spans = ", ".join(f"{a:g} to {b:g} s" for a, b in list(zip(begin, end, strict=True))[:TOLD])
+        # a trajectory of one sample has no motion
+        usable = np.flatnonzero((begin <= start + ROUNDING) & (start < end - ROUNDING))
+        if not len(usable):
+            spans = ", ".join(f"{a:g} to {b:g} s" for a, b in list(zip(begin, end, strict=True))[:IDS_SHOWN])
             raise TrafficInputError(
                 f'ego "{self._config.ego}" has no motion at {start:g} s, only {spans}; choose another begin_s, '
                 f"or raise gap_s = {self._config.gap_s:g} if its samples are further apart"
             )
-        return int(lives[playable[0]]), start
+        return int(rows[usable[0]]), start
 
     def _advance(self, layer: PhysicalTruth) -> None:
-        """Push the next raw frame, or say that there is none."""
+        """Push the next raw frame, or end the run after the ego's last."""
         if self._next > self._last[self._ego]:
             layer.end()
             return
-        life, pose, speed = self._present()
-        members = [self._member(number) for number in life.tolist()]
+        trajectory, pose, speed = self._near_ego()
+        members = [self._member(number) for number in trajectory.tolist()]
         order = np.argsort([member.id for member in members])
         layer.push(RawFrame([members[row] for row in order], pose[order], speed[order]))
         self._next += 1
 
-    def _present(self) -> tuple[Ints, Floats, Floats]:
-        """Return the lives (N,) near the ego in the next frame, the ego first, poses (N, 3) and speeds (N,) [m/s]."""
-        there = np.flatnonzero((self._first <= self._next) & (self._next <= self._last))
-        there = np.concatenate([[self._ego], there[there != self._ego]])
-        pose, rate = self._lives.at(there, self._begin + self._next * self.dt)
+    def _near_ego(self) -> tuple[Ints, Floats, Floats]:
+        """Return the trajectories (N,) near the ego, the ego first, with poses (N, 3) and speeds (N,) [m/s]."""
+        rows = np.flatnonzero((self._first <= self._next) & (self._next <= self._last))
+        rows = np.concatenate([[self._ego], rows[rows != self._ego]])
+        pose, rate = self._trajectories.at(rows, self._begin + self._next * self.dt)
         near = np.hypot(*(pose[:, :2] - pose[0, :2]).T) <= self._range + MARGIN
-        there, pose, rate = there[near], pose[near], rate[near]
+        rows, pose, rate = rows[near], pose[near], rate[near]
         pose[:, :2] -= self.origin
         pose[:, 2] = wrap_angle(pose[:, 2])
-        return there, pose, rate[:, 0] * np.cos(pose[:, 2]) + rate[:, 1] * np.sin(pose[:, 2])
+        return rows, pose, rate[:, 0] * np.cos(pose[:, 2]) + rate[:, 1] * np.sin(pose[:, 2])
 
-    def _member(self, life: int) -> Member:
-        if member := self._cast.find(life):
+    def _member(self, trajectory: int) -> Member:
+        if member := self._roster.find(trajectory):
             return member
         assert self._recording is not None
-        number = int(self._lives.user[life])
+        number = int(self._trajectories.user[trajectory])
         user = self._recording.users[number]
-        earlier = life - int(np.searchsorted(self._lives.user, number))
+        earlier = trajectory - int(np.searchsorted(self._trajectories.user, number))
         name = f"{user.name}#{earlier + 1}" if earlier else user.name
-        return self._cast.enter(life, user.kind, user.size, name, user.reflectivity)
+        return self._roster.add(trajectory, user.kind, user.size, name, user.reflectivity)

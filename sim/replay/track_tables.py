@@ -1,4 +1,4 @@
-"""Recordings in tables: CSV and Parquet files in the layout of docs/replay-files.md, a row for each sample."""
+"""Recordings in tables: CSV and Parquet files in the layout of docs/replay-files.md, one row per sample."""
 
 import zlib
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from sim.world import Kind
 REQUIRED = ("time_s", "id", "x_m", "y_m")
 SIZES = ("length_m", "width_m", "height_m")
 OPTIONAL = ("yaw_deg", *SIZES, "kind", "reflectivity")
-"""Cells of sizes, kind and reflectivity may be empty, or the columns left out. All other columns are ignored."""
+"""Cells of sizes, kind and reflectivity may be empty, or the columns missing. All other columns are ignored."""
 
 DEFAULT_KIND = "car"
 
@@ -28,12 +28,12 @@ def read_table(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     path
         The file.
     types
-        What words in the column `kind` mean that are not names of kinds.
+        Meaning of values in the column `kind` that are not names of kinds.
 
     Raises
     ------
     TrafficInputError
-        The file is no table, lacks a column or rows, or has a cell that is wrong.
+        The file is not a table, lacks a column or rows, or has an invalid cell.
     """
     try:
         table = _parquet(path) if path.suffix == ".parquet" else _csv(path)
@@ -48,12 +48,12 @@ def read_table(path: Path, types: Mapping[str, ReplayType]) -> Recording:
 
 
 def _csv(path: Path) -> Any:
-    """Read a CSV file; empty cells become NaN, ids and kinds stay text."""
+    """Read a CSV file; empty cells become NaN, ids and kinds remain text."""
     import pandas as pd
 
     there = _require_columns([str(name).strip() for name in pd.read_csv(path, nrows=0).columns])
     text = dict.fromkeys(("id", "kind"), str)
-    # All of pandas' own words for nothing, "NA" and "None" among them, may be somebody's id.
+    # pandas' markers of missing values, such as "NA" and "None", are valid ids
     table = pd.read_csv(path, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
     return table.rename(columns=str.strip)[there]
 
@@ -66,14 +66,14 @@ def _parquet(path: Path) -> Any:
 
 
 def _require_columns(names: list[str]) -> list[str]:
-    """Return those columns of a file that mean something here."""
+    """Return the known columns of a file."""
     if missing := [column for column in REQUIRED if column not in names]:
         raise TrafficInputError(f"column {missing[0]} is missing; the file has {', '.join(names) or 'none'}")
     return [column for column in (*REQUIRED, *OPTIONAL) if column in names]
 
 
 def _numbers(table: Any, column: str, *, empty: bool = False) -> Floats:
-    """Return a column (S,) of finite numbers, NaN where a cell may be `empty` and is."""
+    """Return a column (S,) of finite numbers; NaN where `empty` cells are allowed."""
     import pandas as pd
 
     cells = table[column]
@@ -83,12 +83,12 @@ def _numbers(table: Any, column: str, *, empty: bool = False) -> Floats:
     wrong = ~np.isfinite(values)
     if empty:
         wrong &= cells.notna().to_numpy()
-    _require(table, column, ~wrong, "should be a number; correct it or leave the row out")
+    _require(table, column, ~wrong, "should be a number; correct it or remove the row")
     return values
 
 
 def _require(table: Any, column: str, good: Any, remedy: str) -> None:
-    """Raise with the first row whose cell is not good; rows count from 1 below the heading."""
+    """Raise an error for the first row with an invalid cell; rows count from 1 below the heading."""
     if len(bad := np.flatnonzero(~good)):
         cell = table[column].iloc[bad[0]]
         shown = "an empty cell" if cell != cell or cell is None else str(cell)
@@ -96,36 +96,36 @@ def _require(table: Any, column: str, good: Any, remedy: str) -> None:
 
 
 def _users(table: Any) -> tuple[Ints, list[str]]:
-    """Return whose each row is (S,), and the names of all, in order."""
+    """Return the index (S,) of each row's road user, and the sorted names of all."""
     import pandas as pd
 
     user, names = pd.factorize(table["id"], sort=True)
-    _require(table, "id", user >= 0, "should name who it is; fill it or leave the row out")
+    _require(table, "id", user >= 0, "should be an id; fill it in or remove the row")
     return user.astype(np.int64), [str(int(name) if isinstance(name, float) else name) for name in names]
 
 
 def _road_users(table: Any, user: Ints, names: list[str], types: Mapping[str, ReplayType]) -> list[RoadUser]:
-    usual = _kinds(table, user, len(names), types)
-    size = np.array([size for _, size in usual])
+    defaults = _kinds(table, user, len(names), types)
+    size = np.array([size for _, size in defaults])
     for axis, column in enumerate(SIZES):
         if column in table:
-            told = _medians(table, column, user)
-            size[:, axis] = np.where(np.isnan(told), size[:, axis], told)
+            medians = _medians(table, column, user)
+            size[:, axis] = np.where(np.isnan(medians), size[:, axis], medians)
     reflectivity = _medians(table, "reflectivity", user) if "reflectivity" in table else np.full(len(names), np.nan)
     return [
         RoadUser(name, kind, (length, width, height), None if np.isnan(paint) else paint)
         for name, (kind, _), (length, width, height), paint in zip(
-            names, usual, size.tolist(), reflectivity.tolist(), strict=True
+            names, defaults, size.tolist(), reflectivity.tolist(), strict=True
         )
     ]
 
 
 def _medians(table: Any, column: str, user: Ints) -> Floats:
-    """Return one positive number for each road user (U,), NaN where all of its cells are empty."""
+    """Return the median of a positive number for each road user (U,), NaN where all cells are empty."""
     import pandas as pd
 
     values = _numbers(table, column, empty=True)
-    _require(table, column, ~(values <= 0), "should be positive; leave the cell empty where it is not known")
+    _require(table, column, ~(values <= 0), "should be positive; leave the cell empty if the value is unknown")
     if column == "reflectivity":
         _require(table, column, ~(values > 1), "should be at most 1")
     medians: Floats = pd.Series(values).groupby(user).median().to_numpy()
@@ -135,7 +135,7 @@ def _medians(table: Any, column: str, user: Ints) -> Floats:
 def _kinds(
     table: Any, user: Ints, count: int, types: Mapping[str, ReplayType]
 ) -> list[tuple[Kind, tuple[float, float, float]]]:
-    """Return kind and usual size of each road user."""
+    """Return kind and default size of each road user."""
     import pandas as pd
 
     if "kind" not in table:

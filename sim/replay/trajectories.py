@@ -1,4 +1,4 @@
-"""Recorded motions that can be asked for any time: samples in order, cut where they leave gaps, with curves between."""
+"""Recorded trajectories, split at gaps and interpolated between samples."""
 
 from dataclasses import dataclass
 
@@ -9,60 +9,63 @@ from sim.replay.recording import Recording
 from sim.source import TrafficInputError
 
 FASTEST = 100.0
-"""[m/s] Faster than anything on a road: what moves so was carried there, and does not streak across the map."""
+"""[m/s] Above road speeds: a faster step splits a trajectory, so that no body jumps across the map."""
 JUMP = 4.0
-"""[m] that a change of place may have on top, since a recorded simulator may change lanes in one step."""
+"""[m] Additional tolerance of a step, since a recorded simulator may change lanes in one step."""
 COURSE_FROM = 0.5
-"""[m/s] Slower motion tells no course: it may be the noise of who stands."""
+"""[m/s] The course of slower motion is unreliable: it may be noise of a standing body."""
 ROUNDING = 1e-6
-"""[s] Times that differ by less are the same."""
+"""[s] Times that differ by less are equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectories:
-    """L unbroken motions of S samples. Who vanishes in between and comes back has two lives."""
+    """L continuous trajectories of S samples. A road user that is absent for a while has two trajectories.
+
+    Samples are ordered by trajectory, and by time within each.
+    """
 
     user: Ints
-    """(L,) whose life it is, ascending; the lives of one user by time."""
+    """(L,) road user of each trajectory, ascending; trajectories of one user are in order of time."""
     first: Ints
     """(L,) first sample."""
     last: Ints
     """(L,) last sample."""
     time: Floats
-    """(S,) [s], by life and ascending therein."""
+    """(S,) [s]."""
     pose: Floats
-    """(S, 3) x [m], y [m], yaw [rad], the yaw without jumps by whole turns."""
+    """(S, 3) x [m], y [m], yaw [rad], the yaw unwrapped."""
     rate: Floats
-    """(S, 3) its derivative at the samples [m/s, rad/s]."""
+    """(S, 3) derivative of the pose at the samples [m/s, rad/s]."""
     clock: tuple[float, float]
-    """Earliest and latest time of all [s]."""
+    """Earliest and latest time of all samples [s]."""
     key: Floats
-    """(S,) ascending in time, and from one life to the next."""
+    """(S,) sort key, ascending in time and from one trajectory to the next."""
 
     @classmethod
     def of(cls, recording: Recording, gap_s: float) -> "Trajectories":
-        """Sort the samples of a recording into lives; where samples are further apart than `gap_s`, a new one begins.
+        """Sort the samples of a recording, and start a new trajectory where they are more than `gap_s` apart.
 
         Raises
         ------
         TrafficInputError
-            Somebody is in two places at a time.
+            A road user has two samples at the same time.
         """
         order = np.lexsort((recording.time, recording.user))
         user, time, pose = recording.user[order], recording.time[order], recording.pose[order].copy()
         _require_single(recording, order, user, time)
-        step, way = np.diff(time), np.hypot(*np.diff(pose[:, :2], axis=0).T)
-        cut = (np.diff(user) != 0) | (step > gap_s + ROUNDING) | (way > FASTEST * step + JUMP)
+        step, distance = np.diff(time), np.hypot(*np.diff(pose[:, :2], axis=0).T)
+        cut = (np.diff(user) != 0) | (step > gap_s + ROUNDING) | (distance > FASTEST * step + JUMP)
         first = np.concatenate([[0], np.flatnonzero(cut) + 1])
         last = np.append(first[1:] - 1, len(time) - 1)
         step[cut] = np.inf
         unknown = np.isnan(pose[:, 2])
         pose[unknown, 2] = _course(pose[:, :2], time, first, last)[unknown]
         pose[:, 2] = np.unwrap(pose[:, 2])
-        life = np.repeat(np.arange(len(first)), last - first + 1)
+        trajectory = np.repeat(np.arange(len(first)), last - first + 1)
         clock = (float(time.min()), float(time.max()))
         rate = _rates(pose, step, first, last)
-        return cls(user[first], first, last, time, pose, rate, clock, _key(life, time, clock))
+        return cls(user[first], first, last, time, pose, rate, clock, _key(trajectory, time, clock))
 
     @property
     def begin(self) -> Floats:
@@ -74,14 +77,14 @@ class Trajectories:
         """(L,) time of the last sample [s]."""
         return self.time[self.last]
 
-    def at(self, life: Ints, time: float) -> tuple[Floats, Floats]:
-        """Return poses (N, 3) and their rates (N, 3) of lives (N,) at a time [s] that all of them contain.
+    def at(self, trajectory: Ints, time: float) -> tuple[Floats, Floats]:
+        """Return poses (N, 3) and rates (N, 3) of trajectories (N,) at a time [s] that all of them contain.
 
-        Between samples runs the cubic of Hermite; outside of a life stays its end.
+        Interpolates by cubic Hermite polynomials; the pose is constant beyond the ends.
         """
-        here = np.searchsorted(self.key, _key(life, np.array(time), self.clock), side="right") - 1
-        here = np.clip(here, self.first[life], np.maximum(self.last[life] - 1, self.first[life]))
-        there = np.minimum(here + 1, self.last[life])
+        here = np.searchsorted(self.key, _key(trajectory, np.array(time), self.clock), side="right") - 1
+        here = np.clip(here, self.first[trajectory], np.maximum(self.last[trajectory] - 1, self.first[trajectory]))
+        there = np.minimum(here + 1, self.last[trajectory])
         h = np.where(there > here, self.time[there] - self.time[here], 1.0)[:, None]
         s = np.clip((time - self.time[here])[:, None] / h, 0.0, 1.0)
         start, end = self.pose[here], self.pose[there]
@@ -101,33 +104,33 @@ def _require_single(recording: Recording, order: Ints, user: Ints, time: Floats)
         raise TrafficInputError(f'"{name}" has two samples at {time[row]:g} s, rows {one} and {other}; keep one')
 
 
-def _key(life: Ints, time: Floats, clock: tuple[float, float]) -> Floats:
+def _key(trajectory: Ints, time: Floats, clock: tuple[float, float]) -> Floats:
     start, end = clock
-    return np.asarray(life * (end - start + 1.0) + np.clip(time - start, 0.0, end - start), dtype=np.float64)
+    return np.asarray(trajectory * (end - start + 1.0) + np.clip(time - start, 0.0, end - start), dtype=np.float64)
 
 
 def _course(place: Floats, time: Floats, first: Ints, last: Ints) -> Floats:
-    """Return where samples (S,) move to [rad], from the one before to the one after.
+    """Return the course of samples (S,) [rad], from the previous to the next sample.
 
-    Who stands keeps its last course, or looks where it will go; who never moves looks east.
+    A standing body keeps its last course, or takes its next one; a body that never moves faces east.
     """
     sample = np.arange(len(time))
     begin, end = (np.repeat(bound, last - first + 1) for bound in (first, last))
     before, after = np.maximum(sample - 1, begin), np.minimum(sample + 1, end)
-    way = place[after] - place[before]
-    moves = np.hypot(*way.T) > COURSE_FROM * (time[after] - time[before])
+    distance = place[after] - place[before]
+    moves = np.hypot(*distance.T) > COURSE_FROM * (time[after] - time[before])
     held = np.maximum.accumulate(np.where(moves, sample, -1))
     coming = np.minimum.accumulate(np.where(moves, sample, len(time))[::-1])[::-1]
     source = np.where(held >= begin, held, np.where(coming <= end, coming, -1))
-    return np.where(source >= 0, np.arctan2(way[source, 1], way[source, 0]), 0.0)
+    return np.where(source >= 0, np.arctan2(distance[source, 1], distance[source, 0]), 0.0)
 
 
 def _rates(pose: Floats, step: Floats, first: Ints, last: Ints) -> Floats:
-    """Return the derivatives (S, 3) at samples `step` (S - 1,) [s] apart, infinity between lives.
+    """Return the derivatives (S, 3) at samples `step` (S - 1,) [s] apart, infinite between trajectories.
 
-    Those of Fritsch and Butland ("A Method for Constructing Local Monotone Piecewise Cubic Interpolants", SIAM Journal
-    on Scientific and Statistical Computing 5, 1984): curves do not overshoot, so that who stands does not rock and who
-    brakes does not roll back. At the ends, parabolas as far as they do not overshoot.
+    The derivatives follow Fritsch and Butland ("A Method for Constructing Local Monotone Piecewise Cubic Interpolants",
+    SIAM Journal on Scientific and Statistical Computing 5, 1984): curves do not overshoot, so standing bodies do not
+    oscillate and braking bodies do not roll back. At the ends, parabolas are used as far as they do not overshoot.
     """
     h = step[:, None]
     slope = np.diff(pose, axis=0) / h
@@ -144,16 +147,16 @@ def _rates(pose: Floats, step: Floats, first: Ints, last: Ints) -> Floats:
 
 
 def _middle(h: Floats, next_h: Floats, slope: Floats, next_slope: Floats) -> Floats:
-    """Return the weighted harmonic mean of slopes before and after a sample, 0 where they disagree in sign."""
+    """Return the weighted harmonic mean of the slopes before and after a sample, 0 where their signs differ."""
     agree = slope * next_slope > 0
     before, after = np.where(agree, slope, 1.0), np.where(agree, next_slope, 1.0)
-    with np.errstate(invalid="ignore"):  # at infinity, between lives
+    with np.errstate(invalid="ignore"):  # infinite steps between trajectories
         share = (h + 2 * next_h) / (3 * (h + next_h))
         return np.where(agree, 1.0 / (share / before + (1 - share) / after), 0.0)
 
 
 def _end(h: Floats, next_h: Floats, slope: Floats, next_slope: Floats) -> Floats:
-    """Return the rate at an end of a life, from the slopes next to it and next but one."""
+    """Return the rate at an end of a trajectory, from the two nearest slopes."""
     rate = ((2 * h + next_h) * slope - h * next_slope) / (h + next_h)
     rate = np.where(rate * slope <= 0, 0.0, rate)
     return np.where((slope * next_slope <= 0) & (np.abs(rate) > 3 * np.abs(slope)), 3 * slope, rate)

@@ -1,1 +1,1 @@
-"""Scripted traffic: motions written down in the scenario file."""
+"""Scripted traffic: analytic motions from the scenario file."""

@@ -1,7 +1,7 @@
-"""Analytic motions: where a scripted body is at a time, and its exact rates. Course and heading are the same.
+"""Analytic motions of scripted bodies, with exact rates. Course and heading are equal.
 
-Each motion starts at the origin along x; `state_at` strings them together from a start pose. Its `kind` has no default:
-a scenario file must name it, or a motion would be taken for whichever its other keys fit.
+Each motion starts at the origin along x; `state_at` concatenates them from a start pose. Their `kind` has no default,
+so that a scenario file with a missing `kind` is not matched to another motion by its remaining keys.
 """
 
 import math
@@ -28,7 +28,7 @@ class State:
     """[rad/s]."""
 
     def seen_from(self, start: Floats) -> "State":
-        """Move from the motion's own frame into the one in which it starts at the pose `start` (3,)."""
+        """Transform from the motion's frame to the frame in which it starts at the pose `start` (3,)."""
         cos, sin = math.cos(start[2]), math.sin(start[2])
         rotation = np.array([[cos, -sin], [sin, cos]])
         position = start[:2] + rotation @ self.pose[:2]
@@ -50,7 +50,7 @@ class Static:
 
     kind: Literal["static"]
     duration_s: float | None = None
-    """[s] Then the next motion begins; leave it out on the last. The same on every motion."""
+    """[s] Until the next motion begins; omit it for the last. The same for every motion."""
 
     def at(self, time: float) -> State:
         """Return the state at a time [s] since the motion began."""
@@ -60,7 +60,7 @@ class Static:
 
 @dataclass(frozen=True, slots=True)
 class Spin:
-    """Turn on the spot, as no car does: shows a standing body from all sides."""
+    """Turn on the spot, which no car can do: shows all sides of a standing body."""
 
     kind: Literal["spin"]
     rate_deg_per_s: float
@@ -82,7 +82,7 @@ class Straight:
     speed_mps: float
     """[m/s] At the start."""
     acceleration_mps2: float = 0.0
-    """[m/s^2] Negative brakes."""
+    """[m/s^2] Negative values brake."""
     duration_s: float | None = None
     """[s] See `Static`."""
 
@@ -112,7 +112,7 @@ class Arc:
 
     def __post_init__(self) -> None:
         if self.speed_mps < 0 or self.radius_m == 0:
-            raise ValueError("an arc takes a speed_mps of at least 0 and a radius_m other than 0")
+            raise ValueError("an arc needs a speed_mps of at least 0 and a radius_m other than 0")
 
     def at(self, time: float) -> State:
         """Return the state at a time [s] since the motion began."""
@@ -129,21 +129,21 @@ class Arc:
 
 @dataclass(frozen=True, slots=True)
 class StopAndGo:
-    """Go and stop again and again: v = V/2 (1 - cos(2 pi t / go)) while going, then stand for `stop_s`."""
+    """Start and stop repeatedly: v = V/2 (1 - cos(2 pi t / go)) while moving, then stand for `stop_s`."""
 
     kind: Literal["stop-and-go"]
     peak_speed_mps: float
-    """[m/s] V, reached in the middle of each go."""
+    """[m/s] V, reached in the middle of each interval of motion."""
     go_s: float
-    """[s] From standstill to standstill."""
+    """[s] Interval of motion, from standstill to standstill."""
     stop_s: float
-    """[s] Standstill."""
+    """[s] Interval of standstill."""
     duration_s: float | None = None
     """[s] See `Static`."""
 
     def __post_init__(self) -> None:
         if self.peak_speed_mps < 0 or self.go_s <= 0 or self.stop_s < 0:
-            raise ValueError("stop-and-go takes peak_speed_mps and stop_s of at least 0 and a positive go_s")
+            raise ValueError("stop-and-go needs peak_speed_mps and stop_s of at least 0 and a positive go_s")
 
     def at(self, time: float) -> State:
         """Return the state at a time [s] since the motion began."""
@@ -161,7 +161,7 @@ class StopAndGo:
 class LaneChange:
     """Change lanes by the quintic y = d (10 s^3 - 15 s^4 + 6 s^5), s = t / T; then drive straight on.
 
-    The speed along x is constant. The quintic is the lateral motion of least jerk between two straights.
+    The speed along x is constant. The quintic is the minimum-jerk lateral motion between two straights.
     """
 
     kind: Literal["lane-change"]
@@ -176,7 +176,7 @@ class LaneChange:
 
     def __post_init__(self) -> None:
         if self.speed_mps <= 0 or self.change_s <= 0:
-            raise ValueError("a lane change takes a positive speed_mps and change_s")
+            raise ValueError("a lane change needs a positive speed_mps and change_s")
 
     def at(self, time: float) -> State:
         """Return the state at a time [s] since the motion began."""
@@ -197,9 +197,9 @@ Motion = Static | Spin | Straight | Arc | StopAndGo | LaneChange
 
 
 def require_sequence(motions: Sequence[Motion]) -> None:
-    """Raise ValueError unless there is a motion, and all but the last end."""
+    """Raise ValueError if there is no motion, or if one before the last has no positive duration."""
     if not motions:
-        raise ValueError("motion is empty; leave it out to stand still")
+        raise ValueError("motion is empty; omit it for a standing body")
     if any(not (motion.duration_s or 0) > 0 for motion in motions[:-1]):
         raise ValueError("each motion but the last needs a positive duration_s")
 
@@ -207,7 +207,7 @@ def require_sequence(motions: Sequence[Motion]) -> None:
 def state_at(motions: Sequence[Motion], start: Floats, time: float) -> State:
     """Return the state of a body at a time [s] since it began its motions at the pose `start` (3,).
 
-    Speeds need not match where motions meet: the state there is that of the later one.
+    Velocities may differ where motions meet: the state at that time is the state of the later motion.
     """
     for motion in motions[:-1]:
         duration = motion.duration_s or 0.0

@@ -1,4 +1,4 @@
-"""The vocabulary of scripted scenarios: who stands where and does what."""
+"""Configuration of scripted scenarios: ego, actors, rings of cars and obstacles."""
 
 import math
 from dataclasses import dataclass, field
@@ -31,14 +31,14 @@ SIZE_BY_KIND: dict[Kind, Size] = {
     Kind.PEDESTRIAN: (0.30, 0.48, 1.72),
     Kind.OBSTACLE: (1.00, 1.00, 1.00),
 }
-"""[m] Length, width, height of those that do not tell theirs."""
+"""[m] Default length, width, height."""
 
 _GOLDEN_ANGLE_DEG = 180.0 * (3.0 - math.sqrt(5.0))
 
 
 @dataclass(frozen=True, slots=True)
 class ScriptedEgo:
-    """The vehicle that carries the rig. It starts exactly where it is put."""
+    """The vehicle that carries the rig. Its start has no jitter."""
 
     x_m: float = 0.0
     """[m] East, of the box centre, at the start."""
@@ -49,7 +49,7 @@ class ScriptedEgo:
     size_m: Size = EGO_SIZE
     """[m] Length, width, height."""
     motion: list[Motion] = field(default_factory=lambda: [Static("static")])
-    """What it does, one motion after the other."""
+    """Motions, one after the other."""
 
     def __post_init__(self) -> None:
         _require_size(self.size_m)
@@ -72,15 +72,15 @@ class ScriptedActor:
     yaw_deg: float = 0.0
     """[deg] Counter-clockwise from east."""
     kind: KindName = "car"
-    """What it is."""
+    """Class of the road user."""
     size_m: Size | None = None
-    """[m] Length, width, height; by kind where left out."""
+    """[m] Length, width, height; defaults to the size of the kind."""
     reflectivity: float | None = None
-    """Of its paint, 0 to 1; drawn where left out."""
+    """Diffuse reflectivity of the paint, 0 to 1; drawn at random by default."""
     name: str = ""
-    """For people; `<kind>.<number>` where left out."""
+    """Name in reports; `<kind>.<number>` by default."""
     motion: list[Motion] = field(default_factory=lambda: [Static("static")])
-    """What it does, one motion after the other."""
+    """Motions, one after the other."""
 
     def __post_init__(self) -> None:
         if self.size_m is not None:
@@ -96,28 +96,28 @@ class ScriptedActor:
 
 @dataclass(frozen=True, slots=True)
 class ScriptedRing:
-    """Cars around the ego's start, one a range, at bearings evenly spread, each turning on the spot.
+    """Cars around the ego's start, one per range, at evenly spaced bearings, each turning on the spot.
 
-    In one turn every range shows every aspect, while no car hides another. The first aspects are spread by the golden
-    angle, so that each frame holds a mix.
+    In one turn every car shows all its aspects, and no car occludes another. The initial aspects are spread by the
+    golden angle, so that each frame contains a mix.
     """
 
     ranges_m: list[float]
-    """[m] From the ego's centre to the cars' centres, counter-clockwise from the ego's heading."""
+    """[m] Distance from the ego's centre to each car's centre, counter-clockwise from the ego's heading."""
     rate_deg_per_s: float
-    """[deg/s] How fast the aspect changes."""
+    """[deg/s] Yaw rate of the cars."""
     kind: KindName = "car"
-    """What they are."""
+    """Class of the cars."""
     reflectivity: float | None = None
-    """Of their paint, 0 to 1; drawn where left out."""
+    """Diffuse reflectivity of the paint, 0 to 1; drawn at random by default."""
 
     def __post_init__(self) -> None:
         if not self.ranges_m or min(self.ranges_m) <= 0:
-            raise ValueError("ranges_m takes at least one range, all of them positive")
+            raise ValueError("ranges_m needs at least one range, all of them positive")
         _require_reflectivity(self.reflectivity)
 
     def actors(self, ego: ScriptedEgo) -> list[ScriptedActor]:
-        """Return the cars that stand around the ego's start."""
+        """Return the cars around the ego's start."""
         cars = []
         for n, range_m in enumerate(self.ranges_m):
             bearing = math.radians(ego.yaw_deg) + 2 * math.pi * n / len(self.ranges_m)
@@ -135,36 +135,36 @@ class ScriptedRing:
 
 @dataclass(frozen=True, slots=True)
 class ScriptedObstacle:
-    """A static thing that blocks beams. A parked car is none: it is an actor without motion, so that it is graded."""
+    """A static occluder. Write a parked car as an actor without motion instead, so that it is graded."""
 
     corners_m: list[tuple[float, float]]
     """[m] x, y of the corners of a building (two make a free-standing wall); of points along a wall, barrier, fence or
-    guard rail; or of every place where a pole, tree, traffic-sign or bollard of this sort stands."""
+    guard rail; or of the positions of all poles, trees, traffic-signs or bollards of this entry."""
     height_m: float | None = None
-    """[m] Of the upper edge above the ground; by kind where left out."""
+    """[m] Upper edge above the ground; defaults to that of the kind."""
     kind: StreetKind = "building"
-    """What it is."""
+    """Kind of obstacle."""
     base_m: float = 0.0
-    """[m] Of the lower edge above the ground. A guard rail's follows from its height."""
+    """[m] Lower edge above the ground. For a guard rail it follows from the height."""
     diameter_m: float | None = None
-    """[m] Of a pole, tree, traffic-sign (its post) or bollard; by kind where left out."""
+    """[m] Diameter of a pole, tree, traffic-sign (its post) or bollard; defaults to that of the kind."""
     reflectivity: float | None = None
-    """Diffuse, at 905 nm, 0 to 1; by kind where left out."""
+    """Diffuse reflectivity at 905 nm, 0 to 1; defaults to that of the kind."""
 
     def __post_init__(self) -> None:
         self.prisms()
 
     def prisms(self) -> list[Prism]:
-        """Return what it is made of."""
+        """Return the prisms of the obstacle."""
         points = np.array(self.corners_m, dtype=np.float64).reshape(-1, 2)
         return build(self.kind, points, self.height_m, self.base_m, self.diameter_m, self.reflectivity)
 
 
 def _require_size(size: Size) -> None:
     if min(size) <= 0:
-        raise ValueError("size_m takes a positive length, width and height")
+        raise ValueError("size_m needs a positive length, width and height")
 
 
 def _require_reflectivity(reflectivity: float | None) -> None:
     if reflectivity is not None and not 0 <= reflectivity <= 1:
-        raise ValueError("reflectivity lies between 0 and 1")
+        raise ValueError("reflectivity must be between 0 and 1")

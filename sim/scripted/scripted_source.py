@@ -1,4 +1,4 @@
-"""Scripted traffic: analytic motions from the scenario file, with exact rates. For tests of exact things."""
+"""Scripted traffic: analytic motions from the scenario file with exact rates, for tests that need exact truth."""
 
 import math
 from dataclasses import dataclass, field
@@ -24,23 +24,23 @@ _JITTER_STREAM = 2
 
 @dataclass(frozen=True, slots=True)
 class ScriptedTraffic:
-    """Scripted traffic. It never ends."""
+    """Scripted traffic. It does not end before the scenario does."""
 
     kind: Literal["scripted"] = "scripted"
     ego: ScriptedEgo = field(default_factory=ScriptedEgo)
     """The vehicle that carries the rig."""
     actor: list[ScriptedActor] = field(default_factory=list)
-    """All others, numbered from 1 in this order."""
+    """All other road users, numbered from 1 in this order."""
     ring: ScriptedRing | None = None
     """Cars around the ego, numbered after the actors."""
     obstacle: list[ScriptedObstacle] = field(default_factory=list)
-    """What stands along the road."""
+    """Static obstacles along the road."""
     dt_s: float = 0.08
     """[s] Time between frames; the rig turns at 12.5 Hz."""
     jitter_m: float = 0.05
-    """[m] Actors start up to this far off in x and in y, drawn evenly by the seed."""
+    """[m] Actors start up to this far from their position in x and in y, drawn uniformly by the seed."""
     jitter_deg: float = 0.05
-    """[deg] Likewise in yaw."""
+    """[deg] Jitter of the initial yaw, drawn in the same way."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the true motion modes."""
 
@@ -50,14 +50,14 @@ class ScriptedTraffic:
 
 
 class ScriptedSource:
-    """The script, played.
+    """Source that plays a script.
 
     Parameters
     ----------
     config
-        The script.
+        Script to play.
     folder
-        Folder of the scenario file; not needed here, every source has it.
+        Folder of the scenario file; unused, it is part of the common signature.
     range_m
         Delivery radius around the ego [m].
     """
@@ -68,38 +68,38 @@ class ScriptedSource:
         self.origin = np.zeros(2)
         self._config = config
         self._range = range_m
-        self._delivery: FrameBuilder | None = None
+        self._frame_builder: FrameBuilder | None = None
 
     def reset(self, seed: int) -> Obstacles:
-        """Put everyone at their start. See `TrafficSource.reset`."""
-        ego, cast = self._config.ego, Roster(seed)
-        self._members = [cast.enter("ego", Kind.CAR, ego.size_m, "ego")]
+        """Place all road users at their start. See `TrafficSource.reset`."""
+        ego, roster = self._config.ego, Roster(seed)
+        self._members = [roster.add("ego", Kind.CAR, ego.size_m, "ego")]
         self._starts = [ego.start_world]
         self._motions = [ego.motion]
         ring = self._config.ring.actors(ego) if self._config.ring else []
         for number, actor in enumerate([*self._config.actor, *ring], start=1):
             kind = Kind[actor.kind.upper().replace("-", "_")]
             size = actor.size_m or SIZE_BY_KIND[kind]
-            self._members.append(cast.enter(number, kind, size, actor.name, actor.reflectivity))
+            self._members.append(roster.add(number, kind, size, actor.name, actor.reflectivity))
             self._starts.append(actor.start_world + self._jitter(seed, number))
             self._motions.append(actor.motion)
-        self._delivery, self._next = FrameBuilder(self.dt, self._range, self._config.modes), 0
+        self._frame_builder, self._next = FrameBuilder(self.dt, self._range, self._config.modes), 0
         return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
 
     def step(self) -> WorldFrame:
         """Return the next frame. See `TrafficSource.step`."""
-        if self._delivery is None:
-            raise SimulatorFailedError("the script is not running: reset comes before step")
+        if self._frame_builder is None:
+            raise SimulatorFailedError("the script is not running: call reset before step")
         time, self._next = self._next * self.dt, self._next + 1
-        return self._delivery.frame(self._members, self._motion_at(time))
+        return self._frame_builder.frame(self._members, self._motion_at(time))
 
     def apply(self, command: EgoCommand) -> None:
-        """Refuse: the script is all that there is. See `TrafficSource.apply`."""
-        raise TrafficInputError(f'scripted traffic follows its script and takes no {command}; use kind = "sumo"')
+        """Reject the command, since the script is fixed. See `TrafficSource.apply`."""
+        raise TrafficInputError(f'scripted traffic follows its script and accepts no {command}; use kind = "sumo"')
 
     def close(self) -> None:
-        """Stop playing."""
-        self._delivery = None
+        """Stop the script."""
+        self._frame_builder = None
 
     def _motion_at(self, time: float) -> Kinematics:
         states = [state_at(motion, start, time) for motion, start in zip(self._motions, self._starts, strict=True)]

@@ -1,1 +1,1 @@
-"""Traffic by SUMO, run through libsumo; only `sim.sumo.sumo_source` imports it."""
+"""Traffic by SUMO, run through libsumo, which only `sim.sumo.sumo_source` imports."""

@@ -1,4 +1,4 @@
-"""The ego in SUMO: how it is chosen, and how it is made to obey."""
+"""Selection and control of the ego in SUMO."""
 
 import math
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 from sim.source import EgoCommand, TrafficInputError
 
 _SPEED_MODE = 0b1100110
-"""SUMO's bits for commanded speeds: acceleration (bit 1) and deceleration (2) stay within the type's; safe distances
-(0), right of way before (3) and within crossings (5), red lights (4) and speed limits (6) do not count. The bits 5 and
-6 are inverted."""
+"""SUMO's bit field for commanded speeds: acceleration (bit 1) and deceleration (2) respect the type's limits; safe
+distances (0), right of way before (3) and within crossings (5), red lights (4) and speed limits (6) are ignored. The
+bits 5 and 6 are inverted."""
 _LANE_CHANGE_MODE = 0
-"""No lane changes of its own, and commanded ones whoever is in the way."""
-_FOR_GOOD = 1e9
+"""No autonomous lane changes; commanded ones ignore other vehicles."""
+_FOREVER_S = 1e9
 """[s]"""
 
 
@@ -23,9 +23,9 @@ def await_ego(sumo: Any, ego: str, until: float) -> str:
     sumo
         The libsumo module, running.
     ego
-        Whom to wait for, see `sim.sumo.sumo_config.SumoTraffic`.
+        Selector of the ego, see `sim.sumo.sumo_config.SumoTraffic`.
     until
-        When to give up, on SUMO's clock [s].
+        Time limit on SUMO's clock [s].
 
     Returns
     -------
@@ -35,7 +35,7 @@ def await_ego(sumo: Any, ego: str, until: float) -> str:
     Raises
     ------
     TrafficInputError
-        It did not enter.
+        The ego did not enter.
     """
     selector, _, wanted = ego.partition(":")
     appeared: dict[str, None] = {}
@@ -47,7 +47,7 @@ def await_ego(sumo: Any, ego: str, until: float) -> str:
             if selector == "first" or label == wanted:
                 return str(name)
             appeared[label] = None
-        if sumo.simulation.getMinExpectedNumber() == 0:  # nobody is left to come
+        if sumo.simulation.getMinExpectedNumber() == 0:  # no vehicle is left to enter
             break
     raise TrafficInputError(
         f'ego = "{ego}" did not enter in {sumo.simulation.getTime() - begin:.0f} s; '
@@ -56,7 +56,7 @@ def await_ego(sumo: Any, ego: str, until: float) -> str:
 
 
 class EgoControl:
-    """Makes the ego obey: it stays in its lane from now on; SUMO's own model drives it until its first speed.
+    """Control of the ego. It keeps its lane from now on; SUMO drives it until the first speed command.
 
     Parameters
     ----------
@@ -74,30 +74,30 @@ class EgoControl:
     def apply(self, command: EgoCommand) -> None:
         """Command speed and lane. See `sim.source.TrafficSource.apply`."""
         if command.action is not None:
-            raise TrafficInputError("action: SUMO's ego takes none; command speed_mps and lane")
+            raise TrafficInputError("action: SUMO's ego accepts no action; command speed_mps and lane")
         speed, lane = command.speed_mps, command.lane
         if speed is not None and not 0 <= speed < math.inf:
             raise TrafficInputError(f"speed_mps = {speed}: command a speed of 0 or more")
         if lane is not None:
             self._require_lane(lane)
-            self._sumo.vehicle.changeLane(self._ego, int(lane), _FOR_GOOD)
+            self._sumo.vehicle.changeLane(self._ego, int(lane), _FOREVER_S)
         if speed is not None:
             self._sumo.vehicle.setSpeedMode(self._ego, _SPEED_MODE)
             self._sumo.vehicle.setSpeed(self._ego, float(speed))
 
     def _require_lane(self, lane: int) -> None:
-        """Refuse a lane that the ego's road, or the one after the crossing that it is on, does not have for it."""
+        """Reject a lane that is closed to the ego on its road, or on the next road while it is on a crossing."""
         sumo, ego = self._sumo, self._ego
         crossing = sumo.vehicle.getRoadID(ego).startswith(":")
         edge = sumo.vehicle.getRoute(ego)[sumo.vehicle.getRouteIndex(ego) + crossing]
         count, vehicle_class = sumo.edge.getLaneNumber(edge), sumo.vehicle.getVehicleClass(ego)
-        open_lanes = [n for n in range(count) if _admits(sumo.lane, f"{edge}_{n}", vehicle_class)]
+        open_lanes = [n for n in range(count) if _allows(sumo.lane, f"{edge}_{n}", vehicle_class)]
         if lane not in open_lanes:
             lanes = ", ".join(map(str, open_lanes))
             raise TrafficInputError(f'lane = {lane}: road "{edge}" has lanes {lanes} for {vehicle_class} vehicles')
 
 
-def _admits(lanes: Any, name: str, vehicle_class: str) -> bool:
-    """Whether vehicles of a class may use a lane; SUMO lists whoever may, or nobody if all may."""
+def _allows(lanes: Any, name: str, vehicle_class: str) -> bool:
+    """Return True if vehicles of a class may use a lane; SUMO's empty list means all classes."""
     allowed = lanes.getAllowed(name)
     return not allowed or vehicle_class in allowed

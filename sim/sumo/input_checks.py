@@ -1,4 +1,4 @@
-"""What is checked before SUMO runs: its files and its command line."""
+"""Checks of SUMO's input files, and its command line."""
 
 import functools
 import gzip
@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from sim.source import TrafficInputError
-from sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured, full_name, left_out
+from sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured_options, full_name, is_rejected
 
-_ALL_AT_ONCE = {"route-steps": "0"}
-"""Read route files to their end first. By default SUMO reads them as it goes, and drops vehicles that are out of the
-order of departure with no more than a warning."""
+_READ_ROUTES_FIRST = {"route-steps": "0"}
+"""Read route files completely at the start. By default SUMO reads them incrementally, and drops vehicles that are not
+in order of departure with only a warning."""
 
 _QUIET = {
     "no-step-log": "true",
     "no-warnings": "true",
     "verbose": "false",
     "duration-log.disable": "true",
-    # validation would fetch schemas from the network
+    # validation would download schemas
     "xml-validation": "never",
     "xml-validation.net": "never",
     "xml-validation.routes": "never",
@@ -42,54 +42,53 @@ def sumo_command(
     options: dict[str, str],
     begin_s: float | None = None,
 ) -> list[str]:
-    """Return SUMO's command line. With it SUMO writes nothing beside its input, whatever that asks for.
+    """Return SUMO's command line, which suppresses or redirects all of its output.
 
     Parameters
     ----------
     folder
         Folder that relative paths start from.
     files
-        File names by the option that takes them: `configuration-file`, or `net-file`, `route-files` and
-        `additional-files`.
+        File names by option: `configuration-file`, or `net-file`, `route-files` and `additional-files`.
     dt
         Step length [s].
     seed
         SUMO's seed.
     options
-        Further options, which win over ours, as ours do over those of a configuration.
+        Further options. They take precedence over the fixed ones, and those over the configuration.
     begin_s
-        When the simulation begins [s], None for the configuration's or SUMO's own.
+        Start of the simulation [s]; None takes the configuration's or SUMO's default.
 
     Raises
     ------
     TrafficInputError
-        A file is missing, the net is none, or an option asks for what cannot be had.
+        A file is missing, the net is invalid, or an option is not supported.
     """
-    paths = {option: [_named(folder, option, name) for name in names] for option, names in files.items() if names}
-    given = {option: ",".join(map(str, names)) for option, names in paths.items()}
-    if "configuration-file" in given:
-        given = _from_configuration(paths["configuration-file"][0])
-    require_net(Path(given["net-file"]))
-    _require_projection(Path(given["net-file"]), given.get("additional-files", ""))
+    paths = {option: [_resolved(folder, option, name) for name in names] for option, names in files.items() if names}
+    options_given = {option: ",".join(map(str, names)) for option, names in paths.items()}
+    if "configuration-file" in options_given:
+        options_given = _from_configuration(paths["configuration-file"][0])
+    require_net(Path(options_given["net-file"]))
+    _require_projection(Path(options_given["net-file"]), options_given.get("additional-files", ""))
     ours = {"step-length": str(dt), "seed": str(seed), "random": "false"}
     if begin_s is not None:
         ours["begin"] = str(begin_s)
-    words = given | _QUIET | _ALL_AT_ONCE | ours | _acceptable(options)
-    if words.get("mesosim", "false") not in ("false", "0", "no", "off", "f"):
-        raise TrafficInputError("mesosim: a mesoscopic simulation has no positions on the road; take the option out")
-    words["output-prefix"] = _out_of_the_way()
-    return ["sumo", *(word for option, value in words.items() for word in (f"--{option}", value))]
+    values = options_given | _QUIET | _READ_ROUTES_FIRST | ours | _checked_options(options)
+    if values.get("mesosim", "false") not in ("false", "0", "no", "off", "f"):
+        raise TrafficInputError("mesosim: a mesoscopic simulation has no positions on the road; remove the option")
+    values["output-prefix"] = _scratch_prefix()
+    return ["sumo", *(word for option, value in values.items() for word in (f"--{option}", value))]
 
 
 def require_net(path: Path) -> None:
-    """Refuse what is not a net: libsumo 1.28 crashes the whole process on a `<net>` without a version."""
-    root = _root(_existing(path))
+    """Reject a file that is not a net: libsumo 1.28 crashes the process on a `<net>` without a version."""
+    root = _root(_require_file(path))
     if root.tag != "net" or "version" not in root.attrib:
         raise TrafficInputError(f"{path}: not a SUMO net (no <net version=...>); make one with netconvert")
 
 
 def _require_projection(net: Path, additional: str) -> None:
-    """Refuse polygons in longitude and latitude on a net without a projection: SUMO takes degrees for metres."""
+    """Reject polygons in longitude and latitude on a net without a projection: SUMO would treat degrees as metres."""
     geographic = [name for name in additional.split(",") if name and _GEOGRAPHIC.search(text_of(Path(name)))]
     if geographic and _UNPROJECTED.search(text_of(net)):
         raise TrafficInputError(
@@ -99,37 +98,37 @@ def _require_projection(net: Path, additional: str) -> None:
 
 
 def is_left_hand(command: Sequence[str]) -> bool:
-    """Whether traffic keeps to the left on the net that the command line of `sumo_command` names."""
+    """Return True if traffic keeps to the left on the net of a command line by `sumo_command`."""
     (net,) = input_files(command, ["net-file"])
     return _root(net).get("lefthand", "false") in ("true", "1")
 
 
 def input_files(command: Sequence[str], options: Sequence[str] = ("route-files", "additional-files")) -> list[Path]:
-    """Return the files that the command line of `sumo_command` names under `options`."""
+    """Return the files that a command line by `sumo_command` lists under `options`."""
     values = dict(zip(command[1::2], command[2::2], strict=True))
     return [Path(name) for option in options for name in values.get(f"--{option}", "").split(",") if name]
 
 
 def _from_configuration(config: Path) -> dict[str, str]:
-    given = configured(config)
-    if "net-file" not in given:
+    options_given = configured_options(config)
+    if "net-file" not in options_given:
         raise TrafficInputError(f"{config}: no net-file; name the net under <input>")
-    for option in sorted(INPUT_FILES & given.keys()):
-        for name in given[option].split(","):
-            _existing(Path(name))
-    return given
+    for option in sorted(INPUT_FILES & options_given.keys()):
+        for name in options_given[option].split(","):
+            _require_file(Path(name))
+    return options_given
 
 
-def _acceptable(options: dict[str, str]) -> dict[str, str]:
-    """Return the scenario's own options by full name; refuse those that a run has no use for."""
+def _checked_options(options: dict[str, str]) -> dict[str, str]:
+    """Return the scenario's options by full name; reject unsupported ones."""
     for option in options:
-        if left_out(option):
-            raise TrafficInputError(f"options.{option}: SUMO writes no files and waits for nobody here; take it out")
+        if is_rejected(option):
+            raise TrafficInputError(f"options.{option}: output and interactive options are not supported; remove it")
     return {full_name(option): value for option, value in options.items()}
 
 
 def clean_up() -> None:
-    """Remove what SUMO wrote out of the way; to be called once it is closed, as its process may be killed later."""
+    """Remove redirected output of SUMO. Call this after closing SUMO, since the process may be killed later."""
     if _scratch.cache_info().currsize:
         _scratch().cleanup()
         _scratch.cache_clear()
@@ -137,52 +136,52 @@ def clean_up() -> None:
 
 @functools.cache
 def _scratch() -> "tempfile.TemporaryDirectory[str]":
-    """Return a folder that is there until `clean_up`, or goes with the process."""
+    """Return a folder that exists until `clean_up` or the end of the process."""
     return tempfile.TemporaryDirectory(prefix="luxloop-")
 
 
-def _out_of_the_way() -> str:
-    """Return a prefix for file names that leads from any folder to a scratch folder.
+def _scratch_prefix() -> str:
+    """Return a prefix for file names that redirects any path to a scratch folder.
 
-    Detectors in additional files, and devices of vehicle types, name files of their own, which no option switches
-    off. SUMO sets its `output-prefix` between folder and name, so that as many steps up as it takes and a path from
-    the root down make any folder the scratch folder.
+    Detectors in additional files and devices of vehicle types name output files that no option disables. SUMO inserts
+    its `output-prefix` between folder and file name. A prefix of enough `../` to reach the root, followed by the path
+    of the scratch folder, therefore redirects any folder.
     """
     return f"{_UP_TO_THE_ROOT}{_scratch().name.lstrip('/')}/"
 
 
 def text_of(path: Path) -> str:
-    """Return what a file holds that may be compressed."""
+    """Return the text of a file, which may be compressed."""
     with _opened(path) as stream:
         return stream.read().decode(errors="replace")
 
 
 def _opened(path: Path) -> BinaryIO:
-    """Open a file as SUMO does, which tells compressed ones by how they begin."""
+    """Open a file as SUMO does, which detects compression by the first bytes."""
     with path.open("rb") as stream:
         compressed = stream.read(2) == b"\x1f\x8b"
     return cast(BinaryIO, gzip.open(path)) if compressed else path.open("rb")
 
 
 def _root(net: Path) -> ET.Element:
-    """Return the first element of a net, without its children."""
+    """Return the root element of a net, without its children."""
     with _opened(net) as stream:
         try:
             root: ET.Element = next(ET.iterparse(stream, events=("start",)))[1]
         except (ET.ParseError, gzip.BadGzipFile, EOFError) as error:
-            raise TrafficInputError(f"{net}: the net does not parse: {error}") from error
+            raise TrafficInputError(f"{net}: the net is not valid XML: {error}") from error
     return root
 
 
-def _named(folder: Path, option: str, name: str) -> Path:
-    """Return the path of a file that a scenario names; a complaint tells by which key it does."""
+def _resolved(folder: Path, option: str, name: str) -> Path:
+    """Return the path of a file named in a scenario; an error names the scenario key."""
     try:
-        return _existing(folder / name)
+        return _require_file(folder / name)
     except TrafficInputError as error:
         raise TrafficInputError(f'{SCENARIO_KEYS[option]} = "{name}": {error}') from error
 
 
-def _existing(path: Path) -> Path:
+def _require_file(path: Path) -> Path:
     if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
-        raise TrafficInputError(f"{path}: no such file; SUMO's files are sought beside the file that names them")
+        raise TrafficInputError(f"{path}: no such file; paths are relative to the file that contains them")
     return path

@@ -1,7 +1,7 @@
-"""A `.sumocfg`, read for its options: those that write files, open windows or wait for clients are left out.
+"""Options of a `.sumocfg`, without those that write files, open windows or wait for clients.
 
-SUMO itself is not given the configuration. Options that are set cannot be unset on its command line, so its outputs
-could at best be diverted, and would still cost their time in every step.
+SUMO does not get the configuration file. Its command line cannot unset options of a configuration, so outputs could
+only be redirected, and would still cost time in every step.
 """
 
 import os
@@ -33,7 +33,7 @@ _SYNONYMS = {
     "X": "xml-validation",
     "device.fcd-replay.file": "device.fcd-replay.files",
 }
-"""Other names of options that are ours to set, or that name files."""
+"""Full names by synonym, of options that are set here or that name files."""
 
 SCENARIO_KEYS = {
     "configuration-file": "config",
@@ -45,7 +45,7 @@ SCENARIO_KEYS = {
     "seed": "seed",
     "random": "seed",
 }
-"""Scenario keys by the SUMO option that they stand for, which is not to be set beside them."""
+"""Scenario keys by SUMO option; set the key instead of the option."""
 
 INPUT_FILES = frozenset(
     {
@@ -61,43 +61,43 @@ INPUT_FILES = frozenset(
         "pedestrian.jupedsim.wkt",
     }
 )
-"""Options that name files to read, relative to the configuration."""
+"""Options that name input files, relative to the configuration."""
 
-_WRITES = re.compile(
+_OUTPUT_OPTIONS = re.compile(
     r"""(.+-)? output (\..*)? | .+\.output | output-.+ | save-.+ | C | c | configuration | configuration-file
     | n?dump | dump-.+ | netstate (-.+)? (\..*)? | (person-)?fcd | summary | tripinfo | personinfo
     | personroutes | vehroutes (\..*)? | l | log | log-file | message-log | error-log | device\.(ssm|toc)\.file""",
     re.VERBOSE,
 )
-"""Options by which SUMO writes files, or that say how: by what they end on, or by their other names."""
+"""Options by which SUMO writes files, and their parameters, by name pattern."""
 
-_TALKS = re.compile(
+_INTERACTIVE_OPTIONS = re.compile(
     r"""print-options | help | version | V | duration-log\.statistics | remote-port | num-clients
     | gui-.+ | g | quit-on-end | Q | game (\..*)? | G | start | S | delay | d | breakpoints | B
     | edgedata-files | data-files | m | alternative-net-file | N | selection-file | demo | D | disable-textures | T
     | registry-viewport | window-.+ | tracker-interval | osg-.+""",
     re.VERBOSE,
 )
-"""Options by which SUMO talks on the terminal, waits for clients or sets up its window."""
+"""Options by which SUMO prints to the terminal, waits for clients or configures its window."""
 
 
 def full_name(option: str) -> str:
-    """Return the name under which an option is known here."""
+    """Return the full name of an option."""
     return _SYNONYMS.get(option, option)
 
 
-def left_out(option: str) -> bool:
-    """Whether an option makes SUMO write a file, talk or wait, or says how to."""
-    return bool(_WRITES.fullmatch(option) or _TALKS.fullmatch(option))
+def is_rejected(option: str) -> bool:
+    """Return True if an option belongs to output, printing, clients or windows."""
+    return bool(_OUTPUT_OPTIONS.fullmatch(option) or _INTERACTIVE_OPTIONS.fullmatch(option))
 
 
-def configured(config: Path) -> dict[str, str]:
-    """Return the options that a `.sumocfg` sets, by full name, paths made absolute.
+def configured_options(config: Path) -> dict[str, str]:
+    """Return the options of a `.sumocfg` by full name, with absolute paths.
 
     Raises
     ------
     TrafficInputError
-        It is not a SUMO configuration.
+        The file is not a SUMO configuration.
     """
     try:
         root = ET.parse(config).getroot()
@@ -107,12 +107,12 @@ def configured(config: Path) -> dict[str, str]:
     for entry in root.iter():
         value = entry.get("value", entry.get("v", (entry.text or "").strip()))
         option = full_name(entry.tag)
-        if value and not left_out(option):
-            options[option] = _beside(config, value) if option in INPUT_FILES else value
+        if value and not is_rejected(option):
+            options[option] = _resolved(config, value) if option in INPUT_FILES else value
     return options
 
 
-def _beside(config: Path, names: str) -> str:
-    """Resolve comma-separated file names from the configuration's folder."""
+def _resolved(config: Path, names: str) -> str:
+    """Resolve comma-separated file names relative to the configuration's folder."""
     expanded = (os.path.expandvars(name.strip()) for name in names.split(","))
     return ",".join(str(config.parent / name) for name in expanded if name)

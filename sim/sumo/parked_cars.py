@@ -1,4 +1,4 @@
-"""Cars that stand in parking spaces for the whole run, and are no part of SUMO's traffic."""
+"""Cars parked beside the road for the whole run, independent of SUMO's traffic."""
 
 import math
 
@@ -11,42 +11,44 @@ from sim.sumo.teleports import Point
 
 Pose = tuple[float, float, float]
 
-_STRIDE = 20.0
-"""[m] After so much of the ego's way all cars are looked at anew, in between only those that can be near."""
+_REFRESH_DISTANCE_M = 20.0
+"""[m] Distance of the ego after which the candidates near it are selected again from all parked cars."""
 
 
-class Standing:
+class ParkedCars:
     """The parked cars of a run.
 
     Parameters
     ----------
-    cast
-        Takes in whoever comes near.
+    roster
+        Registers cars that come near.
     cars
         All parked cars, by name.
     origin
-        (2,) of the world, in the net's coordinates [m].
+        (2,) origin of the world frame, in the net's coordinates [m].
     radius
-        Of what is near [m].
+        Range of nearby cars [m].
     """
 
-    def __init__(self, cast: Roster, cars: list[ParkedCar], origin: Floats, radius: float):
-        self._cast = cast
+    def __init__(self, roster: Roster, cars: list[ParkedCar], origin: Floats, radius: float):
+        self._roster = roster
         self._cars = cars
         self._radius = radius
         self._pose = np.array([car.pose for car in cars]).reshape(-1, 3) - (*origin, 0.0)
         self._centre = (math.inf, math.inf)
-        self._close: list[tuple[ParkedCar, Pose]] = []
+        self._candidates: list[tuple[ParkedCar, Pose]] = []
 
     def near(self, place: Point) -> list[tuple[Member, Pose]]:
-        """Return who stands near a place [m], with poses."""
-        if math.dist(place, self._centre) > _STRIDE:
+        """Return the parked cars near a position [m], with poses."""
+        if math.dist(place, self._centre) > _REFRESH_DISTANCE_M:
             self._centre = place
             distance = np.hypot(self._pose[:, 0] - place[0], self._pose[:, 1] - place[1])
-            rows = np.flatnonzero(distance <= self._radius + _STRIDE).tolist()
-            self._close = [(self._cars[row], tuple(self._pose[row].tolist())) for row in rows]
-        return [(self._member(car), pose) for car, pose in self._close if math.dist(pose[:2], place) <= self._radius]
+            rows = np.flatnonzero(distance <= self._radius + _REFRESH_DISTANCE_M).tolist()
+            self._candidates = [(self._cars[row], tuple(self._pose[row].tolist())) for row in rows]
+        return [
+            (self._member(car), pose) for car, pose in self._candidates if math.dist(pose[:2], place) <= self._radius
+        ]
 
     def _member(self, car: ParkedCar) -> Member:
         key = ("parked", car.name)
-        return self._cast.find(key) or self._cast.enter(key, car.kind, car.size, car.name)
+        return self._roster.find(key) or self._roster.add(key, car.kind, car.size, car.name)

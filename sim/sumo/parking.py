@@ -1,4 +1,4 @@
-"""Parked cars on SUMO's parking areas, which SUMO itself leaves empty until one of its vehicles stops there."""
+"""Parked cars on SUMO's parking areas, which are empty in SUMO until one of its vehicles stops there."""
 
 import math
 import re
@@ -16,19 +16,19 @@ from sim.world import Kind
 DEFAULT_CAR = (5.0, 1.8, 1.5)
 """[m] Length, width, height of a car of SUMO's default type."""
 SHORTEST, NARROWEST = 3.0, 1.4
-"""[m] Places that are smaller are not for cars, and stay empty."""
+"""[m] Smaller places are not for cars, and stay empty."""
 
 _PARKING_STREAM = 3
-"""Of the counter-based draws; the others are in `sim.reflectivity` and `sim.default_sizes`."""
-_SENT_TO = re.compile(r"""parkingArea\s*=\s*["']([^"']+)|<parkingAreaReroute\s[^>]*?id\s*=\s*["']([^"']+)""")
+"""Stream of `actor_rng`; others are in `sim.reflectivity` and `sim.default_sizes`."""
+_STOP_TARGET = re.compile(r"""parkingArea\s*=\s*["']([^"']+)|<parkingAreaReroute\s[^>]*?id\s*=\s*["']([^"']+)""")
 
 
 @dataclass(frozen=True, slots=True)
 class ParkedCar:
-    """A car that stands on a place for the whole run."""
+    """A car parked for the whole run."""
 
     name: str
-    """Of the parking area, and the place's number in it."""
+    """Name of the parking area, and number of the place in it."""
     pose: tuple[float, float, float]
     """Box centre x [m], y [m], yaw [rad], in the net's coordinates."""
     size: tuple[float, float, float]
@@ -37,10 +37,10 @@ class ParkedCar:
 
 
 def parked_cars(command: Sequence[str], lanes: Any, fill: float, seed: int) -> list[ParkedCar]:
-    """Return the cars that stand on a share of all places beside the road.
+    """Return the cars on a random share of all parking places beside the road.
 
-    Areas on the road stay empty, since SUMO's traffic would drive through the cars; so do those that a stop or a
-    rerouter sends vehicles to.
+    Areas on the road stay empty, since SUMO's traffic would drive through the cars. So do areas that are targets of a
+    stop or a rerouter.
 
     Parameters
     ----------
@@ -49,26 +49,26 @@ def parked_cars(command: Sequence[str], lanes: Any, fill: float, seed: int) -> l
     lanes
         libsumo's domain of lanes.
     fill
-        Share of the places that are taken, 0 to 1.
+        Share of occupied places, 0 to 1.
     seed
-        Of the run. Every place has a draw of its own, by its name.
+        Seed of the run. The draw of each place is keyed by its name.
     """
     if not fill:
         return []
     texts = [text_of(path) for path in input_files(command)]
     areas = [area for text in texts if "<parkingArea" in text for area in ET.fromstring(text).iter("parkingArea")]
-    busy = {name for text in texts for names in _SENT_TO.findall(text) for name in names}
+    busy = {name for text in texts for names in _STOP_TARGET.findall(text) for name in names}
     left_hand = is_left_hand(command)
     places = [place for area in areas if area.get("id") not in busy for place in places_of(area, lanes, left_hand)]
-    return [_car(place) for place in places if _takes_a_car(place) and _drawn(place, seed) < fill]
+    return [_car(place) for place in places if _fits_a_car(place) and _draw(place, seed) < fill]
 
 
-def _takes_a_car(place: Place) -> bool:
+def _fits_a_car(place: Place) -> bool:
     return place.length >= SHORTEST and place.width >= NARROWEST
 
 
-def _drawn(place: Place, seed: int) -> float:
-    """Draw a place's number, 0 to 1."""
+def _draw(place: Place, seed: int) -> float:
+    """Draw a place's random number, 0 to 1."""
     return float(actor_rng(seed, zlib.crc32(place.name.encode()), _PARKING_STREAM).random())
 
 

@@ -1,4 +1,4 @@
-"""The places of SUMO's parking areas: where SUMO 1.28 puts the vehicles that park; found by parking some."""
+"""Geometry of SUMO's parking areas: positions of parked vehicles in SUMO 1.28, determined by experiment."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -11,18 +11,18 @@ import numpy as np
 from sim.arrays import Floats
 
 _LANE_WIDTH = 3.2
-"""[m] SUMO's default, of places, too."""
+"""[m] SUMO's default of lanes and places."""
 _SPACE_LENGTH = 7.5
 """[m] SUMO's default."""
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where one vehicle can park."""
+    """Place for one vehicle."""
 
     name: str
     front: tuple[float, float]
-    """Middle of the front bumper of whoever parks [m]."""
+    """Middle of the front bumper of a parked vehicle [m]."""
     yaw: float
     """[rad]"""
     length: float
@@ -32,7 +32,7 @@ class Place:
 
 
 def places_of(area: ET.Element, lanes: Any, left_hand: bool) -> Iterator[Place]:
-    """Yield the places of a `<parkingArea>`: those along the road, then its `<space>`s."""
+    """Yield the places of a `<parkingArea>`: roadside places, then its `<space>`s."""
     if area.get("onRoad", "false") in ("true", "1", "yes", "on"):
         return
     name, capacity = area.get("id", ""), int(area.get("roadsideCapacity", "0"))
@@ -42,7 +42,7 @@ def places_of(area: ET.Element, lanes: Any, left_hand: bool) -> Iterator[Place]:
         side, step = _side(area, lanes, width, left_hand), _span(area, lanes) / capacity
         length = length or step
         for index in range(capacity):
-            front, yaw = _roadside(side, index, step, angle, width, length)
+            front, yaw = _roadside_pose(side, index, step, angle, width, length)
             yield Place(f"{name}.{index}", front, yaw, length, width)
     for index, space in enumerate(area.iter("space"), start=capacity):
         yield Place(
@@ -55,7 +55,7 @@ def places_of(area: ET.Element, lanes: Any, left_hand: bool) -> Iterator[Place]:
 
 
 def _limits(area: ET.Element, lanes: Any) -> tuple[float, float, float]:
-    """Return where an area begins and ends [m] along its lane's shape, and the lane's length."""
+    """Return the start and end of an area along its lane [m], and the lane's nominal length."""
     lane = area.get("lane", "")
     length = lanes.getLength(lane)
     ends = [float(area.get("startPos", 0.0)), float(area.get("endPos", length))]
@@ -64,13 +64,13 @@ def _limits(area: ET.Element, lanes: Any) -> tuple[float, float, float]:
 
 
 def _span(area: ET.Element, lanes: Any) -> float:
-    """Return an area's length along its lane's shape [m], which need not be as long as the lane is said to be."""
+    """Return an area's length along its lane's shape [m], which may differ from the lane's nominal length."""
     begin, end, length = _limits(area, lanes)
     return (end - begin) * float(_along(np.array(lanes.getShape(area.get("lane", ""))))[-1]) / length
 
 
 def _side(area: ET.Element, lanes: Any, width: float, left_hand: bool) -> Floats:
-    """Return the middle line (K, 2) [m] of the places along the road."""
+    """Return the centre line (K, 2) [m] of the roadside places."""
     lane = area.get("lane", "")
     shape = np.array(lanes.getShape(lane), dtype=np.float64)[:, :2]
     begin, end, length = _limits(area, lanes)
@@ -79,23 +79,23 @@ def _side(area: ET.Element, lanes: Any, width: float, left_hand: bool) -> Floats
     inner = shape[(along > begin) & (along < end)]
     line = np.vstack([_point(shape, begin), inner, _point(shape, end)])
     to_the_right = (lanes.getWidth(lane) + width) / 2
-    return _moved(line, -to_the_right if left_hand else to_the_right)
+    return _offset_line(line, -to_the_right if left_hand else to_the_right)
 
 
-def _moved(line: Floats, right: float) -> Floats:
-    """Move a line (K, 2) to its right by `right` [m], with mitred corners."""
+def _offset_line(line: Floats, right: float) -> Floats:
+    """Offset a line (K, 2) to its right by `right` [m], with mitred corners."""
     step = np.diff(line, axis=0)
     normal = np.column_stack([step[:, 1], -step[:, 0]]) / np.hypot(*step.T)[:, None]
     before, after = np.vstack([normal[:1], normal]), np.vstack([normal, normal[-1:]])
     mitre = (before + after) / (1.0 + np.sum(before * after, axis=1))[:, None]
-    moved: Floats = line + right * mitre
-    return moved
+    offset: Floats = line + right * mitre
+    return offset
 
 
-def _roadside(
+def _roadside_pose(
     side: Floats, index: int, step: float, angle_deg: float, width: float, length: float
 ) -> tuple[tuple[float, float], float]:
-    """Return the front (2,) [m] and the yaw [rad] of a vehicle on a place along the road."""
+    """Return the front (2,) [m] and the yaw [rad] of a vehicle on a roadside place."""
     first, last = _point(side, index * step), _point(side, (index + 1) * step)
     course = math.atan2(*(last - first)[::-1])
     yaw = course - math.radians(angle_deg)
@@ -103,7 +103,7 @@ def _roadside(
         return (float(last[0]), float(last[1])), yaw
     turn = math.fmod(angle_deg, 360.0)
     sine, cosine = math.sin(math.radians(turn)), math.cos(math.radians(turn))
-    # SUMO turns the places round a point that depends on the quadrant
+    # SUMO rotates the places about a point that depends on the quadrant
     ahead = (step + length * cosine) / 2
     left = width / 2 * (1 - cosine if 0 <= turn <= 90 or turn > 270 else 1 + cosine)
     left -= length * sine if 0 <= turn <= 180 else 0.0
@@ -113,11 +113,11 @@ def _roadside(
 
 
 def _along(line: Floats) -> Floats:
-    """Return how far along a line (K, 2) its points lie (K,) [m]."""
+    """Return the arc length at the points (K,) of a line (K, 2) [m]."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
 
 
 def _point(line: Floats, distance: float) -> Floats:
-    """Return the point (2,) of a line at a distance from its beginning [m], within its ends."""
+    """Return the point (2,) of a line at an arc length [m], limited to its ends."""
     along = _along(line)
     return np.array([np.interp(distance, along, line[:, axis]) for axis in (0, 1)])

@@ -1,4 +1,4 @@
-"""What SUMO's polygons and points of interest are to us: things along the road."""
+"""Static obstacles from SUMO's polygons and points of interest."""
 
 import re
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from sim.arrays import Floats
-from sim.obstacles import USUAL, Prism, StreetKind, build, obstacles
+from sim.obstacles import DEFAULTS, Prism, StreetKind, build, obstacles
 from sim.source import TrafficInputError
 from sim.world import Obstacles
 
@@ -26,32 +26,32 @@ KIND_BY_TYPE: dict[str, StreetKind] = {
     "traffic_sign": "traffic-sign",
     "bollard": "bollard",
 }
-"""By the words of a type, which are OpenStreetMap's values; of `barrier.guard_rail` the last one that is known."""
+"""Kind by a word of the type, which are OpenStreetMap's values; of `barrier.guard_rail` the last known word counts."""
 
 PARAMETERS = ("height", "base", "diameter", "reflectivity")
-"""What a shape may tell of itself; `sim.obstacles.build` says what each means."""
+"""Parameters of a shape, see `sim.obstacles.build`."""
 
 STOREY = 3.0
-"""[m] Of buildings that tell `building:levels` but no height, as OpenStreetMap's do."""
+"""[m] Storey height of buildings with `building:levels` but without height, as in OpenStreetMap."""
 
 _METRES = re.compile(r"\s*([-+.\d]+(?:e[-+]?\d+)?)\s*m?\s*", re.IGNORECASE)
-"""A number, with OpenStreetMap's unit or without."""
+"""A number with or without OpenStreetMap's unit."""
 
 
 def static_obstacles(polygon: Any, poi: Any, building_height: float) -> Obstacles:
-    """Return what stands along the road among the loaded shapes.
+    """Return the static obstacles among the loaded shapes.
 
     Parameters
     ----------
     polygon, poi
         libsumo's domains of polygons and of points of interest.
     building_height
-        Of buildings that do not tell theirs [m].
+        Default height of buildings [m].
 
     Raises
     ------
     TrafficInputError
-        A shape has too few points, or a parameter that is no number or impossible.
+        A shape has too few points, or an invalid parameter.
     """
     prisms: list[Prism] = []
     for name in sorted(polygon.getIDList()):
@@ -62,32 +62,32 @@ def static_obstacles(polygon: Any, poi: Any, building_height: float) -> Obstacle
 
 
 def _of_polygon(polygon: Any, name: str, building_height: float) -> list[Prism]:
-    """Take a polygon for the course of a wall, or for the outline of a building, a pole or whatever has a height."""
+    """Convert a polygon: the course of a wall, or the outline of a building, a pole or any shape with a height."""
     label, points = f'polygon "{name}"', np.array(polygon.getShape(name))[:, :2]
     sizes = _sizes(label, polygon, name)
     kind = _kind(polygon.getType(name)) or ("building" if "height" in sizes else None)
-    if kind is None or np.all(points == points[0]):  # flat, or what the edge of an extract left of an outline
+    if kind is None or np.all(points == points[0]):  # flat, or degenerate at the edge of a map extract
         return []
-    if USUAL[kind].form != "line":
+    if DEFAULTS[kind].form != "line":
         if kind == "building" and (levels := polygon.getParameter(name, "building:levels")):
             building_height = STOREY * _number(label, "building:levels", levels)
-        sizes.setdefault("height", building_height if kind == "building" else USUAL[kind].height)
-        kind, points = "building", _opened(points)
+        sizes.setdefault("height", building_height if kind == "building" else DEFAULTS[kind].height)
+        kind, points = "building", _without_closing_corner(points)
     return _build(label, kind, points, sizes)
 
 
 def _of_point(poi: Any, name: str) -> list[Prism]:
-    """Take a point of interest for a pole or the like."""
+    """Convert a point of interest to a pole or a similar obstacle."""
     label, points = f'point of interest "{name}"', np.array([poi.getPosition(name)[:2]])
     sizes = _sizes(label, poi, name)
     kind = _kind(poi.getType(name))
-    if kind is None or USUAL[kind].form != "places":
+    if kind is None or DEFAULTS[kind].form != "places":
         kind = "pole" if "height" in sizes else None
     return _build(label, kind, points, sizes) if kind else []
 
 
 def _kind(type_name: str) -> StreetKind | None:
-    """Return the kind that a shape's type names, None if none."""
+    """Return the kind for a shape's type, None if unknown."""
     words = type_name.replace("-", "_").split(".")
     known = [KIND_BY_TYPE[word] for word in words if word in KIND_BY_TYPE]
     if known:
@@ -95,13 +95,13 @@ def _kind(type_name: str) -> StreetKind | None:
     return "building" if type_name.startswith("building") else None
 
 
-def _opened(points: Floats) -> Floats:
-    """Leave out the corner that closes an outline, where there is one."""
+def _without_closing_corner(points: Floats) -> Floats:
+    """Remove the last corner of an outline if it repeats the first."""
     return points[:-1] if len(points) > 2 and np.array_equal(points[0], points[-1]) else points
 
 
 def _sizes(label: str, shapes: Any, name: str) -> dict[str, float]:
-    """Return those of `PARAMETERS` that a shape tells."""
+    """Return the `PARAMETERS` that a shape has."""
     texts = {key: shapes.getParameter(name, key) for key in PARAMETERS}
     return {key: _number(label, key, text) for key, text in texts.items() if text}
 

@@ -1,4 +1,4 @@
-"""What a scenario says of SUMO traffic."""
+"""Configuration of SUMO traffic."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -14,64 +14,65 @@ class SumoTraffic:
 
     kind: Literal["sumo"] = "sumo"
     config: str = ""
-    """A `.sumocfg`; then `net`, `routes` and `additional` stay out."""
+    """A `.sumocfg`; omit `net`, `routes` and `additional` then."""
     net: str = ""
     """A `.net.xml`."""
     routes: list[str] = field(default_factory=list)
     """Route files: vehicle types, routes, flows, vehicles, persons."""
     additional: list[str] = field(default_factory=list)
-    """Additional files. Shapes in them block beams: polygons of a type `building`, `wall`, `barrier`, `fence` or
-    `guard_rail`, points of interest of a type `pole`, `street_lamp`, `tree`, `traffic_sign` or `bollard`, and whatever
-    has a parameter `height` [m]. Further parameters: `base` and `diameter` [m], `reflectivity`."""
+    """Additional files. Shapes in them block beams: polygons of the types `building`, `wall`, `barrier`, `fence` or
+    `guard_rail`, points of interest of the types `pole`, `street_lamp`, `tree`, `traffic_sign` or `bollard`, and any
+    shape with a parameter `height` [m]. Further parameters: `base` and `diameter` [m], `reflectivity`."""
     ego: str = "first"
-    """`vehicle:<id>`, `route:<id>` (the first vehicle that enters on it), or `first` that enters at all."""
+    """`vehicle:<id>`, `route:<id>` (the first vehicle that enters on it), or `first` (the first vehicle that
+    enters)."""
     dt_s: float = 0.08
     """[s] SUMO's step, whole milliseconds, and the time between frames; the rig turns at 12.5 Hz."""
     begin_s: float | None = None
-    """[s] on SUMO's clock, when the simulation begins: whoever departs earlier never does. Left out, it is the
-    configuration's own begin, else 0."""
+    """[s] Start of the simulation on SUMO's clock; vehicles with an earlier departure do not enter. Default: the begin
+    of the configuration, else 0."""
     max_wait_s: float = 300.0
-    """[s] simulated time to wait for the ego, and for `min_vehicles` around it."""
+    """[s] Simulated time to wait for the ego, and for `min_vehicles` around it."""
     min_vehicles: int = 0
-    """Frames begin when the ego is in, and so many other vehicles are in range of its sensors."""
+    """Frames begin when the ego is in the net with at least this number of other vehicles in sensor range."""
     parking_fill: float = 0.0
-    """Share of the places of parking areas that are taken by standing cars, 0 to 1."""
+    """Share of the places of parking areas that are occupied by parked cars, 0 to 1."""
     building_height_m: float = 10.0
-    """[m] Height of polygons that do not tell their own."""
+    """[m] Height of polygons without a height of their own."""
     redraw_default_sizes: bool = True
-    """Whether vehicles and people of exactly SUMO's default size are drawn anew within their class, by the seed: no
-    longer and no wider, the front bumper where SUMO has it. Types with a size of their own, and the ego, stay."""
+    """Replace vehicles and people of exactly SUMO's default size by random sizes of their class, drawn by the seed: no
+    longer and no wider, with the same front bumper. Types with an explicit size, and the ego, keep theirs."""
     ego_control: bool = False
-    """Whether the ego obeys commands: it keeps the last commanded speed and lane whatever is in its way, red lights and
-    other vehicles included, and hits them; its accelerations stay within its type's. Until its first speed SUMO drives
-    it, from frame 0 on in its lane. Needs `physical.lookahead_s = 0`."""
+    """Let commands control the ego: it keeps the last commanded speed and lane regardless of red lights and other
+    vehicles, and may collide with them; its accelerations stay within its type's limits. It keeps its lane from frame 0
+    on; SUMO controls its speed until the first speed command. Needs `physical.lookahead_s = 0`."""
     physical: PhysicalConfig = field(default_factory=PhysicalConfig)
-    """How SUMO's poses become motions."""
+    """Physical truth layer, which converts SUMO's poses to feasible motions."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the motion modes."""
     options: dict[str, str] = field(default_factory=dict)
-    """Further SUMO options by long name, as `lateral-resolution = "0.8"`, with which SUMO changes lanes gradually."""
+    """Further SUMO options by long name, such as `lateral-resolution = "0.8"`, which makes lane changes gradual."""
 
     def __post_init__(self) -> None:
         if bool(self.config) == bool(self.net and self.routes):
-            raise ValueError("name either config (a .sumocfg), or both net and routes")
+            raise ValueError("set either config (a .sumocfg), or both net and routes")
         if self.config and self.additional:
-            raise ValueError("additional goes with net and routes; with config, list the files in the .sumocfg")
+            raise ValueError("additional requires net and routes; with config, list the files in the .sumocfg")
         selector, _, wanted = self.ego.partition(":")
         if self.ego != "first" and not (selector in ("vehicle", "route") and wanted):
             raise ValueError(f'ego = "{self.ego}": write "vehicle:<id>", "route:<id>" or "first"')
         if not (self.dt_s > 0 and self.max_wait_s > 0 and self.building_height_m > 0):
             raise ValueError("dt_s, max_wait_s and building_height_m must be positive")
         if round(self.dt_s, 3) != self.dt_s:
-            raise ValueError(f"dt_s = {self.dt_s}: SUMO steps whole milliseconds; write no more than three decimals")
+            raise ValueError(f"dt_s = {self.dt_s}: SUMO steps are whole milliseconds; use at most three decimals")
         if self.min_vehicles < 0 or (self.begin_s is not None and not self.begin_s >= 0):
             raise ValueError("min_vehicles and begin_s must not be negative")
         if not 0 <= self.parking_fill <= 1:
             raise ValueError(f"parking_fill = {self.parking_fill}: write a share from 0 to 1")
         if self.ego_control and self.physical.lookahead_s > 0:
             raise ValueError(
-                "physical.lookahead_s must be 0 with ego_control = true: no command reaches a simulator that is ahead"
+                "physical.lookahead_s must be 0 with ego_control = true: commands cannot reach a simulator ahead"
             )
         for option in self.options:
             if key := SCENARIO_KEYS.get(full_name(option)):
-                raise ValueError(f"options.{option}: set {key} in its place")
+                raise ValueError(f"options.{option}: set the key {key} instead")

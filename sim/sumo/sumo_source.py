@@ -1,4 +1,4 @@
-"""Traffic by SUMO, run in this process through libsumo. The only file that imports it."""
+"""Traffic by SUMO, run in this process through libsumo. Only this file imports it."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,14 +22,14 @@ from sim.world import Obstacles, WorldFrame
 
 
 class SumoSource:
-    """One SUMO simulation, centred on an ego vehicle.
+    """A SUMO simulation, centred on an ego vehicle.
 
     libsumo holds one simulation per process: `close` one source before `reset` of another.
 
     Parameters
     ----------
     config
-        What to simulate.
+        Traffic to simulate.
     folder
         Folder of the scenario file.
     range_m
@@ -67,23 +67,23 @@ class SumoSource:
             raise
 
     def step(self) -> WorldFrame:
-        """Advance SUMO until the next frame is settled. See `TrafficSource.step`."""
+        """Advance SUMO until the next frame is final. See `TrafficSource.step`."""
         if self._sumo is None:
-            raise SimulatorFailedError("SUMO is not running: reset comes before step")
+            raise SimulatorFailedError("SUMO is not running: call reset before step")
         if (settled := self._layer.next(self._advance)) is None:
             raise TrafficEndedError(self._end)
-        return self._delivery.frame(*settled)
+        return self._frame_builder.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:
         """Command the ego's speed and lane. See `TrafficSource.apply`."""
         if self._control is None:
-            raise TrafficInputError("this ego takes no commands: set traffic.ego_control = true, and reset comes first")
+            raise TrafficInputError("this ego takes no commands: set traffic.ego_control = true and call reset first")
         if not self._end:
             with self._in_mid_run():
                 self._control.apply(command)
 
     def close(self) -> None:
-        """End the simulation, if there is one."""
+        """End the simulation if it is running."""
         if self._sumo is not None:
             self._sumo.close()
             self._sumo = SumoSource._running = None
@@ -100,60 +100,60 @@ class SumoSource:
                 "route-files": config.routes,
                 "additional-files": config.additional,
             }
-        # SUMO would take an ego that hits somebody off the road
+        # by default SUMO removes an ego that collides
         options = {"collision.action": "warn"} if config.ego_control else {}
         return sumo_command(self._folder, files, self.dt, seed, options | config.options, config.begin_s)
 
     def _set_up(self, command: list[str], seed: int) -> Obstacles:
-        """Run SUMO until frames can begin, take in the first one and return the obstacles."""
+        """Run SUMO until the first frame, push it and return the obstacles."""
         sumo, config = self._sumo, self._config
         obstacles = static_obstacles(sumo.polygon, sumo.poi, config.building_height_m)
         parked = parked_cars(command, sumo.lane, config.parking_fill, seed)
         until = sumo.simulation.getTime() + config.max_wait_s
         self._ego = await_ego(sumo, config.ego, until)
-        cast = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
-        self._reader = SumoReader(sumo, self._ego, cast, parked, self._range, self.dt)
+        roster = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
+        self._reader = SumoReader(sumo, self._ego, roster, parked, self._range, self.dt)
         self._await_vehicles(until)
         self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
-        self._delivery = FrameBuilder(self.dt, self._range, config.modes)
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes)
         self._pushed, self._end = 0, ""
-        self._take_in()
+        self._push_frame()
         return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin)
 
     def _await_vehicles(self, until: float) -> None:
         """Step SUMO until enough vehicles are around the ego."""
-        wanted, simulation, most = self._config.min_vehicles, self._sumo.simulation, 0
+        wanted, simulation, count_max = self._config.min_vehicles, self._sumo.simulation, 0
         while (count := self._reader.vehicles_in_range()) < wanted:
-            most = max(most, count)
+            count_max = max(count_max, count)
             if simulation.getTime() >= until or self._ego in simulation.getArrivedIDList():
                 raise TrafficInputError(
-                    f'min_vehicles = {wanted}: ego "{self._ego}" had at most {most} around it until '
+                    f'min_vehicles = {wanted}: ego "{self._ego}" had at most {count_max} around it until '
                     f"{simulation.getTime():.0f} s on SUMO's clock; lower it, or raise max_wait_s"
                 )
             self._sumo.simulationStep()
 
     def _advance(self) -> None:
-        """Step SUMO once and take in what it says."""
+        """Step SUMO once and push the frame."""
         with self._in_mid_run():
             self._sumo.simulationStep()
-            self._take_in()
+            self._push_frame()
 
-    def _take_in(self) -> None:
-        """Give the present frame to the physical layer, or note that there are no more."""
+    def _push_frame(self) -> None:
+        """Push the present frame to the physical layer, or end the run if the ego is gone."""
         raw = self._reader.read()
         if raw is not None:
             self._layer.push(raw)
             self._pushed += 1
             self._time = self._sumo.simulation.getTime()
         else:
-            self._end = f'ego "{self._ego}" left the net at {self._pushed * self.dt:.2f} s: {self._reader.fate}'
+            self._end = f'ego "{self._ego}" left the net at {self._pushed * self.dt:.2f} s: {self._reader.end_reason}'
             self._layer.end()
 
     @contextmanager
     def _in_mid_run(self) -> Iterator[None]:
-        """Take errors for the simulator's failure."""
+        """Convert SUMO's errors to simulator failures."""
         try:
             yield
         except (self._sumo.TraCIException, self._sumo.FatalTraCIError) as error:
@@ -161,11 +161,11 @@ class SumoSource:
 
 
 def _start(sumo: Any, command: list[str]) -> None:
-    """Start SUMO without a word on the terminal; what it would say of bad input becomes the error."""
-    with captured_stderr() as said:
+    """Start SUMO without output on the terminal; its messages about bad input become the error."""
+    with captured_stderr() as captured:
         try:
             sumo.start(command)
         except (sumo.TraCIException, sumo.FatalTraCIError) as error:
-            said.seek(0)
-            complaint = said.read().decode(errors="replace") or str(error)
-            raise TrafficInputError(f"SUMO: {one_line(complaint, command)}") from error
+            captured.seek(0)
+            message = captured.read().decode(errors="replace") or str(error)
+            raise TrafficInputError(f"SUMO: {one_line(message, command)}") from error

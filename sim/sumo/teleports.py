@@ -1,7 +1,7 @@
-"""Lives of SUMO's road users: whoever SUMO puts elsewhere, rather than letting it drive there, goes on as a new member.
+"""New members for road users that SUMO moves discontinuously.
 
-So nobody streaks across the map, or slides sideways into a parking space. A step to the next lane is no new life: the
-physical layer makes a lane change of it.
+A road user that teleports or is moved into a parking space continues as a new member, so that no member jumps across
+the map. A step to the next lane is not a teleport: the physical layer turns it into a lane change.
 """
 
 import math
@@ -11,88 +11,89 @@ from typing import Any
 from sim.roster import Member, Roster
 from sim.world import Kind
 
-LEAP = 6.0
-"""[m] Farther than this beyond what its speed allows, nobody changes lanes in one step."""
-PARKING_LEAP = 0.5
-"""[m] The same for the middle of who starts or ends parking."""
+TELEPORT_DISTANCE = 6.0
+"""[m] A step that exceeds the distance by speed by more than this is not a lane change."""
+PARKING_DISTANCE = 0.5
+"""[m] The same limit for the centre of a vehicle that starts or ends parking."""
 PARKING_SPEED = 1.0
-"""[m/s] Whoever is faster has left its parking space."""
+"""[m/s] A faster vehicle has left its parking space."""
 
 Body = tuple[Kind, tuple[float, float, float]]
 Point = tuple[float, float]
 
 
 class MemberNames:
-    """Vehicles, or persons: which member a name of SUMO's stands for at present.
+    """Current members by SUMO name, either of vehicles or of persons.
 
     Parameters
     ----------
-    cast
-        Takes in the members.
+    roster
+        Registers the members.
     label
-        Tells these names from the other domain's.
+        Distinguishes these names from those of the other kind.
     body
-        Returns kind and size [m] of a name; asked once.
+        Returns kind and size [m] of a name; called once per name.
     """
 
-    def __init__(self, cast: Roster, label: str, body: Callable[[str], Body]):
-        self._cast = cast
+    def __init__(self, roster: Roster, label: str, body: Callable[[str], Body]):
+        self._roster = roster
         self._label = label
         self._body = body
         self._members: dict[str, Member] = {}
-        self._lives: dict[str, int] = {}
-        self._before: dict[str, tuple[Point, Point]] = {}
-        self._now: dict[str, tuple[Point, Point]] = {}
+        self._generations: dict[str, int] = {}
+        self._previous: dict[str, tuple[Point, Point]] = {}
+        self._current: dict[str, tuple[Point, Point]] = {}
 
     def knows(self, name: str) -> bool:
-        """Whether anybody has lived under the name."""
+        """Return True if the name has a member."""
         return name in self._members
 
     def member(self, name: str) -> Member:
-        """Return who lives under the name, cast if need be."""
+        """Return the current member of the name; add one if necessary."""
         member = self._members.get(name)
         if member is None:
             kind, size = self._body(name)
-            member = self._members[name] = self._cast.enter((self._label, name), kind, size, name)
+            member = self._members[name] = self._roster.add((self._label, name), kind, size, name)
         return member
 
-    def renew(self, name: str) -> None:
-        """Begin another life of the same body under the name."""
-        past, life = self._members[name], self._lives.get(name, 1) + 1
-        key, label = (self._label, name, life), f"{name}#{life}"
-        self._members[name] = self._cast.enter(key, past.kind, past.size, label, past.reflectivity)
-        self._lives[name] = life
-        self._now.pop(name, None)  # it did not come from there
+    def start_new_member(self, name: str) -> None:
+        """Continue the same body under the name as a new member."""
+        previous, generation = self._members[name], self._generations.get(name, 1) + 1
+        key, label = (self._label, name, generation), f"{name}#{generation}"
+        self._members[name] = self._roster.add(key, previous.kind, previous.size, label, previous.reflectivity)
+        self._generations[name] = generation
+        self._current.pop(name, None)  # the new member has no previous position
 
     def next_frame(self) -> None:
-        """Begin a frame: what was seen since the last call is how things were."""
-        self._before, self._now = self._now, {}
+        """Begin a frame: the positions since the last call become the previous ones."""
+        self._previous, self._current = self._current, {}
 
-    def seen(self, name: str, front: Point, centre: Point, way: float, parks: bool) -> Member:
-        """Return who is there in this frame: the member of the frame before, or its next life if it was put there.
+    def observe(self, name: str, front: Point, centre: Point, travelled: float, parking: bool) -> Member:
+        """Return the member in this frame: a new one if SUMO moved the road user discontinuously.
 
         Parameters
         ----------
         name
-            SUMO's.
+            SUMO's name.
         front, centre
-            Of its bumper, which SUMO drives, and of its box, which also moves when the body is turned into a space [m].
-        way
-            How far its speed takes it in a frame [m].
-        parks
-            Whether it starts or ends parking.
+            Front bumper, whose motion SUMO simulates, and box centre [m]. Turning into a parking space moves the
+            centre.
+        travelled
+            Distance covered in a frame at its speed [m].
+        parking
+            It starts or ends parking.
         """
-        before = self._before.get(name)
+        before = self._previous.get(name)
         if before is not None:
-            moved = math.dist(centre, before[1]) if parks else math.dist(front, before[0])
-            if moved > way + (PARKING_LEAP if parks else LEAP):
-                self.renew(name)
-        self._now[name] = front, centre
+            moved = math.dist(centre, before[1]) if parking else math.dist(front, before[0])
+            if moved > travelled + (PARKING_DISTANCE if parking else TELEPORT_DISTANCE):
+                self.start_new_member(name)
+        self._current[name] = front, centre
         return self._members[name]
 
 
-class Parking:
-    """Follows who starts or ends parking. SUMO says so up to a step before it moves them.
+class ParkingManoeuvres:
+    """Tracker of vehicles that start or end parking. SUMO announces this up to a step before it moves them.
 
     Parameters
     ----------
@@ -105,15 +106,15 @@ class Parking:
         self._names: set[str] = set()
 
     def names(self, speeds: Callable[[str], float | None]) -> list[str]:
-        """Return who may be put into a space or out of it in this step.
+        """Return the vehicles that may be moved into or out of a parking space in this step.
 
         Parameters
         ----------
         speeds
-            Returns the speed [m/s] of a vehicle that is near, None of others.
+            Returns the speed [m/s] of a nearby vehicle, None for others.
         """
-        said = self._simulation
-        self._names.update(said.getParkingStartingVehiclesIDList(), said.getParkingEndingVehiclesIDList())
+        simulation = self._simulation
+        self._names.update(simulation.getParkingStartingVehiclesIDList(), simulation.getParkingEndingVehiclesIDList())
         known = {name: speeds(name) for name in self._names}
         self._names = {name for name, speed in known.items() if speed is not None and speed < PARKING_SPEED}
         return sorted(self._names)

@@ -1,4 +1,4 @@
-"""What SUMO's shapes of vehicles are to us: kinds of road users."""
+"""Kinds of road users by SUMO's vehicle shapes."""
 
 from sim.world import Kind
 
@@ -23,7 +23,7 @@ KIND_BY_SHAPE = {
     "ship": Kind.OBSTACLE,
     "aircraft": Kind.OBSTACLE,
 }
-"""By SUMO's guiShape, or its part before the slash; whatever is not listed (taxi, police, unknown) is a car."""
+"""By SUMO's guiShape, or its part before the slash; other shapes (taxi, police, unknown) are cars."""
 
 SUV_HEIGHT = 1.55
 """[m] SUMO has no SUV shape: a passenger car at least this high is one."""

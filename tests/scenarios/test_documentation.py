@@ -14,6 +14,7 @@ import pytest
 import tomli_w
 import typer
 from support import short_run
+from support.paths import ROOT
 
 from scenarios.cli import app, main
 from scenarios.control import safety
@@ -35,7 +36,6 @@ from scenarios.run import run_folder
 from sensor_model.truth import View
 from tracker.records import MODELS
 
-ROOT = Path(__file__).parents[2]
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
 INDEX, FIRST_STEPS, TOUR, COMMANDS = (

@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.paths import ROOT
 
 from scenarios.cli import app
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 
-ROOT = Path(__file__).parents[2]
 PAGE, WORKFLOW = ROOT / "docs" / "regression-tests.md", ROOT / ".github" / "workflows" / "ci.yml"
 TEXT = PAGE.read_text(encoding="utf-8")
 (GIVEN,) = re.findall(r"^```yaml\n(.*?)^```", TEXT, flags=re.DOTALL | re.MULTILINE)

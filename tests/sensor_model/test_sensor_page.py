@@ -4,16 +4,15 @@ import dataclasses
 import importlib
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
+from support.paths import DOCS
 
 from sensor_model import truth
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.rig.rig import SHIPPED, load_unit
 from sensor_model.sensor_config import SensorConfig
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "sensor.md").read_text(encoding="utf-8")
 ABLATION = (DOCS / "ablation.md").read_text(encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""Articulated trucks: where they bend, their bodies bent, and what the sensor makes of them."""
+"""Articulated trucks: geometry, bodies at an articulation angle, and sensor output."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ from sim.world import Kind
 
 LENGTH, WIDTH, HEIGHT = 16.5, 2.55, 4.0
 KINGPIN = LENGTH / 2 - 4.5
-"""In the body's frame, from the measures of a usual combination [m]."""
+"""In the body frame, from the dimensions of a common combination [m]."""
 angles = st.floats(-1.7, 1.7)
 seeds = st.none() | st.integers(0, 2**32)
 
@@ -31,12 +31,12 @@ def lorry(articulation, x=0.0, y=0.0, yaw=0.0, **more):
     return Thing(x, y, yaw, Kind.TRAILER_TRUCK, articulation=articulation, **more)
 
 
-def place(*things, plain=False, seed=None):
-    return BodyFactory(mirrors=True, plain=plain, glass=Glass(), seed=seed).place(world(*things))
+def place(*bodies, plain=False, seed=None):
+    return BodyFactory(mirrors=True, plain=plain, glass=Glass(), seed=seed).place(world(*bodies))
 
 
 def swung(points, angle, kingpin=KINGPIN):
-    """Points (N, 2 or more) turned about a kingpin, by complex numbers."""
+    """Return points (N, 2 or more) rotated about a kingpin, by complex numbers."""
     plan = (points[:, 0] + 1j * points[:, 1] - kingpin) * np.exp(1j * angle) + kingpin
     return np.column_stack([plan.real, plan.imag, points[:, 2:]])
 
@@ -45,10 +45,10 @@ def plan(piece):
     return shapely.convex_hull(shapely.multipoints(corners(piece.planes)[:, :2]))
 
 
-# ---- where they bend
+# ---- geometry
 
 
-def test_the_usual_combination_has_the_measures_of_the_directive():
+def test_the_common_combination_has_the_dimensions_of_the_directive():
     """96/53/EC, annex I: 16.50 m, 12.00 m from kingpin to rear, 2.04 m to the front's corners, and a swept ring from
     5.30 to 12.50 m, which a trailer's wheelbase of up to sqrt((12.5 - 2.04)^2 - (5.3 + W / 2)^2) fits."""
     ((trailer_front,), (kingpin,), (drive_axle,), (trailer_axles,)) = hitch(np.array([LENGTH]))
@@ -60,7 +60,7 @@ def test_the_usual_combination_has_the_measures_of_the_directive():
     assert 0.3 < drive_axle - kingpin < 0.9
 
 
-def test_tractors_are_alike_and_toys_are_scaled():
+def test_tractors_are_equal_and_short_vehicles_are_scaled():
     lengths = np.array([13.5, 16.5, 19.0, 6.75, 38.0])
     places = np.array(hitch(lengths))
     assert Hitch._fields[:3] == ("trailer_front", "kingpin", "drive_axle")
@@ -71,8 +71,8 @@ def test_tractors_are_alike_and_toys_are_scaled():
 
 @given(length=st.floats(6.0, 25.0), seed=seeds)
 @settings(deadline=None, max_examples=30)
-def test_bodies_have_their_wheels_where_they_roll(length, seed):
-    """Fails when the sensor draws axles elsewhere than motion has them: wheels would be seen to skid."""
+def test_wheels_are_at_the_axles_of_the_motion(length, seed):
+    """Fails if the sensor's axles differ from those of the motion: wheels would slip sideways."""
     size = (length, WIDTH, HEIGHT)
     wheels = [p for p in pieces(place(lorry(0.0, size=size), seed=seed), 0) if p.part[0] == Part.WHEEL]
     behind = {flag: [] for flag in (True, False)}
@@ -87,14 +87,14 @@ def test_bodies_have_their_wheels_where_they_roll(length, seed):
     assert np.mean(behind[False]) == pytest.approx(trailer_axles, abs=0.16 * scale)
 
 
-# ---- bent bodies
+# ---- bodies at an articulation angle
 
 
 @pytest.mark.parametrize("plain", [False, True])
 @given(angle=angles, seed=seeds, length=st.sampled_from([16.5, 8.0]))
 @settings(deadline=None, max_examples=20)
-def test_the_tractor_turns_about_the_kingpin_and_the_trailer_stays(plain, angle, seed, length):
-    """Corners by computational geometry. Fails for a sign, a pivot elsewhere, or bounds that lose a part."""
+def test_the_tractor_rotates_about_the_kingpin_and_the_trailer_stays(plain, angle, seed, length):
+    """Compares corners by computational geometry: detects wrong signs, pivots and bounds."""
     size = (length, WIDTH, HEIGHT)
     straight = pieces(place(lorry(0.0, size=size), plain=plain, seed=seed), 0)
     bodies = place(lorry(angle, size=size), plain=plain, seed=seed)
@@ -125,7 +125,7 @@ def test_the_tractor_is_its_cab_wheels_mirrors_and_frame():
 
 @given(angle=angles, seed=seeds)
 @settings(deadline=None, max_examples=40)
-def test_a_bent_truck_is_one_thing_and_its_cab_clears_the_trailer(angle, seed):
+def test_an_articulated_truck_is_connected_and_its_cab_clears_the_trailer(angle, seed):
     solids = pieces(place(lorry(angle), seed=seed), 0)
     upper = [solid for solid in solids if corners(solid.planes)[:, 2].max() > 2.0]
     cab = shapely.union_all([plan(solid) for solid in upper if solid.tractor and solid.part[0] != Part.MIRROR])
@@ -136,10 +136,10 @@ def test_a_bent_truck_is_one_thing_and_its_cab_clears_the_trailer(angle, seed):
     assert plan(frames[0]).intersection(plan(frames[1])).area > 0.5
 
 
-def test_straight_bodies_are_as_if_nobody_could_bend():
-    """Fails when a bend of somebody else, or one of zero, moves anything by a bit."""
-    things = [Thing(0, 0), lorry(0.0, x=30.0), Thing(9, 9, kind=Kind.BUS, articulation=0.4)]
-    alone, beside = place(*things), place(*things, lorry(0.3, x=60.0))
+def test_straight_bodies_are_unaffected_by_articulation():
+    """Fails if another body's articulation, or an angle of zero, changes a bit."""
+    bodies = [Thing(0, 0), lorry(0.0, x=30.0), Thing(9, 9, kind=Kind.BUS, articulation=0.4)]
+    alone, beside = place(*bodies), place(*bodies, lorry(0.3, x=60.0))
     assert alone.planes is not beside.planes
     for name in ("bounds", "solid_bounds", "planes", "plane_turn"):
         one, two = getattr(alone, name), getattr(beside, name)
@@ -152,12 +152,12 @@ def test_straight_bodies_are_as_if_nobody_could_bend():
         np.testing.assert_array_equal(getattr(before, name), getattr(again, name), strict=True, err_msg=name)
 
 
-# ---- cast
+# ---- ray casting
 
 
 @pytest.mark.parametrize("angle", [-1.2, -0.4, 0.1, 0.8, 1.5])
-def test_embree_agrees_on_bent_trucks_as_turned_meshes(angle):
-    """Meshes of straight trucks whose tractors trimesh turns: nothing of the caster's own bending is in them."""
+def test_embree_agrees_on_articulated_trucks(angle):
+    """The meshes are straight trucks whose tractors trimesh rotates, independent of the caster."""
     import trimesh
 
     elevation_deg = tuple(np.linspace(-8.0, 6.0, 24).tolist())
@@ -189,10 +189,10 @@ def test_embree_agrees_on_bent_trucks_as_turned_meshes(angle):
 # ---- truth
 
 
-def test_faces_of_a_cab_turned_away_are_its_own():
+def test_faces_of_a_rotated_cab_are_labelled_in_the_cab_s_frame():
     """From behind, with the tractor turned to the left by a right angle, the cab's left side shows beside the trailer.
 
-    Fails when faces are told by how they look in the trailer's frame: the cab's side would be none of its faces.
+    Fails if faces are labelled by their direction in the trailer's frame: the cab's side would not be a face.
     """
     _, straight = scan(lorry(0.0, 20.0), noise=EXACT)
     _, bent = scan(lorry(np.pi / 2, 20.0), noise=EXACT)
@@ -201,8 +201,8 @@ def test_faces_of_a_cab_turned_away_are_its_own():
 
 
 @pytest.mark.parametrize("noise", [EXACT, PLAIN], ids=["body", "box"])
-def test_points_on_the_side_of_a_turned_cab_are_on_the_outline(noise):
-    """Turned to the right by 0.35 rad, the cab's left side lies well inside the trailer's rectangle."""
+def test_points_on_the_side_of_a_rotated_cab_are_on_the_outline(noise):
+    """Rotated to the right by 0.35 rad, the cab's left side is well inside the trailer's rectangle."""
     shares, in_rectangle = [], []
     for articulation in (0.0, -0.35):
         result, truth = scan(lorry(articulation, 0.0, -7.0), noise=noise)
@@ -217,8 +217,8 @@ def test_points_on_the_side_of_a_turned_cab_are_on_the_outline(noise):
     assert in_rectangle[1] > 0.9
 
 
-def test_a_turned_cab_hides_what_is_behind_it():
-    """The car beside the truck's front is in plain view until the tractor turns before it."""
+def test_a_rotated_cab_occludes_what_is_behind_it():
+    """The car beside the truck's front is visible until the tractor turns in front of it."""
     car = Thing(25.0, 2.0, id=9)
     for articulation, visible in ((0.0, 1.0), (np.pi / 2, 0.0)):
         _, truth = scan(lorry(articulation, 14.0, -2.0, id=1), car, noise=EXACT)

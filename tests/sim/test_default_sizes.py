@@ -1,10 +1,11 @@
-"""Sizes drawn in place of the simulators' defaults, with the real simulators."""
+"""Random sizes in place of default sizes, with the real simulators."""
 
 from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import CATALOG
 from support.traffic import frames
 
 from sim.default_sizes import RANGES, redrawn_size
@@ -15,14 +16,14 @@ from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-NET = Path(__file__).parents[2] / "scenarios" / "catalog" / "urban" / "sumo-crossing" / "crossing.net.xml"
+NET = CATALOG / "urban" / "sumo-crossing" / "crossing.net.xml"
 CLASSES = ("passenger", "delivery", "truck", "trailer", "bus", "coach", "motorcycle", "moped", "bicycle", "scooter")
 ROUTE = '<route id="east" edges="west_in east_out"/>'
 
 
 @pytest.fixture
 def first_frame(tmp_path):
-    """Play the first frame of a route file on the crossing's net."""
+    """Return a function that plays the first frame of a route file on the crossing's net."""
 
     def play(traffic, ego, **keys):
         (tmp_path / "traffic.rou.xml").write_text(f"<routes>{ROUTE}{traffic}</routes>")
@@ -49,8 +50,8 @@ def by_name(frame):
 
 
 @pytest.mark.parametrize("vehicle_class", CLASSES)
-def test_every_class_of_sumo_is_in_the_table_with_its_default_size(first_frame, vehicle_class):
-    """Fails when SUMO's default sizes or shape names are not those of the table: nothing would be redrawn."""
+def test_the_table_has_the_default_size_of_every_class_of_sumo(first_frame, vehicle_class):
+    """Fails if SUMO's default sizes or shape names differ from the table: sizes would not be redrawn."""
     types = f'<vType id="sort" vClass="{vehicle_class}"/>'
     traffic = types + parked("ego", 90, "DEFAULT_VEHTYPE") + parked("other", 60, "sort")
     default = first_frame(traffic, "ego", redraw_default_sizes=False)
@@ -65,22 +66,22 @@ def test_every_class_of_sumo_is_in_the_table_with_its_default_size(first_frame, 
     assert np.all(size != key[1])
 
 
-def test_nothing_is_drawn_longer_or_wider_than_its_default():
-    """Fails when bodies would overlap in traffic that the simulator holds free of collisions."""
+def test_random_sizes_are_not_longer_or_wider_than_the_default():
+    """Fails if bodies could overlap although the simulator has no collision."""
     for (_, default), (low, high) in RANGES.items():
         assert np.all(np.array(high[:2]) <= default[:2])
         assert np.all(np.array(low) <= high)
 
 
-def test_front_bumpers_stay_and_only_the_size_and_centre_change(first_frame):
-    """Fails when the centre is computed from SUMO's length."""
+def test_front_bumpers_are_unchanged_by_random_sizes(first_frame):
+    """Fails if the centre is computed from SUMO's length."""
     default = first_frame(cars(6), "car3", redraw_default_sizes=False)
     redrawn = first_frame(cars(6), "car3")
     assert list(default.actors.name) == list(redrawn.actors.name)
     assert len(set(redrawn.actors.size[:, 0])) == 5
     for frame, other in ((default, redrawn), (redrawn, default)):
         np.testing.assert_allclose(front_bumpers(frame), front_bumpers(other), atol=1e-9)
-    assert redrawn.ego.size == pytest.approx([5.0, 1.8, 1.5]), "the ego is to fit its rig"
+    assert redrawn.ego.size == pytest.approx([5.0, 1.8, 1.5]), "the rig fits the ego's original size"
     np.testing.assert_array_equal(default.actors.reflectivity, redrawn.actors.reflectivity)
 
 
@@ -89,7 +90,7 @@ def front_bumpers(frame):
     return pose[:, :2] + 0.5 * length * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])])
 
 
-def test_a_type_with_a_size_of_its_own_is_never_touched(first_frame):
+def test_types_with_an_explicit_size_keep_it(first_frame):
     own = '<vType id="own" length="4.99"/><vType id="tall" height="1.51"/>'
     traffic = own + parked("ego", 90, "DEFAULT_VEHTYPE") + parked("a", 70, "own") + parked("b", 50, "tall")
     frame = first_frame(traffic, "ego")
@@ -98,7 +99,7 @@ def test_a_type_with_a_size_of_its_own_is_never_touched(first_frame):
     assert frame.actors.size[rows["b"]] == pytest.approx([5.0, 1.8, 1.51], abs=0)
 
 
-def test_a_size_depends_on_seed_and_number_alone():
+def test_a_size_depends_only_on_seed_and_number():
     size = (5.0, 1.8, 1.5)
     drawn = redrawn_size(Kind.CAR, size, seed=3, actor_id=7)
     assert redrawn_size(Kind.CAR, size, seed=3, actor_id=7) == drawn
@@ -106,12 +107,12 @@ def test_a_size_depends_on_seed_and_number_alone():
     assert redrawn_size(Kind.CAR, size, seed=4, actor_id=7) != drawn
     crowded, sparse = (Roster(3, redraw_default_sizes=True) for _ in range(2))
     for number in range(7):
-        crowded.enter(number, Kind.CAR, size)
-        sparse.enter(number, Kind.BUS, (12.0, 2.5, 3.4))
-    assert crowded.enter("x", Kind.CAR, size).size == sparse.enter("x", Kind.CAR, size).size == drawn
+        crowded.add(number, Kind.CAR, size)
+        sparse.add(number, Kind.BUS, (12.0, 2.5, 3.4))
+    assert crowded.add("x", Kind.CAR, size).size == sparse.add("x", Kind.CAR, size).size == drawn
 
 
-def test_cars_of_highway_env_are_redrawn_about_their_centres():
+def test_cars_of_highway_env_keep_their_centres():
     def first(**keys):
         source = HighwaySource(HighwayTraffic(env="highway-v0", config={"vehicles_count": 12}, **keys), Path(), 200.0)
         (frame,) = frames(source, 1, seed=4)

@@ -1,4 +1,4 @@
-"""From members and their motion to the world record: who is in a frame, and that nothing is mixed up."""
+"""World frames from members and their motion: selection by range, and correct assignment of values."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ SIZE = (4.7, 1.8, 1.5)
 
 
 def motion(pose):
-    """Rates that tell whose they are."""
+    """Return a motion with a distinct value in each field."""
     pose = np.asarray(pose, dtype=np.float64)
     return Kinematics(
         pose_world=pose,
@@ -27,10 +27,10 @@ def motion(pose):
     )
 
 
-def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
-    cast = Roster(seed=0)
+def test_a_frame_has_the_ego_and_the_actors_in_range():
+    roster = Roster(seed=0)
     names = ("ego", "near", "edge", "far")
-    members = [cast.enter(key, Kind.CAR, (4.0 + n, 1.8, 1.5), key) for n, key in enumerate(names)]
+    members = [roster.add(key, Kind.CAR, (4.0 + n, 1.8, 1.5), key) for n, key in enumerate(names)]
     pose = np.array([[10.0, 0, 0], [10, 5, 1], [40, 0, 2], [40.1, 0, 3]])
     frame = FrameBuilder(DT, 30.0, ModeLimits()).frame(members, motion(pose))
     ego, actors = frame.ego, frame.actors
@@ -49,24 +49,24 @@ def test_a_frame_holds_the_ego_apart_and_others_up_to_the_range():
     assert actors.reflectivity.tolist() == [member.reflectivity for member in members[1:3]]
 
 
-def test_frames_are_counted_and_modes_have_a_memory():
-    cast = Roster(seed=0)
-    members = [cast.enter(key, Kind.CAR, SIZE) for key in ("ego", "a")]
-    delivery = FrameBuilder(DT, 30.0, ModeLimits())
+def test_frames_are_counted_and_modes_have_hysteresis():
+    roster = Roster(seed=0)
+    members = [roster.add(key, Kind.CAR, SIZE) for key in ("ego", "a")]
+    frame_builder = FrameBuilder(DT, 30.0, ModeLimits())
     frames = []
     for speed in (5.0, 0.35, 0.2, 0.45):
         still = motion(np.zeros((2, 3)))
         still.velocity_world[:] = (0.0, speed)
         still.acceleration_world[:] = 0.0
-        frames.append(delivery.frame(members, still))
+        frames.append(frame_builder.frame(members, still))
     assert [frame.index for frame in frames] == [0, 1, 2, 3]
     assert [frame.time for frame in frames] == [0.0, DT, 2 * DT, 3 * DT]
     modes = [Mode(frame.actors.mode[0]) for frame in frames]
     assert modes == [Mode.CONSTANT_VELOCITY, Mode.CONSTANT_VELOCITY, Mode.STATIONARY, Mode.STATIONARY]
 
 
-def test_an_empty_road_has_arrays_of_the_right_shape():
-    ego = Roster(seed=0).enter("ego", Kind.CAR, SIZE)
+def test_an_empty_road_has_arrays_of_the_correct_shape():
+    ego = Roster(seed=0).add("ego", Kind.CAR, SIZE)
     actors = FrameBuilder(DT, 30.0, ModeLimits()).frame([ego], motion(np.zeros((1, 3)))).actors
     assert len(actors) == 0
     assert (actors.size.shape, actors.pose_world.shape, actors.mode.shape) == ((0, 3), (0, 3), (0,))

@@ -10,7 +10,7 @@ from sim.kinematics import wrap_angle
 
 
 @given(st.floats(-1e3, 1e3))
-def test_wrapped_angles_are_the_same_directions_in_the_half_open_range(angle):
+def test_wrapped_angles_keep_the_direction_and_are_in_range(angle):
     (wrapped,) = wrap_angle(np.array([angle]))
     assert -np.pi < wrapped <= np.pi
     assert math.isclose(math.cos(wrapped), math.cos(angle), abs_tol=1e-9)

@@ -1,4 +1,4 @@
-"""True motion modes against frames that were worked out by hand, and the judge against a slow one."""
+"""True motion modes: intervals computed by hand, and the classifier against a naive twin."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.traffic import frames
 
-from sim.modes import ModeJudge, ModeLimits
+from sim.modes import ModeClassifier, ModeLimits
 from sim.scripted.motions import Arc, LaneChange, Static, StopAndGo, Straight
 from sim.scripted.script import ScriptedActor
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
@@ -19,7 +19,7 @@ STANDS, STEADY, ACCELERATES = Mode.STATIONARY, Mode.CONSTANT_VELOCITY, Mode.ACCE
 # Frame k is at 0.08 k s. The limits are the defaults: 0.5 and 0.3 m/s, 0.6 and 0.4 m/s^2.
 SCRIPTED = {
     "static": ([Static("static")], [(0, STANDS)]),
-    # 0.5 m/s^2 is below 0.6, no acceleration yet; it is after 0.8 m/s^2, as it is not below 0.4; 0.3 is.
+    # 0.5 m/s^2 is below 0.6, not yet accelerating; after 0.8 m/s^2 it still is, as it is not below 0.4; 0.3 is below.
     # They begin at 2.04 s (frame 25.5), 4.04 s (50.5), 6.04 s (75.5) and 8.04 s (100.5).
     "straight": (
         [
@@ -62,11 +62,11 @@ SCRIPTED = {
 
 
 def changes(modes):
-    """Frames at which a sequence of modes changes, with the new mode; the first one, too."""
+    """Return the frames at which a sequence of modes changes, with the new mode, including the first."""
     return [(k, mode) for k, mode in enumerate(modes) if k == 0 or mode != modes[k - 1]]
 
 
-def test_modes_of_scripted_motions_match_intervals_computed_by_hand_to_the_frame():
+def test_modes_of_scripted_motions_match_intervals_computed_by_hand():
     actors = [ScriptedActor(0.0, 5.0 * k, motion=motion) for k, (motion, _) in enumerate(SCRIPTED.values())]
     source = ScriptedSource(ScriptedTraffic(actor=actors), Path(), range_m=1000.0)
     modes = np.array([frame.actors.mode for frame in frames(source, 160)])
@@ -75,11 +75,13 @@ def test_modes_of_scripted_motions_match_intervals_computed_by_hand_to_the_frame
         assert changes(column.tolist()) == expected, name
 
 
-def judged(judge, *rows):
-    """Modes of one frame of (id, speed, acceleration)."""
+def classified(classifier, *rows):
+    """Return the modes of one frame of (id, speed, acceleration)."""
     table = np.array(rows, dtype=np.float64).reshape(-1, 3)
     towards = np.array([[0.6, -0.8]])
-    return judge.modes(table[:, 0].astype(np.int64), table[:, 1:2] * towards, table[:, 2:] * towards[:, ::-1]).tolist()
+    return classifier.modes(
+        table[:, 0].astype(np.int64), table[:, 1:2] * towards, table[:, 2:] * towards[:, ::-1]
+    ).tolist()
 
 
 @pytest.mark.parametrize(
@@ -87,30 +89,30 @@ def judged(judge, *rows):
     # the middles: 0.4 m/s and 0.5 m/s^2
     [(0.39, 9.0, STANDS), (0.41, 0.49, STEADY), (0.41, 0.51, ACCELERATES)],
 )
-def test_a_newcomer_is_judged_by_the_middle_of_each_pair(speed, acceleration, mode):
-    assert judged(ModeJudge(ModeLimits()), (1, speed, acceleration)) == [mode]
+def test_a_new_actor_is_classified_by_the_middle_of_each_pair(speed, acceleration, mode):
+    assert classified(ModeClassifier(ModeLimits()), (1, speed, acceleration)) == [mode]
 
 
-def test_between_its_limits_an_actor_keeps_its_mode_and_what_was_away_starts_anew():
-    judge = ModeJudge(ModeLimits())
-    assert judged(judge, (3, 5.0, 1.0), (8, 0.0, 0.0)) == [ACCELERATES, STANDS]
-    assert judged(judge, (3, 0.35, 0.45), (8, 0.45, 0.0)) == [ACCELERATES, STANDS]
-    # 8 has gone; 5 and 9 have come: they are not taken for 3 and 8
-    assert judged(judge, (3, 0.35, 0.45), (5, 0.35, 0.45), (9, 0.45, 0.45)) == [ACCELERATES, STANDS, STEADY]
-    assert judged(judge, (8, 0.45, 0.0)) == [STEADY]
-    assert judged(judge) == []
-    assert judged(judge, (3, 0.35, 0.45)) == [STANDS]
+def test_an_actor_keeps_its_mode_between_limits_and_loses_it_by_absence():
+    classifier = ModeClassifier(ModeLimits())
+    assert classified(classifier, (3, 5.0, 1.0), (8, 0.0, 0.0)) == [ACCELERATES, STANDS]
+    assert classified(classifier, (3, 0.35, 0.45), (8, 0.45, 0.0)) == [ACCELERATES, STANDS]
+    # 8 has left; 5 and 9 are new and must not be confused with 3 and 8
+    assert classified(classifier, (3, 0.35, 0.45), (5, 0.35, 0.45), (9, 0.45, 0.45)) == [ACCELERATES, STANDS, STEADY]
+    assert classified(classifier, (8, 0.45, 0.0)) == [STEADY]
+    assert classified(classifier) == []
+    assert classified(classifier, (3, 0.35, 0.45)) == [STANDS]
 
 
-def test_an_acceleration_that_began_at_standstill_counts_from_the_first_motion():
-    judge = ModeJudge(ModeLimits())
-    judged(judge, (1, 0.0, 0.7))
-    assert judged(judge, (1, 0.4, 0.5)) == [STANDS]
-    assert judged(judge, (1, 0.6, 0.5)) == [ACCELERATES]
+def test_an_acceleration_from_standstill_counts_from_the_first_motion():
+    classifier = ModeClassifier(ModeLimits())
+    classified(classifier, (1, 0.0, 0.7))
+    assert classified(classifier, (1, 0.4, 0.5)) == [STANDS]
+    assert classified(classifier, (1, 0.6, 0.5)) == [ACCELERATES]
 
 
 def slow_modes(history, limits):
-    """The last mode of one actor from its (speed, acceleration) since it came, by the words of the definition."""
+    """Return the last mode of one actor from its history of (speed, acceleration), by the definition."""
     moves = accelerates = None
     for speed, acceleration in history:
         if moves is None:
@@ -123,21 +125,21 @@ def slow_modes(history, limits):
     return (ACCELERATES if accelerates else STEADY) if moves else STANDS
 
 
-# Multiples of 1/8 by limits that are such multiples: every comparison is exact, at the limits, too.
+# Values and limits are multiples of 1/8: every comparison is exact, also at the limits.
 EIGHTHS = st.integers(0, 12).map(lambda n: n / 8)
 FRAME = st.dictionaries(st.integers(0, 6), st.tuples(EIGHTHS, EIGHTHS))
 
 
 @settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=12))
-def test_the_judge_equals_a_slow_one_whoever_comes_and_goes(run):
+def test_the_classifier_equals_its_naive_twin_with_actors_appearing_and_leaving(run):
     limits = ModeLimits(1.0, 0.5, 0.75, 0.25)
-    judge, history = ModeJudge(limits), {}
+    classifier, history = ModeClassifier(limits), {}
     for frame in run:
         history = {id: [*history.get(id, []), frame[id]] for id in sorted(frame)}
         value = np.array([frame[id] for id in sorted(frame)]).reshape(-1, 2)
         flat = np.zeros(len(value))
-        found = judge.modes(
+        found = classifier.modes(
             np.array(sorted(frame), dtype=np.int64),
             np.column_stack([value[:, 0], flat]),
             np.column_stack([flat, -value[:, 1]]),
@@ -155,6 +157,6 @@ def test_the_judge_equals_a_slow_one_whoever_comes_and_goes(run):
         {"accelerates_from_mps2": -1.0},
     ],
 )
-def test_limits_that_cross_are_refused_in_one_line(wrong):
+def test_limits_in_the_wrong_order_are_rejected_in_one_line(wrong):
     with pytest.raises(ValueError, match=rf"^[^\n]*{next(iter(wrong))}[^\n]*$"):
         ModeLimits(**wrong)

@@ -1,4 +1,4 @@
-"""Every shipped scenario, and every test net that is there for its bends and merges, moves as bodies do."""
+"""Feasible motion in every shipped scenario and on the test nets with bends and merges."""
 
 from contextlib import closing, suppress
 
@@ -30,7 +30,7 @@ ON_NETS_S = 60.0
 
 
 def motion(source, seed, duration_s):
-    """The worst of a run, to its end or the ego's."""
+    """Return the worst values of a run, which ends with the scenario or the ego."""
     frames = []
     with closing(source), suppress(TrafficEndedError):
         source.reset(seed)
@@ -41,14 +41,14 @@ def motion(source, seed, duration_s):
 
 
 @pytest.mark.parametrize("name", paths())
-def test_a_shipped_scenario_moves_as_bodies_do(name):
+def test_motion_in_a_shipped_scenario_is_feasible(name):
     scenario = Scenario.load(paths()[name])
     source = SOURCES[type(scenario.traffic)](scenario.traffic, scenario.folder, RANGE_M)
     assert excesses(motion(source, scenario.seed, scenario.duration_s)) == []
 
 
 @pytest.mark.parametrize("name", ["roundabout", "winding", "motorway"])
-def test_traffic_on_bends_and_merges_moves_as_bodies_do(name):
+def test_motion_on_bends_and_merges_is_feasible(name):
     assert excesses(motion(source_on(name, RANGE_M), 1, ON_NETS_S)) == []
 
 
@@ -58,12 +58,12 @@ DT = 0.1
 
 
 def run_of(*bodies):
-    """Frames of one body that is a different one in each."""
+    """Return frames with one body each."""
     return [world_frame(index, [body], dt=DT) for index, body in enumerate(bodies)]
 
 
 def exceeded(frames):
-    """Names of the quantities that a run is found to exceed."""
+    """Return the names of the limits that a run exceeds."""
     return {line.partition(":")[0] for line in excesses(worst_motion(frames, DT))}
 
 
@@ -71,13 +71,13 @@ def steady(count=4, speed=10.0):
     return run_of(*(Body(1, x=speed * DT * index, y=0.0, speed=speed) for index in range(count)))
 
 
-def test_a_body_that_moves_as_it_says_is_within_all_limits():
+def test_a_consistent_body_is_within_all_limits():
     assert exceeded(steady()) == set()
     assert exceeded(steady(speed=0.0)) == set()
     assert set(worst_motion(steady(), DT)) == set(LIMITS)
 
 
-def test_a_jump_a_reverse_and_a_creep_are_found():
+def test_jumps_reversing_and_creep_are_detected():
     assert exceeded(run_of(Body(1, 0, 0, speed=10), Body(1, 1.02, 0, speed=10))) == {
         "velocity off the pose difference [m/s]"
     }
@@ -97,7 +97,7 @@ def test_a_jump_a_reverse_and_a_creep_are_found():
         ("deviation", [0.0, -1.7], "deviation across [m]"),
     ],
 )
-def test_each_limit_is_found_to_be_exceeded(field, value, name):
+def test_each_exceeded_limit_is_detected(field, value, name):
     frames = steady()
     getattr(frames[2].actors, field)[0] = value
     found = worst_motion(frames, DT)[name]
@@ -105,7 +105,7 @@ def test_each_limit_is_found_to_be_exceeded(field, value, name):
     assert (found.frame, found.name) == (2, str(frames[2].actors.name[0]))
 
 
-def test_a_lane_change_may_be_far_across_but_not_along():
+def test_a_lane_change_may_deviate_across_but_not_along():
     frames = steady()
     frames[2].actors.changes_lane[0] = True
     frames[2].actors.deviation[0] = [0.0, 3.2]
@@ -114,11 +114,11 @@ def test_a_lane_change_may_be_far_across_but_not_along():
     assert exceeded(frames) == {"deviation along [m]"}
 
 
-def test_somebody_new_may_be_anywhere():
+def test_a_new_body_may_appear_anywhere():
     assert exceeded(run_of(Body(1, 0, 0, speed=10), Body(2, 500, 0, speed=10))) == set()
 
 
-def test_the_ego_is_held_to_the_limits_too():
+def test_the_limits_apply_to_the_ego():
     frames = steady()
     frames[1].ego.acceleration_world[:] = np.array([0.0, 9.0])
     assert {"lateral acceleration [m/s^2]", "jerk [m/s^3]"} <= exceeded(frames)

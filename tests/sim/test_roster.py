@@ -1,4 +1,4 @@
-"""Numbers and paint."""
+"""Numbers and paint of road users."""
 
 import numpy as np
 import pytest
@@ -10,23 +10,23 @@ from sim.world import Kind
 SIZE = (4.7, 1.8, 1.5)
 
 
-def test_numbers_go_by_appearance_and_stay():
-    cast = Roster(seed=1)
-    assert cast.find("b") is None
-    assert [cast.enter(key, Kind.CAR, SIZE).id for key in ("b", "a")] == [0, 1]
-    assert cast.find("b").id == 0
-    assert cast.find("a").name == "car.1"
+def test_numbers_follow_appearance_and_are_stable():
+    roster = Roster(seed=1)
+    assert roster.find("b") is None
+    assert [roster.add(key, Kind.CAR, SIZE).id for key in ("b", "a")] == [0, 1]
+    assert roster.find("b").id == 0
+    assert roster.find("a").name == "car.1"
 
 
-def test_paint_depends_on_seed_and_number_alone():
-    alone = Roster(seed=3).enter("x", Kind.CAR, SIZE)
+def test_paint_depends_only_on_seed_and_number():
+    single = Roster(seed=3).add("x", Kind.CAR, SIZE)
     crowded = Roster(seed=3)
-    assert crowded.enter("y", Kind.BUS, SIZE).reflectivity == alone.reflectivity
-    assert crowded.enter("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
-    assert paint_reflectivity(4, 0) != alone.reflectivity
+    assert crowded.add("y", Kind.BUS, SIZE).reflectivity == single.reflectivity
+    assert crowded.add("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
+    assert paint_reflectivity(4, 0) != single.reflectivity
 
 
-def test_paint_comes_in_the_shares_of_its_shades():
+def test_paint_follows_the_shares_of_the_shades():
     draws = np.array([paint_reflectivity(11, number) for number in range(2000)])
     assert sum(share for share, _, _ in SHADES) == pytest.approx(1.0)
     for share, low, high in SHADES:

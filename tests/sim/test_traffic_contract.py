@@ -1,12 +1,12 @@
-"""What every traffic source promises, held against scenarios of all three kinds with their real simulators."""
+"""Contract of every traffic source, tested on scenarios of all kinds with their real simulators."""
 
 from contextlib import closing
 from dataclasses import fields
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import CATALOG
 
 from scenarios.files.scenario import Scenario
 from sim.highway.highway_source import HighwaySource
@@ -17,7 +17,6 @@ from sim.scripted.scripted_source import ScriptedSource
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-CATALOG = Path(__file__).parents[2] / "scenarios" / "catalog"
 SOURCES = {"sumo": SumoSource, "highway-env": HighwaySource, "scripted": ScriptedSource, "replay": ReplaySource}
 SCENARIOS = [
     "urban/sumo-crossing",
@@ -34,7 +33,7 @@ FRAMES = 40
 
 
 class Runs:
-    """A scenario's first frames: `first` with one seed, `other` with another, `again` with the first, by one source."""
+    """First frames of a scenario by one source: `first` with one seed, `other` with another, `again` with the first."""
 
     def __init__(self, name):
         scenario = Scenario.load(CATALOG / f"{name}.toml")
@@ -53,7 +52,7 @@ def runs(request):
 
 
 def arrays(record):
-    """All arrays of a run, in order: obstacles, then egos and actors of all frames."""
+    """Return all arrays of a run, in order: obstacles, then egos and actors of all frames."""
     obstacles, frames = record
     parts = [obstacles, *(part for frame in frames for part in (frame.ego, frame.actors))]
     return [np.asarray(getattr(part, field.name)) for part in parts for field in fields(part)]
@@ -65,27 +64,27 @@ def same(record, other):
 
 
 def consecutive(frames):
-    """Rows of actors that are in two frames in a row: (before, its rows, after, its rows)."""
+    """Yield rows of actors in two consecutive frames: (before, its rows, after, its rows)."""
     for before, after in pairwise(frames):
         _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
         yield before.actors, old, after.actors, new
 
 
-def test_same_seed_same_frames_bit_for_bit(runs):
-    assert same(runs.first, runs.again), "something survives a reset, in the source or in the process"
+def test_the_same_seed_gives_bit_identical_frames(runs):
+    assert same(runs.first, runs.again), "state survives a reset, in the source or in the process"
 
 
-def test_another_seed_other_frames(runs):
+def test_another_seed_gives_different_frames(runs):
     assert not same(runs.first, runs.other)
 
 
-def test_frames_count_up_at_the_rig_s_rate(runs):
+def test_frames_are_counted_at_the_rig_s_rate(runs):
     assert runs.dt == 0.08
     assert [frame.index for frame in runs.first[1]] == list(range(FRAMES))
     assert [frame.time for frame in runs.first[1]] == pytest.approx(np.arange(FRAMES) * 0.08, abs=1e-12)
 
 
-def test_ids_are_sorted_and_belong_to_one_road_user_for_good(runs):
+def test_ids_are_sorted_and_never_reused(runs):
     known = {}
     for frame in runs.first[1]:
         actors = frame.actors
@@ -104,13 +103,13 @@ def test_the_ego_is_not_among_the_actors(runs):
         assert (np.hypot(*gap.T) > 1.0).all()
 
 
-def test_everyone_delivered_is_in_range(runs):
+def test_actors_are_in_range(runs):
     for frame in runs.first[1]:
         gap = frame.actors.pose_world[:, :2] - frame.ego.pose_world[:2]
         assert (np.hypot(*gap.T) <= RANGE_M).all()
 
 
-def test_values_are_finite_and_possible(runs):
+def test_values_are_finite_and_valid(runs):
     for array in arrays(runs.first):
         assert array.dtype.kind in "US" or np.isfinite(array).all()
     for frame in runs.first[1]:
@@ -123,7 +122,7 @@ def test_values_are_finite_and_possible(runs):
         assert ((yaw > -np.pi) & (yaw <= np.pi)).all()
 
 
-def test_velocity_and_yaw_rate_are_those_of_the_poses(runs):
+def test_velocity_and_yaw_rate_are_derivatives_of_the_poses(runs):
     for before, old, after, new in consecutive(runs.first[1]):
         moved = (after.pose_world[new] - before.pose_world[old]) / runs.dt
         mean_velocity = (before.velocity_world[old] + after.velocity_world[new]) / 2
@@ -133,8 +132,8 @@ def test_velocity_and_yaw_rate_are_those_of_the_poses(runs):
         assert turned == pytest.approx(mean_yaw_rate, abs=0.02)
 
 
-def test_nobody_streaks_or_slides_sideways(runs):
-    """Front bumpers taken for centres, angles taken for yaws and unmirrored frames all part course from heading."""
+def test_speeds_and_slip_angles_are_limited(runs):
+    """Detects front bumpers used as centres, angles used as yaws and frames that are not mirrored."""
     for frame in runs.first[1]:
         velocity, yaw = frame.actors.velocity_world, frame.actors.pose_world[:, 2]
         speed = np.hypot(*velocity.T)

@@ -1,19 +1,18 @@
-"""docs/traffic.md: limits, environments and pictures are those that there are, and its example runs."""
+"""docs/traffic.md: limits, environments and pictures match the code, and the example runs."""
 
 import dataclasses
 import importlib.util
 import math
 import re
-from pathlib import Path
 
 import gymnasium
 import highway_env  # noqa: F401  registers its environments
 import pytest
+from support.paths import DOCS
 
 from sim.modes import ModeLimits
 from sim.physical import limits
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "traffic.md").read_text(encoding="utf-8")
 LIMITS = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) (\S+)", PAGE, flags=re.MULTILINE)
 
@@ -23,23 +22,23 @@ _spec.loader.exec_module(draw_motion)
 
 
 @pytest.mark.parametrize(("name", "value", "unit"), LIMITS, ids=[name for name, *_ in LIMITS])
-def test_every_limit_of_bodies_is_the_one_in_the_code(name, value, unit):
+def test_limits_of_bodies_match_the_code(name, value, unit):
     true = getattr(limits, name)
     assert float(value) == pytest.approx(math.degrees(true) if unit == "degrees" else true, abs=1e-12)
 
 
-def test_every_limit_of_modes_is_told_with_its_default():
-    told = dict(re.findall(r"^\| `(\w+_mps2?)` \| ([\d.]+) m", PAGE, flags=re.MULTILINE))
-    assert {name: float(value) for name, value in told.items()} == dataclasses.asdict(ModeLimits())
+def test_limits_of_modes_match_their_defaults():
+    documented = dict(re.findall(r"^\| `(\w+_mps2?)` \| ([\d.]+) m", PAGE, flags=re.MULTILINE))
+    assert {name: float(value) for name, value in documented.items()} == dataclasses.asdict(ModeLimits())
 
 
-def test_every_environment_is_told_once():
+def test_every_environment_is_documented_once():
     registered = [name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("highway_env.")]
     (table,) = re.findall(r"^\| environments \|.*\n((?:\|.*\n)+)", PAGE, flags=re.MULTILINE)
     assert sorted(re.findall(r"`([\w-]+-v\d)`", table)) == sorted(registered)
 
 
-def test_the_example_drives(capsys):
+def test_the_example_runs(capsys):
     (code,) = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
     exec(compile(code, "traffic.md", "exec"), {})
     velocity = re.findall(r"[\d.]+", capsys.readouterr().out)[:2]

@@ -1,4 +1,4 @@
-"""A second and a half of a street on which every stage of the tracker makes mistakes, and who is to blame for them."""
+"""Short scene in which every stage of the tracker makes errors, and the attribution of these errors."""
 
 import tempfile
 from functools import cache
@@ -10,7 +10,7 @@ from scenarios.files.scenario import Scenario
 from scenarios.oracle import stage_blame
 
 TEXT = """\
-description = "A car stops and goes, one comes towards the ego, and two are parked too near each other."
+description = "A car in stop-and-go, an oncoming car, and two parked cars with a small gap."
 seed = 2
 duration_s = 1.6
 
@@ -61,12 +61,12 @@ enabled = true
 
 
 def scenario(text: str = TEXT) -> Scenario:
-    """Of the street, or of another text."""
+    """Return the scenario of a text, by default of the street."""
     with tempfile.TemporaryDirectory() as folder:
         return Scenario.load(short_run.write(Path(folder), text, "busy"))
 
 
 @cache
 def blamed() -> stage_blame.Blame:
-    """The shipped tracker and its oracles on the street, run once for all tests that only look at them."""
+    """Return the blame for the shipped tracker on the street, computed once for all tests that only read it."""
     return stage_blame.find_out(scenario())

@@ -1,6 +1,6 @@
-"""A tracker with a planted bug, and the scene and study in which a search is to find it.
+"""Tracker with an injected bug, and a scene and study with which a search should find it.
 
-It swaps the ids of two vehicles that have both fallen to less than 0.3 of their visible fraction, for good.
+The tracker permanently swaps the ids of two vehicles when the visible fractions of both are below 0.3.
 """
 
 from dataclasses import dataclass, field, replace
@@ -9,12 +9,12 @@ from pathlib import Path
 from support.stub_trackers import Perfect
 
 CROSSED = 0.3
-"""Of the visible fraction."""
+"""Threshold of the visible fraction."""
 
 SPEC = "support.crossing_ids:make"
 
 SCENE = """\
-description = "Two cars go behind a wall one after the other, among three that have nothing to do with it."
+description = "Two cars pass behind a wall one after the other; three further cars are irrelevant."
 seed = 3
 duration_s = 3.0
 
@@ -65,7 +65,7 @@ sweep = false
 """
 
 STUDY = """\
-description = "How little does it take to make a tracker confuse two cars?"
+description = "Smallest case in which the tracker swaps the ids of two cars."
 scenario = "scene.toml"
 seeds = 2
 
@@ -114,7 +114,7 @@ class CrossingIds(Perfect):
     """Swaps the ids of two vehicles when the second of them crosses `CROSSED` while the first is still below."""
 
     below: set = field(default_factory=set)
-    """Actors less visible than that."""
+    """Actors with a visible fraction below `CROSSED`."""
     id_of: dict = field(default_factory=dict)
 
     def see_truth(self, frame, truth):
@@ -136,6 +136,6 @@ class CrossingIds(Perfect):
 
 
 def make(config):
-    """Make one; it has no settings."""
+    """Return a tracker; it has no configuration."""
     del config
     return CrossingIds()

@@ -1,4 +1,4 @@
-"""What no body on a road does, and how near a run of frames comes to it."""
+"""Limits of feasible motion on roads, and the extreme values of a run."""
 
 from dataclasses import dataclass
 
@@ -19,22 +19,22 @@ LIMITS = {
     "deviation across [m]": 1.6,
     "creep of a standing body [m]": 0.0,
 }
-"""The issue's figures; half a lane is 1.6 m. The yaw rate's is ours: a degree and a half in half a second."""
+"""Requirements of the project, except the yaw rate, which is an estimate. Half a lane is 1.6 m."""
 
 STANDING = 1e-9
-"""[m/s] Bodies this slow in two frames in a row stand, and must not move between them."""
+"""[m/s] Bodies below this speed in two consecutive frames stand, and must not move between them."""
 
 
 @dataclass
 class Worst:
-    """The largest value of one quantity."""
+    """Largest value of one quantity."""
 
     value: float = 0.0
     frame: int = -1
     name: str = ""
 
     def take(self, values, frame, names):
-        """Keep the largest, if it is larger than what is known."""
+        """Update the largest value."""
         if len(values) and np.max(values) > self.value:
             row = int(np.argmax(values))
             self.value, self.frame, self.name = float(values[row]), frame, str(names[row])
@@ -42,11 +42,11 @@ class Worst:
 
 @dataclass
 class Motion:
-    """The motion of M bodies in one frame, the ego among them as number 0."""
+    """Motion of M bodies in one frame, including the ego as number 0."""
 
     id: np.ndarray
     name: np.ndarray
-    walks: np.ndarray
+    on_foot: np.ndarray
     pose: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
@@ -56,12 +56,12 @@ class Motion:
 
     @classmethod
     def of(cls, frame):
-        """Gather a `WorldFrame`."""
+        """Convert a `WorldFrame`."""
         ego, actors = frame.ego, frame.actors
         return cls(
             id=np.append(0, actors.id),
             name=np.append("ego", actors.name),
-            walks=np.append(False, actors.kind == Kind.PEDESTRIAN),
+            on_foot=np.append(False, actors.kind == Kind.PEDESTRIAN),
             pose=np.vstack([ego.pose_world, actors.pose_world]),
             velocity=np.vstack([ego.velocity_world, actors.velocity_world]),
             acceleration=np.vstack([ego.acceleration_world, actors.acceleration_world]),
@@ -72,7 +72,7 @@ class Motion:
 
 
 def worst_motion(frames, dt):
-    """Return the worst of every quantity in `LIMITS` over a run's frames, by name."""
+    """Return the largest value of every quantity in `LIMITS` over a run, by name."""
     worst = {name: Worst() for name in LIMITS}
     before = None
     for frame in frames:
@@ -95,36 +95,36 @@ def excesses(worst):
 
 
 def _within(worst, now, index):
-    """Take in what one frame tells."""
+    """Update the quantities of a single frame."""
     heading = np.column_stack([np.cos(now.pose[:, 2]), np.sin(now.pose[:, 2])])
     ahead = np.sum(now.velocity * heading, axis=1)
     lateral = now.acceleration[:, 1] * heading[:, 0] - now.acceleration[:, 0] * heading[:, 1]
-    # people on foot turn on the spot and step aside
-    wheels = ~now.walks
-    keeps_lane = wheels & ~now.changes_lane
-    for name, values, who in (
+    # pedestrians turn on the spot and step aside
+    wheeled = ~now.on_foot
+    keeps_lane = wheeled & ~now.changes_lane
+    for name, values, rows in (
         ("acceleration [m/s^2]", np.hypot(*now.acceleration.T), slice(None)),
-        ("lateral acceleration [m/s^2]", np.abs(lateral), wheels),
-        ("yaw rate [rad/s]", np.abs(now.yaw_rate), wheels),
-        ("reversing [m/s]", -ahead, wheels),
+        ("lateral acceleration [m/s^2]", np.abs(lateral), wheeled),
+        ("yaw rate [rad/s]", np.abs(now.yaw_rate), wheeled),
+        ("reversing [m/s]", -ahead, wheeled),
         ("deviation along [m]", np.abs(now.deviation[:, 0]), slice(None)),
         ("deviation across [m]", np.abs(now.deviation[:, 1]), keeps_lane),
     ):
-        worst[name].take(values[who], index, now.name[who])
+        worst[name].take(values[rows], index, now.name[rows])
 
 
 def _between(worst, before, old, now, new, index, dt):
-    """Take in what two frames in a row tell of those who are in both."""
+    """Update the quantities of two consecutive frames, for bodies in both."""
     moved = now.pose[new, :2] - before.pose[old, :2]
     mean = (now.velocity[new] + before.velocity[old]) / 2
     turned = wrap_angle(now.pose[new, 2] - before.pose[old, 2]) / dt
     stands = (np.hypot(*now.velocity[new].T) < STANDING) & (np.hypot(*before.velocity[old].T) < STANDING)
     jerk = (now.acceleration[new] - before.acceleration[old]) / dt
     rate = (now.yaw_rate[new] + before.yaw_rate[old]) / 2
-    for name, values, who in (
+    for name, values, rows in (
         ("jerk [m/s^3]", np.hypot(*jerk.T), slice(None)),
         ("velocity off the pose difference [m/s]", np.hypot(*(moved / dt - mean).T), slice(None)),
         ("yaw rate off the yaw difference [rad/s]", np.abs(turned - rate), slice(None)),
         ("creep of a standing body [m]", np.hypot(*moved.T), stands),
     ):
-        worst[name].take(values[who], index, now.name[new][who])
+        worst[name].take(values[rows], index, now.name[new][rows])

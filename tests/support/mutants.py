@@ -13,11 +13,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from support.paths import EXAMPLES
+
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 from scenarios.grading.metric_names import METRICS
 
-EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 ORIGINALS = tuple(path for folder in (shipped.CATALOG, EXAMPLES) for path in sorted(folder.rglob("*.toml")))
 SHORT_S = 0.16
 """[s] Two frames."""

@@ -1,4 +1,4 @@
-"""The truth layer once more, all bodies at a time with numpy: the twin of sim/physical/kernels."""
+"""Naive twin of sim/physical/kernels: numpy operations on all bodies at a time."""
 
 import math
 from collections import deque
@@ -11,6 +11,7 @@ from sim.kinematics import Kinematics, wrap_angle
 from sim.physical.body_tables import REAR_AXLE, SHORTEST_LEAD
 from sim.physical.lane_change import SpreadLaneChange
 from sim.physical.limits import (
+    ACCELERATION_MAX,
     AHEAD_S,
     AIM_M,
     AIM_RAD,
@@ -22,7 +23,6 @@ from sim.physical.limits import (
     CORNER,
     CREEP,
     GRIP,
-    HIGHEST_ACCELERATION,
     JERK,
     JUMP_LONGEST,
     JUMP_SPEED,
@@ -46,7 +46,7 @@ from sim.world import Kind
 
 
 def courses(before, step, dt):
-    """Tell where bodies are heading, and who jumped to the next lane."""
+    """Return courses of bodies, a mask of those that jumped to the next lane, and their jumps."""
     cos, sin = (np.cos(before), np.sin(before))
     across = step[:, 1] * cos - step[:, 0] * sin
     along = step[:, 0] * cos + step[:, 1] * sin
@@ -57,7 +57,7 @@ def courses(before, step, dt):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """How N bodies ought to move at one instant: the smoothed path of one point of each."""
+    """Smoothed paths of one point of each of N bodies at one instant."""
 
     path: object
     rate: object
@@ -67,11 +67,11 @@ class Reference:
 
 
 class Window:
-    """Ring buffer of what the simulator said of each body, by the body's number."""
+    """Ring buffer of the raw input of each body, by the body's number."""
 
-    def __init__(self, dt, config, *, leads):
+    def __init__(self, dt, config, *, rolling):
         self._dt = dt
-        self._leads = leads
+        self._rolling = rolling
         self._half = max(round(config.smoothing_s / dt), 1)
         smoothing = smoothing_weights(self._half) if config.smoothing_s else np.array([0.0, 1.0, 0.0])
         self._weights = np.stack([smoothing, velocity_weights(self._half, dt), acceleration_weights(self._half, dt)])
@@ -79,7 +79,7 @@ class Window:
         self._change_fraction = dt / config.lane_change_s
         self._lead = int(np.clip(ahead - self._half, 0, round(0.5 * config.lane_change_s / dt)))
         self._length = self._half + max(self._half, ahead) + 2
-        self._changing = []
+        self._lane_changes = []
         self._present = np.zeros((self._length, 0), np.bool_)
         self._shifting = np.zeros((self._length, 0), np.bool_)
         self._speed = np.zeros((self._length, 0))
@@ -87,7 +87,7 @@ class Window:
         self._path = np.zeros((self._length, 0, 3))
 
     def push(self, frame, id, raw, speed):
-        """Take in a raw frame: N numbers, points and yaws (N, 3), speeds (N,) [m/s]."""
+        """Append a raw frame: N numbers, points and yaws (N, 3), speeds (N,) [m/s]."""
         if id[-1] >= self._present.shape[1]:
             self._grow(2 * int(id[-1]) + 64)
         row, before = (frame % self._length, (frame - 1) % self._length)
@@ -96,95 +96,95 @@ class Window:
         self._shifting[row] = False
         self._raw[row, id] = self._path[row, id] = raw
         self._speed[row, id] = speed
-        if self._leads and frame:
+        if self._rolling and frame:
             stayed = id[self._present[before, id]]
             step = self._raw[row, stayed, :2] - self._raw[before, stayed, :2]
             course, jumped, offset = courses(self._path[before, stayed, 2], step, self._dt)
             self._path[row, stayed, 2] = course
             new = stayed[~self._present[before - 1, stayed]] if frame > 1 else stayed
             self._path[before, new, 2] = self._path[row, new, 2]
-            self._go_on(frame)
+            self._continue_lane_changes(frame)
             for jumper, jump in zip(stayed[jumped].tolist(), offset.tolist(), strict=True):
-                self._begin(frame, jumper, jump)
+                self._begin_lane_change(frame, jumper, jump)
 
     def reference(self, frame, id, pushed):
-        """Smooth the path around a frame, as far as frames before `pushed` tell; beyond, bodies keep their speed."""
+        """Smooth the path around a frame; beyond the `pushed` frames, bodies are extrapolated."""
         offset = np.arange(-self._half, self._half + 1)
         row = (frame + offset) % self._length
-        there = self._present[row][:, id] & ((frame + offset >= 0) & (frame + offset < pushed))[:, None]
+        present = self._present[row][:, id] & ((frame + offset >= 0) & (frame + offset < pushed))[:, None]
         path = self._path[row][:, id]
         now = path[self._half]
         path[:, :, 2] = now[:, 2] + wrap_angle(path[:, :, 2] - now[:, 2])
-        way = self._speed[row][:, id] * self._dt
+        distance = self._speed[row][:, id] * self._dt
         halves = (slice(self._half, None), slice(self._half, None, -1))
         for sign, half, other in zip((1, -1), halves, halves[::-1], strict=True):
-            last = _last(there[half])
-            step = _straight(path[half], sign * way[half], last)
-            if not self._leads:
-                step = _steady(path[half], path[other], there[other], last, step)
+            last = _last(present[half])
+            step = _straight(path[half], sign * distance[half], last)
+            if not self._rolling:
+                step = _steady(path[half], path[other], present[other], last, step)
             _continue(path[half], last, step)
-        if self._leads:
+        if self._rolling:
             path[:, :, 2] = now[:, 2]  # courses are not smoothed
         smooth, rate, bend = np.einsum("dw,wnc->dnc", self._weights, path - now)
         row_now = frame % self._length
         return Reference(now + smooth, rate, bend, self._raw[row_now, id], self._shifting[row_now, id])
 
     def _grow(self, size):
-        """Make room for bodies with numbers below `size`."""
+        """Allocate memory for bodies with numbers below `size`."""
         room = ((0, 0), (0, size - self._present.shape[1]))
         self._present, self._shifting = (np.pad(self._present, room), np.pad(self._shifting, room))
         self._speed = np.pad(self._speed, room)
         self._raw, self._path = (np.pad(poses, (*room, (0, 0))) for poses in (self._raw, self._path))
 
-    def _begin(self, frame, id, offset):
-        """Spread a jump at a frame, the frames before it included."""
+    def _begin_lane_change(self, frame, id, offset):
+        """Spread a jump at a frame, including frames before it."""
         change = SpreadLaneChange(id, frame, offset)
         for at in range(frame - self._lead, frame + 1):
             if at >= 0 and self._present[at % self._length, id]:
                 change = self._shift(change, at)
-        self._changing.append(change)
+        self._lane_changes.append(change)
 
-    def _go_on(self, frame):
-        """Shift those who are changing lanes at a new frame."""
+    def _continue_lane_changes(self, frame):
+        """Shift the bodies that change lanes at a new frame."""
         row = frame % self._length
-        self._changing = [
+        self._lane_changes = [
             self._shift(change, frame)
-            for change in self._changing
+            for change in self._lane_changes
             if self._present[row, change.body] and change.progress < 1
         ]
 
     def _shift(self, change, frame):
         row = frame % self._length
-        change = change.onward(self._speed[row, change.body], self._change_fraction)
+        change = change.advanced(self._speed[row, change.body], self._change_fraction)
         course = self._path[row, change.body, 2]
         self._path[row, change.body, :2] += change.shift(frame) * np.array([-np.sin(course), np.cos(course)])
         self._shifting[row, change.body] = True
         return change
 
 
-def _last(there):
+def _last(present):
     """Return the last row (N,) before the first in which bodies are missing (W, N)."""
-    known: object = np.logical_and.accumulate(there, axis=0).sum(axis=0)
+    known: object = np.logical_and.accumulate(present, axis=0).sum(axis=0)
     return known - 1
 
 
-def _straight(path, way, last):
-    """Return the steps (N, 3) that go straight on from the last known poses of (W, N, 3), by their `way` (W, N) [m]."""
+def _straight(path, distance, last):
+    """Return straight steps (N, 3) from the last known poses of (W, N, 3), of length `distance` (W, N) [m]."""
     body = np.arange(path.shape[1])
-    course, length = (path[last, body, 2], way[last, body])
+    course, length = (path[last, body, 2], distance[last, body])
     return np.column_stack([length * np.cos(course), length * np.sin(course), np.zeros(len(body))])
 
 
-def _steady(path, other, other_there, last, straight):
-    """Return the last known steps (N, 3), turn included; from the other side of the window where this one has none."""
+def _steady(path, other, other_present, last, straight):
+    """Return the last known steps (N, 3), turn included; from the other side of the window where there is none."""
     body = np.arange(path.shape[1])
     step = path[last, body] - path[np.maximum(last - 1, 0), body]
-    turned_around = np.where(other_there[1, :, None], path[0] - other[1], straight)
+    turned_around = np.where(other_present[1, :, None], path[0] - other[1], straight)
     return np.where((last > 0)[:, None], step, turned_around)
 
 
 def _continue(path, last, step):
-    """Fill in poses (W, N, 3) behind the last known rows (N,) by steps (N, 3)."""
+    """Extrapolate poses (W, N, 3) beyond the last known rows (N,) by steps (N, 3)."""
     ahead = np.arange(len(path))[:, None] - last
     missing = ahead > 0
     if missing.any():
@@ -194,14 +194,14 @@ def _continue(path, last, step):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """Where N points ought to be at one instant each, and how they ought to move."""
+    """Positions and derivatives of N points on their paths, at one instant each."""
 
     place: object
     velocity: object
     acceleration: object
 
     def shifted(self, time):
-        """Return the path `time` (N,) [s] later, as its derivatives tell; earlier where it is negative."""
+        """Return the path extrapolated by `time` (N,) [s] with its derivatives."""
         t = time[:, None]
         return Path(
             self.place + t * self.velocity + 0.5 * t**2 * self.acceleration,
@@ -210,14 +210,14 @@ class Path:
         )
 
     def acceleration_across(self):
-        """Return the size (N,) of the acceleration across the way [m/s^2]."""
+        """Return the lateral acceleration (N,) [m/s^2], without sign."""
         cross = self.velocity[:, 0] * self.acceleration[:, 1] - self.velocity[:, 1] * self.acceleration[:, 0]
         across: object = np.abs(cross) / np.maximum(np.hypot(*self.velocity.T), 0.1)
         return across
 
 
 class Trail:
-    """Paths of the last frames, by the number of the body."""
+    """Ring buffer of paths, by the number of the body."""
 
     def __init__(self, dt, seconds):
         self._dt = dt
@@ -226,18 +226,18 @@ class Trail:
         self._since = np.zeros(0, np.int64)
         self._known = np.zeros((self._length, 0, 3, 2))
 
-    def add(self, id, come, path):
-        """Add a frame: bodies `id` (N,) ascending, `come` (M,) those of them who were not in the last one."""
+    def add(self, id, new, path):
+        """Add a frame: bodies `id` (N,) ascending, `new` (M,) those that were absent from the last one."""
         self._latest += 1
         if id[-1] >= len(self._since):
             room = (0, 2 * int(id[-1]) + 64 - len(self._since))
             self._since = np.pad(self._since, room)
             self._known = np.pad(self._known, ((0, 0), room, (0, 0), (0, 0)))
-        self._since[come] = self._latest
+        self._since[new] = self._latest
         self._known[self._latest % self._length, id] = np.stack([path.place, path.velocity, path.acceleration], axis=1)
 
     def at(self, id, ago):
-        """Return the paths of bodies (N,) `ago` (N,) [s] before the latest frame: cubic between frames."""
+        """Return the paths of bodies (N,) `ago` (N,) [s] before the latest frame, with cubic interpolation."""
         wanted = self._latest - ago / self._dt
         first = np.maximum(self._since[id], self._latest - self._length + 1)
         before = np.clip(np.floor(wanted), first, np.maximum(self._latest - 1, first)).astype(np.int64)
@@ -256,29 +256,29 @@ class Trail:
 
 
 def along_across(vector, yaw):
-    """Return the parts (N,) of vectors (N, 2) along yaws (N,) [rad] and to their left."""
+    """Return the components (N,) of vectors (N, 2) along yaws (N,) [rad] and to their left."""
     cos, sin = (np.cos(yaw), np.sin(yaw))
     return (vector[:, 0] * cos + vector[:, 1] * sin, vector[:, 1] * cos - vector[:, 0] * sin)
 
 
-def within(value, limit):
-    """Return values (N,) cut to limits on both sides of zero."""
+def clamp(value, limit):
+    """Limit the magnitude of values (N,)."""
     cut: object = np.minimum(np.maximum(value, -limit), limit)
     return cut
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Build:
-    """What matters of N bodies."""
+class Dimensions:
+    """Dimensions of N bodies."""
 
-    lead: object
-    arm: object
+    front_offset: object
+    limit_offset: object
     yaw_rate_max: object
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rolling:
-    """The motion of N bodies at one instant."""
+    """Motion of N bodies at one instant."""
 
     axle: object
     yaw: object
@@ -300,113 +300,117 @@ class Rolling:
         )
 
 
-def set_rolling(path, yaw, build):
-    """Put bodies with their fronts on paths, at yaws (N,) [rad], as if they had always followed them."""
+def initialise_bodies(path, yaw, dimensions):
+    """Initialise bodies with their fronts on paths, at yaws (N,) [rad], in steady motion."""
     along, across = along_across(path.velocity, yaw)
     speed = np.maximum(along, 0.0)
     steering = np.where(speed > STANDING, across / np.maximum(speed, STANDING), 0.0)
-    yaw_rate = within(speed * steering / build.lead, fastest_turn(speed, build))
-    acceleration = np.clip(along_across(path.acceleration, yaw)[0], -GRIP, HIGHEST_ACCELERATION)
-    axle = path.place - build.lead[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
+    yaw_rate = clamp(speed * steering / dimensions.front_offset, yaw_rate_limit(speed, dimensions))
+    acceleration = np.clip(along_across(path.acceleration, yaw)[0], -GRIP, ACCELERATION_MAX)
+    axle = path.place - dimensions.front_offset[:, None] * np.column_stack([np.cos(yaw), np.sin(yaw)])
     return Rolling(axle, yaw, speed, np.where(speed > 0, acceleration, 0.0), yaw_rate, np.zeros(len(yaw)))
 
 
-def roll(state, speed_wanted, curvature_wanted, feedforward, build, dt):
-    """Move for a step."""
-    speed, acceleration = _accelerated(state, speed_wanted, feedforward, dt)
-    yaw_rate, yaw_acceleration = _turned(state, curvature_wanted, speed, build, dt)
-    way = 0.5 * (state.speed + speed) * dt
+def step_bodies(state, speed_wanted, curvature_wanted, feedforward, dimensions, dt):
+    """Advance by one step."""
+    speed, acceleration = _next_speed(state, speed_wanted, feedforward, dt)
+    yaw_rate, yaw_acceleration = _next_yaw_rate(state, curvature_wanted, speed, dimensions, dt)
+    distance = 0.5 * (state.speed + speed) * dt
     turn = 0.5 * (state.yaw_rate + yaw_rate) * dt
-    middle, chord = (state.yaw + 0.5 * turn, way * np.sinc(turn / (2 * np.pi)))
+    middle, chord = (state.yaw + 0.5 * turn, distance * np.sinc(turn / (2 * np.pi)))
     axle = state.axle + chord[:, None] * np.column_stack([np.cos(middle), np.sin(middle)])
     return Rolling(axle, state.yaw + turn, speed, acceleration, yaw_rate, yaw_acceleration)
 
 
-def fastest_turn(speed, build):
-    """Return the greatest yaw rate (N,) [rad/s] at speeds (N,) [m/s]."""
-    locked = speed * math.tan(STEERING) / build.lead
-    return np.minimum(np.minimum(locked, LATERAL_ACCELERATION / np.maximum(speed, 0.1)), build.yaw_rate_max)
+def yaw_rate_limit(speed, dimensions):
+    """Return the maximum yaw rate (N,) [rad/s] at speeds (N,) [m/s]."""
+    locked = speed * math.tan(STEERING) / dimensions.front_offset
+    return np.minimum(np.minimum(locked, LATERAL_ACCELERATION / np.maximum(speed, 0.1)), dimensions.yaw_rate_max)
 
 
-def _accelerated(state, wanted, feedforward, dt):
-    """Return speed [m/s] and acceleration [m/s^2] after a step towards a wanted speed."""
+def _next_speed(state, wanted, feedforward, dt):
+    """Return speed [m/s] and acceleration [m/s^2] after a step towards a target speed."""
     expected = state.speed + 0.5 * (state.acceleration + feedforward) * dt
     acceleration = feedforward + (wanted - expected) / SETTLING_S
     across = np.minimum(state.speed * np.abs(state.yaw_rate), GRIP)
-    hardest = -np.minimum(np.sqrt(GRIP**2 - across**2), np.sqrt(JERK * state.speed))
-    acceleration = np.minimum(np.maximum(acceleration, hardest), HIGHEST_ACCELERATION)
-    acceleration = state.acceleration + within(acceleration - state.acceleration, JERK * dt)
+    acceleration_min = -np.minimum(np.sqrt(GRIP**2 - across**2), np.sqrt(JERK * state.speed))
+    acceleration = np.minimum(np.maximum(acceleration, acceleration_min), ACCELERATION_MAX)
+    acceleration = state.acceleration + clamp(acceleration - state.acceleration, JERK * dt)
     speed = state.speed + 0.5 * (state.acceleration + acceleration) * dt
     stands = (speed <= 0) | (wanted == 0) & (speed < STANDING)
     return (np.where(stands, 0.0, speed), np.where(stands, 0.0, acceleration))
 
 
-def _turned(state, curvature, speed, build, dt):
-    """Return yaw rate [rad/s] and yaw acceleration [rad/s^2] after a step towards a wanted curvature."""
-    limit = fastest_turn(speed, build)
-    error = within(curvature * speed, limit) - state.yaw_rate
-    reach = np.maximum(np.abs(build.arm), 0.5)
+def _next_yaw_rate(state, curvature, speed, dimensions, dt):
+    """Return yaw rate [rad/s] and yaw acceleration [rad/s^2] after a step towards a target curvature."""
+    limit = yaw_rate_limit(speed, dimensions)
+    error = clamp(curvature * speed, limit) - state.yaw_rate
+    reach = np.maximum(np.abs(dimensions.limit_offset), 0.5)
     jerk = LATERAL_JERK / reach
     room = LATERAL_ACCELERATION + SWING_ABOVE - speed * np.abs(state.yaw_rate)
     swing = np.where(error * state.yaw_rate > 0, np.clip(room, 0.1, SWING), SWING)
     most = np.minimum(LATERAL_JERK / np.maximum(speed, 1.0), swing / reach)
-    wanted = within(error / STEERING_S, np.minimum(most, np.sqrt(2 * jerk * np.abs(error))))
-    acceleration = state.yaw_acceleration + within(wanted - state.yaw_acceleration, jerk * dt)
+    wanted = clamp(error / STEERING_S, np.minimum(most, np.sqrt(2 * jerk * np.abs(error))))
+    acceleration = state.yaw_acceleration + clamp(wanted - state.yaw_acceleration, jerk * dt)
     free = state.yaw_rate + 0.5 * (state.yaw_acceleration + acceleration) * dt
-    yaw_rate = within(free, limit)
+    yaw_rate = clamp(free, limit)
     return (yaw_rate, np.where(yaw_rate == free, acceleration, (yaw_rate - state.yaw_rate) / dt))
 
 
-def drive(state, lag, id, trail, build, dt):
-    """Follow paths up to their latest frame, from the one before."""
+def advance_bodies(state, lag, id, trail, dimensions, dt):
+    """Follow paths from the previous to the latest frame."""
     steps = math.ceil(dt / STEP_S)
     for step in range(steps):
         left = dt * (steps - step - 1) / steps
-        state, lag = _step(state, lag, id, trail, left, build, dt / steps)
+        state, lag = _follow_step(state, lag, id, trail, left, dimensions, dt / steps)
     return (state, lag)
 
 
-def _step(state, lag, id, trail, left, build, dt):
-    """Follow the paths for a step that ends `left` [s] before their latest frame."""
-    front, _, _ = state.at(build.lead)
-    lag = _lag(lag, front, trail.at(id, left + dt + lag))
-    goal = trail.at(id, left + lag)
-    speed = np.hypot(*goal.velocity.T)
-    short, beside = along_across(goal.shifted(np.full(len(lag), -dt)).place - front, state.yaw)
+def _follow_step(state, lag, id, trail, left, dimensions, dt):
+    """Follow the paths for one step, which ends `left` [s] before the latest frame."""
+    front, _, _ = state.at(dimensions.front_offset)
+    lag = _next_lag(lag, front, trail.at(id, left + dt + lag))
+    target = trail.at(id, left + lag)
+    speed = np.hypot(*target.velocity.T)
+    along_error, cross_error = along_across(target.shifted(np.full(len(lag), -dt)).place - front, state.yaw)
     yaw = state.yaw + state.yaw_rate * (dt + STEERING_S)
-    ahead, across = along_across(goal.shifted(np.full(len(lag), STEERING_S)).velocity, yaw)
-    nudge = within(np.arctan(beside / (AIM_M + AIM_S * speed)), AIM_RAD)
-    angle = np.arctan2(across, ahead) + nudge
-    reachable, angle = (np.abs(angle) <= STEERING, within(angle, STEERING))
+    ahead, across = along_across(target.shifted(np.full(len(lag), STEERING_S)).velocity, yaw)
+    correction = clamp(np.arctan(cross_error / (AIM_M + AIM_S * speed)), AIM_RAD)
+    angle = np.arctan2(across, ahead) + correction
+    reachable, angle = (np.abs(angle) <= STEERING, clamp(angle, STEERING))
     moving = speed > STANDING
-    curvature = np.where(moving, np.tan(angle) / build.lead, 0.0)
-    behind = np.where(moving, lag * np.maximum(speed, SLOW), short)
-    hurry = within(CATCH_UP * behind, np.maximum(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
-    hurry = np.where(reachable, hurry, 0.0)
-    wanted = np.where(moving, np.maximum(speed * np.cos(angle) + hurry, 0.0), np.where(hurry > CREEP, hurry, 0.0))
-    fastest = _fastest(goal, speed)
-    own = along_across(goal.acceleration, yaw)[0] + across * state.yaw_rate
-    feedforward = np.where(moving & reachable & (wanted < fastest), own, 0.0)
-    return (roll(state, np.minimum(wanted, fastest), curvature, feedforward, build, dt), lag)
+    curvature = np.where(moving, np.tan(angle) / dimensions.front_offset, 0.0)
+    distance_behind = np.where(moving, lag * np.maximum(speed, SLOW), along_error)
+    catch_up_speed = clamp(CATCH_UP * distance_behind, np.maximum(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
+    catch_up_speed = np.where(reachable, catch_up_speed, 0.0)
+    wanted = np.where(
+        moving,
+        np.maximum(speed * np.cos(angle) + catch_up_speed, 0.0),
+        np.where(catch_up_speed > CREEP, catch_up_speed, 0.0),
+    )
+    speed_max = _speed_limit(target, speed)
+    path_acceleration = along_across(target.acceleration, yaw)[0] + across * state.yaw_rate
+    feedforward = np.where(moving & reachable & (wanted < speed_max), path_acceleration, 0.0)
+    return (step_bodies(state, np.minimum(wanted, speed_max), curvature, feedforward, dimensions, dt), lag)
 
 
-def _lag(lag, front, path):
-    """Return by how much time (N,) [s] fronts (N, 2) are behind, given where they ought to be if it were `lag`."""
+def _next_lag(lag, front, path):
+    """Return the lag (N,) [s] of fronts (N, 2), given their paths at the previous lag."""
     speed_squared = np.maximum(np.einsum("nc,nc->n", path.velocity, path.velocity), SLOW**2)
     more = np.einsum("nc,nc->n", path.place - front, path.velocity) / speed_squared
-    later = np.clip(lag + within(more, LAG_STEP_S), -AHEAD_S, BEHIND_S)
+    later = np.clip(lag + clamp(more, LAG_STEP_S), -AHEAD_S, BEHIND_S)
     return np.where(speed_squared > SLOW**2, later, np.where(lag > 0, later, 0.0))
 
 
-def _fastest(path, speed):
-    """Return the greatest speed (N,) [m/s] in the bends of paths that go at `speed` (N,); on straights, twice that."""
+def _speed_limit(path, speed):
+    """Return the maximum speed (N,) [m/s] in bends of paths with `speed` (N,); on straights, twice that."""
     across = np.maximum(path.acceleration_across(), LATERAL_ACCELERATION / 4)
     return np.maximum(speed, CATCH_UP_LEAST) * np.sqrt(LATERAL_ACCELERATION / across)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trailing:
-    """N trailers at one instant: of the whole vehicle's box, were it straight, laid along the trailer."""
+    """Motion of N trailers at one instant: that of the whole straight vehicle's box, along the trailer."""
 
     yaw: object
     yaw_rate: object
@@ -421,7 +425,7 @@ class Trailers:
         self._id = np.empty(0, np.int64)
 
     def follow(self, id, tractor, length, hitch):
-        """Return the motion of N trailers a frame later; those that were not there before are in line."""
+        """Return the motion of N trailers a frame later; new ones are aligned with their tractors."""
         yaw = tractor.yaw.copy()
         _, new, old = np.intersect1d(id, self._id, assume_unique=True, return_indices=True)
         if len(new):
@@ -450,36 +454,36 @@ def trail(tractor, yaw, length, hitch):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Cast:
-    """What matters here of N members."""
+class _MemberTable:
+    """Dimensions of N members."""
 
     id: object
     length: object
-    build: object
-    bends: object
+    dimensions: object
+    articulated: object
     hitch: object
 
     @classmethod
     def of(cls, members):
         length = np.array([member.size[0] for member in members])
-        bends = np.flatnonzero([member.kind is Kind.TRAILER_TRUCK for member in members])
-        coupling = hitch(length[bends])
-        lead = np.maximum(REAR_AXLE * length, SHORTEST_LEAD)
-        arm = lead - 0.5 * length
-        lead[bends], arm[bends] = (coupling.drive_axle, 0.0)
+        articulated = np.flatnonzero([member.kind is Kind.TRAILER_TRUCK for member in members])
+        coupling = hitch(length[articulated])
+        front_offset = np.maximum(REAR_AXLE * length, SHORTEST_LEAD)
+        limit_offset = front_offset - 0.5 * length
+        front_offset[articulated], limit_offset[articulated] = (coupling.drive_axle, 0.0)
         walks = np.array([member.kind is Kind.PEDESTRIAN for member in members])
-        build = Build(lead, arm, np.where(walks, YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS))
-        return cls(np.array([member.id for member in members]), length, build, bends, coupling)
+        dimensions = Dimensions(front_offset, limit_offset, np.where(walks, YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS))
+        return cls(np.array([member.id for member in members]), length, dimensions, articulated, coupling)
 
 
 class PhysicalTruth:
-    """Turns raw frames into motions, in order, each as soon as the look-ahead allows."""
+    """Converter of raw frames to motions, in order, each as soon as the look-ahead allows."""
 
     def __init__(self, dt, config, *, rolling):
         self._dt = dt
-        self._rolls = rolling
+        self._rolling = rolling
         self._ahead = round(config.lookahead_s / dt)
-        self._window = Window(dt, config, leads=rolling)
+        self._window = Window(dt, config, rolling=rolling)
         self._waiting = deque()
         self._pushed = 0
         self._ended = False
@@ -488,35 +492,35 @@ class PhysicalTruth:
         self._trailers = Trailers(dt)
 
     def push(self, raw):
-        """Take in the next raw frame."""
-        cast = _Cast.of(raw.members)
-        forward = 0.5 * cast.length[:, None] * self._rolls
+        """Append the next raw frame."""
+        table = _MemberTable.of(raw.members)
+        forward = 0.5 * table.length[:, None] * self._rolling
         yaw = raw.pose_world[:, 2]
         point = raw.pose_world[:, :2] + forward * np.column_stack([np.cos(yaw), np.sin(yaw)])
-        self._window.push(self._pushed, cast.id, np.column_stack([point, yaw]), raw.speed)
+        self._window.push(self._pushed, table.id, np.column_stack([point, yaw]), raw.speed)
         self._waiting.append(raw)
         self._pushed += 1
 
     def end(self):
-        """Say that there will be no further raw frames; those that wait still come out."""
+        """Mark the end of the raw frames."""
         self._ended = True
 
     def pop(self):
-        """Return members and motion of the next settled frame, None if there is none (yet)."""
+        """Return members and motion of the next final frame, or None if there is none yet."""
         if not self._waiting or (len(self._waiting) <= self._ahead and (not self._ended)):
             return None
         members = self._waiting[0].members
-        cast = _Cast.of(members)
-        reference = self._window.reference(self._pushed - len(self._waiting), cast.id, self._pushed)
+        table = _MemberTable.of(members)
+        reference = self._window.reference(self._pushed - len(self._waiting), table.id, self._pushed)
         self._waiting.popleft()
-        return (members, self._rolled(cast, reference) if self._rolls else _smoothed(reference))
+        return (members, self._rolled(table, reference) if self._rolling else _smoothed(reference))
 
-    def _rolled(self, cast, reference):
-        """Let bodies follow the reference on their wheels."""
+    def _rolled(self, table, reference):
+        """Return the motion of bodies that roll along the reference."""
         path = Path(reference.path[:, :2], reference.rate[:, :2], reference.bend[:, :2])
-        bodies = self._led(cast, path, reference.raw[:, 2])
-        front, _, _ = bodies.at(cast.build.lead)
-        place, velocity, acceleration = bodies.at(cast.build.lead - 0.5 * cast.length)
+        bodies = self._follow(table, path, reference.raw[:, 2])
+        front, _, _ = bodies.at(table.dimensions.front_offset)
+        place, velocity, acceleration = bodies.at(table.dimensions.front_offset - 0.5 * table.length)
         motion = Kinematics(
             pose_world=np.column_stack([place, wrap_angle(bodies.yaw)]),
             velocity_world=velocity,
@@ -526,31 +530,36 @@ class PhysicalTruth:
             changes_lane=reference.changes_lane,
             deviation=_deviation(front - reference.raw[:, :2], reference.path[:, 2]),
         )
-        return self._bent(cast, bodies, motion) if len(cast.bends) else motion
+        return self._with_trailers(table, bodies, motion) if len(table.articulated) else motion
 
-    def _led(self, cast, path, yaw):
-        """Roll those on who were there in the last frame; put the others where they should be."""
-        _, stay, before = np.intersect1d(cast.id, self._id, assume_unique=True, return_indices=True)
-        come = np.setdiff1d(np.arange(len(cast.id)), stay, assume_unique=True)
-        self._trail.add(cast.id, cast.id[come], path)
-        bodies, lag = ([set_rolling(_rows(path, come), yaw[come], _rows(cast.build, come))], [np.zeros(len(come))])
-        if len(stay):
-            build = _rows(cast.build, stay)
-            rolled = drive(_rows(self._bodies, before), self._lag[before], cast.id[stay], self._trail, build, self._dt)
+    def _follow(self, table, path, yaw):
+        """Advance the known bodies; initialise the new ones."""
+        _, known, before = np.intersect1d(table.id, self._id, assume_unique=True, return_indices=True)
+        new = np.setdiff1d(np.arange(len(table.id)), known, assume_unique=True)
+        self._trail.add(table.id, table.id[new], path)
+        bodies, lag = (
+            [initialise_bodies(_rows(path, new), yaw[new], _rows(table.dimensions, new))],
+            [np.zeros(len(new))],
+        )
+        if len(known):
+            dimensions = _rows(table.dimensions, known)
+            rolled = advance_bodies(
+                _rows(self._bodies, before), self._next_lag[before], table.id[known], self._trail, dimensions, self._dt
+            )
             bodies.append(rolled[0])
             lag.append(rolled[1])
-        order = np.argsort(np.concatenate([come, stay]))
-        self._id, self._lag = (cast.id, np.concatenate(lag)[order])
+        order = np.argsort(np.concatenate([new, known]))
+        self._id, self._next_lag = (table.id, np.concatenate(lag)[order])
         self._bodies = Rolling(
             *(np.concatenate([getattr(part, column.name) for part in bodies])[order] for column in fields(Rolling))
         )
         return self._bodies
 
-    def _bent(self, cast, bodies, motion):
-        """Replace the motion of tractors by that of the trailers behind them."""
-        rows = cast.bends
+    def _with_trailers(self, table, bodies, motion):
+        """Replace the motion of tractors by that of their trailers."""
+        rows = table.articulated
         tractor = _rows(bodies, rows)
-        trailing = self._trailers.follow(cast.id[rows], tractor, cast.length[rows], cast.hitch)
+        trailing = self._trailers.follow(table.id[rows], tractor, table.length[rows], table.hitch)
         place, velocity, acceleration = trailing.centre
         motion.pose_world[rows] = np.column_stack([place, wrap_angle(trailing.yaw)])
         motion.velocity_world[rows] = velocity
@@ -561,7 +570,7 @@ class PhysicalTruth:
 
 
 def _smoothed(reference):
-    """Take the smoothed poses for the motion."""
+    """Return the motion of the smoothed poses."""
     return Kinematics(
         pose_world=np.column_stack([reference.path[:, :2], wrap_angle(reference.path[:, 2])]),
         velocity_world=reference.rate[:, :2],
@@ -574,7 +583,7 @@ def _smoothed(reference):
 
 
 def _deviation(offset, course):
-    """Return how much of offsets (N, 2) is ahead and how much to the left of courses (N,)."""
+    """Return the components of offsets (N, 2) along and to the left of courses (N,)."""
     cos, sin = (np.cos(course), np.sin(course))
     return np.column_stack([offset[:, 0] * cos + offset[:, 1] * sin, offset[:, 1] * cos - offset[:, 0] * sin])
 

@@ -1,13 +1,13 @@
-"""A front that is led along a given path, and axles that follow it: integrated in tiny steps, one body at a time."""
+"""Axles that follow a front on a given path, integrated in small steps, one body at a time."""
 
 import math
 
 
 def follow(path, lead, yaw, duration, trailer=None, step=1e-4):
-    """Pose of the rear axle (x, y, yaw) at the end, and the trailer's yaw if (kingpin ahead, base, yaw) is given.
+    """Return the final pose of the rear axle (x, y, yaw), and the trailer's yaw, given (kingpin ahead, base, yaw).
 
-    `path(t)` is the front's velocity (vx, vy); the axle never slips, so that the body turns by the front's velocity
-    across it over `lead`.
+    `path(t)` is the front's velocity (vx, vy). The axle does not slip, so the yaw rate is the front's velocity across
+    the body over `lead`.
     """
     x, y = -lead * math.cos(yaw), -lead * math.sin(yaw)
     ahead, base, behind = trailer or (0.0, 1.0, yaw)

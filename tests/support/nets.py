@@ -1,14 +1,12 @@
 """Traffic on the test nets in tests/nets."""
 
-from pathlib import Path
+from support.paths import NETS
 
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 
-NETS = Path(__file__).parents[1] / "nets"
-
 TRAFFIC = {
-    # lane changes jump where nothing else is said
+    # without further options, lane changes take one step
     "grid": {"net": "grid/grid.net.xml.gz", "options": {"lateral-resolution": "0.8"}},
     "spider": {"options": {"time-to-teleport": "12"}},
     "roundabout": {},
@@ -23,7 +21,7 @@ TRAFFIC = {
 
 def source_on(name, range_m=60.0, **keys):
     """Return a source of traffic on a test net."""
-    usual = (
+    defaults = (
         {}
         if "config" in TRAFFIC[name]
         else {
@@ -31,4 +29,4 @@ def source_on(name, range_m=60.0, **keys):
             "routes": ["mixed.rou.xml", f"{name}/{name}.rou.xml"],
         }
     )
-    return SumoSource(SumoTraffic(ego="vehicle:ego", **usual | TRAFFIC[name] | keys), NETS, range_m)
+    return SumoSource(SumoTraffic(ego="vehicle:ego", **defaults | TRAFFIC[name] | keys), NETS, range_m)

@@ -1,4 +1,4 @@
-"""Traffic sources for tests of what runs traffic apart: quick, deterministic, and able to fail in every way."""
+"""Traffic sources for tests of the worker process: fast, deterministic, with selectable failures."""
 
 import os
 import signal
@@ -15,7 +15,7 @@ from sim.world import Actors, Ego, Obstacles, WorldFrame
 
 
 def walk(index: int, dt: float, count: int, rng: np.random.Generator, speed: float) -> WorldFrame:
-    """A frame of `count` actors at random places; the ego's speed is what was commanded."""
+    """Return a frame of `count` actors at random positions; the ego has the commanded speed."""
     ego = Ego(
         pose_world=rng.normal(size=3),
         velocity_world=np.array([speed, 0.0]),
@@ -45,15 +45,15 @@ def walk(index: int, dt: float, count: int, rng: np.random.Generator, speed: flo
 
 @dataclass
 class ToyTraffic:
-    """Actors that jump about at random. `fate` strikes at frame `last`."""
+    """Actors at random positions. The selected failure happens at frame `last`."""
 
-    fate: str = ""
+    failure: str = ""
     last: int = 10
     count: int = 100
     report: str = ""
-    """A file that gets a line for every step and for the end."""
+    """Path of a file that gets a line for every step and for the end."""
     litter: bool = False
-    """Whether it leaves a temporary file behind."""
+    """Leave a temporary file behind."""
     dt: float = 0.08
     origin: np.ndarray = field(default_factory=lambda: np.array([10_000.0, -20_000.0]))
 
@@ -62,22 +62,22 @@ class ToyTraffic:
         self.log(f"process {os.getpid()}")
         if self.litter:
             tempfile.NamedTemporaryFile(suffix=".litter", delete=False).close()
-        if self.fate == "no start":
+        if self.failure == "no start":
             raise TrafficInputError(f"toy: seed {seed} is not there; choose another")
-        if self.fate == "died at start":
+        if self.failure == "died at start":
             os.kill(os.getpid(), signal.SIGSEGV)
         return Obstacles.from_polygons([np.eye(2) * seed], [3.0])
 
     def step(self) -> WorldFrame:
         self.log(f"step {self.next}")
         if self.next == self.last:
-            self.strike()
+            self.fail()
         frame = walk(self.next, self.dt, self.count, self.rng, self.speed)
         self.next += 1
         return frame
 
-    def strike(self) -> None:
-        match self.fate:
+    def fail(self) -> None:
+        match self.failure:
             case "ended":
                 raise TrafficEndedError("the ego arrived at 0.80 s")
             case "failed":
@@ -110,7 +110,7 @@ class ToyTraffic:
 
 
 class Inventory:
-    """Any other traffic, which ends after its first frame by telling what modules its process has loaded."""
+    """Wrapper that ends after the first frame with the loaded modules of its process as the message."""
 
     def __init__(self, source: TrafficSource):
         self.dt, self.origin = source.dt, np.zeros(2)

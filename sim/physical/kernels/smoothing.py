@@ -1,4 +1,4 @@
-"""The smooth path of a point, from the frames around one."""
+"""Kernel that smooths the path of one point over neighbouring frames."""
 
 import math
 
@@ -8,38 +8,38 @@ from sim.arrays import Floats, Ints
 
 
 @njit(cache=True)
-def wrapped(angle: float) -> float:
-    """Bring an angle [rad] into (-pi, pi]."""
+def wrap_angle(angle: float) -> float:
+    """Wrap an angle [rad] into (-pi, pi]."""
     return math.pi - (math.pi - angle) % (2 * math.pi)
 
 
 @njit(cache=True)
-def smoothed(
+def smooth_path(
     frames: Ints,
     path: Floats,
     speed: Floats,
     weights: Floats,
     frame: int,
-    known: int,
-    leads: bool,
+    pushed: int,
+    rolling: bool,
     dt: float,
     out: Floats,
 ) -> None:
-    """Write the path's place, first and second derivative at a frame to `out` (3, 3): x, y and yaw in its columns.
+    """Write the path's position, first and second derivative at a frame to `out` (3, 3), with columns x, y and yaw.
 
-    The course of a front that leads is not smoothed, and has no derivatives. Where the body was not (yet) known, it is
-    taken to go straight on at its speed if a front leads, and else to go on with the last known step, turn included.
+    With `rolling`, the course is not smoothed and has no derivatives. Outside of its known frames, the body is
+    extrapolated: straight at its speed with `rolling`, else by its last known step, turn included.
 
     Parameters
     ----------
     frames, path, speed
-        (L,), (L, 3) and (L,) of the body, see `Said`.
+        (L,), (L, 3) and (L,) of the body, see `RawHistory`.
     weights
-        (3, 2 H + 1) of the path and its derivatives.
-    frame, known
-        The frame, and the number of frames that were pushed.
-    leads
-        Whether the point is a front that leads.
+        (3, 2 H + 1) weights of the path and its derivatives.
+    frame, pushed
+        The frame, and the number of frames pushed so far.
+    rolling
+        The point is a front whose body follows, see `PhysicalTruth`.
     dt
         Time between frames [s].
     """
@@ -48,16 +48,16 @@ def smoothed(
     out[:] = 0.0
     for sign in (1, -1):
         last = 0
-        while last < half and _there(frames, frame + sign * (last + 1), known):
+        while last < half and _is_known(frames, frame + sign * (last + 1), pushed):
             last += 1
         end_x, end_y, end_yaw = path[(frame + sign * last) % length]
-        step_x, step_y, step_yaw = _onward(frames, path, speed, frame, known, sign, last, leads, dt)
+        step_x, step_y, step_yaw = _extrapolated_step(frames, path, speed, frame, pushed, sign, last, rolling, dt)
         for n in range(1, half + 1):
             if n <= last:
                 x, y, yaw = path[(frame + sign * n) % length]
             else:
                 x, y, yaw = end_x + (n - last) * step_x, end_y + (n - last) * step_y, end_yaw + (n - last) * step_yaw
-            turn = 0.0 if leads else wrapped(yaw - now_yaw)  # a front's course matters now only
+            turn = 0.0 if rolling else wrap_angle(yaw - now_yaw)  # only the present course of a front is used
             for order in range(3):
                 weight = weights[order, half + sign * n]
                 out[order, 0] += weight * (x - now_x)
@@ -69,20 +69,20 @@ def smoothed(
 
 
 @njit(cache=True)
-def _there(frames: Ints, frame: int, known: int) -> bool:
-    return 0 <= frame < known and frames[frame % len(frames)] == frame
+def _is_known(frames: Ints, frame: int, pushed: int) -> bool:
+    return 0 <= frame < pushed and frames[frame % len(frames)] == frame
 
 
 @njit(cache=True)
-def _onward(
-    frames: Ints, path: Floats, speed: Floats, frame: int, known: int, sign: int, last: int, leads: bool, dt: float
+def _extrapolated_step(
+    frames: Ints, path: Floats, speed: Floats, frame: int, pushed: int, sign: int, last: int, rolling: bool, dt: float
 ) -> tuple[float, float, float]:
-    """Return the step by which a path goes on, in direction `sign` of time, after its last known pose."""
+    """Return the step that continues a path beyond its last known pose, in direction `sign` of time."""
     length = len(frames)
     x, y, yaw = path[(frame + sign * last) % length]
-    before = frame + sign * (last - 1)  # with last = 0 it is on the other side of the frame
-    if not leads and _there(frames, before, known):
+    before = frame + sign * (last - 1)  # with last = 0 this is on the other side of the frame
+    if not rolling and _is_known(frames, before, pushed):
         x_before, y_before, yaw_before = path[before % length]
-        return x - x_before, y - y_before, wrapped(yaw - yaw_before)
-    way = sign * speed[(frame + sign * last) % length] * dt
-    return way * math.cos(yaw), way * math.sin(yaw), 0.0
+        return x - x_before, y - y_before, wrap_angle(yaw - yaw_before)
+    distance = sign * speed[(frame + sign * last) % length] * dt
+    return distance * math.cos(yaw), distance * math.sin(yaw), 0.0

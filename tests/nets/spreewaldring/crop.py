@@ -1,4 +1,4 @@
-"""Keep of an OpenStreetMap extract what the import takes: roads, buildings, meadows, without who mapped them when."""
+"""Reduce an OpenStreetMap extract to roads, buildings and meadows, without authors and dates."""
 
 import sys
 import xml.etree.ElementTree as ET

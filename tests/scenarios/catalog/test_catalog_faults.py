@@ -1,4 +1,4 @@
-"""The fault scenarios are one drive on one street, and each fault does what its sentence says, by the truth."""
+"""Fault scenarios: identical traffic, and the described effect of each fault, by ground truth."""
 
 import tomllib
 from dataclasses import fields
@@ -24,14 +24,14 @@ FAULTS = {
     "calibration-error": "calibration",
     "pitch": "attitude",
 }
-"""The kind of noise that each is about."""
+"""Kind of noise of each scenario."""
 OWN = {"description", "reason", "suite", "noise", "expect"}
-"""Keys in which the files differ."""
+"""Keys that may differ between the files."""
 
 
 @pytest.fixture(scope="module")
 def scanned():
-    """Every sixth frame of each scenario, scanned; the street is played once."""
+    """Return every sixth frame of each scenario, scanned; the traffic is simulated once."""
     return {name: [*scans(name, when=lambda f: f.index % 6 == 0, traffic=REFERENCE)] for name in (REFERENCE, *FAULTS)}
 
 
@@ -42,7 +42,7 @@ def beams():
 
 
 def lost(instants, cause, beams):
-    """Rows in the beam table of the beams lost to a cause, per frame."""
+    """Return the rows of the beam table lost to a cause, per frame."""
     start = np.searchsorted(beams.unit, np.arange(len(beams.units)))
     for instant in instants:
         mine = instant.truth.lost_cause == cause
@@ -54,7 +54,7 @@ def test_the_family_is_complete():
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_the_files_differ_in_nothing_but_the_fault(name):
+def test_the_files_differ_only_in_the_fault(name):
     one, other = (
         tomllib.loads((CATALOG / "faults" / f"{each}.toml").read_text(encoding="utf-8")) for each in (name, REFERENCE)
     )
@@ -66,7 +66,7 @@ def test_the_files_differ_in_nothing_but_the_fault(name):
     }
 
 
-def test_what_happens_on_the_street():
+def test_the_traffic_matches_the_description():
     _, frames = played(REFERENCE)
     speed = np.array([np.hypot(*frame.ego.velocity_world) for frame in frames])
     assert speed.max() > 13.0
@@ -85,8 +85,8 @@ def test_what_happens_on_the_street():
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_the_fault_is_felt_on_vehicles_that_count(name, scanned):
-    """A fault beyond the graded range, or too weak to move a point, would test nothing."""
+def test_the_fault_affects_graded_vehicles(name, scanned):
+    """A fault beyond the graded range, or too weak to move a point, would have no effect on the metrics."""
     changed = [
         (np.abs(faulty.points - sound.points) > 0.1 * sound.points)[sound.graded]
         for faulty, sound in zip(scanned[name], scanned[REFERENCE], strict=True)
@@ -94,7 +94,7 @@ def test_the_fault_is_felt_on_vehicles_that_count(name, scanned):
     assert np.concatenate(changed).mean() > 0.05
 
 
-def test_the_front_left_unit_is_silent_for_four_seconds_and_comes_back(scanned, beams):
+def test_the_front_left_unit_is_silent_for_four_seconds(scanned, beams):
     for instant in scanned["unit-outage"]:
         heard = np.bincount(instant.scan.unit, minlength=len(beams.units)) > 0
         silent = 3.0 <= instant.frame.time < 7.0
@@ -103,13 +103,13 @@ def test_the_front_left_unit_is_silent_for_four_seconds_and_comes_back(scanned, 
         assert silent == np.any(instant.truth.lost_cause == Loss.OUTAGE)
 
 
-def test_without_the_front_left_unit_nobody_looks_between_its_neighbours(beams):
+def test_without_the_front_left_unit_a_sector_is_not_covered(beams):
     heading_deg = np.rad2deg(np.arctan2(beams.direction_ego[:, 1], beams.direction_ego[:, 0]))
     gap = (heading_deg > 20.5) & (heading_deg < 34.5)
     assert set(beams.unit[gap]) == {0}
 
 
-def test_dirt_takes_beams_of_its_sectors_only_and_a_splash_all_of_them(scanned, beams):
+def test_dirt_loses_beams_of_its_sectors_and_a_splash_all_of_them(scanned, beams):
     sectors = load("dirty-sectors").noise.dirt.sectors
     names = [mount.name for mount in load_rig("srx_six_lux", CATALOG).mounts]
     azimuth_deg = np.rad2deg(beams.azimuth)
@@ -124,7 +124,7 @@ def test_dirt_takes_beams_of_its_sectors_only_and_a_splash_all_of_them(scanned, 
     assert not splash[beams_of(scanned["dirty-sectors"][0].scan, beams)].any()
 
 
-def test_the_sun_takes_beams_that_look_towards_it(scanned, beams):
+def test_the_sun_loses_beams_towards_it(scanned, beams):
     sun = load("sunlit-sectors").noise.sun
     count = 0
     for instant, beam in lost(scanned["sunlit-sectors"], Loss.SUN, beams):
@@ -135,7 +135,7 @@ def test_the_sun_takes_beams_that_look_towards_it(scanned, beams):
     assert count > 100
 
 
-def test_three_in_ten_beams_are_lost_at_random(scanned, beams):
+def test_thirty_percent_of_the_beams_are_lost_at_random(scanned, beams):
     met = gone = 0
     for instant, beam in lost(scanned["heavy-dropout"], Loss.RANDOM, beams):
         gone += len(beam)
@@ -143,7 +143,7 @@ def test_three_in_ten_beams_are_lost_at_random(scanned, beams):
     assert gone / (gone + met) == pytest.approx(0.3, abs=0.01)
 
 
-def test_contours_are_doubled_where_units_disagree(scanned):
+def test_contours_are_doubled_where_units_are_misaligned(scanned):
     doubled = {
         name: np.mean(np.concatenate([i.truth.cause[i.point_row >= 0] for i in scanned[name]]) == Cause.DOUBLED)
         for name in (REFERENCE, "calibration-error")
@@ -152,7 +152,7 @@ def test_contours_are_doubled_where_units_disagree(scanned):
     assert doubled["calibration-error"] > 0.2
 
 
-def test_pitch_brings_the_road_in_and_lifts_the_view_behind(scanned):
+def test_pitch_causes_road_echoes_ahead_and_window_echoes_behind(scanned):
     road = {name: sum(np.sum(i.truth.part == Part.GROUND) for i in scanned[name]) for name in (REFERENCE, "pitch")}
     assert road["pitch"] > 500 > 10 * road[REFERENCE]
     glass = {name: np.mean([_share_of_glass(i, "behind") for i in scanned[name]]) for name in (REFERENCE, "pitch")}

@@ -1,4 +1,4 @@
-"""The highway family shows what its sentences say, as the traffic alone tells: no sensor or tracker is needed."""
+"""Highway scenarios: the described events happen in the traffic, without sensor and tracker."""
 
 from contextlib import closing
 from functools import cache
@@ -18,12 +18,12 @@ FAMILY = sorted((CATALOG / "highway").glob("*.toml"))
 SOURCES = {SumoTraffic: SumoSource, HighwayTraffic: HighwaySource}
 GRADED_M = 50.0
 LANE_M = 3.75
-"""Of the SUMO motorway; highway-env's lanes are 4 m wide."""
+"""[m] Lane width of the SUMO motorway; highway-env's lanes are 4 m wide."""
 
 
 @cache
 def drive(name):
-    """A row for each actor in each frame: its place in the ego frame, and both vehicles' motions."""
+    """Return a row for each actor in each frame: its position in the ego frame, and both vehicles' motions."""
     scenario = Scenario.load(CATALOG / "highway" / f"{name}.toml")
     rows = []
     with closing(SOURCES[type(scenario.traffic)](scenario.traffic, scenario.folder, 200.0)) as source:
@@ -54,20 +54,20 @@ def seen_from_ego(frame):
 
 
 def of(name, actor):
-    """The rows of one actor while it is in the graded range, by time."""
+    """Return the rows of one actor in the graded range, by time."""
     table = drive(name)
     rows = table[(table["name"] == actor) & (np.hypot(table["ahead"], table["left"]) < GRADED_M)]
-    assert len(rows) > 0, f"{actor} never comes near"
+    assert len(rows) > 0, f"{actor} never enters the graded range"
     return rows.set_index("time")
 
 
 def time_abreast(rows):
-    """When an actor is first abreast of the ego [s], whoever passes whom."""
+    """Return the time [s] at which an actor is first abreast of the ego."""
     sign = np.sign(rows["ahead"])
     return rows.index[sign != sign.iloc[0]][0]
 
 
-def test_the_family_is_large_enough_and_highway_env_has_its_share():
+def test_the_family_contains_enough_scenarios_of_both_simulators():
     kinds = [Scenario.load(path).traffic.kind for path in FAMILY]
     assert len(kinds) >= 8
     assert kinds.count("highway-env") >= 3
@@ -79,7 +79,7 @@ def test_every_expectation_has_a_unit_and_a_need(path):
     assert [name for name, limit in limits.items() if not (limit.unit and limit.need)] == []
 
 
-def test_on_a_free_motorway_some_fly_past_and_some_fall_behind_and_all_keep_their_lanes():
+def test_on_a_free_motorway_vehicles_pass_or_fall_behind_in_their_lanes():
     for actor, lane in {"motorbike": 1, "first_fast": 1, "second_fast": 1, "semitrailer": -1, "lorry": -1}.items():
         rows = of("free-flow", actor)
         closing_mps = (rows["speed"] - rows["ego_speed"]).mean()
@@ -97,11 +97,11 @@ def test_the_ego_is_overtaken_and_then_overtakes():
     assert waiting["ego_speed"].min() < 26.0 < 31.0 < passing["ego_speed"].min()
     assert waiting["left"].abs().max() < 1.0
     assert passing["left"].to_numpy() == pytest.approx(-LANE_M, abs=0.4)
-    assert after["left"].item() > -0.4 * LANE_M  # back in the lorry's lane but for the last of the change
+    assert after["left"].item() > -0.4 * LANE_M  # almost back in the lorry's lane
 
 
 @pytest.mark.parametrize(("actor", "lane"), [("leaving_car", 1), ("leaving_van", 2)])
-def test_who_leaves_crosses_the_egos_lane_in_front_of_it(actor, lane):
+def test_leaving_vehicles_cross_the_ego_s_lane_in_front_of_it(actor, lane):
     rows = of("motorway-exit", actor)
     assert drive("motorway-exit").query("name == @actor")["left"].iloc[0] == pytest.approx(lane * LANE_M, abs=0.5)
     assert rows["left"].iloc[-1] < -0.6 * LANE_M
@@ -110,7 +110,7 @@ def test_who_leaves_crosses_the_egos_lane_in_front_of_it(actor, lane):
     assert crossing["ahead"].between(10.0, GRADED_M).all()
 
 
-def test_in_the_jam_the_ego_stands_while_its_neighbours_pass_to_and_fro():
+def test_in_the_jam_the_ego_stands_while_neighbours_pass():
     ego = drive("motorway-jam").drop_duplicates("time").set_index("time")["ego_speed"]
     assert (ego < 0.5).sum() * 0.08 > 2.0
     assert ego.loc[:2.0].max() > 4.0
@@ -124,7 +124,7 @@ def test_in_the_jam_the_ego_stands_while_its_neighbours_pass_to_and_fro():
     assert car["ahead"].max() - car["ahead"].min() > 15.0
 
 
-def test_the_car_from_the_ramp_gets_into_the_egos_lane_ahead_of_it():
+def test_the_car_from_the_ramp_merges_ahead_of_the_ego():
     table = drive("merge-generic-v0")
     merging = table[table["name"] == "car.9"].set_index("time")
     egos_lane = merging["ego_y_world"].iloc[0]
@@ -136,7 +136,7 @@ def test_the_car_from_the_ramp_gets_into_the_egos_lane_ahead_of_it():
     assert merging["ego_y_world"].iloc[-1] == pytest.approx(egos_lane + 4.0, abs=0.5)
 
 
-def test_next_to_the_fast_lane_each_lane_is_slower_and_falls_behind():
+def test_each_lane_is_slower_than_the_one_to_its_left():
     table = drive("exit-v0")
     first = table[table["time"] == 0.0]
     by_lane = first.groupby((-first["left"] / 4.0).round())["speed"].median()

@@ -1,4 +1,4 @@
-"""The noise family is one scene in five files, which shows every aspect; each file has its own noise and no other."""
+"""Noise scenarios: one scene with every aspect in five files, each with its own kinds of noise."""
 
 import tomllib
 from dataclasses import asdict, fields
@@ -25,9 +25,9 @@ ON = {
     "noise-all": KINDS,
 }
 OWN = {"description", "reason", "suite", "noise", "expect"}
-"""Keys in which the files differ."""
+"""Keys that may differ between the files."""
 EVERY = 6
-"""Of so many frames one is scanned."""
+"""One frame of this number is scanned."""
 
 
 def path(name):
@@ -35,7 +35,7 @@ def path(name):
 
 
 def scans(name):
-    """Yield every sixth frame with its scan and what is true of it."""
+    """Yield every sixth frame with its scan and ground truth."""
     scenario = Scenario.load(path(name))
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = ScriptedSource(scenario.traffic, scenario.folder, range_m=200.0)
@@ -56,7 +56,7 @@ def causes(played, name):
 
 
 def off_the_sides_m(played):
-    """How far the points on parked vehicles are from the nearest side of their vehicle's box [m]."""
+    """Return distances [m] of points on parked vehicles from the nearest side of their box."""
     distances = []
     for frame, scan, truth in played:
         at = frame.ego.pose_world[:2] + scan.time_offset[:, None] * frame.ego.velocity_world + scan.points_ego[:, :2]
@@ -69,19 +69,19 @@ def off_the_sides_m(played):
     return np.concatenate(distances)
 
 
-def test_the_family_is_these_files():
+def test_the_family_is_complete():
     assert {file.stem for file in (CATALOG / "noise").glob("*.toml")} == set(ON)
 
 
-def test_the_files_are_identical_but_for_their_noise():
+def test_the_files_differ_only_in_noise():
     documents = [tomllib.loads(path(name).read_text(encoding="utf-8")) for name in ON]
     shared = [{key: value for key, value in document.items() if key not in OWN} for document in documents]
     assert all(other == shared[0] for other in shared[1:])
 
 
 @pytest.mark.parametrize(("name", "on"), ON.items())
-def test_a_file_switches_every_kind_of_noise_on_or_off_and_leaves_its_strength(name, on):
-    """A kind that is new, and on by default, must not slip into `noise-none`."""
+def test_each_file_sets_every_kind_of_noise_with_its_default_strength(name, on):
+    """A new kind of noise that is on by default must not be active in `noise-none`."""
     switches = tomllib.loads(path(name).read_text(encoding="utf-8"))["noise"]
     assert switches == {kind: {"enabled": kind in on} for kind in KINDS}
     default = asdict(NoiseConfig())
@@ -113,7 +113,7 @@ def test_the_scene_shows_cars_vans_and_trucks_from_all_sides(played):
 
 
 def test_without_noise_every_point_on_a_parked_car_is_on_a_side_of_its_box(played):
-    """Mirrors, layers of other depths, range errors, and an ego that is not where it says it is would all show here."""
+    """Detects mirrors, layer overlap, range errors and errors of the ego pose."""
     assert set(causes(played, "noise-none")) == {Cause.CLEAN}
     assert off_the_sides_m(played["noise-none"]).max() < 0.02
     assert np.median(off_the_sides_m(played["noise-all"])) > 0.02
@@ -122,11 +122,11 @@ def test_without_noise_every_point_on_a_parked_car_is_on_a_side_of_its_box(playe
 @pytest.mark.parametrize(
     ("name", "cause"), [("noise-mirror", Cause.MIRROR), ("noise-layer-overlap", Cause.LAYER_OVERLAP)]
 )
-def test_a_kind_alone_makes_its_own_outliers_and_no_others(played, name, cause):
+def test_a_single_kind_makes_only_its_own_outliers(played, name, cause):
     assert set(causes(played, name)) == {Cause.CLEAN, cause}
 
 
-def test_dropout_alone_loses_one_beam_in_a_hundred_at_random(played):
+def test_dropout_loses_one_beam_in_a_hundred_at_random(played):
     assert set(causes(played, "noise-dropout")) == {Cause.CLEAN}
     losses = {name: np.concatenate([truth.lost_cause for *_, truth in played[name]]) for name in ON}
     assert set(losses["noise-none"]) == {Loss.THRESHOLD}
@@ -136,7 +136,7 @@ def test_dropout_alone_loses_one_beam_in_a_hundred_at_random(played):
     assert at_random / (at_random + returned) == pytest.approx(0.01, abs=0.003)
 
 
-def test_with_all_kinds_there_is_rain_and_whatever_else_moves_points(played):
+def test_all_kinds_of_noise_occur_in_combination(played):
     assert set(causes(played, "noise-all")) >= {
         Cause.CLEAN,
         Cause.MIRROR,

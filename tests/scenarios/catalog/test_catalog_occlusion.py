@@ -1,4 +1,4 @@
-"""The occlusion scenarios show what their sentences say, by the truth of traffic and sensor; no tracker is asked."""
+"""Occlusion scenarios: the described occlusions happen, by ground truth, without tracker."""
 
 import tomllib
 from dataclasses import fields, replace
@@ -19,11 +19,11 @@ SHADOWS = {
     "truck-shadow-2s": 2.0,
     "truck-shadow-3s": 3.0,
 }
-"""For how long the truck hides the car [s]."""
+"""Duration of the occlusion by the truck [s]."""
 
 
 def without(frame, name):
-    """The frame, had an actor stayed at home."""
+    """Return the frame without an actor."""
     actors, others = frame.actors, frame.actors.name != name
     return replace(frame, actors=type(actors)(**{f.name: getattr(actors, f.name)[others] for f in fields(actors)}))
 
@@ -33,15 +33,15 @@ def every(count):
 
 
 def runs(flags):
-    """First and last index of each run of true flags."""
+    """Return the first and last index of each run of true flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
     return list(zip(edges[::2], edges[1::2] - 1, strict=True))
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(("name", "hidden_s"), SHADOWS.items())
-def test_the_truck_hides_the_car_once_for_the_time_named(name, hidden_s, seed):
-    """A ray under the truck's floor, over its hood or past its end would cut the time; another speed changes it."""
+def test_the_truck_occludes_the_car_once_for_the_given_time(name, hidden_s, seed):
+    """Rays under the truck's floor, over its hood or past its end would shorten the time."""
     near = [*scans(name, seed=seed, when=lambda frame: -2.0 < ahead(frame, "hidden car") < 13.0)]
     car = row(near[0].frame, "hidden car")
     hits = np.array([instant.truth.hits[car] for instant in near])
@@ -54,8 +54,8 @@ def test_the_truck_hides_the_car_once_for_the_time_named(name, hidden_s, seed):
 
 
 @pytest.mark.parametrize("name", SHADOWS)
-def test_the_books_are_kept_until_the_hidden_car_is_graded_again(name):
-    """Else the occlusion is not counted, and its expectation has no value."""
+def test_the_occlusion_is_within_the_grader_s_time_limit(name):
+    """Otherwise the occlusion is not counted, and its metric has no value."""
     grading = load(name).grading
     near = [*scans(name, when=lambda frame: -2.0 < ahead(frame, "hidden car") < 13.0)]
     graded = np.array([instant.graded[row(instant.frame, "hidden car")] for instant in near])
@@ -63,8 +63,8 @@ def test_the_books_are_kept_until_the_hidden_car_is_graded_again(name):
     assert (last - first + 2) * DT_S <= grading.memory_s
 
 
-def test_the_speed_alone_sets_the_time():
-    """Of the four, a file may differ only in the car's start and speed, and in how long it is watched."""
+def test_the_files_differ_only_in_speed_and_duration():
+    """Only the car's start and speed, and the duration of the run, may differ between the four files."""
     scenes = [tomllib.loads((CATALOG / "occlusion" / f"{name}.toml").read_text(encoding="utf-8")) for name in SHADOWS]
     slower = [scene["traffic"]["ego"]["motion"][0]["speed_mps"] for scene in scenes]
     speeds = [scene["traffic"]["actor"][1]["motion"][0].pop("speed_mps") for scene in scenes]
@@ -75,7 +75,7 @@ def test_the_speed_alone_sets_the_time():
     assert all(scene["traffic"] == scenes[0]["traffic"] for scene in scenes)
 
 
-def test_the_bus_and_nothing_else_hides_the_crossing_car():
+def test_only_the_bus_occludes_the_crossing_car():
     name = "cross-traffic-behind-bus"
     seen = [*scans(name, when=every(2))]
     fraction = np.array([i.truth.visible_fraction[row(i.frame, "crossing car")] for i in seen])
@@ -87,7 +87,7 @@ def test_the_bus_and_nothing_else_hides_the_crossing_car():
         assert instant.truth.visible_fraction[row(instant.frame, "crossing car")] == 1.0
 
 
-def test_the_crossing_car_comes_out_in_front_of_the_ego_which_stands_in_time():
+def test_the_crossing_car_reappears_in_front_of_the_ego_which_stops_in_time():
     _, frames = played("cross-traffic-behind-bus")
     car, last = row(frames[0], "crossing car"), frames[-1]
     across = np.array([frame.actors.pose_world[car, 1] for frame in frames])
@@ -98,14 +98,14 @@ def test_the_crossing_car_comes_out_in_front_of_the_ego_which_stands_in_time():
     assert np.hypot(*last.ego.velocity_world) == 0.0
 
 
-def test_the_crossing_car_hides_the_van_in_its_turn():
+def test_the_crossing_car_occludes_the_van():
     seen = scans("cross-traffic-behind-bus", when=lambda frame: 4.6 < frame.time < 6.0)
     fraction = np.array([i.truth.visible_fraction[row(i.frame, "waiting van")] for i in seen])
     assert fraction[0] == fraction[-1] == 1.0
     assert fraction.min() == 0.0
 
 
-def test_the_cars_change_places_while_the_truck_hides_both():
+def test_the_cars_change_order_while_both_are_occluded():
     _, frames = played("swap-behind-truck")
     lead = np.array([ahead(frame, "fast car") - ahead(frame, "slow car") for frame in frames])
     swap = int(np.flatnonzero(lead > 0.0)[0])
@@ -118,7 +118,7 @@ def test_the_cars_change_places_while_the_truck_hides_both():
         assert np.all(instant.points[cars] >= 10)
 
 
-def test_inner_vehicles_of_the_column_show_half_and_vanish_by_turns():
+def test_inner_vehicles_of_the_column_are_alternately_visible_and_occluded():
     seen = [*scans("convoy", when=every(4))]
     inner = [row(seen[0].frame, name) for name in ("third", "fourth", "last")]
     fraction = np.array([i.truth.visible_fraction[inner] for i in seen])
@@ -132,14 +132,14 @@ def test_inner_vehicles_of_the_column_show_half_and_vanish_by_turns():
 
 
 @pytest.mark.parametrize(("name", "view"), [("rear-only", View.REAR), ("side-only", View.SIDE)])
-def test_one_side_is_all_that_is_ever_seen(name, view):
+def test_only_one_side_is_visible(name, view):
     for instant in scans(name, when=every(5)):
         assert np.all(instant.truth.view == view), instant.frame.time
         assert np.all(instant.graded)
         assert np.all(instant.truth.visible_fraction == 1.0)
 
 
-def test_the_followed_car_is_met_near_and_far():
+def test_the_followed_car_is_near_and_far():
     _, frames = played("rear-only")
     gap = np.array([ahead(frame, "followed car") for frame in frames])
     assert gap[0] == pytest.approx(22.0, abs=0.1)
@@ -148,7 +148,7 @@ def test_the_followed_car_is_met_near_and_far():
 
 
 @pytest.mark.parametrize("name", FAMILY)
-def test_nobody_drives_through_anybody(name):
+def test_vehicles_do_not_overlap(name):
     _, frames = played(name)
     for frame in frames[::5]:
         poses = np.vstack([frame.ego.pose_world, frame.actors.pose_world])

@@ -1,4 +1,4 @@
-"""What the urban scenarios promise happens in them: told by the traffic alone, without a sensor."""
+"""Urban scenarios: the described events happen in the traffic, without sensor."""
 
 import math
 from contextlib import closing
@@ -25,17 +25,17 @@ GRADED_M = 50.0
 
 @dataclass(frozen=True)
 class Played:
-    """A scenario's traffic, from its first frame to its last."""
+    """Traffic of a complete scenario."""
 
     actors: pd.DataFrame
-    """A row per actor and frame: name, time, x, y, yaw (unwrapped over its life), speed, range, ahead, left, ..."""
+    """A row per actor and frame: name, time, x, y, yaw (unwrapped), speed, range, ahead, left, ..."""
     egos: list[Ego]
     time: np.ndarray
     houses: object
     """All obstacles, as one shapely geometry."""
 
     def of(self, name):
-        """The rows of one actor, in the order of time."""
+        """Return the rows of one actor in order of time."""
         return self.actors[self.actors["name"] == name].reset_index(drop=True)
 
 
@@ -53,7 +53,7 @@ def played(name):
 
 
 def rows(frame: WorldFrame):
-    """One frame's actors; `ahead` and `left` [m] are of box centres in the ego frame."""
+    """Return the actors of a frame; `ahead` and `left` [m] are box centres in the ego frame."""
     actors, ego = frame.actors, frame.ego
     apart = actors.pose_world[:, :2] - ego.pose_world[:2]
     cos, sin = math.cos(ego.pose_world[2]), math.sin(ego.pose_world[2])
@@ -78,31 +78,31 @@ def rows(frame: WorldFrame):
 
 
 def turned_deg(actor):
-    """How far an actor has turned, from its first frame to its last [deg]."""
+    """Return the change of an actor's yaw from its first to its last frame [deg]."""
     return math.degrees(actor["yaw"].iloc[-1] - actor["yaw"].iloc[0])
 
 
 # ---- the T-junction
 
 EYES = [(2.165, 0.75), (2.165, -0.75), (1.215, 0.93), (1.215, -0.93), (-2.235, 0.80), (-2.235, -0.80)]
-"""[m] The rig's units in the ego frame: sensor facts 1.4, moved from the rear axle, 1.385 m behind the centre."""
+"""[m] The rig's units in the ego frame: from the rear axle, 1.385 m behind the centre."""
 
 
 def placed(pose, points):
-    """Points (N, 2) of a body's frame, in the world."""
+    """Transform points (N, 2) from a body frame to the world."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     return np.asarray(points) @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
 
 
 def in_sight(run, row):
-    """Whether houses leave a line from any unit to a corner of an actor or to the middle of one of its sides."""
+    """Return True if a line from a unit to a corner or side of an actor is not blocked by houses."""
     half = np.array([row["length"], row["width"]]) / 2
     outline = placed(row[["x", "y", "yaw"]].to_numpy(float), [(x, y) * half for x in (1, 0, -1) for y in (1, 0, -1)])
     eyes = placed(run.egos[row["frame"]].pose_world, EYES)
     return any(not LineString([eye, point]).intersects(run.houses) for eye in eyes for point in outline)
 
 
-def test_houses_at_the_t_junction_hide_who_crosses_until_late():
+def test_houses_at_the_t_junction_occlude_crossing_vehicles_until_late():
     run = played("t-junction")
     for name in [f"{side}_{number}" for side in ("left", "right") for number in (1, 2, 3, 4)]:
         crosser = run.of(name)
@@ -112,14 +112,16 @@ def test_houses_at_the_t_junction_hide_who_crosses_until_late():
         assert first["speed"] > 7.0
 
 
-def test_the_ego_goes_last_at_the_t_junction_and_turns_left():
+def test_the_ego_gives_way_at_the_t_junction_and_turns_left():
     run = played("t-junction")
     yaw = np.unwrap([ego.pose_world[2] for ego in run.egos])
     goes = run.time[yaw > yaw[0] + math.radians(10)][0]
     assert math.degrees(yaw[-1] - yaw[0]) > 60.0
     for name in ("left_1", "left_3", "left_4", "right_1", "right_2", "right_4"):
         crosser = run.of(name)
-        assert crosser["time"][np.abs(crosser["x"]).idxmin()] < goes, f"{name} passes the side street before the ego"
+        assert crosser["time"][np.abs(crosser["x"]).idxmin()] < goes, (
+            f"{name} should pass the side street before the ego"
+        )
     assert turned_deg(run.of("left_2")) == pytest.approx(-90.0, abs=2.0)
     assert turned_deg(run.of("right_3")) == pytest.approx(90.0, abs=2.0)
 
@@ -129,7 +131,7 @@ def test_the_ego_goes_last_at_the_t_junction_and_turns_left():
 GREEN_S = 4.5
 
 
-def test_the_queue_stands_until_green_and_moves_off_one_after_the_other():
+def test_the_queue_stands_until_green_and_starts_one_after_the_other():
     run = played("queue-discharge")
     ego_speed = np.array([np.hypot(*ego.velocity_world) for ego in run.egos])
     starts = {"ego": run.time[ego_speed > 1.0][0]}
@@ -153,7 +155,7 @@ def test_the_queue_stands_until_green_and_moves_off_one_after_the_other():
 
 
 @pytest.mark.parametrize("name", ["turns_east", "turns_west"])
-def test_cars_turn_round_where_the_ego_sees_it(name):
+def test_u_turns_are_visible_to_the_ego(name):
     run = played("u-turn")
     turner = run.of(name)
     assert turned_deg(turner) == pytest.approx(180.0, abs=1.0)
@@ -163,7 +165,7 @@ def test_cars_turn_round_where_the_ego_sees_it(name):
     assert turning["time"].iloc[-1] - turning["time"].iloc[0] < 4.0
 
 
-def test_one_ends_ahead_of_the_ego_and_one_on_the_other_carriageway():
+def test_one_u_turn_ends_ahead_of_the_ego_and_one_on_the_other_carriageway():
     run = played("u-turn")
     ahead, across = (run.of(name).iloc[-1] for name in ("turns_east", "turns_west"))
     assert ahead["ahead"] > 10.0
@@ -182,8 +184,8 @@ def test_the_bus_pulls_in_stands_and_pulls_out_as_the_ego_passes():
     lane, bay = bus["y"].iloc[0], stands["y"].iloc[0]
     assert lane - bay > 3.0
     assert 3.0 < stands["time"].iloc[-1] - stands["time"].iloc[0] < 6.0
-    assert stands["ahead"].iloc[0] > 0.0 > stands["ahead"].iloc[-1], "the ego passes it while it stands"
-    assert bus["y"].iloc[-1] - bay > 2.0, "it is on its way back into the lane"
+    assert stands["ahead"].iloc[0] > 0.0 > stands["ahead"].iloc[-1], "the ego should pass it while it stands"
+    assert bus["y"].iloc[-1] - bay > 2.0, "it should be on its way back into the lane"
     assert bus["range"].max() < GRADED_M
 
 
@@ -200,7 +202,7 @@ def test_people_and_cars_pass_the_bus():
 # ---- the row of parked cars
 
 
-def test_parked_cars_stand_less_than_a_metre_apart():
+def test_gaps_between_parked_cars_are_less_than_a_metre():
     cars = played("parked-row").actors
     cars = cars[cars["frame"] == 0]
     for side in ("right", "left"):
@@ -222,14 +224,14 @@ def test_one_of_the_parked_cars_pulls_out_ahead_of_the_ego():
     assert puller["time"][puller["speed"] > 0].iloc[0] == pytest.approx(2.0, abs=0.1)
     assert puller["left"].iloc[0] < -2.5
     assert abs(puller["left"].iloc[-1]) < 0.1
-    assert puller["ahead"].min() > 6.0, "never beside the ego"
+    assert puller["ahead"].min() > 6.0, "it should never be beside the ego"
     assert math.degrees(puller["yaw"].max()) > 20.0
 
 
 # ---- highway-env's crossing
 
 
-def test_cars_come_from_all_four_sides_and_turn_every_way():
+def test_cars_come_from_all_four_sides_and_turn_in_all_directions():
     run = played("intersection-v0")
     lives = [actor for _, actor in run.actors.groupby("name") if (actor["range"] < GRADED_M).sum() > 50]
     came = {round(math.degrees(actor["yaw"].iloc[0]) / 90.0) % 4 for actor in lives}
@@ -244,7 +246,7 @@ def test_cars_come_from_all_four_sides_and_turn_every_way():
 # ---- the roundabout
 
 
-def test_the_ego_waits_beside_a_van_lets_two_pass_and_goes_half_round():
+def test_the_ego_waits_beside_a_van_gives_way_to_two_and_drives_half_round():
     run = played("two-lane-roundabout")
     ego_speed = np.array([np.hypot(*ego.velocity_world) for ego in run.egos])
     stops, goes = run.time[ego_speed < 0.2][[0, -1]]
@@ -255,16 +257,16 @@ def test_the_ego_waits_beside_a_van_lets_two_pass_and_goes_half_round():
     for name in ("rings_1", "rings_4"):
         crossing = run.of(name)
         crossing = crossing[crossing["time"].between(stops - 1.0, goes)]
-        assert crossing["left"].iloc[0] > 0.0 > crossing["left"].iloc[-1], f"{name} crosses ahead of the ego"
+        assert crossing["left"].iloc[0] > 0.0 > crossing["left"].iloc[-1], f"{name} should cross ahead of the ego"
         assert (crossing["ahead"] > 0.0).all()
     x, y = run.egos[-1].pose_world[:2]
-    assert y > 20.0 > x, "it has come from the south arm to the north one"
+    assert y > 20.0 > x, "it should drive from the south arm to the north arm"
 
 
 # ---- highway-env's half circle
 
 
-def test_the_ego_and_the_car_ahead_turn_round_together():
+def test_the_ego_and_the_car_ahead_turn_at_the_same_time():
     run = played("u-turn-v0")
     ego_yaw = np.unwrap([ego.pose_world[2] for ego in run.egos])
     assert math.degrees(ego_yaw[-1] - ego_yaw[0]) > 90.0
@@ -272,4 +274,4 @@ def test_the_ego_and_the_car_ahead_turn_round_together():
     assert ahead["range"].max() < GRADED_M
     assert turned_deg(ahead) == pytest.approx(180.0, abs=10.0)
     both = (np.abs(np.gradient(ahead["yaw"])) > 0.01) & (np.abs(np.gradient(ego_yaw)) > 0.01)
-    assert both.sum() > 25, "for two seconds and more"
+    assert both.sum() > 25, "for at least two seconds"

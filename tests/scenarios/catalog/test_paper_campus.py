@@ -1,4 +1,4 @@
-"""`paper-campus` shows what the paper's data set shows, as far as its table I tells. No tracker has a part in it."""
+"""`paper-campus`: agreement with table I of the paper, without tracker."""
 
 from contextlib import closing
 
@@ -15,12 +15,12 @@ from sensor_model.truth import View
 from sim.world import Kind, Mode
 
 EVERY = 5
-"""Of so many frames one is scanned: vehicles are in sight for seven seconds, and neighbouring frames look alike."""
+"""One frame of this number is scanned: vehicles are visible for seven seconds, and neighbouring frames are similar."""
 
 
 @pytest.fixture(scope="module")
 def observations():
-    """A row for each graded vehicle in each scanned frame of the whole run."""
+    """Return a row for each graded vehicle in each scanned frame of the run."""
     scenario = Scenario.load(paths()["paper-campus"])
     rig = load_rig(str(scenario.rig), scenario.folder)
     tables = []
@@ -37,14 +37,14 @@ def observations():
     return pd.concat(tables)
 
 
-def test_as_many_vehicles_and_observations(observations):
+def test_numbers_of_vehicles_and_observations(observations):
     assert observations["name"].nunique() == pytest.approx(DATASET["vehicles"], rel=0.2)
     assert EVERY * len(observations) == pytest.approx(DATASET["observations"], rel=0.2)
 
 
-def test_seen_from_the_same_sides(observations):
-    # A side counts from three points on it. Each car that passes is a side alone for the few frames abreast,
-    # which is more than the paper has; no traffic that passes has less.
+def test_shares_of_visible_sides(observations):
+    # A side counts if it has three points. Only the side of a passing car is visible for the few frames abreast,
+    # which gives more sides than in the paper, as any passing traffic does.
     shares = observations["view"].value_counts(normalize=True)
     theirs = {view: count / DATASET["observations"] for view, count in VIEWS.items()}
     assert shares[View.L_SHAPE] == pytest.approx(theirs["l_shape"], abs=0.12)
@@ -53,7 +53,7 @@ def test_seen_from_the_same_sides(observations):
     assert shares[View.FRONT] < 0.03
 
 
-def test_cars_that_stand_and_cars_that_move(observations):
+def test_standing_and_moving_cars_occur(observations):
     assert set(observations["kind"]) <= {Kind.CAR, Kind.SUV, Kind.VAN}
     modes = observations["mode"].value_counts(normalize=True)
     assert all(modes[mode] > 0.2 for mode in Mode)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import EXAMPLES
 
 from scenarios.check_tracker import sequence_checks
 from scenarios.check_tracker.check_drives import Silent, drives
@@ -16,9 +17,7 @@ from scenarios.cli import main
 from tracker.records import Status, Tracks
 from tracker.tracker import Tracker
 
-_spec = importlib.util.spec_from_file_location(
-    "my_tracker", Path(__file__).parents[3] / "docs" / "examples" / "my_tracker.py"
-)
+_spec = importlib.util.spec_from_file_location("my_tracker", EXAMPLES / "my_tracker.py")
 my_tracker = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(my_tracker)
 PatchTracker = my_tracker.PatchTracker
@@ -228,7 +227,7 @@ def test_the_drives_see_vehicles_occlusions_and_what_no_rig_delivers(all_drives)
 
 # --- the command line
 
-GOOD = (Path(__file__).parents[3] / "docs" / "examples" / "my_tracker.py").read_text(encoding="utf-8")
+GOOD = (EXAMPLES / "my_tracker.py").read_text(encoding="utf-8")
 BAD = GOOD.replace("np.eye(len(MODELS))[0]", "np.ones(len(MODELS))")
 
 

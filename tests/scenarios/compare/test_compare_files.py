@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import recorded, short_run
+from support.paths import DOCS
 
 from scenarios.cli import main
 from scenarios.compare import baseline_file, sides
@@ -354,7 +355,7 @@ def test_baseline_header_names_the_columns(tmp_path):
 
 
 def test_page_lists_every_compared_metric_with_its_margin():
-    page = (Path(__file__).parents[3] / "docs" / "compare.md").read_text(encoding="utf-8")
+    page = (DOCS / "compare.md").read_text(encoding="utf-8")
     listed = {}
     for names, better, margin in re.findall(r"^\| (`\w+\..*?) \| (more|less) \| (.*?) \|$", page, re.MULTILINE):
         listed |= dict.fromkeys(re.findall(r"`([\w.]+)`", names), (better, margin))

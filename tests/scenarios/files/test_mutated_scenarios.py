@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 from support import mutants
+from support.paths import ROOT
 
 from scenarios.cli import main
 from scenarios.files.expect import RunVerdict
 from scenarios.run import run_folder
 
-ROOT = mutants.EXAMPLES.parents[1]
 PATIENCE_S = 60.0
 """Far above the second that two frames take, for machines that are busy or compile first."""
 LONGEST_LINE = 1050

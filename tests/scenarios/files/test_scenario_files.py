@@ -4,12 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
+from support.paths import ROOT
 
 from scenarios.errors import ScenarioError
 from scenarios.files import shipped
 from scenarios.files.scenario import DEFAULT_SEED, Scenario, schema_text
 
-SCHEMA = Path(__file__).parents[3] / "scenarios" / "schema" / "scenario.schema.json"
+SCHEMA = ROOT / "scenarios" / "schema" / "scenario.schema.json"
 
 VALID = """\
 description = "Nothing happens."

@@ -5,12 +5,12 @@ Challenge files, and trackeval reads the files, matches ids and frames, and eval
 """
 
 import importlib.util
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from support import naive_grading as naive
+from support.paths import EXAMPLES
 from trackeval import Evaluator
 from trackeval.datasets import MotChallenge2DBox
 from trackeval.metrics import CLEAR, HOTA, Identity
@@ -46,9 +46,7 @@ QUIET = {"PRINT_CONFIG": False}
 SILENT = (*QUIET, "PRINT_RESULTS", "TIME_PROGRESS", "OUTPUT_SUMMARY", "OUTPUT_DETAILED", "PLOT_CURVES")
 GT, TRACKS = "gt/run/gt/gt.txt", "trackers/ours/data/run.txt"
 
-_spec = importlib.util.spec_from_file_location(
-    "my_tracker", Path(__file__).parents[3] / "docs" / "examples" / "my_tracker.py"
-)
+_spec = importlib.util.spec_from_file_location("my_tracker", EXAMPLES / "my_tracker.py")
 my_tracker = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(my_tracker)
 

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.paths import ROOT
 
 from scenarios.cli import main
 from scenarios.offline.track_columns import OPTIONAL, REQUIRED, WHEN
 
-ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "other-trackers.md").read_text(encoding="utf-8")
 COMMANDS = [
     shlex.split(line)

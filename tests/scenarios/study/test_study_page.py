@@ -4,6 +4,8 @@ import importlib.util
 import re
 from pathlib import Path
 
+from support.paths import DOCS
+
 from scenarios.files.scenario import schema_text
 from scenarios.run import device
 from scenarios.study import row_store
@@ -12,7 +14,6 @@ from scenarios.study.study_file import Study
 from scenarios.study.study_page import REPORT
 from scenarios.study.worker import FIXED_COLUMNS
 
-DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "study-files.md").read_text(encoding="utf-8")
 
 _spec = importlib.util.spec_from_file_location("refresh", DOCS / "refresh.py")

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import DOCS
 
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import SHIPPED, RigError, load_rig, load_unit
 
-PAGE = (Path(__file__).parents[3] / "docs" / "rig-files.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "rig-files.md").read_text(encoding="utf-8")
 RIGS = sorted(path.stem for path in (SHIPPED / "rigs").glob("*.toml"))
 UNITS = sorted(path.stem for path in (SHIPPED / "units").glob("*.toml"))
 

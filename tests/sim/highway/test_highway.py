@@ -1,4 +1,4 @@
-"""highway-env: its frame, its egos, its faults."""
+"""highway-env: coordinate frame, egos, commands and errors."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -30,7 +30,7 @@ def highway():
         source.close()
 
 
-def complaint(source, error=TrafficInputError):
+def error_message(source, error=TrafficInputError):
     with pytest.raises(error) as caught:
         frames(source, 3, seed=4)
     assert "\n" not in str(caught.value)
@@ -50,7 +50,9 @@ def test_the_roundabout_is_driven_on_the_right(highway):
         (x, y), (v_x, v_y) = actors.pose_world[:, :2].T, actors.velocity_world.T
         in_circle = np.hypot(x, y) < 25.0
         circling += in_circle.sum()
-        assert (x * v_y - y * v_x)[in_circle].min(initial=1.0) > 0.0, "right-hand traffic circles counter-clockwise"
+        assert (x * v_y - y * v_x)[in_circle].min(initial=1.0) > 0.0, (
+            "right-hand traffic should circle counter-clockwise"
+        )
     assert circling > 20
 
 
@@ -61,8 +63,8 @@ def test_lanes_count_to_the_right(highway):
     assert set(np.round(frame.actors.pose_world[:, 1], 6)) <= {0.0, -4.0, -8.0}
 
 
-def test_velocity_is_that_of_the_poses_not_highway_env_s_own(highway):
-    """Its own `.velocity` points along the heading; a bicycle model slips in a bend."""
+def test_velocity_is_the_derivative_of_the_poses(highway):
+    """highway-env's `.velocity` points along the heading, but a bicycle model slips in a bend."""
     seen = frames(highway("roundabout-v0"), 60, seed=4)
     slipped = 0
     for before, after in pairwise(seen):
@@ -73,8 +75,8 @@ def test_velocity_is_that_of_the_poses_not_highway_env_s_own(highway):
     assert slipped > 5
 
 
-def test_motions_are_smoothed_and_stay_near_the_simulator_s(highway):
-    """Fails when no smoothing is asked for, when it lags, or when it asks for more than half a lane."""
+def test_motions_are_smoothed_and_close_to_the_simulator_s(highway):
+    """Fails if smoothing is missing, lags, or displaces by more than half a lane."""
     hardly = PhysicalConfig(smoothing_s=0.0, lookahead_s=0.08)
     raw, smooth = (frames(highway("highway-v0", **keys), 60, seed=4) for keys in ({"physical": hardly}, {}))
     off = [np.hypot(*(a.ego.pose_world - b.ego.pose_world)[:2]) for a, b in zip(raw, smooth, strict=True)]
@@ -90,20 +92,20 @@ def test_a_far_start_moves_the_origin(highway):
     assert frame.ego.pose_world[0] == pytest.approx(7_188 - 10_000, abs=1_000)  # 4 x 80 x 37 m x exp(-0.5)
 
 
-def test_obstacles_stand_mirrored_and_landmarks_do_not(highway):
+def test_obstacles_are_mirrored_and_landmarks_are_ignored(highway):
     # merge-v0 puts one 2 m by 2 m obstacle at the end of the merging lane, right of the road: below it on the screen
     obstacles = highway("merge-v0").reset(0)
     assert len(obstacles) == 1
     low, high = obstacles.vertices_world.min(axis=0), obstacles.vertices_world.max(axis=0)
     assert high - low == pytest.approx([2.0, 2.0])
     assert high[1] < -4.0
-    assert len(highway("parking-v0").reset(0)) == 4  # its walls, but not its goal
+    assert len(highway("parking-v0").reset(0)) == 4  # walls, without the goal
 
 
 # ---- egos
 
 
-def test_an_idm_ego_outlives_a_passive_one_in_dense_traffic(highway):
+def test_an_idm_ego_survives_longer_than_a_passive_one_in_dense_traffic(highway):
     dense = {"vehicles_count": 12, "vehicles_density": 2.5, "lanes_count": 2}
     passive = highway("highway-v0", config=dense, ego="fixed", action=3)  # FASTER
     passive.reset(1)
@@ -112,7 +114,7 @@ def test_an_idm_ego_outlives_a_passive_one_in_dense_traffic(highway):
     assert len(frames(highway("highway-v0", config=dense), 125, seed=1)) == 125
 
 
-def test_the_idm_ego_follows_its_route_and_outlasts_the_episode(highway):
+def test_the_idm_ego_follows_its_route_beyond_the_episode(highway):
     # the episode of roundabout-v0 lasts 11 s; its ego is bound for the northern exit
     seen = frames(highway("roundabout-v0"), 200, seed=4)
     assert seen[-1].ego.pose_world[0] == pytest.approx(2.0, abs=0.5)
@@ -135,7 +137,7 @@ def test_a_continuous_action_is_repeated(highway):
     assert frames(steered, 10, seed=4)[-1].ego.yaw_rate < -0.1  # to the right, as drawn y-down
 
 
-def test_the_ego_of_a_car_park_stands_and_can_be_driven(highway):
+def test_the_ego_of_a_car_park_stands_and_can_be_controlled(highway):
     parked = frames(highway("parking-parked-v0"), 30, seed=4)
     assert len(parked[0].actors) == 10
     assert all((frame.ego.pose_world == parked[0].ego.pose_world).all() for frame in parked)
@@ -145,7 +147,7 @@ def test_the_ego_of_a_car_park_stands_and_can_be_driven(highway):
     assert abs(course - backwards.pose_world[2]) == pytest.approx(np.pi)
 
 
-def test_an_ego_on_tyres_keeps_to_its_lanes(highway):
+def test_an_ego_with_slipping_tyres_keeps_its_lanes(highway):
     """lane-keeping-v0's vehicle slides; two straight lanes lead to y = 5 m sin(2 pi x / 100 m), drawn y-down."""
     seen = frames(highway("lane-keeping-v0", physical=RAW), 200, seed=4)
     x, y = np.array([frame.ego.pose_world[:2] for frame in seen[100:]]).T
@@ -157,7 +159,7 @@ def test_an_ego_on_tyres_keeps_to_its_lanes(highway):
 # ---- commands
 
 
-def test_a_command_holds_from_the_next_step_until_the_next_one(highway):
+def test_a_command_is_effective_until_the_next_one(highway):
     alone = highway("highway-v0", config={"vehicles_count": 0}, ego="controlled")
     alone.reset(4)
     speeds = []
@@ -170,7 +172,7 @@ def test_a_command_holds_from_the_next_step_until_the_next_one(highway):
     assert speeds[2] == pytest.approx([20.0] * 50, abs=0.1)
 
 
-def test_a_continuous_command_acts_within_one_frame(highway):
+def test_a_continuous_command_is_effective_within_one_frame(highway):
     alone = highway("highway-v0", config=CONTINUOUS, ego="controlled", physical=RAW)
     x = [frame.ego.pose_world[0] for frame in frames(alone, 2, seed=4)]
     alone.apply(EgoCommand(action=np.array([1.0, 0.0])))
@@ -179,14 +181,14 @@ def test_a_continuous_command_acts_within_one_frame(highway):
     assert np.diff(x) == pytest.approx([2.0, 2.0 + 0.2 * 0.04], abs=1e-9)
 
 
-def test_further_agents_drive_on_whatever_the_ego_is_told(highway):
+def test_further_agents_are_independent_of_the_ego_s_commands(highway):
     source = highway("intersection-multi-agent-v0", ego="controlled")
     idle = frames(source, 12, seed=1)[-1]
     source.reset(1)
     source.apply(EgoCommand(action=0))  # SLOWER
     slower = [source.step() for _ in range(12)][-1]
     np.testing.assert_array_equal(idle.actors.id, slower.actors.id)
-    # the other agent entered last, and sees the ego as little as the others do so far off
+    # the other agent entered last, and is too far from the ego to react
     assert idle.actors.pose_world[-1] == pytest.approx(slower.actors.pose_world[-1], abs=1e-9)
     assert np.hypot(*(idle.ego.pose_world - slower.ego.pose_world)[:2]) > 0.3
 
@@ -204,30 +206,30 @@ def test_further_agents_drive_on_whatever_the_ego_is_told(highway):
         ("racetrack-v0", ["left"], "Box(-1.0, 1.0, (1,), float32)"),
     ],
 )
-def test_an_action_out_of_the_space_is_refused_and_the_last_one_holds(highway, env, action, space):
+def test_an_action_outside_of_the_space_is_rejected_and_the_last_one_stays(highway, env, action, space):
     source = highway(env, ego="controlled")
     source.reset(4)
     with pytest.raises(TrafficInputError) as caught:
         source.apply(EgoCommand(action=action))
-    assert f"is not among {env}'s actions, {space}; give one of these" in str(caught.value)
+    assert f"is not among {env}'s actions, {space}; choose one of these" in str(caught.value)
     assert "\n" not in str(caught.value)
     play(source, 3)
 
 
 @pytest.mark.parametrize("command", [EgoCommand(speed_mps=5.0), EgoCommand(action=1, lane=0), EgoCommand()])
-def test_commands_for_other_simulators_are_refused(highway, command):
+def test_commands_for_other_simulators_are_rejected(highway, command):
     source = highway("highway-v0", ego="controlled")
     source.reset(4)
-    with pytest.raises(TrafficInputError, match="takes an action, and neither a speed_mps nor a lane"):
+    with pytest.raises(TrafficInputError, match="takes an action, neither speed_mps nor lane"):
         source.apply(command)
 
 
-def test_only_a_controlled_ego_takes_commands(highway):
+def test_only_a_controlled_ego_accepts_commands(highway):
     source = highway("highway-v0")
     source.reset(4)
     with pytest.raises(TrafficInputError, match='the ego is "idm"; commands need ego = "controlled"'):
         source.apply(EgoCommand(action=1))
-    with pytest.raises(SimulatorFailedError, match="reset comes before apply"):
+    with pytest.raises(SimulatorFailedError, match="call reset before apply"):
         highway("highway-v0", ego="controlled").apply(EgoCommand(action=1))
 
 
@@ -237,10 +239,10 @@ def test_a_controlled_ego_has_no_look_ahead():
         HighwayTraffic(ego="controlled", physical=PhysicalConfig(0.32, lookahead_s=0.32))
 
 
-# ---- who is there
+# ---- road users
 
 
-def test_vehicles_that_leave_do_not_pass_their_number_on(highway):
+def test_numbers_of_departed_vehicles_are_not_reused(highway):
     seen = frames(highway("intersection-v0"), 115, seed=1)
     numbers = [set(frame.actors.id.tolist()) for frame in seen]
     gone = set()
@@ -250,11 +252,13 @@ def test_vehicles_that_leave_do_not_pass_their_number_on(highway):
     assert gone
 
 
-def test_an_intersection_leaves_the_driver_model_as_it_was(highway):
+def test_an_intersection_does_not_change_the_driver_model_permanently(highway):
     before = IDMVehicle.DISTANCE_WANTED, IDMVehicle.COMFORT_ACC_MAX, IDMVehicle.COMFORT_ACC_MIN
     source = highway("intersection-v0")
     source.reset(0)
-    assert before[0] != IDMVehicle.DISTANCE_WANTED, "the intersection no longer tunes; the guard can go"
+    assert before[0] != IDMVehicle.DISTANCE_WANTED, (
+        "the intersection no longer changes class attributes; the restoration is obsolete"
+    )
     source.close()
     assert before == (IDMVehicle.DISTANCE_WANTED, IDMVehicle.COMFORT_ACC_MAX, IDMVehicle.COMFORT_ACC_MIN)
 
@@ -262,38 +266,38 @@ def test_an_intersection_leaves_the_driver_model_as_it_was(highway):
 # ---- bad input
 
 
-def test_an_unknown_environment_is_named_with_close_ones(highway):
-    said = complaint(highway("higway-v0"))
-    assert 'env = "higway-v0" is unknown' in said
-    assert "highway-v0" in said.partition("did you mean")[2]
-    assert "roundabout-v0" in complaint(highway("CartPole-v1"))
+def test_an_unknown_environment_is_reported_with_similar_names(highway):
+    message = error_message(highway("higway-v0"))
+    assert 'env = "higway-v0" is unknown' in message
+    assert "highway-v0" in message.partition("did you mean")[2]
+    assert "roundabout-v0" in error_message(highway("CartPole-v1"))
 
 
-def test_an_unknown_key_of_the_environment_is_named(highway):
-    said = complaint(highway("highway-v0", config={"vehicle_count": 3}))
-    assert "config.vehicle_count is unknown to highway-v0; did you mean vehicles_count" in said
+def test_an_unknown_key_of_the_environment_is_reported(highway):
+    message = error_message(highway("highway-v0", config={"vehicle_count": 3}))
+    assert "config.vehicle_count is unknown to highway-v0; did you mean vehicles_count" in message
 
 
 @pytest.mark.parametrize("config", [{"vehicles_count": "many"}, {"other_vehicles_type": "no.such.Driver"}])
-def test_a_value_that_the_environment_cannot_take(highway, config):
-    assert complaint(highway("highway-v0", config=config))
+def test_an_invalid_value_of_the_environment_is_reported(highway, config):
+    assert error_message(highway("highway-v0", config=config))
 
 
 def test_a_fixed_action_must_exist(highway):
-    assert "action = 9 is not among highway-v0's actions" in complaint(highway("highway-v0", ego="fixed", action=9))
-    assert "Box(-1.0, 1.0, (2,), float32)" in complaint(highway("parking-v0", ego="fixed"))
+    assert "action = 9 is not among highway-v0's actions" in error_message(highway("highway-v0", ego="fixed", action=9))
+    assert "Box(-1.0, 1.0, (2,), float32)" in error_message(highway("parking-v0", ego="fixed"))
 
 
-def test_what_breaks_in_mid_run_is_the_simulator_s_failure(highway):
+def test_an_exception_during_the_run_is_a_simulator_failure(highway):
     source = highway("highway-v0", config={"collision_reward": "much"})  # multiplied after each step
-    assert "highway-v0: TypeError: " in complaint(source, SimulatorFailedError)
+    assert "highway-v0: TypeError: " in error_message(source, SimulatorFailedError)
 
 
-def test_the_rate_belongs_to_the_rig():
-    with pytest.raises(ValueError, match="leave it out"):
+def test_the_rate_is_fixed_by_the_rig():
+    with pytest.raises(ValueError, match="remove it"):
         HighwayTraffic(config={"policy_frequency": 5})
 
 
-def test_step_before_reset_is_told(highway):
-    with pytest.raises(SimulatorFailedError, match="reset comes before step"):
+def test_step_before_reset_raises(highway):
+    with pytest.raises(SimulatorFailedError, match="call reset before step"):
         highway("highway-v0").step()

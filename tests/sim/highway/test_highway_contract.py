@@ -1,4 +1,4 @@
-"""Every environment that highway-env registers: 200 frames of each, and its ego under command."""
+"""All environments of highway-env: 200 frames of each, and control of its ego."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -19,17 +19,17 @@ ALL_IDS = sorted(name for name, spec in gymnasium.registry.items() if str(spec.e
 FRAMES = 200
 RANGE_M = 150.0
 SEED = {"intersection-v2": 1}
-"""In which the ego arrives; 3 for all others. IDM does not look across intersections."""
+"""Seeds with which the ego arrives; 3 for all others. IDM ignores crossing traffic."""
 SLOWER = {5: 4, 3: 0}
-"""Its index among so many discrete actions."""
+"""Index by the number of discrete actions."""
 FULL = {
     "intersection-v1": [-1.0, 0.0],  # brake
     "lane-keeping-v0": [0.5],  # steer
-    "parking-ActionRepeat-v0": [-1.0, 0.5],  # back up in a bend
+    "parking-ActionRepeat-v0": [-1.0, 0.5],  # reverse in a bend
     "parking-parked-v0": [-1.0, 0.5],
     "parking-v0": [-1.0, 0.5],
 }
-"""Actions of continuous environments; on all racetracks it is to steer."""
+"""Actions of continuous environments; on all racetracks the action is steering."""
 
 
 @pytest.fixture
@@ -53,8 +53,8 @@ def action(env):
     return SLOWER[3 if env.startswith("intersection") else 5]
 
 
-def test_all_of_them_are_here():
-    assert len(ALL_IDS) == 31, "highway-env registers others now; the tables above may want them"
+def test_the_list_of_environments_is_complete():
+    assert len(ALL_IDS) == 31, "the registered environments have changed; update the tables above"
 
 
 @pytest.mark.parametrize("env", ALL_IDS)
@@ -87,7 +87,7 @@ def check_frame(frame):
 
 
 def check_motion(before, after, dt):
-    """Velocities are the poses' difference quotients, and nobody spins."""
+    """Velocities are the difference quotients of the poses, and yaw rates are limited."""
     _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
     poses, velocities = zip(with_ego(before, old), with_ego(after, new), strict=True)
     moved = poses[1] - poses[0]
@@ -96,7 +96,7 @@ def check_motion(before, after, dt):
 
 
 def with_ego(frame, rows):
-    """Poses and velocities of the ego and of some actors."""
+    """Return poses and velocities of the ego and of some actors."""
     ego, actors = frame.ego, frame.actors
     return (
         np.vstack([ego.pose_world, actors.pose_world[rows]]),
@@ -105,7 +105,7 @@ def with_ego(frame, rows):
 
 
 def check_ids(seen):
-    """A number belongs to one road user for good; a name to one number."""
+    """Each number belongs to one road user, and each name to one number."""
     owner = {}
     for frame in seen:
         for number, name, *size in zip(frame.actors.id, frame.actors.name, *frame.actors.size.T, strict=True):
@@ -114,13 +114,13 @@ def check_ids(seen):
 
 
 @pytest.mark.parametrize("env", ALL_IDS)
-def test_every_ego_obeys_an_action_of_its_own(highway, env):
-    """Fails when an action reaches nobody, or another agent than the ego."""
-    source, told = highway(env, ego="controlled"), action(env)
+def test_every_ego_executes_its_action(highway, env):
+    """Fails if an action has no effect, or reaches another agent than the ego."""
+    source, command = highway(env, ego="controlled"), action(env)
     idle = frames(source, 15, seed=3)
     source.reset(3)
     before = [source.step() for _ in range(3)]
-    source.apply(EgoCommand(action=told))
+    source.apply(EgoCommand(action=command))
     obeyed = before + [source.step() for _ in range(12)]
     for frame, other in zip(idle[:3], before, strict=True):
         np.testing.assert_array_equal(frame.ego.pose_world, other.ego.pose_world)
@@ -130,10 +130,10 @@ def test_every_ego_obeys_an_action_of_its_own(highway, env):
 def test_an_ego_that_crashes_ends_the_run_after_the_last_whole_frame(highway):
     source = highway("roundabout-generic-v0")
     source.reset(1)
-    seen = [source.step() for _ in range(82)]  # at 0 to 6.48 s, whatever the look-ahead
+    seen = [source.step() for _ in range(82)]  # at 0 to 6.48 s, independent of the look-ahead
     with pytest.raises(TrafficEndedError, match=r"the ego crashed at 6\.56 s; try another seed"):
         source.step()
     for frame in seen:
         check_frame(frame)
     with pytest.raises(TrafficEndedError, match="crashed"):
-        source.step()  # and it stays so
+        source.step()  # the error repeats

@@ -1,4 +1,4 @@
-"""highway-env traffic whose drivers turn as cars can: the limits of its motion, and that it still gets anywhere."""
+"""Motorist: limits of its motion, and progress through traffic."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -29,7 +29,7 @@ def highway():
 
 
 def column(seen, name):
-    """A column of the ego's and the actors' rows, all frames in one."""
+    """Return a column of the ego and the actors, concatenated over all frames."""
     return np.concatenate([np.vstack([getattr(frame.ego, name)[None], getattr(frame.actors, name)]) for frame in seen])
 
 
@@ -39,13 +39,13 @@ def lateral_acceleration(seen):
 
 
 @pytest.mark.parametrize("env", RUNS)
-def test_motions_stay_within_what_cars_can_do(highway, env):
+def test_motions_are_feasible_for_cars(highway, env):
     seen = frames(highway(env, **MOTORIST, **RUNS[env]), 150, seed=2)
     yaw, velocity = column(seen, "pose_world")[:, 2], column(seen, "velocity_world")
     assert np.hypot(*column(seen, "acceleration_world").T).max() <= 10.0
     assert lateral_acceleration(seen).max() <= 6.0
-    assert (velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)).min() > -0.01, "somebody backs up"
-    assert np.abs(column(seen, "deviation")).max() < 0.2, "the layer should hardly act"
+    assert (velocity[:, 0] * np.cos(yaw) + velocity[:, 1] * np.sin(yaw)).min() > -0.01, "a vehicle reverses"
+    assert np.abs(column(seen, "deviation")).max() < 0.2, "the truth layer should hardly change the motion"
     for before, after in pairwise(seen):
         assert abs(after.ego.yaw_rate) <= 1.2
         assert np.abs(after.actors.yaw_rate).max(initial=0.0) <= 1.2
@@ -54,19 +54,19 @@ def test_motions_stay_within_what_cars_can_do(highway, env):
         assert np.hypot(*jerk.T).max(initial=0.0) <= 60.0
 
 
-def test_highway_env_s_own_drivers_do_not(highway):
-    """When this fails, the motorist is no longer needed."""
+def test_motions_of_highway_env_s_drivers_are_infeasible(highway):
+    """If this fails, the motorist is no longer needed."""
     assert lateral_acceleration(frames(highway("roundabout-v1"), 60, seed=2)).max() > 15.0
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_the_ego_gets_through_the_roundabout(highway, seed):
-    """Fails when motorists do not give way: with others at half the usual speed, the ego no longer slips between."""
+    """Fails if motorists do not give way: with other vehicles at half speed, the gaps are too short for the ego."""
     seen = frames(highway("roundabout-v1", **MOTORIST), 180, seed=seed)
     assert seen[-1].ego.pose_world[1] > 15.0
 
 
-def test_a_lane_change_takes_its_time_and_ends_in_the_lane(highway):
+def test_a_lane_change_has_a_realistic_duration_and_ends_in_the_lane(highway):
     seen = frames(highway("highway-v0", **MOTORIST, **DENSE), 200, seed=2)
     y = np.array([frame.ego.pose_world[1] for frame in seen])
     lane = np.round(y / -4.0)

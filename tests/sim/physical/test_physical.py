@@ -1,4 +1,4 @@
-"""The physical truth layer: what goes in smooth comes out as it was, what could not be driven comes out drivable."""
+"""Physical truth layer: feasible motions are preserved, infeasible ones become feasible."""
 
 import math
 from dataclasses import fields
@@ -30,13 +30,13 @@ AT_ONCE = PhysicalConfig(lookahead_s=0.0)
 
 
 def member(kind=Kind.CAR, size=SIZE):
-    cast = Roster(1)
-    cast.enter("ego", Kind.CAR, SIZE)
-    return cast.enter("it", kind, size, "it")
+    roster = Roster(1)
+    roster.add("ego", Kind.CAR, SIZE)
+    return roster.add("it", kind, size, "it")
 
 
 def driven(fronts, yaws, speeds, config=LATE, who=None, rolling=True):
-    """Kinematics of one body from its raw fronts (T, 2), yaws (T,) and speeds (T,), frame by frame."""
+    """Return the kinematics of one body from its raw fronts (T, 2), yaws (T,) and speeds (T,), frame by frame."""
     who = who or member()
     back = 0.5 * who.size[0] * np.column_stack([np.cos(yaws), np.sin(yaws)]) * rolling
     layer, out = PhysicalTruth(DT, config, rolling=rolling), []
@@ -56,7 +56,7 @@ def column(frames, name):
 
 
 def along_x(speeds, start=0.0):
-    """Fronts, yaws and speeds of something that drives along x as SUMO does it: each step at its new speed."""
+    """Return fronts, yaws and speeds of a body that drives along x as in SUMO: each step at its new speed."""
     x = start + np.cumsum(np.asarray(speeds, float)) * DT
     return np.column_stack([x, np.zeros(len(x))]), np.zeros(len(x)), np.asarray(speeds, float)
 
@@ -89,10 +89,10 @@ def test_the_kernel_is_as_wide_as_a_cubic_b_spline():
     assert smoothing_weights(half) @ np.arange(-half, half + 1) ** 2 == pytest.approx(8.0**2 / 3, rel=1e-3)
 
 
-# ---- what is drivable comes out as it went in
+# ---- feasible motions are preserved
 
 
-def test_a_straight_drive_is_left_alone():
+def test_a_straight_drive_is_preserved():
     fronts, yaws, speeds = along_x(np.full(120, 13.0))
     out = driven(fronts, yaws, speeds)
     assert column(out, "pose_world")[:, 0] == pytest.approx(fronts[:, 0] - SIZE[0] / 2, abs=1e-9)
@@ -100,12 +100,12 @@ def test_a_straight_drive_is_left_alone():
     assert np.abs(column(out, "deviation")).max() < 1e-9
 
 
-def test_on_a_circle_the_body_turns_with_the_bumper_outside_and_the_axle_inside():
+def test_on_a_circle_the_rear_axle_runs_inside_the_front():
     """The rear axle of a tractrix on a circle of radius R runs on sqrt(R^2 - b^2), and v_axle = v sqrt(1 - (b/R)^2)."""
     radius, speed = 20.0, 6.0
     fronts, yaws, speeds, _ = scripted([Arc("arc", speed, radius)], 200)
     out = driven(fronts, yaws, speeds)[60:-20]
-    cut = speed**2 / radius * (8 * DT) ** 2 / 3 / 2  # smoothing with this variance lets it cut the bend
+    cut = speed**2 / radius * (8 * DT) ** 2 / 3 / 2  # smoothing with this variance cuts the bend
     axle = math.sqrt((radius - cut) ** 2 - LEAD**2)
     centre = np.hypot(column(out, "pose_world")[:, 0], column(out, "pose_world")[:, 1] - radius)
     assert centre == pytest.approx(np.full(len(out), math.hypot(axle, ARM)), abs=0.03)
@@ -116,7 +116,7 @@ def test_on_a_circle_the_body_turns_with_the_bumper_outside_and_the_axle_inside(
 
 
 def test_a_body_already_in_motion_is_only_smoothed():
-    """highway-env's way: the pose is the centre's, slip and all; a bend of 4 m/s^2 shifts by a * variance / 2."""
+    """As for highway-env: poses of the centre, slip included; a bend of 4 m/s^2 shifts by a * variance / 2."""
     config = PhysicalConfig(smoothing_s=0.32, lookahead_s=0.32)
     fronts, yaws, speeds, states = scripted([Arc("arc", 10.0, 25.0)], 80)
     out = driven(fronts, yaws, speeds, config, rolling=False)[5:-5]
@@ -126,8 +126,8 @@ def test_a_body_already_in_motion_is_only_smoothed():
     assert column(out, "velocity_world") == pytest.approx(np.array([s.velocity for s in states]), abs=0.05)
 
 
-def test_front_and_trailer_follow_as_in_tiny_steps():
-    """Against an integration of the no-slip conditions in steps of 0.1 ms."""
+def test_front_and_trailer_match_an_integration_in_small_steps():
+    """Compares with an integration of the no-slip conditions in steps of 0.1 ms."""
     truck = member(Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
     radius, speed, count = 25.0, 5.0, 120
     fronts, yaws, speeds, _ = scripted([Arc("arc", speed, radius)], count + 40)
@@ -140,7 +140,7 @@ def test_front_and_trailer_follow_as_in_tiny_steps():
 
     (x, y, yaw), trailer = follow(path, drive, 0.0, count * DT, (drive - pin, axles - pin, 0.0))
     pose, bend = out[count].pose_world[0], out[count].articulation[0]
-    # the circle begins with a jump of curvature, which the tractor takes a tenth of a second to steer into
+    # the circle begins with a jump of curvature, to which the tractor adapts in a tenth of a second
     assert pose[2] == pytest.approx(trailer, abs=0.03)
     assert bend == pytest.approx(yaw - trailer, abs=0.02)
     assert bend > 0.15
@@ -150,9 +150,9 @@ def test_front_and_trailer_follow_as_in_tiny_steps():
     assert pose[:2] == pytest.approx(centre, abs=0.2)
 
 
-def test_a_trailer_s_steady_bend_is_that_of_the_circle_it_runs_on():
+def test_the_steady_articulation_angle_follows_from_the_circle():
     """Kingpin on radius k, axles on sqrt(k^2 - base^2): the tractor stands to the trailer by atan(base / axles' radius)
-    less what the kingpin, ahead of the drive axle, leads (Pythagoras on the two right triangles)."""
+    minus the lead of the kingpin, ahead of the drive axle (Pythagoras on the two right triangles)."""
     truck = member(Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
     radius = 20.0
     fronts, yaws, speeds, _ = scripted([Arc("arc", 5.0, radius)], 500)
@@ -166,11 +166,11 @@ def test_a_trailer_s_steady_bend_is_that_of_the_circle_it_runs_on():
     assert out[450].articulation[0] == pytest.approx(bend, abs=0.005)
 
 
-# ---- what is not comes out drivable
+# ---- infeasible motions become feasible
 
 
 def jumping(speed, count=200, at=100, width=3.2):
-    """SUMO's default lane change: one step to the next lane, and two more with the angle of a body across both."""
+    """Return SUMO's default lane change: one step to the next lane, and two more steps with a diagonal angle."""
     fronts, yaws, speeds = along_x(np.full(count, float(speed)))
     fronts[at:, 1] = width
     yaws[at : at + 2] = math.asin(min(width / SIZE[0], 1.0))
@@ -178,7 +178,7 @@ def jumping(speed, count=200, at=100, width=3.2):
 
 
 def spell(out, width=3.2):
-    """Seconds that the front spends between 2 % and 98 % of the way across."""
+    """Return the time [s] of the front between 2 % and 98 % of the lateral shift."""
     pose = column(out, "pose_world")
     front = pose[:, 1] + SIZE[0] / 2 * np.sin(pose[:, 2])
     return DT * np.sum((front > 0.02 * width) & (front < 0.98 * width)), front
@@ -196,15 +196,15 @@ def test_a_lane_jump_takes_three_to_five_seconds(speed, config):
     assert column(out, "changes_lane").sum() * DT == pytest.approx(3.6, abs=0.2)
 
 
-def test_with_a_view_ahead_the_jump_falls_into_the_middle():
+def test_with_look_ahead_the_lane_change_is_centred_on_the_jump():
     _, front = spell(driven(*jumping(13.9)))
     assert front[100] == pytest.approx(1.6, abs=0.2)
     _, front = spell(driven(*jumping(13.9), AT_ONCE))
     assert front[100] == pytest.approx(0.0, abs=0.05)
 
 
-def test_who_stands_does_not_slide_sideways():
-    """SUMO changes lanes in a queue, too; on the road that takes room ahead."""
+def test_a_standing_body_does_not_slide_sideways():
+    """SUMO changes lanes in a queue, too; a real lane change needs forward motion."""
     speeds = np.concatenate([np.zeros(80), np.linspace(0, 8, 60), np.full(120, 8.0)])
     fronts, yaws, _ = along_x(speeds)
     fronts[40:, 1] = 3.2
@@ -214,7 +214,7 @@ def test_who_stands_does_not_slide_sideways():
     assert pose[-1, 1] == pytest.approx(3.2, abs=0.05)
 
 
-def test_stopped_means_exactly_still():
+def test_a_stopped_body_is_exactly_still():
     speeds = np.concatenate([np.maximum(12.0 - 4.5 * DT * np.arange(60), 0.0), np.zeros(60)])
     out = driven(*along_x(speeds))
     pose, velocity = column(out, "pose_world")[85:], column(out, "velocity_world")[85:]
@@ -234,8 +234,8 @@ def test_a_corner_of_the_lane_is_rounded():
     assert column(out, "pose_world")[-1, 2] == pytest.approx(turn, abs=0.01)
 
 
-def test_turning_on_the_spot_becomes_a_turn_of_a_car_s_radius():
-    """SUMO at a dead end: 180 degrees in one step, back on the lane beside."""
+def test_a_turn_on_the_spot_becomes_a_turn_of_feasible_radius():
+    """SUMO at a dead end: 180 degrees in one step, onto the neighbouring lane."""
     speed, half = 4.0, 100
     fronts, yaws, _ = along_x(np.full(2 * half, speed))
     fronts[half:, 0] = 2 * fronts[half, 0] - fronts[half:, 0]
@@ -256,9 +256,9 @@ def test_turning_on_the_spot_becomes_a_turn_of_a_car_s_radius():
     kind=st.sampled_from([Kind.CAR, Kind.BUS, Kind.MOTORCYCLE, Kind.PEDESTRIAN]),
 )
 @settings(max_examples=40, deadline=None)
-def test_whatever_comes_in_what_comes_out_could_be_driven(seed, step_m, ahead, kind):
-    """Noise for poses. Accelerations and jerks may then be somewhat larger than with what simulators do on roads,
-    which test_motion_limits.py holds to 10 m/s^2 and 60 m/s^3."""
+def test_output_is_feasible_for_any_input(seed, step_m, ahead, kind):
+    """Poses are noise. Accelerations and jerks may be somewhat larger than with simulated traffic, which
+    test_motion_limits.py limits to 10 m/s^2 and 60 m/s^3."""
     length = {Kind.CAR: 4.6, Kind.BUS: 12.0, Kind.MOTORCYCLE: 2.1, Kind.PEDESTRIAN: 0.21}[kind]
     rng, who = np.random.default_rng(seed), member(kind, (length, 1.0, 1.5))
     fronts = np.cumsum(rng.normal(0.0, step_m, (60, 2)), axis=0)
@@ -276,12 +276,12 @@ def test_whatever_comes_in_what_comes_out_could_be_driven(seed, step_m, ahead, k
     assert np.hypot(*np.diff(acceleration, axis=0).T).max() / DT <= 200.0
 
 
-# ---- coming, going, order
+# ---- presence and order
 
 
-def test_everybody_comes_and_goes_in_their_own_frames():
-    cast = Roster(1)
-    one, two = (cast.enter(name, Kind.CAR, SIZE, name) for name in ("one", "two"))
+def test_members_appear_and_leave_in_the_frames_of_the_input():
+    roster = Roster(1)
+    one, two = (roster.add(name, Kind.CAR, SIZE, name) for name in ("one", "two"))
     layer, settled = PhysicalTruth(DT, LATE, rolling=True), []
     for n in range(100):
         there = [one, two] if 20 <= n < 50 else [one]
@@ -297,7 +297,7 @@ def test_everybody_comes_and_goes_in_their_own_frames():
         assert motion.pose_world[:, 0] == pytest.approx(n * DT * 8.0, abs=1e-9)
 
 
-def test_frames_come_as_soon_as_the_view_ahead_allows():
+def test_frames_are_delivered_as_soon_as_the_look_ahead_allows():
     layer, who = PhysicalTruth(DT, PhysicalConfig(lookahead_s=0.4), rolling=True), member()
     came = []
     for n in range(12):
@@ -306,10 +306,10 @@ def test_frames_come_as_soon_as_the_view_ahead_allows():
     assert came == [0] * 5 + [1] * 7
 
 
-def test_hundreds_of_members_in_turn_find_room():
-    cast, layer = Roster(1), PhysicalTruth(DT, AT_ONCE, rolling=True)
+def test_rows_are_reused_for_hundreds_of_successive_members():
+    roster, layer = Roster(1), PhysicalTruth(DT, AT_ONCE, rolling=True)
     for n in range(300):
-        who = cast.enter(n, Kind.CAR, SIZE)
+        who = roster.add(n, Kind.CAR, SIZE)
         layer.push(RawFrame([who], np.array([[5.0, float(n), 0.3]]), np.array([0.0])))
         ((there, motion),) = [layer.pop()]
         assert there == [who]
@@ -319,7 +319,7 @@ def test_hundreds_of_members_in_turn_find_room():
 @pytest.mark.parametrize(
     "motion", [StopAndGo("stop-and-go", 10.0, 6.0, 2.0), LaneChange("lane-change", 15.0, 3.5, 4.0)]
 )
-def test_rates_belong_to_the_poses(motion):
+def test_rates_are_derivatives_of_the_poses(motion):
     fronts, yaws, speeds, _ = scripted([Straight("straight", 15.0, 0.0, 1.0), motion][isinstance(motion, StopAndGo) :])
     out = driven(fronts, yaws, speeds)
     for before, after in pairwise(out):
@@ -329,15 +329,15 @@ def test_rates_belong_to_the_poses(motion):
         assert turn == pytest.approx(0.5 * (before.yaw_rate[0] + after.yaw_rate[0]), abs=0.02)
 
 
-def test_an_ego_that_is_an_articulated_truck_does_not_bend():
-    """Its record tells of no articulation; the rig is on the tractor."""
-    ego = Roster(1).enter("ego", Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
+def test_an_articulated_ego_is_rigid():
+    """The ego record has no articulation angle; the rig is on the tractor."""
+    ego = Roster(1).add("ego", Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
     fronts, yaws, speeds, _ = scripted([Arc("arc", 5.0, 25.0)], 100)
     assert not column(driven(fronts, yaws, speeds, who=ego), "articulation").any()
 
 
 @pytest.mark.parametrize("keys", [{"smoothing_s": -0.1}, {"lane_change_s": 0.0}, {"lookahead_s": -1.0}])
-def test_settings_out_of_range(keys):
+def test_settings_out_of_range_are_rejected(keys):
     with pytest.raises(ValueError, match="must"):
         PhysicalConfig(**keys)
 
@@ -346,11 +346,11 @@ def test_settings_out_of_range(keys):
 
 
 def crowd(seed, count=100):
-    """Raw frames of a car, a semitrailer, a motorcycle and somebody on foot who come, jump, stop, turn and go."""
-    rng, cast = np.random.default_rng(seed), Roster(1)
+    """Return raw frames of road users of four kinds that appear, jump, stop, turn and leave."""
+    rng, roster = np.random.default_rng(seed), Roster(1)
     sizes = {Kind.CAR: SIZE, Kind.TRAILER_TRUCK: (LONG, 2.5, 4.0), Kind.MOTORCYCLE: (2.2, 0.8, 1.5)}
     kinds = [*sizes, Kind.PEDESTRIAN]
-    members = [cast.enter(n, kind, sizes.get(kind, (0.22, 0.5, 1.7))) for n, kind in enumerate(kinds)]
+    members = [roster.add(n, kind, sizes.get(kind, (0.22, 0.5, 1.7))) for n, kind in enumerate(kinds)]
     speed = np.maximum(np.cumsum(rng.normal(0.0, 0.4, (count, 4)), axis=0) + rng.uniform(-2.0, 15.0, 4), 0.0)
     speed[:, 3] *= 0.1  # on foot
     course = np.cumsum(rng.normal(0.0, 0.03, (count, 4)) * (rng.random((count, 4)) < 0.3), axis=0)
@@ -368,7 +368,7 @@ def crowd(seed, count=100):
 @pytest.mark.parametrize("rolling", [True, False])
 @pytest.mark.parametrize("config", [LATE, AT_ONCE, PhysicalConfig(0.32, lookahead_s=0.16)])
 @pytest.mark.parametrize("seed", range(4))
-def test_the_kernels_do_as_their_twin(seed, config, rolling):
+def test_the_kernels_equal_their_naive_twin(seed, config, rolling):
     layers = PhysicalTruth(DT, config, rolling=rolling), naive_physical.PhysicalTruth(DT, config, rolling=rolling)
     came = 0
     for raw in crowd(seed):
@@ -381,6 +381,6 @@ def test_the_kernels_do_as_their_twin(seed, config, rolling):
         came += 1
         assert ours[0] == twin[0]
         for part in fields(ours[1]):
-            # limits that are reached or not magnify what rounding differs by
+            # limits that are just reached magnify differences of rounding
             np.testing.assert_allclose(getattr(ours[1], part.name), getattr(twin[1], part.name), rtol=0, atol=1e-4)
     assert came > 50

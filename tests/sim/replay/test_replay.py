@@ -1,4 +1,4 @@
-"""Recordings, played: what the layer leaves of them, who comes and goes, and where they end."""
+"""Replay of recordings: effect of the truth layer, presence of road users, time and place."""
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ DT = 0.08
 
 
 def track(name, motion, times, start=(0.0, 0.0, 0.0), **columns):
-    """Rows of one road user that moves as a script says, from its first time on."""
+    """Return rows of one road user that moves by a script from its first time."""
     states = [state_at([motion], np.array(start), time - times[0]).pose for time in times]
     x, y, yaw = np.array(states).T
     rows = {"time_s": times, "id": name, "x_m": x, "y_m": y, "yaw_deg": np.degrees(yaw), "kind": "car"}
@@ -34,7 +34,7 @@ STRAIGHT = Straight("straight", 12.0)
 
 @pytest.fixture
 def replay(tmp_path):
-    """Make sources that play tracks from a Parquet file."""
+    """Return a factory of sources that play tracks from a Parquet file."""
 
     def make(*tracks, range_m=150.0, **keys):
         pd.concat(tracks).to_parquet(tmp_path / "tracks.parquet")
@@ -44,7 +44,7 @@ def replay(tmp_path):
     return make
 
 
-# ---- what the layer leaves of a clean recording
+# ---- effect of the truth layer on a clean recording
 
 
 @pytest.mark.parametrize("rate", [10.0, 25.0])
@@ -60,8 +60,8 @@ def replay(tmp_path):
     ],
     ids=["steady", "accelerating", "standing", "left", "right", "lane-change"],
 )
-def test_a_clean_motion_is_left_as_it_is(replay, motion, rate):
-    """The layer should hardly act on what its rear axle follows: centimetres at most, at the motion's own rates."""
+def test_a_clean_motion_is_preserved(replay, motion, rate):
+    """A feasible motion changes by centimetres at most, and its rates stay the same."""
     times, start, length = clock(100.0, 108.0, rate), np.array([30.0, 5.0, 0.4]), 4.5
     arm = length * (REAR_AXLE - 0.5)
     recorded = track("a", motion, times, start, length_m=length)
@@ -69,7 +69,7 @@ def test_a_clean_motion_is_left_as_it_is(replay, motion, rate):
     recorded["x_m"] += arm * np.cos(yaw)
     recorded["y_m"] += arm * np.sin(yaw)
     seen = frames(replay(track("ego", STRAIGHT, times), recorded), round(7.5 / DT))
-    for frame in seen[12:]:  # the first second it takes to find into a turn that it begins in
+    for frame in seen[12:]:  # in the first second the body adapts to the turn in which it starts
         actual = state_at([motion], start, frame.time)
         ahead = np.array([np.cos(actual.pose[2]), np.sin(actual.pose[2])])
         left = np.array([-ahead[1], ahead[0]])
@@ -85,7 +85,7 @@ def test_a_clean_motion_is_left_as_it_is(replay, motion, rate):
         assert np.hypot(*frame.actors.deviation[row]) < 0.12
 
 
-def test_who_stands_is_exactly_still_and_is_stationary(replay):
+def test_a_standing_body_is_exactly_still_and_stationary(replay):
     times = clock(0.0, 6.0)
     seen = frames(replay(track("ego", STRAIGHT, times), track("a", Straight("straight", 0.0), times)), 60)
     actors = [frame.actors for frame in seen]
@@ -93,10 +93,10 @@ def test_who_stands_is_exactly_still_and_is_stationary(replay):
     assert all(not one.velocity_world.any() and list(one.mode) == [Mode.STATIONARY] for one in actors)
 
 
-# ---- who comes and goes
+# ---- presence
 
 
-def test_a_gap_is_an_absence_and_who_comes_back_is_another(replay):
+def test_a_gap_is_an_absence_and_the_return_a_new_actor(replay):
     times = clock(0.0, 10.0)
     there = (times <= 2.0) | (times >= 5.0)
     a = track("a", STRAIGHT, times, (0.0, 4.0, 0.0))[there]
@@ -107,7 +107,7 @@ def test_a_gap_is_an_absence_and_who_comes_back_is_another(replay):
     assert {int(number) for frame in seen for number in frame.actors.id} == {1, 2}
 
 
-def test_only_who_is_in_range_comes_and_it_comes_rolling(replay):
+def test_actors_enter_the_range_in_motion(replay):
     times = clock(0.0, 12.0)
     oncoming = track("oncoming", STRAIGHT, times, (200.0, 4.0, np.pi))
     seen = frames(replay(track("ego", STRAIGHT, times), oncoming, range_m=60.0), 140)
@@ -118,7 +118,7 @@ def test_only_who_is_in_range_comes_and_it_comes_rolling(replay):
     assert all(one.velocity_world[0] == pytest.approx([-12.0, 0.0], abs=0.02) for one in came)
 
 
-def test_bodies_are_as_the_file_has_them(replay):
+def test_bodies_match_the_file(replay):
     times = clock(0.0, 2.0)
     bus = track("bus", STRAIGHT, times, (0.0, 4.0, 0.0), kind="bus", length_m=11.0, reflectivity=0.25)
     van = track("van", STRAIGHT, times, (0.0, 8.0, 0.0), kind="van")
@@ -130,7 +130,7 @@ def test_bodies_are_as_the_file_has_them(replay):
     assert frame.actors.reflectivity[1] == paint_reflectivity(9, 2)
 
 
-def test_the_seed_draws_paint_and_nothing_else(replay):
+def test_the_seed_only_affects_paint(replay):
     times = clock(0.0, 4.0)
     source = replay(track("ego", STRAIGHT, times), track("a", Arc("arc", 8.0, 20.0), times))
     one, other, again = (frames(source, 40, seed) for seed in (1, 2, 1))
@@ -154,7 +154,7 @@ def test_the_order_of_the_rows_does_not_matter(replay):
 # ---- time and place
 
 
-def test_frame_0_is_at_begin_s_or_where_the_ego_begins(replay):
+def test_frame_0_is_at_begin_s_or_the_ego_s_first_sample(replay):
     times = clock(40.0, 50.0)
     source = replay(track("ego", STRAIGHT, times), track("a", STRAIGHT, clock(30.0, 50.0), (-100.0, 4.0, 0.0)))
     (frame,) = frames(source, 1)
@@ -165,8 +165,8 @@ def test_frame_0_is_at_begin_s_or_where_the_ego_begins(replay):
     assert later.ego.pose_world == pytest.approx([3.33 * 12.0, 0.0, 0.0], abs=0.02)
 
 
-def test_large_coordinates_are_told_from_a_near_origin(replay):
-    """UTM has northings of millions of metres; the walls move with the cars."""
+def test_large_coordinates_are_relative_to_a_near_origin(replay):
+    """UTM northings are millions of metres; obstacles are shifted with the actors."""
     times = clock(0.0, 4.0)
     start = (691_234.5, 5_334_567.25, 0.3)
     wall = ScriptedObstacle([(691_200.0, 5_334_600.0), (691_300.0, 5_334_600.0)], kind="wall")
@@ -180,7 +180,7 @@ def test_large_coordinates_are_told_from_a_near_origin(replay):
     assert not near.origin.any()
 
 
-def test_the_run_ends_where_the_ego_s_samples_do(replay):
+def test_the_run_ends_with_the_ego_s_samples(replay):
     times = clock(10.0, 14.0)
     source = replay(track("ego", STRAIGHT, times), track("a", STRAIGHT, clock(10.0, 20.0)))
     source.reset(1)
@@ -194,43 +194,43 @@ def test_the_run_ends_where_the_ego_s_samples_do(replay):
 
 
 @pytest.mark.parametrize(
-    ("keys", "complaint"),
+    ("keys", "message"),
     [
-        ({"ego": "nobody"}, 'ego = "nobody" is not among its 3 ids; name one of them: "a", "b", "ego"'),
+        ({"ego": "absent"}, 'ego = "absent" is not among its 3 ids; name one of them: "a", "b", "ego"'),
         ({"begin_s": 3.0}, 'ego "ego" has no motion at 3 s, only 10 to 14 s; choose another begin_s'),
         ({"gap_s": 0.03}, "or raise gap_s = 0.03"),
         ({"file": "missing.csv"}, "missing.csv: no such file in "),
-        ({"file": "odd.xml"}, "odd.xml: its root is <net>; should be one of fcd-export, commonRoad"),
+        ({"file": "odd.xml"}, "odd.xml: its root is <net>; it should be one of fcd-export, commonRoad"),
         ({"file": "broken.xml.gz"}, "broken.xml.gz: not XML: "),
     ],
 )
-def test_one_clear_line_names_the_file_and_the_remedy(replay, tmp_path, keys, complaint):
+def test_errors_name_file_and_remedy_in_one_line(replay, tmp_path, keys, message):
     (tmp_path / "odd.xml").write_text("<net></net>")
     (tmp_path / "broken.xml.gz").write_bytes(b"no gzip")
     times = clock(10.0, 14.0)
     source = replay(*(track(name, STRAIGHT, times) for name in ("ego", "b", "a")), **keys)
     with pytest.raises(TrafficInputError) as error:
         source.reset(1)
-    assert complaint in str(error.value)
+    assert message in str(error.value)
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("keys", "complaint"),
+    ("keys", "message"),
     [
         ({"file": "tracks.json"}, "should end in .csv"),
         ({"dt_s": 0.0}, "must be positive"),
         ({"gap_s": -1.0}, "must be positive"),
     ],
 )
-def test_keys_out_of_range_are_refused(keys, complaint):
-    with pytest.raises(ValueError, match=complaint):
+def test_keys_out_of_range_are_rejected(keys, message):
+    with pytest.raises(ValueError, match=message):
         ReplayTraffic(**{"file": "a.csv", "ego": "1"} | keys)
 
 
-def test_nobody_commands_a_replay_and_nobody_steps_it_before_reset(replay):
+def test_commands_and_steps_before_reset_are_rejected(replay):
     source = replay(track("ego", STRAIGHT, clock(0.0, 4.0)))
-    with pytest.raises(SimulatorFailedError, match="reset comes before step"):
+    with pytest.raises(SimulatorFailedError, match="call reset before step"):
         source.step()
     with pytest.raises(TrafficInputError, match="a replay cannot be commanded"):
         source.apply(EgoCommand(speed_mps=3.0))

@@ -1,4 +1,4 @@
-"""CommonRoad files, read through commonroad-io."""
+"""CommonRoad files, read by commonroad-io."""
 
 from pathlib import Path
 
@@ -87,14 +87,14 @@ def test_road_users_are_read_with_their_boxes(write):
     ]
     truck = read.user == 1
     assert read.time[truck] == pytest.approx([0.4, 0.5, 0.6])
-    # its position is told 3 m behind the middle of its box, and it looks north
+    # its position is 3 m behind the centre of its box, and it faces north
     assert read.pose[truck][0] == pytest.approx([5.0, 12.0, np.pi / 2])
     parked = read.user == 3
     assert read.time[parked] == pytest.approx(np.arange(20) * 0.1)
     assert not np.diff(read.pose[parked], axis=0).any()
 
 
-def test_what_is_no_road_user_stands_along_the_road(write):
+def test_other_types_are_static_obstacles(write):
     building = (
         '<environmentObstacle id="21"><type>building</type><shape><polygon><point><x>10</x><y>5</y></point>'
         "<point><x>20</x><y>5</y></point><point><x>20</x><y>9</y></point></polygon></shape></environmentObstacle>"
@@ -107,7 +107,7 @@ def test_what_is_no_road_user_stands_along_the_road(write):
     assert sorted(map(tuple, read.street[1].corners)) == [(10, 5), (20, 5), (20, 9)]
 
 
-def test_a_file_is_played(write):
+def test_a_file_can_be_played(write):
     oncoming = [(40.0 - x, y, np.pi) for x, y, _ in drive(40, 4.0)]
     path = write(dynamic(11, "car", CAR, drive(40)), dynamic(12, "car", CAR, oncoming))
     seen = frames(ReplaySource(ReplayTraffic(file="a.xml", ego="11"), path.parent, 100.0), 40)
@@ -116,7 +116,7 @@ def test_a_file_is_played(write):
 
 
 @pytest.mark.parametrize(
-    ("inside", "complaint"),
+    ("inside", "message"),
     [
         (static(14, "car", CAR, 0.0, 0.0, 0.0), "has no dynamic obstacle with a trajectory"),
         (
@@ -132,8 +132,8 @@ def test_a_file_is_played(write):
         ),
     ],
 )
-def test_one_clear_line_for_what_is_wrong(write, inside, complaint):
+def test_invalid_files_are_errors_of_one_line(write, inside, message):
     with pytest.raises(TrafficInputError) as error:
         read_commonroad(write(inside), {})
-    assert complaint in str(error.value)
+    assert message in str(error.value)
     assert "\n" not in str(error.value)

@@ -1,12 +1,12 @@
-"""SUMO's floating car data: what SUMO itself writes, and what else may stand in such files."""
+"""SUMO's floating car data: files written by SUMO, and invalid files."""
 
 import gzip
 from contextlib import closing
-from pathlib import Path
 
 import libsumo
 import numpy as np
 import pytest
+from support.paths import CATALOG
 
 from sim.replay.fcd import read_fcd
 from sim.replay.recording import ReplayType
@@ -14,7 +14,7 @@ from sim.replay.trajectories import Trajectories
 from sim.source import TrafficInputError
 from sim.world import Kind
 
-CROSSING = Path(__file__).parents[3] / "scenarios" / "catalog" / "urban" / "sumo-crossing"
+CROSSING = CATALOG / "urban" / "sumo-crossing"
 WALKERS = """<routes><route id="east" edges="west_in east_out"/>
 <vehicle id="first" route="east" depart="0" departPos="60" departLane="1" departSpeed="0"/>
 <person id="rider" depart="triggered"><ride from="west_in" to="east_out" lines="first"/></person>
@@ -27,22 +27,22 @@ TYPES = {
 
 
 def simulate(folder, routes, seconds, *options):
-    """Run SUMO with FCD output; return, by time and kind, its own front bumpers and angles."""
+    """Run SUMO with FCD output; return its front bumpers and angles by time and kind."""
     (folder / "traffic.rou.xml").write_text(routes)
     command = ["sumo", "-n", str(CROSSING / "crossing.net.xml"), "-r", str(folder / "traffic.rou.xml")]
     command += ["--fcd-output", str(folder / "out.xml"), "--step-length", "0.08", "--seed", "3", "--no-warnings"]
     libsumo.start([*command, "--no-step-log", "--duration-log.disable", *options])
-    said = {}
+    written = {}
     with closing(libsumo):
         for _ in range(round(seconds / 0.08)):
             libsumo.simulationStep()
-            # a step's poses are written with the time at which it began
+            # poses of a step are written with the time of its start
             time = libsumo.simulation.getTime() - 0.08
             for domain in (libsumo.vehicle, libsumo.person):
                 for name in domain.getIDList():
                     place = (*domain.getPosition(name), domain.getAngle(name), domain.getLength(name))
-                    said[round(time, 2), domain is libsumo.person, name] = place
-    return said
+                    written[round(time, 2), domain is libsumo.person, name] = place
+    return written
 
 
 ROUTES = """<routes><vType id="compact" length="4.25"/><vType id="long" length="9.5" maxSpeed="10"/>
@@ -53,28 +53,28 @@ ROUTES = """<routes><vType id="compact" length="4.25"/><vType id="long" length="
 <flow id="c" type="compact" route="w_s" begin="0" end="20" period="3" departPos="120" departSpeed="max"/></routes>"""
 
 
-def test_a_round_trip_through_sumo_keeps_every_pose(tmp_path):
-    """Bumpers for centres are metres off, angles for yaws up to half a turn; interpolation must meet the samples."""
-    said = simulate(tmp_path, ROUTES, 20.0, "--tls.all-off", "true")
-    lives = Trajectories.of(read := read_fcd(tmp_path / "out.xml", TYPES), gap_s=1.0)
-    assert len(lives.user) == len(read.users) > 15  # nobody is cut in two
+def test_a_round_trip_through_sumo_preserves_poses(tmp_path):
+    """Detects bumpers used as centres, angles used as yaws, and interpolation that misses the samples."""
+    written = simulate(tmp_path, ROUTES, 20.0, "--tls.all-off", "true")
+    trajectories = Trajectories.of(read := read_fcd(tmp_path / "out.xml", TYPES), gap_s=1.0)
+    assert len(trajectories.user) == len(read.users) > 15  # no trajectory is split
     turned = 0.0
-    for (time, _, name), (x, y, angle, length) in said.items():
+    for (time, _, name), (x, y, angle, length) in written.items():
         yaw = np.pi / 2 - np.radians(angle)
         centre = np.array([x - length / 2 * np.cos(yaw), y - length / 2 * np.sin(yaw)])
-        (life,) = (row for row, user in enumerate(lives.user) if read.users[user].name == name)
-        pose, _ = lives.at(np.array([life]), time)
+        (life,) = (row for row, user in enumerate(trajectories.user) if read.users[user].name == name)
+        pose, _ = trajectories.at(np.array([life]), time)
         assert pose[0, :2] == pytest.approx(centre, abs=0.02)
         assert np.cos(pose[0, 2] - yaw) == pytest.approx(1.0, abs=1e-6)
-        turned = max(turned, np.ptp(lives.pose[lives.first[life] : lives.last[life] + 1, 2]))
-    assert turned > 1.0, "nobody has turned a corner yet"
+        turned = max(turned, np.ptp(trajectories.pose[trajectories.first[life] : trajectories.last[life] + 1, 2]))
+    assert turned > 1.0, "no vehicle has turned a corner yet"
     kinds = {user.name[0]: (user.kind, user.size) for user in read.users}
     assert kinds["a"] == (Kind.CAR, (4.25, 1.8, 1.45))
     assert kinds["b"] == (Kind.TRUCK, (9.5, 2.5, 3.4))
 
 
 @pytest.mark.parametrize("attributes", [(), ("--fcd-output.attributes", "all", "--precision", "4")])
-def test_people_on_foot_are_read_and_those_in_cars_are_not(tmp_path, attributes):
+def test_pedestrians_are_read_and_passengers_are_not(tmp_path, attributes):
     simulate(tmp_path, WALKERS, 4.0, *attributes)
     users = read_fcd(tmp_path / "out.xml", {}).users
     assert [(user.name, user.kind) for user in users] == [
@@ -82,10 +82,10 @@ def test_people_on_foot_are_read_and_those_in_cars_are_not(tmp_path, attributes)
         ("second", Kind.CAR),
         ("second", Kind.PEDESTRIAN),
     ]
-    assert users[0].size == (5.0, 1.8, 1.5)  # SUMO's own default
+    assert users[0].size == (5.0, 1.8, 1.5)  # SUMO's default
 
 
-def test_files_may_be_packed(tmp_path):
+def test_files_may_be_compressed(tmp_path):
     simulate(tmp_path, WALKERS, 2.0)
     (tmp_path / "out.xml.gz").write_bytes(gzip.compress((tmp_path / "out.xml").read_bytes()))
     plain, packed = (read_fcd(tmp_path / name, {}) for name in ("out.xml", "out.xml.gz"))
@@ -100,21 +100,21 @@ STEP = """<fcd-export><timestep time="0.00"/><timestep time="0.08">
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "complaint"),
+    ("old", "new", "message"),
     [
         ('type="DEFAULT_VEHTYPE"', 'type="tram"', 'type "tram" is neither in traffic.types nor a kind'),
-        ('angle="90.0" ', "", 'vehicle "v" at 0.08 s: angle = ""; have x, y, angle and type written'),
-        ('x="1.1"', 'x="nan"', 'vehicle "v" at 0.16 s: x = "nan": no number'),
-        ('time="0.16"', 'time="0:00:00.16"', 'timestep time = "0:00:00.16": should be seconds'),
+        ('angle="90.0" ', "", 'vehicle "v" at 0.08 s: angle = ""; write x, y, angle and type'),
+        ('x="1.1"', 'x="nan"', 'vehicle "v" at 0.16 s: x = "nan" is not a finite number'),
+        ('time="0.16"', 'time="0:00:00.16"', 'timestep time = "0:00:00.16" should be seconds'),
         ('x="1.1"', 'x="1.0000009"', "x and y are degrees, not metres; write it without fcd-output.geo"),
         ("</fcd-export>", "", "not a complete XML file: no element found"),
         (STEP, "<fcd-export/>", "has no vehicle and no person"),
     ],
 )
-def test_one_clear_line_for_what_is_wrong(tmp_path, old, new, complaint):
+def test_invalid_files_are_errors_of_one_line(tmp_path, old, new, message):
     path = tmp_path / "a.xml"
     path.write_text(STEP.replace(old, new))
     with pytest.raises(TrafficInputError) as error:
         read_fcd(path, {})
-    assert complaint in str(error.value)
+    assert message in str(error.value)
     assert "\n" not in str(error.value)

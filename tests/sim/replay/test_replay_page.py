@@ -1,11 +1,11 @@
-"""docs/replay-files.md: its table is the layout, its examples work, its figures are the code's."""
+"""docs/replay-files.md: table of columns, examples and figures match the code."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from support.paths import ROOT
 from support.traffic import frames
 
 from scenarios.files.scenario import Scenario
@@ -17,23 +17,22 @@ from sim.replay.track_tables import OPTIONAL, REQUIRED
 from sim.replay.trajectories import FASTEST, JUMP
 from sim.world import Kind
 
-ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "replay-files.md").read_text(encoding="utf-8")
 EXAMPLE = ROOT / "scenarios" / "catalog" / "urban" / "replayed-crossing.toml"
 HIGHD, IND = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
 TOML = re.findall(r"^```toml\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
 
 
-def test_the_table_of_columns_is_the_layout():
+def test_the_table_of_columns_matches_the_code():
     rows = re.findall(r"^\| `(\w+)` \|[ \w]*\| (yes|no) \|", PAGE, flags=re.MULTILINE)
     assert sorted(name for name, needed in rows if needed == "yes") == sorted(REQUIRED)
     assert sorted(name for name, needed in rows if needed == "no") == sorted(OPTIONAL)
-    (kinds,) = re.findall(r"^\| `kind` \| \| no \| (.*?), or a word", PAGE, flags=re.MULTILINE)
+    (kinds,) = re.findall(r"^\| `kind` \| \| no \| (.*?), or a name", PAGE, flags=re.MULTILINE)
     assert re.findall(r"`([\w-]+)`", kinds) == list(KIND_BY_NAME)
 
 
-def test_the_figures_are_those_of_the_code():
-    assert f"({FASTEST:g} m/s and\n  {JUMP:g} m on top)" in PAGE
+def test_the_figures_match_the_code():
+    assert f"({FASTEST:g} m/s plus\n  {JUMP:g} m)" in PAGE
     heights = ", ".join(f"{height:g}" for height in STREET_HEIGHT.values())
     assert f"({' and '.join(heights.rsplit(', ', 1))} m)" in PAGE
 
@@ -47,14 +46,14 @@ def test_examples_are_valid(block, tmp_path):
 
 @pytest.fixture
 def types(tmp_path):
-    """The types that the page explains."""
+    """Return the types in the page's example."""
     (block,) = (block for block in TOML if "truck_bus" in block)
     (tmp_path / "a.toml").write_text(f'description = "a"\nduration_s = 1\n{block}')
     return Scenario.load(tmp_path / "a.toml").traffic.types
 
 
 def test_the_mapping_of_highd_gives_box_centres(tmp_path, monkeypatch, types):
-    """A lorry to the left in the image's upper half, a car to the right below; y points down there."""
+    """A lorry drives left in the upper half of the image, a car right in the lower half; y points down."""
     monkeypatch.chdir(tmp_path)
     rows = {
         "frame": [25, 50],
@@ -74,7 +73,7 @@ def test_the_mapping_of_highd_gives_box_centres(tmp_path, monkeypatch, types):
     assert [(user.kind, user.size[:2]) for user in read.users] == [(Kind.TRUCK, (12.0, 2.5)), (Kind.CAR, (4.0, 2.0))]
 
 
-def test_the_mapping_of_ind_takes_no_size_for_zero(tmp_path, monkeypatch, types):
+def test_the_mapping_of_ind_treats_zero_as_no_size(tmp_path, monkeypatch, types):
     monkeypatch.chdir(tmp_path)
     place = {"frame": [5, 5], "trackId": [7, 8], "xCenter": [1.0, 2.0], "yCenter": [-3.0, -4.0], "heading": [90.0, 0.0]}
     pd.DataFrame(place | {"width": [2.5, 0.0], "length": [9.0, 0.0]}).to_csv("00_tracks.csv", index=False)
@@ -90,8 +89,8 @@ def test_the_mapping_of_ind_takes_no_size_for_zero(tmp_path, monkeypatch, types)
     assert 0 < read.users[1].size[0] < 1
 
 
-def test_the_shipped_recording_is_played_to_its_end():
-    """Its ego waits, turns left, and leaves; the layer keeps to the samples, which are SUMO's, within a metre."""
+def test_the_shipped_recording_can_be_played_to_its_end():
+    """Its ego waits, turns left, and leaves; the motion stays within a metre of SUMO's samples."""
     scenario = Scenario.load(EXAMPLE)
     source = ReplaySource(scenario.traffic, scenario.folder, 60.0)
     seen = frames(source, round(scenario.duration_s / source.dt))

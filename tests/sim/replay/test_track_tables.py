@@ -1,4 +1,4 @@
-"""Recordings in CSV and Parquet: the layout, and one clear line for each way to get it wrong."""
+"""Recordings in CSV and Parquet: the layout, and errors of one line."""
 
 import gzip
 
@@ -31,9 +31,9 @@ def csv(tmp_path):
     return write
 
 
-def test_all_columns_are_taken_for_what_they_say(csv):
+def test_all_columns_are_read(csv):
     read = read_table(csv(FULL), {})
-    lorry, car = read.users  # in the order of their ids, which stay text
+    lorry, car = read.users  # ordered by id, which remains text
     assert (lorry.name, lorry.kind, lorry.size, lorry.reflectivity) == (
         "007",
         Kind.TRAILER_TRUCK,
@@ -48,7 +48,7 @@ def test_all_columns_are_taken_for_what_they_say(csv):
     )
 
 
-def test_four_columns_are_enough(csv):
+def test_four_columns_are_sufficient(csv):
     read = read_table(csv("y_m, time_s, x_m, id\n2, 0, 1, a\n2, 1, 2, a\n"), {})
     (user,) = read.users
     assert (user.name, user.kind, user.size) == ("a", Kind.CAR, SIZE_BY_KIND[Kind.CAR])
@@ -56,7 +56,7 @@ def test_four_columns_are_enough(csv):
     assert np.isnan(read.pose[:, 2]).all()
 
 
-def test_the_file_s_own_words_for_kinds_can_be_told(csv):
+def test_custom_names_of_kinds_can_be_mapped(csv):
     text = "time_s,id,x_m,y_m,kind\n0,1,0,0,truck_bus\n0,2,9,0,\n"
     types = {"truck_bus": ReplayType("truck", (9.0, 2.5, 3.0)), "car": ReplayType("suv")}
     lorry, other = read_table(csv(text), types).users
@@ -64,7 +64,7 @@ def test_the_file_s_own_words_for_kinds_can_be_told(csv):
     assert (other.kind, other.size) == (Kind.SUV, SIZE_BY_KIND[Kind.SUV])
 
 
-def test_packed_and_parquet_files_say_the_same(csv, tmp_path):
+def test_compressed_and_parquet_files_give_the_same_result(csv, tmp_path):
     path = csv(FULL)
     plain = read_table(path, {})
     (tmp_path / "b.csv.gz").write_bytes(gzip.compress(FULL.encode()))
@@ -85,7 +85,7 @@ def test_ids_in_parquet_may_be_numbers(tmp_path, ids):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "complaint"),
+    ("old", "new", "message"),
     [
         ("0.1,7,1.0,3.0", "0.1,7,nan,3.0", "column x_m, row 3: nan: should be a number"),
         ("0.1,7,1.0,3.0", "0.1,7,inf,3.0", "column x_m, row 3: inf: should be a number"),
@@ -108,22 +108,22 @@ def test_ids_in_parquet_may_be_numbers(tmp_path, ids):
         (FULL.partition("\n")[2], "", "has no rows"),
     ],
 )
-def test_one_clear_line_for_what_is_wrong(csv, old, new, complaint):
+def test_invalid_tables_are_errors_of_one_line(csv, old, new, message):
     assert FULL.count(old) == 1
     with pytest.raises(TrafficInputError) as error:
         read_table(csv(FULL.replace(old, new)), {})
-    assert complaint in str(error.value)
+    assert message in str(error.value)
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.csv.gz", "a.parquet"])
-def test_what_is_no_table_is_told(tmp_path, name):
+def test_a_file_that_is_not_a_table_is_an_error(tmp_path, name):
     (tmp_path / name).write_bytes(b"\xff\xfe\x00PAR1 nonsense")
     with pytest.raises(TrafficInputError, match=r"^not a table: [^\n]+$"):
         read_table(tmp_path / name, {})
 
 
-def test_dates_are_no_seconds(tmp_path):
+def test_dates_are_rejected_as_times(tmp_path):
     frame = pd.DataFrame({"time_s": pd.to_datetime(["2024-01-01"]), "id": ["a"], "x_m": [0.0], "y_m": [0.0]})
     frame.to_parquet(tmp_path / "a.parquet")
     with pytest.raises(TrafficInputError, match=r"column time_s holds datetime64\[\w+\]; write numbers"):

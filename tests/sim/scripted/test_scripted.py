@@ -1,4 +1,4 @@
-"""Scripted motions against their own derivatives and hand-computed figures; what the scripted scenarios promise."""
+"""Scripted motions: derivatives, hand-computed values, and properties of the scripted scenarios."""
 
 import math
 from pathlib import Path
@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Polygon
+from support.paths import CATALOG
 from support.traffic import frames
 
 from scenarios.files.scenario import Scenario
@@ -16,8 +17,6 @@ from sim.scripted.script import ScriptedActor, ScriptedEgo, ScriptedObstacle, Sc
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.world import Kind
-
-CATALOG = Path(__file__).parents[3] / "scenarios" / "catalog"
 
 # x, y, yaw of the six units in the ego frame: sensor facts 1.4, moved from the rear axle, 1.385 m behind the centre
 UNITS = [
@@ -40,7 +39,7 @@ def scenario_frames(name, seed):
 
 
 def outline(pose, size):
-    """Corners (4, 2) of a box."""
+    """Return the corners (4, 2) of a box."""
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * (np.asarray(size)[:2] / 2)
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     return corners @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
@@ -73,7 +72,7 @@ MOTIONS = st.one_of(
 
 
 @given(MOTIONS, st.floats(0.01, 20.0), st.floats(-4.0, 4.0))
-def test_rates_are_the_derivatives_of_poses_and_courses_are_headings(motion, time, yaw):
+def test_rates_are_derivatives_of_poses_and_course_equals_heading(motion, time, yaw):
     start, step = np.array([3.0, -2.0, yaw]), 1e-4
     before, now, after = (state_at([motion], start, time + k * step) for k in (-1, 0, 1))
     quotients = [
@@ -82,7 +81,7 @@ def test_rates_are_the_derivatives_of_poses_and_courses_are_headings(motion, tim
         (after.velocity - before.velocity, before.acceleration, now.acceleration, after.acceleration),
     ]
     for change, rate_before, rate, rate_after in quotients:
-        # where a rate bends or jumps, as at a stop, the quotient is off by what it changes over the step
+        # where a rate has a kink or jump, as at a stop, the difference quotient is off by its change over the step
         slack = np.abs(np.subtract(rate_after, rate_before)).max() + 1e-5
         assert change / (2 * step) == pytest.approx(rate, abs=slack)
     speed = np.hypot(*now.velocity)
@@ -115,7 +114,7 @@ def test_a_lane_change_has_the_quintic_s_known_extremes():
     assert done.velocity == pytest.approx([20.0, 0.0])
 
 
-def test_stop_and_go_covers_half_the_peak_speed_a_round_and_stands_in_between():
+def test_stop_and_go_moves_at_half_the_peak_speed_on_average():
     motion = StopAndGo("stop-and-go", peak_speed_mps=8.0, go_s=6.0, stop_s=3.0)
     assert motion.at(3.0).velocity[0] == pytest.approx(8.0)
     assert motion.at(7.5).pose[0] == pytest.approx(24.0)
@@ -123,7 +122,7 @@ def test_stop_and_go_covers_half_the_peak_speed_a_round_and_stands_in_between():
     assert motion.at(2 * 9.0 + 3.0).pose[0] == pytest.approx(2 * 24.0 + 12.0)
 
 
-def test_motions_follow_one_another_from_where_the_last_one_ended():
+def test_each_motion_starts_at_the_end_of_the_previous_one():
     motions = [
         Straight("straight", 10.0, duration_s=2.0),
         Arc("arc", 10.0, 10.0, duration_s=math.pi / 2),
@@ -132,13 +131,13 @@ def test_motions_follow_one_another_from_where_the_last_one_ended():
     assert state_at(motions, np.array([0.0, 0.0, 0.0]), 2.0 + math.pi / 2 + 1.0).pose == pytest.approx(
         [30.0, 20.0, math.pi / 2]
     )
-    assert state_at(motions, np.array([0.0, 0.0, 0.0]), 2.0).yaw_rate == pytest.approx(1.0)  # the later one's
+    assert state_at(motions, np.array([0.0, 0.0, 0.0]), 2.0).yaw_rate == pytest.approx(1.0)  # of the later motion
 
 
 # ---- the source
 
 
-def test_actors_come_in_the_script_s_order_with_sizes_by_kind():
+def test_actors_are_in_the_script_s_order_with_sizes_by_kind():
     config = ScriptedTraffic(
         ego=ScriptedEgo(x_m=1.0, y_m=2.0, yaw_deg=90.0),
         actor=[
@@ -158,7 +157,7 @@ def test_actors_come_in_the_script_s_order_with_sizes_by_kind():
     assert frame.actors.reflectivity[0] == 0.3
 
 
-def test_jitter_is_bounded_drawn_by_seed_and_spares_the_ego():
+def test_jitter_is_bounded_drawn_by_seed_and_excludes_the_ego():
     config = ScriptedTraffic(actor=[ScriptedActor(20.0, 0.0)] * 40, jitter_m=0.3, jitter_deg=2.0)
     (one,), (other,) = played(config, 1, seed=1), played(config, 1, seed=2)
     for frame in (one, other):
@@ -170,7 +169,7 @@ def test_jitter_is_bounded_drawn_by_seed_and_spares_the_ego():
 
 
 def test_a_parked_car_is_an_actor_without_motion():
-    """And so it is graded, which an obstacle is not."""
+    """Unlike an obstacle, it is therefore graded."""
     config = ScriptedTraffic(
         ego=ScriptedEgo(motion=[Straight("straight", 10.0)]), actor=[ScriptedActor(20.0, -3.0, yaw_deg=5.0)]
     )
@@ -183,7 +182,7 @@ def test_a_parked_car_is_an_actor_without_motion():
         assert not actors.yaw_rate.any()
 
 
-def test_obstacles_are_the_script_s():
+def test_obstacles_match_the_script():
     source = ScriptedSource(
         ScriptedTraffic(
             obstacle=[
@@ -203,11 +202,11 @@ def test_obstacles_are_the_script_s():
     assert list(obstacles.reflectivity) == [0.3, 0.3, 0.6, 0.6, 0.3]
     assert np.ptp(obstacles.vertices_world[9:], axis=0) == pytest.approx([0.3, 0.3], abs=0.02)
     source.close()
-    with pytest.raises(SimulatorFailedError, match="reset comes before step"):
+    with pytest.raises(SimulatorFailedError, match="call reset before step"):
         source.step()
 
 
-def test_a_script_takes_no_commands_and_is_nowhere_but_where_it_says():
+def test_a_script_rejects_commands():
     source = ScriptedSource(ScriptedTraffic(actor=[ScriptedActor(9.0, 4.0)]), Path(), 50.0)
     source.reset(1)
     with pytest.raises(TrafficInputError, match=r"^scripted traffic .*speed_mps=3\.0.*sumo"):
@@ -240,7 +239,7 @@ def test_a_script_takes_no_commands_and_is_nowhere_but_where_it_says():
         lambda: LaneChange("lane-change", 0.0, 3.5, 4.0),
     ],
 )
-def test_impossible_settings_are_refused_in_one_line(make):
+def test_invalid_settings_are_rejected_in_one_line(make):
     with pytest.raises(ValueError, match=r"^[^\n]+$"):
         make()
 
@@ -249,7 +248,7 @@ def test_impossible_settings_are_refused_in_one_line(make):
 
 
 @pytest.mark.parametrize("name", ["fitting/ring", "fitting/ring-clean"])
-def test_the_ring_shows_every_aspect_at_every_range_and_stands(name):
+def test_the_ring_shows_every_aspect_at_every_range(name):
     seen = scenario_frames(name, seed=3)
     pose = np.array([frame.actors.pose_world for frame in seen])  # (frames, cars, 3)
     aspect = np.degrees(pose[..., 2] - np.arctan2(pose[..., 1], pose[..., 0])) % 360.0
@@ -257,14 +256,16 @@ def test_the_ring_shows_every_aspect_at_every_range_and_stands(name):
         gaps = np.diff(np.append(np.sort(car), np.sort(car)[0] + 360.0))
         assert gaps.max() < 1.1
         fraction = np.sort(car % 1.0)
-        assert np.diff(fraction).max() < 0.05, "aspects fall on whole degrees, as the fitters' search grid does"
+        assert np.diff(fraction).max() < 0.05, (
+            "aspects must not coincide with the fitters' search grid of whole degrees"
+        )
     ranges = np.sort(np.hypot(*pose[0, :, :2].T))
     assert ranges[0] == pytest.approx(8.0, abs=0.1)
     assert ranges[-1] == pytest.approx(35.0, abs=0.1)
     assert all((frame.actors.velocity_world == 0).all() for frame in seen)
 
 
-def test_no_car_of_the_ring_hides_another_from_any_unit():
+def test_no_car_of_the_ring_occludes_another():
     frame = scenario_frames("fitting/ring", seed=1)[0]
     reach = np.hypot(*frame.actors.size[:, :2].T) / 2 + 0.1  # circles that hold a car at any aspect, and its jitter
     for x, y, _ in UNITS:
@@ -281,7 +282,7 @@ def test_no_car_of_the_ring_hides_another_from_any_unit():
 
 
 def clear_lines(frame):
-    """Count lines of sight from units to points around the hidden car that the truck leaves, within fields of view."""
+    """Count unoccluded lines of sight from units to points around the hidden car, within fields of view."""
     truck, car = (list(frame.actors.name).index(name) for name in ("truck", "hidden car"))
     shrunk = Polygon(outline(frame.actors.pose_world[truck], frame.actors.size[truck] - 0.2))
     corners = outline(frame.actors.pose_world[car], frame.actors.size[car])
@@ -302,7 +303,7 @@ def clear_lines(frame):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_truck_hides_the_car_wholly_for_the_time_that_the_description_states(seed):
+def test_the_truck_occludes_the_car_for_the_time_in_the_description(seed):
     for frame in scenario_frames("occlusion/truck-shadow", seed)[::2]:
         assert frame.ego.pose_world[2] == 0.0
         clear, total = clear_lines(frame)

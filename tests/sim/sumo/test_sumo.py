@@ -1,13 +1,13 @@
-"""SUMO's conventions, its faults, and what the two SUMO scenarios promise."""
+"""SUMO: conventions, errors, and properties of the two SUMO scenarios."""
 
 import gzip
 import xml.etree.ElementTree as ET
 from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import CATALOG
 from support.traffic import frames, play
 
 from scenarios.files.scenario import Scenario
@@ -17,7 +17,6 @@ from sim.sumo.sumo_source import SumoSource
 from sim.sumo.vehicle_kinds import kind_of_shape
 from sim.world import Kind
 
-CATALOG = Path(__file__).parents[3] / "scenarios" / "catalog"
 CROSSING = CATALOG / "urban" / "sumo-crossing"
 NET = CROSSING / "crossing.net.xml"
 
@@ -28,7 +27,7 @@ EASTBOUND = """<route id="east" edges="west_in east_out"/>
 
 @pytest.fixture
 def sumo(tmp_path):
-    """Make sources on the crossing's net from the inside of a route file; close them in the end."""
+    """Return a factory of sources on the crossing's net, given the content of a route file; close them afterwards."""
     made = []
 
     def make(traffic=EASTBOUND, *, range_m=100.0, **keys):
@@ -43,7 +42,7 @@ def sumo(tmp_path):
 
 
 def lane_point(lane_id, distance):
-    """Point and direction on a straight lane, `distance` [m] from its beginning, read off the net file."""
+    """Return point and direction on a straight lane of the net file, `distance` [m] from its start."""
     (lane,) = [lane for lane in ET.parse(NET).getroot().iter("lane") if lane.get("id") == lane_id]
     start, end = (np.array([float(v) for v in point.split(",")]) for point in lane.get("shape").split())
     along = (end - start) / np.linalg.norm(end - start)
@@ -66,14 +65,14 @@ def lane_point(lane_id, distance):
         ("bus/flexible", 3.0, Kind.BUS),
         ("motorcycle", 1.5, Kind.MOTORCYCLE),
         ("bicycle", 1.7, Kind.BICYCLE),
-        ("nobody/knows", 1.5, Kind.CAR),
+        ("unknown/shape", 1.5, Kind.CAR),
     ],
 )
 def test_kinds_by_shape(shape, height, kind):
     assert kind_of_shape(shape, height) is kind
 
 
-def test_people_on_foot_are_delivered_and_are_nobody_s_namesake(sumo):
+def test_pedestrians_are_delivered_and_distinct_from_vehicles_of_the_same_name(sumo):
     walkers = """<person id="second" depart="0" departPos="55"><walk edges="west_in east_out"/></person>
     <person id="far" depart="0" departPos="5"><walk edges="north_in north_out"/></person>"""
     rider = '<person id="rider" depart="triggered"><ride from="west_in" to="east_out" lines="first"/></person>'
@@ -85,13 +84,13 @@ def test_people_on_foot_are_delivered_and_are_nobody_s_namesake(sumo):
         for row in np.flatnonzero(actors.kind == Kind.PEDESTRIAN)
     }
     assert [name for name, _ in on_foot] == ["second"]
-    assert all(1.55 <= height <= 1.90 for _, height in on_foot)  # drawn in place of SUMO's default of 1.719 m
+    assert all(1.55 <= height <= 1.90 for _, height in on_foot)  # random size instead of SUMO's default of 1.719 m
     namesakes = {int(number) for frame in seen for number in frame.actors.id[frame.actors.name == "second"]}
-    assert len(namesakes) == 2, "the vehicle and the person of that name have a number each"
+    assert len(namesakes) == 2, "the vehicle and the person of that name have different numbers"
 
 
-def test_numbers_go_by_name_among_those_who_appear_together():
-    """Else they would go by the hash of the names, and differ from one process to the next."""
+def test_actors_that_appear_together_are_numbered_by_name():
+    """Fails if the order depends on hashes of the names, which differ between processes."""
     scenario = Scenario.load(CATALOG / "urban" / "sumo-crossing.toml")
     with closing(SumoSource(scenario.traffic, scenario.folder, 150.0)) as source:
         source.reset(1)
@@ -103,24 +102,24 @@ def test_numbers_go_by_name_among_those_who_appear_together():
 # ---- obstacles
 
 
-def test_buildings_and_whatever_has_a_height_are_obstacles(sumo, tmp_path):
+def test_buildings_and_shapes_with_a_height_are_obstacles(sumo, tmp_path):
     (tmp_path / "shapes.add.xml").write_text("""<additional>
         <poly id="b" type="building.garage" shape="0,0 4,0 4,3 0,0"/>
         <poly id="a" type="wall" shape="10,0 20,0"><param key="height" value="2.5"/></poly>
         <poly id="c" type="lawn" shape="0,0 4,0 4,3"/></additional>""")
     obstacles = sumo(additional=["shapes.add.xml"], building_height_m=6.0).reset(0)
-    assert obstacles.height == pytest.approx([2.5, 6.0])  # by name; the lawn stays flat
-    assert list(obstacles.offset) == [0, 2, 5]  # the closing corner is left out
+    assert obstacles.height == pytest.approx([2.5, 6.0])  # sorted by name; the lawn is not an obstacle
+    assert list(obstacles.offset) == [0, 2, 5]  # without the closing corner
     assert obstacles.vertices_world[2:] == pytest.approx(np.array([[0, 0], [4, 0], [4, 3]]))
 
 
 def shapes(path, xml):
-    """Write an additional file of these shapes, into the folder of the source's other files."""
+    """Write an additional file with these shapes to the folder of the source's other files."""
     (path / "shapes.add.xml").write_text(f"<additional>{xml}</additional>")
     return {"additional": ["shapes.add.xml"]}
 
 
-def test_shapes_are_what_their_types_say(sumo, tmp_path):
+def test_shapes_are_converted_by_their_types(sumo, tmp_path):
     keys = shapes(
         tmp_path,
         """<poly id="1" type="barrier.guard_rail" shape="0,0 1,0"/>
@@ -136,7 +135,7 @@ def test_shapes_are_what_their_types_say(sumo, tmp_path):
     beam, post, *wall, gantry, pole, tree, mast = range(len(obstacles))
     assert obstacles.height[[beam, post]] == pytest.approx([0.787, 0.475])
     assert obstacles.base[[beam, post]] == pytest.approx([0.475, 0.0])
-    assert list(obstacles.height[wall]) == [1.2] * 3  # a line: the closing corner is one more point
+    assert list(obstacles.height[wall]) == [1.2] * 3  # a line keeps its closing point
     sizes = np.column_stack([obstacles.base, obstacles.height, obstacles.reflectivity])
     assert list(sizes[gantry]) == [5.0, 6.5, 0.5]
     assert list(obstacles.height[[pole, tree, mast]]) == [8.0, 4.0, 9.0]
@@ -146,11 +145,11 @@ def test_shapes_are_what_their_types_say(sumo, tmp_path):
     assert np.ptp(trunk, axis=0) == pytest.approx(0.6, abs=0.04)
 
 
-# ---- those who stand
+# ---- standing vehicles
 
 
-def test_parked_and_stopped_cars_are_actors_that_stand_still(sumo, tmp_path):
-    """In a parking area, at the kerb, in the lane: SUMO takes the first two off the lane, but not out of the world."""
+def test_parked_and_stopped_cars_are_stationary_actors(sumo, tmp_path):
+    """In a parking area, at the kerb, in the lane: SUMO removes the first two from the lane, but not from the world."""
     route, _, _ = EASTBOUND.splitlines()
     stops = {
         "area": 'parkingArea="p"',
@@ -178,14 +177,14 @@ def test_parked_and_stopped_cars_are_actors_that_stand_still(sumo, tmp_path):
     assert (to_the_left[:2] < -1.5).all()
 
 
-# ---- who the ego is, and when it leaves
+# ---- selection and end of the ego
 
 
 @pytest.mark.parametrize(
     ("ego", "name"),
     [("first", "first"), ("vehicle:second", "second"), ("route:east", "first"), ("route:!late", "late")],
 )
-def test_the_ego_is_chosen(sumo, ego, name):
+def test_the_ego_is_selected(sumo, ego, name):
     late = '<vehicle id="late" depart="2"><route edges="north_in south_out"/></vehicle>'
     routes = EASTBOUND.replace('<vehicle id="second"', late + '<vehicle id="second"')
     source = sumo(routes, ego=ego)
@@ -194,8 +193,8 @@ def test_the_ego_is_chosen(sumo, ego, name):
     assert source._ego == name
 
 
-def test_vehicles_out_of_the_order_of_departure_are_not_lost(sumo):
-    """By default SUMO ignores them, with a warning that nobody would see."""
+def test_vehicles_not_sorted_by_departure_are_not_lost(sumo):
+    """By default SUMO drops them, with a warning that is suppressed."""
     route, first, second = EASTBOUND.splitlines()
     source = sumo("\n".join([route, second, first]), ego="vehicle:first", range_m=200.0)
     assert list(frames(source, 60)[-1].actors.name) == ["second"]
@@ -210,20 +209,20 @@ def test_the_run_ends_when_the_ego_leaves(sumo):
         source.step()
 
 
-# ---- jumps
+# ---- discontinuous motion
 
 
 @pytest.mark.parametrize(
     ("name", "options", "sign"),
     [
-        # without a lateral resolution, lanes are changed in one step
+        # without a lateral resolution, lane changes take one step
         ("highway/sumo-cut-in", {}, "changes lane"),
-        # whoever stands for a second is teleported
+        # vehicles that stand for a second are teleported
         ("urban/sumo-crossing", {"lateral-resolution": "0.8", "time-to-teleport": "1"}, "#2"),
     ],
     ids=["lane changes in one step", "teleports"],
 )
-def test_nobody_jumps_when_sumo_makes_them_jump(name, options, sign):
+def test_jumps_in_sumo_do_not_reach_the_frames(name, options, sign):
     scenario = Scenario.load(CATALOG / f"{name}.toml")
     config = replace(scenario.traffic, options=options)
     signs, last = set(), {}
@@ -239,13 +238,13 @@ def test_nobody_jumps_when_sumo_makes_them_jump(name, options, sign):
                 moved = (place[number] - last[number]) / source.dt
                 assert np.hypot(*(moved - velocity[number])) < 0.6
             last = place
-    assert sign in signs, "nobody was made to jump, so nothing was tested"
+    assert sign in signs, "SUMO made no jump, so the test is void"
 
 
-# ---- bad input: one line that names what is wrong, and not a word on the terminal
+# ---- bad input: an error of one line, and no output on the terminal
 
 
-def complaint(source, error=TrafficInputError):
+def error_message(source, error=TrafficInputError):
     with pytest.raises(error) as caught:
         source.reset(1)
     assert "\n" not in str(caught.value)
@@ -253,25 +252,25 @@ def complaint(source, error=TrafficInputError):
 
 
 def test_a_missing_file_is_named(sumo):
-    assert "gone.net.xml: no such file" in complaint(sumo(net="gone.net.xml"))
-    assert "gone.rou.xml: no such file" in complaint(sumo(routes=["gone.rou.xml"]))
-    assert "gone.sumocfg: no such file" in complaint(sumo(config="gone.sumocfg", net="", routes=[]))
+    assert "gone.net.xml: no such file" in error_message(sumo(net="gone.net.xml"))
+    assert "gone.rou.xml: no such file" in error_message(sumo(routes=["gone.rou.xml"]))
+    assert "gone.sumocfg: no such file" in error_message(sumo(config="gone.sumocfg", net="", routes=[]))
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("hello", "does not parse"),
-        ("", "does not parse"),
-        ("<net><edge", "no <net version"),  # libsumo would take the whole process down
+        ("hello", "is not valid XML"),
+        ("", "is not valid XML"),
+        ("<net><edge", "no <net version"),  # libsumo would crash the process
         ("<routes/>", "no <net version"),
         ('<net version="1.20"><edge', "unexpected end of input"),
         ('<net version="1.20"><edge id="a" from="b" to="c"/></net>', "Unknown from-node 'b'"),
     ],
 )
-def test_a_net_that_does_not_parse(sumo, tmp_path, capfd, text, why):
+def test_an_invalid_net_is_rejected(sumo, tmp_path, capfd, text, why):
     (tmp_path / "bad.net.xml").write_text(text)
-    assert why in complaint(sumo(net="bad.net.xml"))
+    assert why in error_message(sumo(net="bad.net.xml"))
     assert capfd.readouterr() == ("", "")
 
 
@@ -285,17 +284,17 @@ def test_a_net_that_does_not_parse(sumo, tmp_path, capfd, text, why):
         (EASTBOUND, {"options": {"lateral-resolution": "wide"}}, "'wide' is not a valid float"),
     ],
 )
-def test_bad_routes_and_options(sumo, capfd, routes, keys, why):
-    assert why in complaint(sumo(routes, **keys))
+def test_bad_routes_and_options_are_rejected(sumo, capfd, routes, keys, why):
+    assert why in error_message(sumo(routes, **keys))
     assert capfd.readouterr() == ("", "")
 
 
-def test_an_ego_that_never_appears(sumo):
-    said = complaint(sumo(ego="vehicle:eggo"))
-    assert 'ego = "vehicle:eggo" did not enter' in said
-    assert "first, second" in said
-    assert "did not enter in 2 s" in complaint(sumo(ego="vehicle:second", max_wait_s=2.0))
-    assert "these did: east" in complaint(sumo(ego="route:west"))
+def test_an_ego_that_does_not_enter_is_an_error(sumo):
+    message = error_message(sumo(ego="vehicle:eggo"))
+    assert 'ego = "vehicle:eggo" did not enter' in message
+    assert "first, second" in message
+    assert "did not enter in 2 s" in error_message(sumo(ego="vehicle:second", max_wait_s=2.0))
+    assert "these did: east" in error_message(sumo(ego="route:west"))
 
 
 @pytest.mark.parametrize(
@@ -307,12 +306,12 @@ def test_an_ego_that_never_appears(sumo):
         (("reflectivity", "3"), "between 0 and 1"),
     ],
 )
-def test_impossible_sizes_of_shapes(sumo, tmp_path, parameter, remedy):
+def test_invalid_parameters_of_shapes_are_rejected(sumo, tmp_path, parameter, remedy):
     key, value = parameter
     building = f'<poly id="b" type="building" shape="0,0 1,0 1,1"><param key="{key}" value="{value}"/></poly>'
-    said = complaint(sumo(**shapes(tmp_path, building)))
-    assert said.startswith('polygon "b": ')
-    assert remedy in said
+    message = error_message(sumo(**shapes(tmp_path, building)))
+    assert message.startswith('polygon "b": ')
+    assert remedy in message
 
 
 @pytest.mark.parametrize(
@@ -327,16 +326,16 @@ def test_impossible_sizes_of_shapes(sumo, tmp_path, parameter, remedy):
         {"config": "a.sumocfg", "dt_s": 0.0},
         {"config": "a.sumocfg", "dt_s": 1 / 30},  # SUMO would step 33 ms
         {"config": "a.sumocfg", "options": {"seed": "3"}},
-        {"config": "a.sumocfg", "options": {"srand": "3"}},  # the seed by another name
+        {"config": "a.sumocfg", "options": {"srand": "3"}},  # a synonym of seed
     ],
 )
-def test_contradictory_settings(keys):
+def test_contradictory_settings_are_rejected(keys):
     with pytest.raises(ValueError, match=r"^[^\n]+$"):
         SumoTraffic(**keys)
 
 
-def test_trouble_in_mid_run_is_the_simulator_s(sumo):
-    # with this option SUMO reads routes as it goes, 200 s ahead
+def test_an_error_of_sumo_during_the_run_is_a_simulator_failure(sumo):
+    # with this option SUMO reads routes incrementally, 200 s ahead
     traffic = """<route id="west" edges="west_in"/>
     <vehicle id="ego" route="west" depart="0"><stop lane="west_in_1" endPos="50" duration="500"/></vehicle>
     <vehicle id="next" route="west" depart="210"/>
@@ -350,31 +349,31 @@ def test_trouble_in_mid_run_is_the_simulator_s(sumo):
 # ---- one process, one simulation
 
 
-def test_a_second_simulation_in_the_process_is_refused_until_the_first_is_closed(sumo):
+def test_a_second_simulation_is_rejected_until_the_first_is_closed(sumo):
     one, two = sumo(), sumo()
     one.reset(1)
-    assert "one simulation per process" in complaint(two, SimulatorFailedError)
-    assert one.step().index == 0, "the first one is unharmed"
+    assert "one simulation per process" in error_message(two, SimulatorFailedError)
+    assert one.step().index == 0, "the first one is unaffected"
     one.close()
     two.reset(1)
     one.close()
-    assert two.step().index == 0, "closing twice ends nobody else's run"
+    assert two.step().index == 0, "closing twice must not end another run"
 
 
 def test_after_bad_input_the_next_run_starts(sumo):
-    complaint(sumo(ego="vehicle:eggo"))
+    error_message(sumo(ego="vehicle:eggo"))
     assert frames(sumo(), 2)[1].index == 1
 
 
-def test_step_before_reset_is_told(sumo):
-    with pytest.raises(SimulatorFailedError, match="reset comes before step"):
+def test_step_before_reset_raises(sumo):
+    with pytest.raises(SimulatorFailedError, match="call reset before step"):
         sumo().step()
 
 
-# ---- other ways to name the files
+# ---- configuration files
 
 
-def test_a_sumocfg_with_a_compressed_net_runs_quietly(sumo, tmp_path, capfd):
+def test_a_sumocfg_with_a_compressed_net_runs_without_output(sumo, tmp_path, capfd):
     (tmp_path / "sub").mkdir()
     with gzip.open(tmp_path / "sub" / "crossing.net.xml.gz", "wb") as packed:
         packed.write(NET.read_bytes())
@@ -385,11 +384,11 @@ def test_a_sumocfg_with_a_compressed_net_runs_quietly(sumo, tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_sumocfg_without_a_net_or_that_is_no_xml(sumo, tmp_path):
+def test_a_sumocfg_without_a_net_or_that_is_not_xml_is_rejected(sumo, tmp_path):
     (tmp_path / "a.sumocfg").write_text("<configuration/>")
     (tmp_path / "b.sumocfg").write_text("net = 3")
-    assert "no net-file" in complaint(sumo(config="a.sumocfg", net="", routes=[]))
-    assert "not a SUMO configuration" in complaint(sumo(config="b.sumocfg", net="", routes=[]))
+    assert "no net-file" in error_message(sumo(config="a.sumocfg", net="", routes=[]))
+    assert "not a SUMO configuration" in error_message(sumo(config="b.sumocfg", net="", routes=[]))
 
 
 # ---- the scenarios
@@ -403,25 +402,25 @@ def run(name):
 
 
 def in_ego_frame(frame):
-    """x, y of actors in the ego frame."""
+    """Return x, y of actors in the ego frame."""
     cos, sin = np.cos(frame.ego.pose_world[2]), np.sin(frame.ego.pose_world[2])
     return (frame.actors.pose_world[:, :2] - frame.ego.pose_world[:2]) @ np.array([[cos, -sin], [sin, cos]])
 
 
-def test_the_crossing_is_crowded_and_crossed():
+def test_the_crossing_has_dense_and_crossing_traffic():
     obstacles, seen = run("urban/sumo-crossing")
     near = [int((np.hypot(*in_ego_frame(frame).T) <= 50.0).sum()) for frame in seen]
     assert np.mean(np.array(near) >= 10) > 0.75
     south, north = seen[0].ego.pose_world[1], seen[-1].ego.pose_world[1]
     assert south < -100.0
     assert north > 40.0
-    assert min(np.hypot(*frame.ego.velocity_world) for frame in seen) < 0.1, "the ego waits at the light"
+    assert min(np.hypot(*frame.ego.velocity_world) for frame in seen) < 0.1, "the ego should wait at the traffic light"
     kinds = {Kind(kind) for frame in seen for kind in frame.actors.kind}
     assert kinds >= {Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.BUS, Kind.MOTORCYCLE}
     corners = obstacles.vertices_world
     for east, north in [(1, 1), (1, -1), (-1, 1), (-1, -1)]:
         at_corner = (corners * (east, north) > 0).all(axis=1) & (np.hypot(*corners.T) < 40.0)
-        assert at_corner.any(), "a building stands at every corner"
+        assert at_corner.any(), "every corner should have a building"
     assert obstacles.height.min() > 2.0
 
 

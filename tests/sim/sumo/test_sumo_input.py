@@ -1,20 +1,19 @@
-"""SUMO's command line and its complaints: nothing is written beside files, ours wins, a mistake is one line."""
+"""SUMO's command line and errors: no output beside the input, precedence of options, errors of one line."""
 
 import gzip
 import hashlib
-from pathlib import Path
 
 import libsumo
 import numpy as np
 import pytest
+from support.paths import NETS
 
 from sim.source import TrafficInputError
 from sim.sumo.error_messages import captured_stderr, one_line
 from sim.sumo.input_checks import input_files, is_left_hand, sumo_command
-from sim.sumo.options import left_out
+from sim.sumo.options import is_rejected
 from sim.sumo.roadside import static_obstacles
 
-NETS = Path(__file__).parents[2] / "nets"
 NET = NETS / "winding" / "winding.net.xml"
 PROJECTED = NETS / "spreewaldring" / "spreewaldring.net.xml"
 ROUTE = '<route id="r" edges="start r80"/><vehicle id="v" route="r" depart="0"/>'
@@ -22,7 +21,7 @@ ROUTE = '<route id="r" edges="start r80"/><vehicle id="v" route="r" depart="0"/>
 
 @pytest.fixture
 def folder(tmp_path):
-    """A net, a route file, an additional file and a configuration that names them."""
+    """Return a folder with a net, a route file, an additional file and a configuration of them."""
     (tmp_path / "a.net.xml").write_bytes(NET.read_bytes())
     (tmp_path / "a.rou.xml").write_text(f"<routes>{ROUTE}</routes>")
     (tmp_path / "a.add.xml").write_text("<additional/>")
@@ -53,33 +52,33 @@ def run(folder, steps=40, **keys):
         libsumo.simulationStep()
 
 
-def refused(folder, **keys):
+def rejection(folder, **keys):
     with pytest.raises(TrafficInputError) as caught:
         command(folder, **keys)
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
 
-def complaint(folder, routes=ROUTE, additional=""):
-    """What the one line says that becomes of SUMO's complaint about these files."""
+def error_message(folder, routes=ROUTE, additional=""):
+    """Return the one-line message for SUMO's error about these files."""
     (folder / "a.rou.xml").write_text(f"<routes>{routes}</routes>")
     (folder / "a.add.xml").write_text(f"<additional>{additional}</additional>")
-    words = command(folder)
-    with captured_stderr() as said:
+    arguments = command(folder)
+    with captured_stderr() as captured:
         try:
-            libsumo.start(words)
+            libsumo.start(arguments)
             for _ in range(4):
                 libsumo.simulationStep()
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
-            said.seek(0)
-            line = one_line(said.read().decode() or str(error), words)
+            captured.seek(0)
+            line = one_line(captured.read().decode() or str(error), arguments)
         else:
-            pytest.fail("SUMO did not complain")
+            pytest.fail("SUMO raised no error")
     assert "\n" not in line
     return line
 
 
-# ---- nothing is written
+# ---- no output
 
 OUTPUTS = """<output>
     <fcd-output value="fcd.xml"/><summary value="summary.xml"/><tripinfo-output value="tripinfo.xml"/>
@@ -106,7 +105,7 @@ def listing(folder):
     return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_nothing_is_written_beside_the_configuration_whatever_it_asks_for(folder, monkeypatch, capfd):
+def test_configured_outputs_are_not_written(folder, monkeypatch, capfd):
     inner = folder / "scenario"
     (inner / "deep").mkdir(parents=True)
     for name in ("a.net.xml", "a.rou.xml", "a.add.xml"):
@@ -123,21 +122,21 @@ def test_nothing_is_written_beside_the_configuration_whatever_it_asks_for(folder
     assert capfd.readouterr().out == ""
 
 
-def test_outputs_are_left_out_of_the_command_and_not_only_diverted(folder):
+def test_output_options_are_removed_from_the_command(folder):
     configure(folder, OUTPUTS)
-    words = " ".join(command(folder))
-    assert not any(name in words for name in ("fcd", "summary", "dump", "save-state", "log.txt", "print-options"))
+    arguments = " ".join(command(folder))
+    assert not any(name in arguments for name in ("fcd", "summary", "dump", "save-state", "log.txt", "print-options"))
 
 
 @pytest.mark.parametrize("name", ["fcd-output", "summary", "log", "save-state.times", "remote-port", "device.ssm.file"])
-def test_a_scenario_s_own_options_cannot_write_or_wait(folder, name):
-    assert left_out(name)
-    assert f"options.{name}: " in refused(folder, options={name: "x"})
+def test_output_and_interactive_options_of_a_scenario_are_rejected(folder, name):
+    assert is_rejected(name)
+    assert f"options.{name}: " in rejection(folder, options={name: "x"})
 
 
-def test_options_that_steer_traffic_are_kept():
+def test_options_of_the_traffic_are_kept():
     assert not any(
-        left_out(name)
+        is_rejected(name)
         for name in (
             "lateral-resolution", "time-to-teleport", "collision.action", "device.rerouting.probability", "scale",
             "device.fcd.probability", "lanechange.duration", "step-method.ballistic", "load-state", "begin", "end",
@@ -146,10 +145,10 @@ def test_options_that_steer_traffic_are_kept():
     )  # fmt: skip
 
 
-# ---- ours wins
+# ---- precedence
 
 
-def test_ours_wins_over_the_configuration_s(folder):
+def test_fixed_options_override_the_configuration(folder):
     configure(
         folder,
         """<time><begin value="3"/><end value="5"/><step-length value="1"/></time>
@@ -161,15 +160,15 @@ def test_ours_wins_over_the_configuration_s(folder):
     run(folder, options={"collision.action": "none"})
     assert (option("step-length"), option("seed"), option("random")) == ("0.5", "7", "false")
     assert (option("lateral-resolution"), option("collision.action")) == ("0.4", "none")
-    assert option("remote-port") == "0", "it would wait for a client for ever"
+    assert option("remote-port") == "0", "SUMO would wait for a client forever"
     assert float(option("begin")) == 3.0
-    assert libsumo.simulation.getTime() == 3.0 + 40 * 0.5, "the end of the configuration ends nothing"
+    assert libsumo.simulation.getTime() == 3.0 + 40 * 0.5, "the end time of the configuration must not stop the run"
     libsumo.close()
     run(folder, begin_s=4.0)
     assert libsumo.simulation.getTime() == 4.0 + 40 * 0.5
 
 
-def test_short_names_of_options_are_known(folder):
+def test_synonyms_of_options_are_known(folder):
     (folder / "a.sumocfg").write_text(
         '<configuration><n v="a.net.xml"/><r v="a.rou.xml"/><b v="2"/><srand v="3"/></configuration>'
     )
@@ -177,14 +176,14 @@ def test_short_names_of_options_are_known(folder):
     assert (libsumo.simulation.getTime(), option("seed")) == (6.0, "7")
 
 
-def test_paths_start_from_the_configuration_s_folder_and_may_name_variables(folder, monkeypatch):
+def test_paths_are_relative_to_the_configuration_and_may_use_variables(folder, monkeypatch):
     (folder / "cfg").mkdir()
     (folder / "cfg" / "b.sumocfg").write_text("""<configuration><input><net-file value="${HERE}/a.net.xml"/>
         <route-files value="../a.rou.xml, ../b.rou.xml"/></input></configuration>""")
     (folder / "b.rou.xml").write_text('<routes><vehicle id="w" route="r" depart="0"/></routes>')
     monkeypatch.setenv("HERE", str(folder))
-    words = command(folder, configuration_file=["cfg/b.sumocfg"])
-    assert [path.resolve() for path in input_files(words)] == [folder / "a.rou.xml", folder / "b.rou.xml"]
+    arguments = command(folder, configuration_file=["cfg/b.sumocfg"])
+    assert [path.resolve() for path in input_files(arguments)] == [folder / "a.rou.xml", folder / "b.rou.xml"]
     run(folder, 12, configuration_file=["cfg/b.sumocfg"])
     assert set(libsumo.vehicle.getIDList()) == {"v", "w"}
 
@@ -197,29 +196,29 @@ def test_compressed_files_are_read(folder):
     assert libsumo.vehicle.getIDList() == ("v",)
 
 
-def test_the_side_of_traffic_is_read_off_the_net(folder):
+def test_the_side_of_traffic_is_read_from_the_net(folder):
     assert not is_left_hand(command(folder))
     assert is_left_hand(command(folder, net_file=[str(NETS / "left-hand" / "left-hand.net.xml")]))
     assert not is_left_hand(command(folder, net_file=[str(NETS / "grid" / "grid.net.xml.gz")]))
 
 
-# ---- mistakes
+# ---- errors
 
 
 @pytest.mark.parametrize("name", ["a.net.xml", "a.rou.xml", "a.add.xml"])
-def test_a_file_that_a_configuration_names_and_that_is_not_there(folder, name):
+def test_a_missing_file_of_a_configuration_is_an_error(folder, name):
     (folder / name).unlink()
-    assert f"{folder / name}: no such file; " in refused(folder)
+    assert f"{folder / name}: no such file; " in rejection(folder)
 
 
-def test_a_mesoscopic_configuration_is_refused(folder):
+def test_a_mesoscopic_configuration_is_rejected(folder):
     configure(folder, '<processing><mesosim value="true"/></processing>')
-    assert "mesosim" in refused(folder)
+    assert "mesosim" in rejection(folder)
 
 
-def test_a_broken_archive_is_no_net(folder):
+def test_a_corrupt_archive_is_rejected(folder):
     (folder / "a.net.xml").write_bytes(gzip.compress(NET.read_bytes())[:400])
-    assert "does not parse" in refused(folder)
+    assert "is not valid XML" in rejection(folder)
 
 
 @pytest.mark.parametrize(
@@ -235,51 +234,51 @@ def test_a_broken_archive_is_no_net(folder):
         ('<vehicle id="w" route="gone" depart="0"/>', "", "a.rou.xml: The route 'gone' for vehicle 'w' is not known; "),
         ('<vehicle id="w" depart="0"><route edges="start r40"/></vehicle>', "", "connected one to the next"),
         ('<trip id="w" from="hairpin" to="start" depart="0"/>', "", "connected one to the next"),
-        (ROUTE + '<vehicle id="v" route="r" depart="0"/>', "", "Another vehicle with the id 'v' exists; give it"),
+        (ROUTE + '<vehicle id="v" route="r" depart="0"/>', "", "Another vehicle with the id 'v' exists; use unique"),
         ("<vehicle", "", "a.rou.xml"),
         (ROUTE, '<include href="gone.xml"/>', "gone.xml"),
         (ROUTE, '<parkingArea id="p" lane="gone_0"/>', "gone_0"),
-        (ROUTE, '<inductionLoop id="l" lane="start_0" pos="5" period="5" file="gone/l.xml"/>', "; make the folder"),
+        (ROUTE, '<inductionLoop id="l" lane="start_0" pos="5" period="5" file="gone/l.xml"/>', "; create the folder"),
         (ROUTE, '<poi id="p" type="tree" lon="11" lat="48"/>', "; write x and y of the net"),
     ],
 )
-def test_a_complaint_is_one_line_that_names_the_file_and_the_remedy(folder, routes, additional, expected):
-    assert expected in complaint(folder, routes, additional)
+def test_an_error_is_one_line_with_file_and_remedy(folder, routes, additional, expected):
+    assert expected in error_message(folder, routes, additional)
 
 
-def test_a_beginning_after_the_configuration_s_end_is_told(folder):
+def test_a_begin_after_the_configuration_s_end_is_an_error(folder):
     configure(folder, '<time><end value="5"/></time>')
-    words = command(folder, begin_s=10.0)
-    with captured_stderr() as said:
+    arguments = command(folder, begin_s=10.0)
+    with captured_stderr() as captured:
         with pytest.raises(libsumo.TraCIException):
-            libsumo.start(words)
-        said.seek(0)
-        line = one_line(said.read().decode(), words)
+            libsumo.start(arguments)
+        captured.seek(0)
+        line = one_line(captured.read().decode(), arguments)
     assert line == "The end time should be after the begin time; lower begin_s, or set options.end"
 
 
-def test_a_complaint_blames_no_file_where_several_may_be_meant(folder):
+def test_an_error_names_no_file_if_several_match(folder):
     (folder / "b.rou.xml").write_text("<routes>nowhere r</routes>")
-    words = command(folder, net_file=["a.net.xml"], route_files=["a.rou.xml", "b.rou.xml"])
+    arguments = command(folder, net_file=["a.net.xml"], route_files=["a.rou.xml", "b.rou.xml"])
     (folder / "a.rou.xml").write_text("nowhere r")
-    line = one_line("Error: The edge 'nowhere' within the route 'r' is not known.\nError: Quitting.", words)
+    line = one_line("Error: The edge 'nowhere' within the route 'r' is not known.\nError: Quitting.", arguments)
     assert line == "The edge 'nowhere' within the route 'r' is not known; name an edge of the net"
 
 
-def test_polygons_in_degrees_are_converted_by_the_net_s_projection_or_else_refused(folder):
+def test_polygons_in_degrees_need_the_net_s_projection(folder):
     # 1/1000 of a degree of latitude is 111.2 m, of longitude at 52 degrees north 68.7 m
     (folder / "a.add.xml").write_text("""<additional><poly id="b" type="building" geo="1"
         shape="13.685,51.997 13.686,51.997 13.686,51.998"/></additional>""")
-    said = refused(folder)
-    assert said.startswith(f"{folder / 'a.add.xml'}: ")
-    assert "no projection" in said
+    message = rejection(folder)
+    assert message.startswith(f"{folder / 'a.add.xml'}: ")
+    assert "no projection" in message
     (folder / "a.rou.xml").write_text("<routes/>")
     run(folder, 1, net_file=[str(PROJECTED)], additional_files=["a.add.xml"])
     corners = static_obstacles(libsumo.polygon, libsumo.poi, 10.0).vertices_world
     assert np.hypot(*np.diff(corners, axis=0).T) == pytest.approx([68.7, 111.2], abs=0.3)
 
 
-# ---- polygons as polyconvert writes them
+# ---- polygons written by polyconvert
 
 
 def obstacles_of(folder, shapes):
@@ -301,11 +300,11 @@ poly.count = iter(range(1000)).__next__
 @pytest.mark.parametrize(
     "kind", ["landuse.grass", "amenity.parking", "parking", "natural.water", "leisure.park", "unknown"]
 )
-def test_what_lies_flat_stays_flat(folder, kind):
+def test_flat_polygons_are_not_obstacles(folder, kind):
     assert len(obstacles_of(folder, poly(kind))) == 0
 
 
-def test_a_repeated_corner_and_the_one_that_closes_an_outline_are_no_corners(folder):
+def test_repeated_and_closing_corners_are_removed(folder):
     found = obstacles_of(folder, poly("building.residential"))
     assert found.vertices_world.tolist() == [[0, 0], [9, 0], [9, 9], [0, 9]]
 
@@ -320,9 +319,9 @@ def test_a_repeated_corner_and_the_one_that_closes_an_outline_are_no_corners(fol
         ({"building:levels": "4", "height": "13"}, 13.0),
     ],
 )
-def test_heights_are_told_in_openstreetmap_s_ways(folder, parameters, height):
+def test_heights_follow_openstreetmap_s_tags(folder, parameters, height):
     assert list(obstacles_of(folder, poly("building", **parameters)).height) == [height]
 
 
-def test_what_the_edge_of_an_extract_left_of_a_building_is_none(folder):
+def test_degenerate_buildings_at_the_edge_of_an_extract_are_ignored(folder):
     assert len(obstacles_of(folder, poly("building", "3,3") + poly("building", "3,3 3,3"))) == 0

@@ -1,4 +1,4 @@
-"""What SUMO traffic promises on any kind of net, held against those of tests/nets."""
+"""Properties of SUMO traffic on the various nets of tests/nets."""
 
 from contextlib import closing
 from dataclasses import fields
@@ -14,13 +14,13 @@ from sim.world import Kind
 FRAMES = 200
 RANGE_M = 300.0
 FASTEST = 45.0
-"""[m/s] of anybody on these nets."""
+"""[m/s] Maximum speed on these nets."""
 TOO_SHARP = {"spider"}
-"""SUMO takes the corners of its junctions at speeds at which bodies run wide, and late."""
+"""SUMO takes corners of junctions at speeds at which feasible motion runs wide and late."""
 
 
 class Run:
-    """The first frames on a net."""
+    """First frames on a net."""
 
     def __init__(self, name):
         self.name = name
@@ -45,7 +45,7 @@ def run_on(name):
     return RUNS[name]
 
 
-def test_ids_are_sorted_and_belong_to_one_road_user_for_good(run):
+def test_ids_are_sorted_and_never_reused(run):
     known = {}
     for frame in run.frames:
         actors = frame.actors
@@ -56,7 +56,7 @@ def test_ids_are_sorted_and_belong_to_one_road_user_for_good(run):
     assert len(known) > 10
 
 
-def test_everything_is_finite(run):
+def test_all_values_are_finite(run):
     assert np.isfinite(run.obstacles.vertices_world).all()
     for frame in run.frames:
         for record in (frame.ego, frame.actors):
@@ -65,7 +65,7 @@ def test_everything_is_finite(run):
                 assert values.dtype.kind in "US" or np.isfinite(values).all(), field.name
 
 
-def test_nobody_streaks_across_the_map(run):
+def test_no_actor_jumps_across_the_map(run):
     for before, after in pairwise(run.frames):
         _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
         way = after.actors.pose_world[new, :2] - before.actors.pose_world[old, :2]
@@ -73,30 +73,30 @@ def test_nobody_streaks_across_the_map(run):
         assert (np.hypot(*(after.ego.pose_world - before.ego.pose_world)[:2]) <= FASTEST * run.dt).all()
 
 
-def test_motions_are_those_of_bodies(run):
+def test_motions_are_feasible(run):
     lines = excesses(worst_motion(run.frames, run.dt))
     if run.name in TOO_SHARP:
         lines = [line for line in lines if not line.startswith("deviation")]
     assert lines == []
 
 
-def test_poses_tell_millimetres_in_single_precision(run):
+def test_poses_resolve_millimetres_in_single_precision(run):
     for frame in run.frames:
         place = np.vstack([frame.ego.pose_world[:2], frame.actors.pose_world[:, :2]])
         assert np.abs(place - place.astype(np.float32)).max() < 1e-3
 
 
-# ---- what each net is there for
+# ---- properties of single nets
 
 
-def test_large_coordinates_are_given_from_an_origin_of_full_10_km():
+def test_large_coordinates_are_relative_to_an_origin_at_multiples_of_10_km():
     run = run_on("far-off")
     assert list(run.origin) == [500_000.0, 5_400_000.0]
     assert run.obstacles.vertices_world == pytest.approx(np.array([[130, 130], [150, 130], [150, 150], [130, 150]]))
     assert list(run_on("grid").origin) == [0.0, 0.0]
 
 
-def test_people_cyclists_trams_and_everything_with_an_engine_are_about():
+def test_all_kinds_of_road_users_occur():
     assert Kind.PEDESTRIAN in run_on("far-off").kinds
     assert {Kind.BICYCLE, Kind.MOTORCYCLE, Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.BUS} <= run_on("grid").kinds
     winding = run_on("winding").frames
@@ -104,7 +104,7 @@ def test_people_cyclists_trams_and_everything_with_an_engine_are_about():
     assert trams == {22.0}
 
 
-def test_a_share_of_the_places_off_the_road_is_taken_by_cars_that_stand():
+def test_parked_cars_occupy_a_share_of_the_places():
     frames = run_on("far-off").frames
     parked = {str(name) for frame in frames for name in frame.actors.name if str(name).startswith("lay-by")}
     assert 2 <= len(parked) < 8
@@ -114,15 +114,15 @@ def test_a_share_of_the_places_off_the_road_is_taken_by_cars_that_stand():
         assert frame.actors.pose_world[rows, 1] == pytest.approx(112.5)
 
 
-def test_buildings_of_an_import_stand_and_meadows_do_not():
+def test_imported_buildings_are_obstacles_and_landuse_is_not():
     run = run_on("spreewaldring")
     assert len(run.obstacles) == 3  # of ten polygons, seven are landuse
     assert list(run.obstacles.height) == [10.0] * 3
-    assert list(np.diff(run.obstacles.offset)) == [4, 4, 5]  # without the corner that closes
+    assert list(np.diff(run.obstacles.offset)) == [4, 4, 5]  # without the closing corner
 
 
-def test_the_left_hand_net_keeps_to_the_left():
-    # the arm from the south to the left-hand junction lies at x = 120: who drives north is on its west side
+def test_traffic_on_the_left_hand_net_keeps_to_the_left():
+    # the arm from the south to the left-hand junction is at x = 120: northbound traffic is on its west side
     seen = [
         (x, yaw)
         for frame in run_on("left-hand").frames
@@ -133,7 +133,9 @@ def test_the_left_hand_net_keeps_to_the_left():
     assert all((x < 120.0) == (yaw > 0) for x, yaw in seen)
 
 
-def test_jumps_to_the_next_lane_are_told():
+def test_instant_lane_changes_are_marked():
     for name in ("roundabout", "motorway"):
         assert any(frame.actors.changes_lane.any() for frame in run_on(name).frames)
-    assert not any(frame.actors.changes_lane.any() for frame in run_on("grid").frames), "it changes gradually"
+    assert not any(frame.actors.changes_lane.any() for frame in run_on("grid").frames), (
+        "lane changes on this net are gradual"
+    )

@@ -1,22 +1,21 @@
-"""Parked cars stand where SUMO puts vehicles that park, on a share of the places that the seed draws."""
+"""Parked cars: the same poses as of vehicles parked by SUMO, on a random share of the places."""
 
 import math
-from pathlib import Path
 
 import libsumo
 import pytest
+from support.paths import NETS
 
 from sim.sumo.input_checks import sumo_command
 from sim.sumo.parking import parked_cars
 from sim.world import Kind
 
-NETS = Path(__file__).parents[2] / "nets"
 WINDING, LEFT_HAND = NETS / "winding" / "winding.net.xml", NETS / "left-hand" / "left-hand.net.xml"
 
 
 @pytest.fixture
 def park(tmp_path):
-    """Run SUMO on a net with additional files, with vehicles that stop on the parking area `p`; end it in the end."""
+    """Return a function that runs SUMO with vehicles that stop on the parking area `p`; end SUMO afterwards."""
 
     def run(area, net=WINDING, edge="", count=0):
         vehicles = "".join(
@@ -31,7 +30,7 @@ def park(tmp_path):
         libsumo.start(command)
         for _ in range(count * 20 + 40):
             libsumo.simulationStep()
-        (tmp_path / "r.rou.xml").write_text("<routes/>")  # else the area would be left to these vehicles
+        (tmp_path / "r.rou.xml").write_text("<routes/>")  # otherwise the area would stay empty for these vehicles
         return command
 
     yield run
@@ -75,13 +74,13 @@ def assert_parked_alike(cars, names):
 
 
 @pytest.mark.parametrize(("net", "lane", "keys"), LOTS)
-def test_places_beside_the_road_are_where_sumo_parks(park, net, lane, keys):
+def test_roadside_places_match_sumo(park, net, lane, keys):
     command = park(area(lane, **keys), net, lane.rpartition("_")[0], int(keys.get("roadsideCapacity", 4)))
     cars = parked_cars(command, libsumo.lane, 1.0, 1)
     assert_parked_alike(cars, sorted(libsumo.vehicle.getIDList()))
 
 
-def test_single_places_are_where_sumo_parks(park):
+def test_single_places_match_sumo(park):
     spaces = (
         '<space x="60" y="-8"/><space x="65" y="-8" angle="30"/><space x="70" y="-9" angle="120" length="4" width="2"/>'
     )
@@ -93,12 +92,14 @@ def test_single_places_are_where_sumo_parks(park):
     assert {car.kind for car in cars} == {Kind.CAR}
 
 
-def test_the_seed_draws_a_share_and_every_place_has_a_draw_of_its_own(park, tmp_path):
+def test_occupied_places_are_drawn_independently_by_the_seed(park, tmp_path):
     command = park(area("start_0", roadsideCapacity="20", length="5", angle="60"))
     taken = {(fill, seed): parked_cars(command, libsumo.lane, fill, seed) for fill in (0.3, 0.6) for seed in range(30)}
     assert sum(len(taken[0.3, seed]) for seed in range(30)) / 600 == pytest.approx(0.3, abs=0.06)  # 3 sigma
     assert taken[0.3, 1] != taken[0.3, 2]
-    assert all(set(taken[0.3, seed]) <= set(taken[0.6, seed]) for seed in range(30)), "more fill empties no place"
+    assert all(set(taken[0.3, seed]) <= set(taken[0.6, seed]) for seed in range(30)), (
+        "a higher fill must not empty a place"
+    )
     listed = tmp_path / "a.add.xml"
     listed.write_text(listed.read_text().replace('id="p"', 'id="q"'))
     (other,) = {car.name[0] for car in parked_cars(command, libsumo.lane, 0.3, 1)}
@@ -106,7 +107,7 @@ def test_the_seed_draws_a_share_and_every_place_has_a_draw_of_its_own(park, tmp_
     assert parked_cars(command, libsumo.lane, 0.0, 1) == []
 
 
-def test_areas_on_the_road_or_in_use_and_places_too_small_for_a_car_stay_empty(park, tmp_path):
+def test_areas_on_the_road_areas_in_use_and_small_places_stay_empty(park, tmp_path):
     lots = (
         '<parkingArea id="on" lane="start_0" startPos="10" endPos="30" roadsideCapacity="2" onRoad="true"/>'
         '<parkingArea id="used" lane="start_0" startPos="40" endPos="60" roadsideCapacity="2"/>'

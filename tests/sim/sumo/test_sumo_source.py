@@ -1,4 +1,4 @@
-"""What is read of SUMO, frame by frame: poses, lives, who is near; when frames begin and end; an ego that obeys."""
+"""Frames of SUMO traffic: poses, teleports, range, begin and end of the run, and control of the ego."""
 
 import math
 import os
@@ -6,11 +6,11 @@ import subprocess
 import sys
 import tempfile
 from itertools import pairwise
-from pathlib import Path
 
 import libsumo
 import numpy as np
 import pytest
+from support.paths import CATALOG, NETS, ROOT
 from support.traffic import frames, play
 
 from sim.physical.physical_config import PhysicalConfig
@@ -23,20 +23,19 @@ from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-CROSSING = Path(__file__).parents[3] / "scenarios/catalog/urban/sumo-crossing/crossing.net.xml"
-NETS = Path(__file__).parents[2] / "nets"
+CROSSING = CATALOG / "urban/sumo-crossing/crossing.net.xml"
 AT_ONCE = PhysicalConfig(lookahead_s=0.0)
 
 EAST = '<vType id="calm" sigma="0" speedDev="0"/><route id="east" edges="west_in east_out"/>'
 EGO = '<vehicle id="ego" type="calm" route="east" depart="0" departPos="60" departLane="1" departSpeed="5"/>'
 WATCHER = """<vehicle id="ego" depart="0" departPos="stop" departLane="1"><route edges="east_in"/>
     <stop lane="east_in_1" startPos="60" endPos="90" duration="900"/></vehicle>"""
-"""An ego that stands opposite, from where all of the crossing is in range."""
+"""A standing ego opposite, with the whole crossing in range."""
 
 
 @pytest.fixture
 def sumo(tmp_path):
-    """Make sources from the inside of a route file, on the crossing's net unless told; close them in the end."""
+    """Return a factory of sources, given the content of a route file, by default on the crossing's net."""
     made = []
 
     def make(traffic=EAST + EGO, *, range_m=300.0, shapes="", **keys):
@@ -55,7 +54,7 @@ def sumo(tmp_path):
 
 @pytest.fixture
 def reader(tmp_path):
-    """Start SUMO on the crossing's net, step it until the ego is in and return the reader."""
+    """Return a function that starts SUMO on the crossing's net until the ego enters, and returns the reader."""
 
     def make(traffic):
         libsumo.close()
@@ -70,7 +69,7 @@ def reader(tmp_path):
 
 
 def by_name(frame):
-    """Rows of a frame's actors by name."""
+    """Return the rows of a frame's actors by name."""
     return {str(name): row for row, name in enumerate(frame.actors.name)}
 
 
@@ -91,7 +90,7 @@ def steps(seen):
 
 
 def drives_everywhere(seen):
-    """Whether all moved as far as their speeds say, and hardly sideways: neither streaks nor slides."""
+    """Return True if all steps match the speeds, with little lateral motion."""
     return all(abs(ahead - 0.08 * speed) < 0.1 and abs(left) < 0.06 + 0.1 * ahead for ahead, left, speed in steps(seen))
 
 
@@ -123,12 +122,12 @@ def test_sizes_and_kinds_come_from_the_types(reader):
         <vehicle id="b" type="bike" route="east" depart="0" departPos="20" departLane="1"/>
         <vehicle id="a" type="artic" route="east" depart="0" departPos="100" departLane="2"/>"""
     ).read()
-    cast = {member.name: member for member in raw.members}
-    assert cast["t"].size == (22.0, 2.4, 3.4)
-    assert cast["t"].kind == Kind.BUS
-    assert cast["b"].size == (1.6, 0.65, 1.7)
-    assert cast["b"].kind == Kind.BICYCLE
-    assert (cast["a"].size[0], cast["a"].kind) == (18.0, Kind.TRAILER_TRUCK)
+    roster = {member.name: member for member in raw.members}
+    assert roster["t"].size == (22.0, 2.4, 3.4)
+    assert roster["t"].kind == Kind.BUS
+    assert roster["b"].size == (1.6, 0.65, 1.7)
+    assert roster["b"].kind == Kind.BICYCLE
+    assert (roster["a"].size[0], roster["a"].kind) == (18.0, Kind.TRAILER_TRUCK)
 
 
 @pytest.mark.parametrize(("net", "edge"), [("far-off", "left0A0"), ("left-hand", "left0A0")])
@@ -144,11 +143,11 @@ def test_positions_are_relative_to_an_origin_near_the_ego(sumo, net, edge):
     assert obstacles.vertices_world == pytest.approx(np.array([[5, 5], [9, 5], [9, 9]]))
 
 
-# ---- lives
+# ---- teleports and parking
 
 
-def test_a_teleported_vehicle_goes_on_as_a_new_member(sumo):
-    """It stands behind two that block both lanes; after 5 s SUMO puts it beyond the crossing."""
+def test_a_teleported_vehicle_continues_as_a_new_member(sumo):
+    """It stands behind vehicles that block both lanes; after 5 s SUMO moves it beyond the crossing."""
     blocked = "".join(
         f'<vehicle id="block{lane}" type="calm" route="east" depart="0" departPos="stop" departLane="{lane}">'
         f'<stop lane="west_in_{lane}" startPos="90" endPos="110" duration="900"/></vehicle>'
@@ -169,8 +168,8 @@ def test_a_teleported_vehicle_goes_on_as_a_new_member(sumo):
     assert drives_everywhere(seen)
 
 
-def test_a_vehicle_that_parks_and_leaves_slides_nowhere(sumo):
-    """SUMO puts it from the lane onto its place in one step, and back; once turned by 60 degrees."""
+def test_parking_and_leaving_cause_no_lateral_motion(sumo):
+    """SUMO moves it between lane and place in one step; one place is rotated by 60 degrees."""
     parkers = """<vehicle id="bay" type="calm" route="east" depart="0" departPos="25" departLane="1" departSpeed="5">
         <stop parkingArea="p" duration="4"/></vehicle>
     <vehicle id="kerb" type="calm" route="east" depart="0" departPos="70" departLane="1" departSpeed="8">
@@ -188,8 +187,8 @@ def test_a_vehicle_that_parks_and_leaves_slides_nowhere(sumo):
     assert drives_everywhere(seen)
 
 
-def test_a_lane_change_in_one_step_is_no_new_life(sumo):
-    """A slow leader, and the lane to the left is free: without a lateral resolution SUMO jumps."""
+def test_a_lane_change_in_one_step_keeps_the_member(sumo):
+    """Behind a slow leader with a free left lane, SUMO jumps if there is no lateral resolution."""
     slow = '<vehicle id="slow" type="calm" route="east" depart="0" departPos="80" departLane="1" departSpeed="1"/>'
     passing = '<vehicle id="quick" type="calm" route="east" depart="0" departPos="30" departLane="1" departSpeed="10"/>'
     seen = frames(sumo(EAST + WATCHER + slow + passing), 100)
@@ -209,17 +208,17 @@ PEOPLE = """<vehicle id="cab" type="calm" route="east" depart="0" departPos="70"
     <person id="fare" depart="0" departPos="95"><ride from="west_in" to="east_out" lines="cab"/></person>"""
 
 
-def test_people_near_are_delivered_but_for_those_who_ride(sumo):
+def test_nearby_pedestrians_are_delivered_without_passengers(sumo):
     seen = frames(sumo(EAST + EGO + PEOPLE, range_m=100.0), 120)
     walking = [
         {str(frame.actors.name[row]) for row in np.flatnonzero(frame.actors.kind == Kind.PEDESTRIAN)} for frame in seen
     ]
-    assert walking[0] == {"near", "ego", "fare"}  # the ego has a namesake; the far one is 200 m away
-    assert walking[-1] == {"near", "ego"}, "the fare has boarded the cab"
+    assert walking[0] == {"near", "ego", "fare"}  # a person has the ego's name; the far one is 200 m away
+    assert walking[-1] == {"near", "ego"}, "the passenger should have boarded the cab"
 
 
-def test_reading_changes_nothing_in_the_simulation(reader):
-    """The point that goes along with the ego, and what is asked of SUMO: the same run as without."""
+def test_reading_does_not_change_the_simulation(reader):
+    """The point of interest and the subscriptions leave the run unchanged."""
 
     def places():
         return {name: libsumo.vehicle.getPosition(name) for name in libsumo.vehicle.getIDList()} | {
@@ -239,8 +238,8 @@ def test_reading_changes_nothing_in_the_simulation(reader):
     assert run(observed=True) == plain
 
 
-def test_all_and_only_those_near_are_read_however_they_are_found(reader):
-    """SUMO's own search by place, against every name in the simulation."""
+def test_exactly_the_nearby_road_users_are_read(reader):
+    """SUMO's search by position, compared with all names in the simulation."""
     reading = reader(EAST + WATCHER + EGO.replace('"ego"', '"v"') + PEOPLE)
     for _ in range(60):
         libsumo.simulationStep()
@@ -253,7 +252,7 @@ def test_all_and_only_those_near_are_read_however_they_are_found(reader):
         assert (np.diff([member.id for member in raw.members]) > 0).all()
 
 
-# ---- when frames begin, and when they end
+# ---- begin and end of the run
 
 
 def test_frames_begin_when_enough_vehicles_are_near(sumo):
@@ -265,11 +264,11 @@ def test_frames_begin_when_enough_vehicles_are_near(sumo):
     with pytest.raises(TrafficInputError, match=r'min_vehicles = 40: ego "ego" had at most \d+ around it until 20 s'):
         sumo(EAST + WATCHER + flow, min_vehicles=40, max_wait_s=20.0).reset(1)
     with pytest.raises(TrafficInputError, match=r'min_vehicles = 1: ego "ego" had at most 0 around it until \d+ s'):
-        sumo(min_vehicles=1).reset(1)  # it arrives before anybody comes
+        sumo(min_vehicles=1).reset(1)  # the ego arrives before another vehicle enters
 
 
-def test_people_are_there_from_frame_0_wherever_the_ego_has_come_to(sumo):
-    """They are sought around a point of their own, which must have come along while the ego waited for others."""
+def test_pedestrians_are_in_frame_0_after_waiting_for_vehicles(sumo):
+    """They are searched around a separate point, which must follow the ego during the wait."""
     standing = """<vehicle id="wall" depart="0" departPos="stop" departLane="1"><route edges="west_in"/>
         <stop lane="west_in_1" startPos="100" endPos="130" duration="900"/></vehicle>"""
     walker = '<person id="p" depart="0" departPos="125"><walk edges="west_in" arrivalPos="60"/></person>'
@@ -287,7 +286,7 @@ def test_begin_is_sumo_s_clock(sumo):
         sumo(EAST + early + late, max_wait_s=10.0).reset(1)
 
 
-def test_frames_of_an_ego_that_arrives_come_to_the_last(sumo, reader):
+def test_all_frames_are_delivered_before_the_ego_arrives(sumo, reader):
     reading, count = reader(EAST + EGO), 1
     while libsumo.simulationStep() or reading.read():
         count += 1
@@ -300,9 +299,9 @@ def test_frames_of_an_ego_that_arrives_come_to_the_last(sumo, reader):
             source.step()
 
 
-def test_what_sumo_writes_out_of_the_way_goes_with_the_run(sumo, tmp_path, monkeypatch):
-    """Not with the process, which may be killed, and serves run after run."""
-    clean_up()  # what a reader of another test has used
+def test_redirected_output_is_removed_with_the_run(sumo, tmp_path, monkeypatch):
+    """Not only with the process, which may be killed, and is reused."""
+    clean_up()  # remove the folder of another test
     (tmp_path / "t").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "t"))
     source = sumo(shapes='<instantInductionLoop id="a" lane="west_in_1" pos="70" file="loop.xml"/>')
@@ -312,12 +311,12 @@ def test_what_sumo_writes_out_of_the_way_goes_with_the_run(sumo, tmp_path, monke
     assert list((tmp_path / "t").iterdir()) == []
 
 
-# ---- an ego that obeys
+# ---- controlled ego
 
 
 @pytest.fixture
-def obedient(sumo):
-    """A source with a controlled ego, at its first frame. Ahead of it somebody stands in its lane."""
+def controlled(sumo):
+    """Return a source with a controlled ego at its first frame, behind a standing vehicle in its lane."""
     standing = """<vehicle id="wall" type="calm" route="east" depart="0" departPos="stop" departLane="1">
         <stop lane="west_in_1" startPos="100" endPos="120" duration="900"/></vehicle>"""
     source = sumo(EAST + EGO + standing, ego_control=True, physical=AT_ONCE)
@@ -329,29 +328,31 @@ def driven(source, count):
     return [float(np.hypot(*source.step().ego.velocity_world)) for _ in range(count)]
 
 
-def test_the_ego_reaches_a_commanded_speed_within_its_type_s_limits(obedient):
-    obedient.step()
-    obedient.apply(EgoCommand(speed_mps=20.0))  # beyond the road's 13.9 m/s, through the one ahead, and a red light
+def test_the_ego_reaches_a_commanded_speed_within_its_type_s_limits(controlled):
+    controlled.step()
+    controlled.apply(
+        EgoCommand(speed_mps=20.0)
+    )  # above the speed limit of 13.9 m/s, through the vehicle ahead and a red light
     before = libsumo.vehicle.getSpeed("ego")
-    speeds = [before, *(obedient.step() and libsumo.vehicle.getSpeed("ego") for _ in range(90))]
+    speeds = [before, *(controlled.step() and libsumo.vehicle.getSpeed("ego") for _ in range(90))]
     assert max(np.diff(speeds)) / 0.08 == pytest.approx(2.6, abs=0.01)
     assert speeds[-1] == pytest.approx(20.0)
-    assert driven(obedient, 10)[-1] == pytest.approx(20.0, abs=0.5)
-    obedient.apply(EgoCommand(speed_mps=0.0))
-    slowing = [obedient.step() and libsumo.vehicle.getSpeed("ego") for _ in range(70)]
+    assert driven(controlled, 10)[-1] == pytest.approx(20.0, abs=0.5)
+    controlled.apply(EgoCommand(speed_mps=0.0))
+    slowing = [controlled.step() and libsumo.vehicle.getSpeed("ego") for _ in range(70)]
     assert min(np.diff(slowing)) / 0.08 >= -4.5 - 1e-6
-    assert driven(obedient, 20)[-1] == 0.0
+    assert driven(controlled, 20)[-1] == 0.0
 
 
 def test_without_a_command_sumo_drives_the_ego_by_the_rules(sumo):
-    """Were it set free at frame 0, it would go beyond the road's limit of 13.89 m/s."""
+    """Fails if SUMO's checks are disabled at frame 0: the ego would exceed the speed limit of 13.89 m/s."""
     fast = EGO.replace('departSpeed="5"', 'departSpeed="13.8"')
     source = sumo(EAST + fast, ego_control=True, physical=AT_ONCE)
     source.reset(1)
     assert max(source.step() and libsumo.vehicle.getSpeed("ego") for _ in range(40)) < 13.9
 
 
-def test_a_command_acts_from_the_very_next_step(sumo):
+def test_a_command_is_effective_from_the_next_step(sumo):
     def first_change(command_at):
         source = sumo(ego_control=True, physical=AT_ONCE)
         source.reset(1)
@@ -369,12 +370,12 @@ def test_a_command_acts_from_the_very_next_step(sumo):
     assert braked[5] < free[4]
 
 
-def test_the_ego_changes_to_a_commanded_lane_and_to_no_other(obedient):
-    obedient.step()
-    play(obedient, 10)
-    assert libsumo.vehicle.getLaneID("ego") == "west_in_1", "it closes in, and does not evade"
-    obedient.apply(EgoCommand(lane=2))
-    play(obedient, 2)
+def test_the_ego_changes_lanes_only_on_command(controlled):
+    controlled.step()
+    play(controlled, 10)
+    assert libsumo.vehicle.getLaneID("ego") == "west_in_1", "the ego should approach without changing lanes"
+    controlled.apply(EgoCommand(lane=2))
+    play(controlled, 2)
     assert libsumo.vehicle.getLaneID("ego") == "west_in_2"
 
 
@@ -389,8 +390,8 @@ def test_lanes_of_a_left_hand_net_count_from_the_kerb_as_sumo_does(sumo):
     assert libsumo.vehicle.getPosition("ego")[1] == pytest.approx(y - 3.2, abs=0.1)
 
 
-def test_before_frame_0_sumo_drives_the_ego_as_any_other(sumo):
-    """It does not stay behind whoever stands, while it waits for others to come."""
+def test_before_frame_0_sumo_controls_the_ego(sumo):
+    """It overtakes the standing vehicle during the wait for others."""
     standing = """<vehicle id="wall" type="calm" route="east" depart="0" departPos="stop" departLane="1">
         <stop lane="west_in_1" startPos="100" endPos="120" duration="900"/></vehicle>"""
     others = '<flow id="f" type="calm" route="east" begin="12" end="20" period="1" departLane="2"/>'
@@ -409,17 +410,17 @@ def test_before_frame_0_sumo_drives_the_ego_as_any_other(sumo):
         (EgoCommand(lane=0), "lanes 1, 2 for passenger"),  # the pavement
         (EgoCommand(lane=-1), "lanes 1, 2"),
         (EgoCommand(lane=1.5), "lanes 1, 2"),
-        (EgoCommand(action=1), "takes none"),
+        (EgoCommand(action=1), "accepts no action"),
     ],
 )
-def test_impossible_commands_are_refused(obedient, command, why):
+def test_invalid_commands_are_rejected(controlled, command, why):
     with pytest.raises(TrafficInputError, match=why) as caught:
-        obedient.apply(command)
+        controlled.apply(command)
     assert "\n" not in str(caught.value)
-    obedient.step()
+    controlled.step()
 
 
-def test_an_ego_that_was_not_set_up_for_it_takes_no_commands(sumo):
+def test_commands_need_ego_control(sumo):
     source = sumo()
     source.reset(1)
     with pytest.raises(TrafficInputError, match="ego_control = true"):
@@ -428,10 +429,10 @@ def test_an_ego_that_was_not_set_up_for_it_takes_no_commands(sumo):
         sumo(ego_control=True)
 
 
-# ---- cars that only stand
+# ---- parked cars
 
 
-def test_cars_on_parking_places_are_actors_when_they_come_near(sumo):
+def test_parked_cars_are_actors_when_they_are_in_range(sumo):
     area = '<parkingArea id="p" lane="east_out_1" startPos="20" endPos="50" roadsideCapacity="4"/>'
     seen = frames(sumo(shapes=area, parking_fill=1.0, range_m=100.0), 120)
     assert not names(seen[:20])
@@ -445,11 +446,11 @@ def test_cars_on_parking_places_are_actors_when_they_come_near(sumo):
     assert drives_everywhere(seen)
 
 
-# ---- the same again
+# ---- reproducibility
 
 
 def digest(source, seed=3):
-    """All that a run delivers, in bytes."""
+    """Return a hash of all output of a run."""
     return b"".join(
         array.tobytes()
         for frame in frames(source, 60, seed)
@@ -457,7 +458,7 @@ def digest(source, seed=3):
     )
 
 
-def test_the_same_run_again_after_another_one(sumo):
+def test_a_run_repeats_exactly_after_another_run(sumo):
     flow = '<flow id="f" route="east" begin="0" end="60" probability="0.5" departLane="random"/>'
     source = sumo(EAST + WATCHER + flow + PEOPLE.replace('id="ego"', 'id="x"'), min_vehicles=6)
     first = digest(source)
@@ -465,30 +466,30 @@ def test_the_same_run_again_after_another_one(sumo):
     assert digest(source) == first
 
 
-def test_runs_do_not_hang_on_the_hashes_of_names():
+def test_runs_do_not_depend_on_hashes_of_names():
     program = f"""
 import hashlib
 from pathlib import Path
 from sim.sumo.sumo_source import SumoSource
 from sim.sumo.sumo_config import SumoTraffic
 config = SumoTraffic(net="crossing.net.xml", routes=["crossing.rou.xml"], min_vehicles=8)
-source, said = SumoSource(config, Path({str(CROSSING.parent)!r}), 150.0), hashlib.sha256()
+source, digest = SumoSource(config, Path({str(CROSSING.parent)!r}), 150.0), hashlib.sha256()
 source.reset(1)
 for _ in range(25):
     actors = source.step().actors
-    said.update(actors.id.tobytes() + actors.pose_world.tobytes() + "".join(actors.name).encode())
-print(len(actors), said.hexdigest())
+    digest.update(actors.id.tobytes() + actors.pose_world.tobytes() + "".join(actors.name).encode())
+print(len(actors), digest.hexdigest())
 """
-    said = [
+    digests = [
         subprocess.run(
             [sys.executable, "-c", program],
             env=os.environ | {"PYTHONHASHSEED": seed},
             check=True,
             capture_output=True,
             text=True,
-            cwd=Path(__file__).parents[3],
+            cwd=ROOT,
         ).stdout
         for seed in ("1", "2")
     ]
-    assert said[0] == said[1]
-    assert int(said[0].split()[0]) > 5
+    assert digests[0] == digests[1]
+    assert int(digests[0].split()[0]) > 5
