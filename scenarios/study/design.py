@@ -33,7 +33,7 @@ MOST_RUNS = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class StudyRun:
-    """One run of a study, as sent to a worker."""
+    """A run of a study, as sent to a worker."""
 
     index: int
     """Position in the study."""

@@ -89,7 +89,7 @@ class Study(Strict):
     """A study file."""
 
     description: Annotated[str, Field(min_length=1)]
-    """One English sentence: the varied parameters and the question."""
+    """English sentence with the varied parameters and the question."""
     scenario: str
     """Name from `luxloop list`, path of a scenario file (relative to the study file's folder), or staged scene:
     `MODULE:FUNCTION`, a function that returns a scenario for its parameters."""

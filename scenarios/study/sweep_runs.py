@@ -19,7 +19,7 @@ class Sweep:
 
     study: Study
     rows: pd.DataFrame
-    """One row per completed run, in the order of the study."""
+    """Rows of the completed runs, in the order of the study."""
     count: int
     """Number of runs of the whole study."""
     taken_up: int = 0

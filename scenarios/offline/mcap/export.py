@@ -31,7 +31,7 @@ from tracker.scan import Scan
 
 CLOUD, BOXES, TRANSFORM = "sensor_msgs/PointCloud2", "foxglove_msgs/SceneUpdate", "tf2_msgs/TFMessage"
 CHUNK_BYTES = 1
-"""One chunk per message: from chunks with several clouds, rerun's importer makes pieces that overlap in time."""
+"""Chunk size that gives each message its own chunk: rerun's importer overlaps clouds of one chunk in time."""
 TRACK_HEIGHT_M = 1.5
 """Height of track boxes; tracks have no height."""
 TRUTH: Color = (1.0, 1.0, 1.0, 0.3)
