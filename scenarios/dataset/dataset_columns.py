@@ -177,8 +177,8 @@ def readme(result: Result) -> str:
         "Simulated scans of a rig of LIDARs with their truth, written by luxloop. `summary.json` holds the "
         "scenario, the numbers of vehicles, observations and frames, and the limits that define an observation.",
         "Frames of reference: world (x east, y north) and ego (box centre of the ego on the ground, x forward, y left, "
-        "z up). Angles are counter-clockwise. Points are as measured, each at its own time; labels are valid at the time "
-        "of the frame.",
+        "z up). Angles are counter-clockwise. Points are as measured, each at its own time; labels are valid at the "
+        "time of the frame.",
     ]
     for name, columns in FILES.items():
         rows = [f"| `{c.name}` | {_type_name(c)} | {c.unit} | {c.meaning} |" for c in columns]

@@ -12,7 +12,7 @@ from scenarios.files.shipped import CATALOG
 from scenarios.run import device
 from scenarios.study.design import combinations, runs
 from scenarios.study.keys import parse, with_values
-from scenarios.study.study_file import Study
+from scenarios.study.study_file import Study, find
 
 GRID = """
 [[vary]]
@@ -96,6 +96,15 @@ def test_an_invalid_study_is_a_one_line_error(tmp_path: Path, text: str, message
         study(tmp_path, text)
     assert "\n" not in str(raised.value)
     assert "study.toml" in str(raised.value)
+
+
+def test_a_study_is_found_by_name_or_path():
+    assert find("fits").name == "fits.toml"
+    assert find("my/study.toml") == Path("my/study.toml")
+    with pytest.raises(StudyError, match="fitss: no such study; did you mean fits"):
+        find("fitss")
+    with pytest.raises(StudyError, match="xyz: no such study; see luxloop list --studies"):
+        find("xyz")
 
 
 def test_too_many_runs_are_refused_before_they_are_created(tmp_path: Path):

@@ -65,7 +65,7 @@ def test_twist_is_the_logarithm_of_the_relative_pose(velocity, yaw_rate, start, 
     "motion", [Arc("arc", 15.0, 12.0), Arc("arc", 15.0, -12.0), Straight("straight", 30.0)], ids=["left", "right", "on"]
 )
 def test_landmarks_are_stationary_during_a_turn(motion):
-    """Each landmark is measured from the ego pose at the time of the point, and must be moved to the time of the scan."""
+    """Landmarks are measured from the ego pose at the time of the point, and moved to the time of the scan."""
     rng = np.random.default_rng(2)
     landmarks, tau = rng.uniform(-50, 50, (200, 2)), rng.uniform(-0.0134, 0.0134, 200).astype(np.float32)
     start, time = np.array([3.0, -2.0, 3.0]), 1.0  # close to the wrap of the heading
@@ -175,7 +175,7 @@ def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
 
 
 def lead(unit_yaw_deg, ego_mps=0.0, sweep=None):
-    """Return the longitudinal error of the track's front over the last frames [m], positive in the driving direction."""
+    """Return the longitudinal error of the track's front over the last frames [m], positive forward."""
     tracker, leads = Tracker(TrackerConfig(sweep=sweep or DeskewConfig())), []
     for k, (center, scan) in enumerate(oncoming(unit_yaw_deg, ego_mps)):
         tracks, _ = tracker.step(scan)
