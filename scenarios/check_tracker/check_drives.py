@@ -96,7 +96,7 @@ def _unusual_scans() -> CheckDrive:
     rear = np.column_stack([np.full(20, 5.0), np.linspace(3.0, 4.8, 20), np.full(20, 0.6)])
     empty = np.empty((0, 3))
 
-    def post(start: float, stop: float) -> Floats:
+    def line(start: float, stop: float) -> Floats:
         return np.column_stack([np.linspace(start, stop, 15), np.full(15, 3.0), np.full(15, 0.6)])
 
     rng = np.random.default_rng(0)
@@ -107,8 +107,8 @@ def _unusual_scans() -> CheckDrive:
         "points on a line": side,
         "a car's corner": np.vstack([side, rear]),
         "no points after a car": empty,
-        "a short line of points": post(8.0, 9.5),
-        "the same line with a gap": np.vstack([post(8.0, 8.2), post(9.3, 9.5)]),
+        "a short line of points": line(8.0, 9.5),
+        "the same line with a gap": np.vstack([line(8.0, 8.2), line(9.3, 9.5)]),
         "non-finite points": np.array([[np.nan, 1.0, 1.0], [np.inf, -np.inf, 1.0], [6.0, 3.0, np.nan]]),
         "non-finite points beside a car": np.vstack([side, rear, np.full((5, 3), np.nan)]),
         "points on the ground only": side * [1.0, 1.0, 0.0],

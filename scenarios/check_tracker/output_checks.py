@@ -37,10 +37,10 @@ def check_shapes(tracks: Tracks) -> Faults:
         if value is None and name in OPTIONAL:
             continue
         if not isinstance(value, np.ndarray):
-            yield Fault("shapes and types", f"{name} is {type(value).__name__}, not an array {_shown(wanted)}")
+            yield Fault("shapes and types", f"{name} is {type(value).__name__}, not an array {_shape_text(wanted)}")
         elif value.shape != wanted or value.dtype.kind not in kinds:
             numbers = "floats" if kinds == "f" else "integers"
-            what = f"{name} is {value.dtype} {_shown(value.shape)}, not {numbers} {_shown(wanted)}"
+            what = f"{name} is {value.dtype} {_shape_text(value.shape)}, not {numbers} {_shape_text(wanted)}"
             yield Fault("shapes and types", what)
 
 
@@ -90,7 +90,7 @@ def check_trace(trace: StepTrace, scan: Scan) -> Faults:
     label, count = trace.segments.label, trace.segments.count
     for name, values in (("segments.label", label), ("linkage.line", trace.linkage.line)):
         if np.shape(values) != (len(scan),):
-            what = f"{name} has shape {_shown(np.shape(values))}, but the scan has {len(scan)} points"
+            what = f"{name} has shape {_shape_text(np.shape(values))}, but the scan has {len(scan)} points"
             yield Fault("trace matches its scan", what)
             return
     if len(label) and not (label.min() >= NOT_USED and label.max() < count):
@@ -118,5 +118,5 @@ def _invalid(
         yield Fault(check, f"track {tracks.id[rows[0]]}: {what}{shown}")
 
 
-def _shown(shape: tuple[Any, ...]) -> str:
+def _shape_text(shape: tuple[Any, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"

@@ -23,7 +23,16 @@ OUTPUT_CHECKS = (
 
 
 def examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
-    """Run a tracker through all drives, the first one several times, and return the findings."""
+    """Check a tracker on all drives and return the findings.
+
+    Parameters
+    ----------
+    make_device
+        Makes an instance of the tracker from a `TrackerConfig`.
+    drives
+        Scans, see `check_drives.drives`. The first drive is repeated with a second instance, and the first and the last
+        one with two interleaved instances.
+    """
     faults, done = [], {"accepts a TrackerConfig", "accepts every scan"}
     replays = []
     for drive in drives:

@@ -66,6 +66,15 @@ def shorten(document: Json, evaluator: Evaluator, notify: Notify) -> Json:
     """Return a scenario that ends with the earliest of the metric's worst frames after which it still fails.
 
     Other frames are not tried: a run that ends before a track is reacquired would look as if the track were lost.
+
+    Parameters
+    ----------
+    document
+        Failing scenario.
+    evaluator
+        Metric, limit and tracker.
+    notify
+        Receives a line of text for a successful step.
     """
     for worst in sorted(worst_frames(_simulate(document, evaluator), evaluator.search.metric, FRAMES_TRIED)):
         if worst.frame == 0:

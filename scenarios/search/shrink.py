@@ -19,7 +19,21 @@ HALVINGS = 5
 
 
 def shrink(study: Study, disturbance: Disturbance, evaluator: Evaluator, make: Make, notify: Notify) -> Json:
-    """Return the smallest scenario found by reducing a failing disturbance."""
+    """Return the smallest scenario found by reducing a failing disturbance.
+
+    Parameters
+    ----------
+    study
+        Study with the varied parameters and their neutral values.
+    disturbance
+        Failing disturbance.
+    evaluator
+        Metric, limit and tracker.
+    make
+        Makes a scenario document from parameters and a seed.
+    notify
+        Receives a line of text for every successful step.
+    """
     parameters, applied = dict(disturbance.parameters), list[reductions.Reduction]()
 
     def scene() -> Json:

@@ -39,7 +39,14 @@ DASK_CONFIG = {
 
 @contextmanager
 def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
-    """Yield a client of the scheduler at an address, or of a new local cluster with this number of workers.
+    """Yield a client of a Dask scheduler, or of a new local cluster.
+
+    Parameters
+    ----------
+    workers
+        Number of processes of the local cluster; not used with a scheduler.
+    scheduler
+        Address of a Dask scheduler, host:port; None for a local cluster.
 
     Raises
     ------
@@ -59,6 +66,15 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
 
 def rows_of(client: Client, runs: list[StudyRun], keep_at: str | None = None) -> Iterator[list[RunRow]]:
     """Execute runs; yield their rows in batches, as they complete.
+
+    Parameters
+    ----------
+    client
+        Client from `connect`.
+    runs
+        The runs.
+    keep_at
+        Folder or fsspec URL that receives the folder of every run; default: the folders are not kept.
 
     Raises
     ------

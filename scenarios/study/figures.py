@@ -75,7 +75,19 @@ class Picture:
 
 
 def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
-    """Return the figure of one `[[curve]]` of a study; `rows` holds its completed runs."""
+    """Return the figure of one `[[curve]]` of a study.
+
+    Parameters
+    ----------
+    study
+        The study, for labels and scales.
+    rows
+        Rows of the completed runs.
+    curve
+        Metric, axes and kind of the figure.
+    name
+        File name without suffix.
+    """
     found = estimates(rows, curve.metric, curve.keys)
     found = found[found["n"] > 0]
     panels = list(found.groupby(curve.panels, sort=True, observed=True)) if curve.panels else [("", found)]
