@@ -1,4 +1,4 @@
-"""Brings the pictures of occlusion.md from the reports of its studies.
+"""Copy the figures of occlusion.md from the reports of its studies.
 
 luxloop sweep occlusion               # and the other studies below
 python docs/draw_occlusion.py sweeps
@@ -22,11 +22,11 @@ PICTURES = {
     "occlusion_fits_points": "fits/04-best_heading_abs_mean_deg",
     "occlusion_dropout": "dropout/06-hota",
 }
-"""By the name in docs/pictures: study and picture."""
+"""Study and figure, by the name in docs/pictures."""
 
 
 def main() -> None:
-    """Copy them."""
+    """Copy the figures."""
     sweeps, docs = Path(sys.argv[1]), Path(__file__).parent / "pictures"
     for name, source in PICTURES.items():
         study, _, picture = source.partition("/")

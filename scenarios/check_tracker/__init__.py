@@ -1,1 +1,1 @@
-"""`luxloop check-tracker`: whether a tracker keeps the contract of `scenarios.run.device`, with real and odd scans."""
+"""`luxloop check-tracker`: checks that a tracker meets the contract of `scenarios.run.device`."""

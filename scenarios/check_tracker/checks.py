@@ -1,36 +1,36 @@
-"""What is checked of a tracker, what to do where it fails, and what was found."""
+"""Checks of a tracker with their remedies, and the findings of one tracker."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 CHECKS = {
-    "is made from a TrackerConfig": "let it take one argument, the scenario's [tracker] table, and share no state",
-    "takes every scan": "answer with the tracks that are left, however odd the scan",
+    "accepts a TrackerConfig": "accept one argument, the scenario's [tracker] table, and share no state",
+    "accepts every scan": "return the remaining tracks, also for an empty or invalid scan",
     "returns Tracks": "return Tracks or (Tracks, StepTrace), see tracker/records.py",
-    "shapes and types": "give each field the shape and type that tracker/records.py states",
-    "values are finite": "report no track whose state is not known",
-    "codes are known": "use Status, a model's number, and corners of +1 and -1",
+    "shapes and types": "give each field the shape and type documented in tracker/records.py",
+    "values are finite": "omit tracks whose state is unknown",
+    "codes are valid": "use Status, the index of a model, and corner signs of +1 and -1",
     "ids are unique": "give each track of a scan its own id",
-    "dead ids stay dead": "count ids up, and never give one out again",
-    "probabilities sum to 1": "normalise model_probability row by row; without models, put a 1 at one of them",
-    "covariances are sound": "keep them symmetric and positive semidefinite, as by P = (P + P') / 2",
-    "the trace fits its scan": "label each point of this scan, in its order; see StepTrace",
-    "scans are left alone": "copy what is changed: the grader reads the scan after the tracker",
-    "answers are left alone": "return copies: the grader keeps every answer until the end of the run",
-    "same scans, same answers": "draw from a seeded generator of its own, and iterate over no sets",
+    "dead ids are not reused": "count ids up, and never assign an id twice",
+    "probabilities sum to 1": "normalise model_probability row by row; without models, set one of them to 1",
+    "covariances are valid": "keep them symmetric and positive semidefinite, e.g. by P = (P + P') / 2",
+    "trace matches its scan": "label each point of this scan, in its order; see StepTrace",
+    "scans are not modified": "copy before modifying: the grader reads the scan after the tracker",
+    "outputs are not modified": "return copies: the grader keeps every output until the end of the run",
+    "deterministic": "use a seeded random generator per instance, and do not iterate over sets",
     "instances are independent": "keep state in the instance, not in its class or module",
 }
-"""Remedy by check, in the order in which they are shown."""
+"""Remedy by check, in the order of the table."""
 
 
 class Fault(NamedTuple):
-    """One check failed."""
+    """A failed check."""
 
     check: str
     what: str
     where: str = ""
-    """In which drive and scan."""
+    """Drive and scan."""
 
 
 Faults = Iterator[Fault]
@@ -38,17 +38,17 @@ Faults = Iterator[Fault]
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What was found of one tracker."""
+    """Results of all checks of one tracker."""
 
     faults: tuple[Fault, ...]
     done: frozenset[str]
-    """Checks that there was something to check for."""
+    """Checks that were executed; the others had no data."""
 
     def of(self, check: str) -> list[Fault]:
-        """Faults of one check, as found."""
+        """Return the faults of one check, in the order of detection."""
         return [fault for fault in self.faults if fault.check == check]
 
     @property
     def passed(self) -> bool:
-        """Whether there are none."""
+        """True if there are no faults."""
         return not self.faults

@@ -1,4 +1,4 @@
-"""Checks of how a tracker behaves from scan to scan, and from instance to instance."""
+"""Checks over sequences of scans, and between instances of a tracker."""
 
 import traceback
 from collections.abc import Iterable
@@ -14,131 +14,140 @@ from tracker.records import Status, StepTrace, Tracks
 from tracker.scan import Scan
 from tracker.tracker import TrackerConfig
 
-OF_ANSWERS = (
-    "returns Tracks", "shapes and types", "values are finite", "codes are known", "ids are unique",
-    "dead ids stay dead", "probabilities sum to 1", "covariances are sound", "scans are left alone",
-    "answers are left alone",
+OUTPUT_CHECKS = (
+    "returns Tracks", "shapes and types", "values are finite", "codes are valid", "ids are unique",
+    "dead ids are not reused", "probabilities sum to 1", "covariances are valid", "scans are not modified",
+    "outputs are not modified",
 )  # fmt: skip
-"""Checks that are done as soon as there is one answer."""
+"""Checks that are executed if there is at least one output."""
 
 
 def examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
-    """Drive a tracker through all drives, the first one several times."""
-    faults, done = [], {"is made from a TrackerConfig", "takes every scan"}
-    passages = []
+    """Check a tracker on all drives and return the findings.
+
+    Parameters
+    ----------
+    make_device
+        Makes an instance of the tracker from a `TrackerConfig`.
+    drives
+        Scans, see `check_drives.drives`. The first drive is repeated with a second instance, and the first and the last
+        one with two interleaved instances.
+    """
+    faults, done = [], {"accepts a TrackerConfig", "accepts every scan"}
+    replays = []
     for drive in drives:
-        passage = Passage(make_device, drive)
-        passage.to_end()
-        passages.append(passage)
-        faults += passage.faults
-        if passage.hashes:
-            done |= {*OF_ANSWERS, *(["the trace fits its scan"] if passage.traced else [])}
-    if passages[0].hashes and not passages[0].broke:
-        faults += _repeat(make_device, drives[0], passages[0])
-        faults += _interleave(make_device, drives, passages)
-        done |= {"same scans, same answers", "instances are independent"}
+        replay = Replay(make_device, drive)
+        replay.run()
+        replays.append(replay)
+        faults += replay.faults
+        if replay.hashes:
+            done |= {*OUTPUT_CHECKS, *(["trace matches its scan"] if replay.traced else [])}
+    if replays[0].hashes and not replays[0].failed:
+        faults += _repeat(make_device, drives[0], replays[0])
+        faults += _interleave(make_device, drives, replays)
+        done |= {"deterministic", "instances are independent"}
     return Findings(tuple(faults), frozenset(done & CHECKS.keys()))
 
 
 @dataclass
-class Passage:
-    """One instance on its way through one drive."""
+class Replay:
+    """A drive processed by one instance of a tracker."""
 
     make_device: DeviceFactory
     drive: CheckDrive
     faults: list[Fault] = field(default_factory=list)
     hashes: list[str] = field(default_factory=list)
-    """Of the answers, as they were given."""
+    """Hash of each output, computed when it was returned."""
     traced: bool = False
-    broke: bool = False
-    """Whether it could not go on."""
+    failed: bool = False
+    """True after an error that ends the replay."""
 
     def __post_init__(self) -> None:
-        self._answers: list[Tracks] = []
+        self._outputs: list[Tracks] = []
         self._dead: set[int] = set()
         self._device: Device | None = None
         try:
             self._device = self.make_device(TrackerConfig())
-        except Exception as error:  # whatever a stranger's tracker raises is what is looked for
-            self._note([Fault("is made from a TrackerConfig", _told(error))], 0)
-            self.broke = True
+        except Exception as error:  # any exception of the tracker is a finding
+            self._add_faults([Fault("accepts a TrackerConfig", _message(error))], 0)
+            self.failed = True
 
-    def to_end(self) -> None:
-        """Take all scans, and look at all answers again at the end."""
+    def run(self) -> None:
+        """Process all scans, then check that no output was modified."""
         for index in range(len(self.drive.scans)):
             self.step(index)
-        for index, (tracks, given) in enumerate(zip(self._answers, self.hashes, strict=True)):
-            if _hash(tracks) != given:
-                self._note([Fault("answers are left alone", "the answer to it was changed by later steps")], index)
+        for index, (tracks, returned) in enumerate(zip(self._outputs, self.hashes, strict=True)):
+            if _hash(tracks) != returned:
+                self._add_faults([Fault("outputs are not modified", "the output was modified by later steps")], index)
                 return
 
     def step(self, index: int) -> None:
-        """Take one scan, unless the instance broke before."""
-        if self.broke or self._device is None:
+        """Process one scan, unless the replay has failed."""
+        if self.failed or self._device is None:
             return
         scan = self.drive.scans[index]
         before = _hash(scan)
         try:
-            answer = self._device.step(scan)
+            output = self._device.step(scan)
         except Exception as error:
-            self._note([Fault("takes every scan", _told(error))], index)
-            self.broke = True
+            self._add_faults([Fault("accepts every scan", _message(error))], index)
+            self.failed = True
             return
         if _hash(scan) != before:
-            self._note([Fault("scans are left alone", "step changed the scan")], index)
-        self._look_at(answer, scan, index)
+            self._add_faults([Fault("scans are not modified", "step modified the scan")], index)
+        self._check(output, scan, index)
 
-    def _look_at(self, answer: object, scan: Scan, index: int) -> None:
-        match answer:
+    def _check(self, output: object, scan: Scan, index: int) -> None:
+        match output:
             case Tracks() as tracks:
                 trace = None
             case (Tracks() as tracks, StepTrace() as trace):
                 self.traced = True
             case _:
-                self._note([Fault("returns Tracks", f"returned {type(answer).__name__}")], index)
-                self.broke = True
+                self._add_faults([Fault("returns Tracks", f"returned {type(output).__name__}")], index)
+                self.failed = True
                 return
         shapes = list(check_shapes(tracks))
-        self._note(shapes, index)
+        self._add_faults(shapes, index)
         if shapes:
-            self.broke = True
+            self.failed = True
             return
-        self._note([*check_values(tracks), *check_covariances(tracks), *self._check_dead(tracks)], index)
-        self._note(check_trace(trace, scan) if trace else [], index)
-        self._answers.append(tracks)
+        self._add_faults([*check_values(tracks), *check_covariances(tracks), *self._check_dead(tracks)], index)
+        self._add_faults(check_trace(trace, scan) if trace else [], index)
+        self._outputs.append(tracks)
         self.hashes.append(_hash(tracks))
 
     def _check_dead(self, tracks: Tracks) -> Faults:
         dead = tracks.status == Status.DEAD
-        back = self._dead & set(tracks.id[~dead].tolist())
-        if back:
-            yield Fault("dead ids stay dead", f"track {min(back)} was dead before, and lives")
+        reused = self._dead & set(tracks.id[~dead].tolist())
+        if reused:
+            yield Fault("dead ids are not reused", f"track {min(reused)} was dead before")
         self._dead |= set(tracks.id[dead].tolist())
 
-    def _note(self, faults: Iterable[Fault], index: int) -> None:
+    def _add_faults(self, faults: Iterable[Fault], index: int) -> None:
         self.faults += [fault._replace(where=self.drive.where(index)) for fault in faults]
 
 
-def _repeat(make_device: DeviceFactory, drive: CheckDrive, first: Passage) -> Faults:
-    """A second instance, all the same."""
-    again = Passage(make_device, drive)
-    again.to_end()
-    yield from _compare("same scans, same answers", first, again, "a second instance answers otherwise")
+def _repeat(make_device: DeviceFactory, drive: CheckDrive, first: Replay) -> Faults:
+    """Compare a second instance with the first one."""
+    again = Replay(make_device, drive)
+    again.run()
+    yield from _compare("deterministic", first, again, "a second instance gives different outputs")
 
 
-def _interleave(make_device: DeviceFactory, drives: list[CheckDrive], alone: list[Passage]) -> Faults:
-    """Two instances take turns in two drives."""
-    pair = [Passage(make_device, drive) for drive in (drives[0], drives[-1])]
-    for indices in zip_longest(*(range(len(passage.drive.scans)) for passage in pair)):
-        for passage, index in zip(pair, indices, strict=True):
+def _interleave(make_device: DeviceFactory, drives: list[CheckDrive], independent: list[Replay]) -> Faults:
+    """Compare two instances that process two drives in turns with independent ones."""
+    pair = [Replay(make_device, drive) for drive in (drives[0], drives[-1])]
+    for indices in zip_longest(*(range(len(replay.drive.scans)) for replay in pair)):
+        for replay, index in zip(pair, indices, strict=True):
             if index is not None:
-                passage.step(index)
-    what = "it answers otherwise while another instance is at work"
-    for before, beside in zip((alone[0], alone[-1]), pair, strict=True):
-        yield from _compare("instances are independent", before, beside, what)
+                replay.step(index)
+    what = "the outputs differ while another instance is in use"
+    for alone, interleaved in zip((independent[0], independent[-1]), pair, strict=True):
+        yield from _compare("instances are independent", alone, interleaved, what)
 
 
-def _compare(check: str, one: Passage, other: Passage, what: str) -> Faults:
+def _compare(check: str, one: Replay, other: Replay, what: str) -> Faults:
     for index, (a, b) in enumerate(zip_longest(one.hashes, other.hashes)):
         if a != b:
             yield Fault(check, what, one.drive.where(index))
@@ -151,7 +160,7 @@ def _hash(record: Scan | Tracks) -> str:
     return digest.hexdigest()
 
 
-def _told(error: Exception) -> str:
-    """The error, and the line of the tracker that raised it."""
+def _message(error: Exception) -> str:
+    """Return the error and the line of the tracker that raised it."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({last.filename}:{last.lineno})"

@@ -1,1 +1,1 @@
-"""The closed loop: a controller drives the ego by what the tracker sees, and again by the truth."""
+"""Closed loop: a cruise controller drives the ego on the tracks, and in a second drive on the ground truth."""

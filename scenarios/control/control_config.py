@@ -1,4 +1,4 @@
-"""What the cruise controller wants and may do. Light to import: scenario files are validated against it."""
+"""Configuration of the cruise controller. Few imports: scenario files are validated against it."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -11,25 +11,25 @@ _POSITIVE = (
 
 @dataclass(frozen=True, slots=True)
 class CruiseConfig:
-    """Adaptive cruise control by the Intelligent Driver Model; it steers nothing, the ego keeps its lane."""
+    """Adaptive cruise control by the Intelligent Driver Model; longitudinal only, the ego keeps its lane."""
 
     kind: Literal["cruise"]
-    """The only controller there is."""
+    """Kind of controller; only `cruise` exists."""
     set_speed_mps: float
-    """[m/s] v0, driven where the road ahead is free."""
+    """[m/s] v0: speed on a free road."""
     time_gap_s: float = 1.6
-    """[s] T, to the vehicle ahead in steady traffic; the model's authors' value."""
+    """[s] T: time gap to the lead vehicle in steady traffic; value of the model's authors."""
     standstill_gap_m: float = 2.0
-    """[m] s0, bumper to bumper, to a vehicle that stands; the model's authors' value."""
+    """[m] s0: bumper-to-bumper gap to a stationary lead vehicle; value of the model's authors."""
     acceleration_mps2: float = 1.5
-    """[m/s^2] a, the largest."""
+    """[m/s^2] a: maximum acceleration."""
     comfortable_deceleration_mps2: float = 2.0
-    """[m/s^2] b, at which it brakes where nothing presses. ISO 15622 lets adaptive cruise control reach 3.5 to 5."""
+    """[m/s^2] b: deceleration in ordinary situations. ISO 15622 allows adaptive cruise control 3.5 to 5."""
     max_deceleration_mps2: float = 8.0
-    """[m/s^2] at which it brakes at most, as an emergency brake does on a dry road."""
+    """[m/s^2] Maximum deceleration, that of emergency braking on a dry road."""
     corridor_half_width_m: float = 1.3
-    """[m] Whoever reaches into the ego's path this far to either side of its middle is ahead. Half a car's width and
-    0.35 m more; a car in the middle of the next lane of 3.2 m stays 1 m clear of it."""
+    """[m] Half width of the corridor around the ego's path; the lead vehicle is the nearest one in it. The default is
+    half a car's width plus 0.35 m; a car in the centre of the adjacent lane of 3.2 m is 1 m outside."""
 
     def __post_init__(self) -> None:
         for name in _POSITIVE:
@@ -37,6 +37,6 @@ class CruiseConfig:
                 raise ValueError(f"{name} = {getattr(self, name)} must be positive")
         if not self.max_deceleration_mps2 >= self.comfortable_deceleration_mps2:
             raise ValueError(
-                f"max_deceleration_mps2 = {self.max_deceleration_mps2} must be no less than "
+                f"max_deceleration_mps2 = {self.max_deceleration_mps2} must be at least "
                 f"comfortable_deceleration_mps2 = {self.comfortable_deceleration_mps2}"
             )

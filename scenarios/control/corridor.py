@@ -1,4 +1,4 @@
-"""Who is ahead: the nearest that reaches into the strip which the ego will sweep if it keeps turning as it does."""
+"""Lead vehicle: the nearest object in the corridor that the ego will cover at its present curvature."""
 
 from dataclasses import dataclass
 
@@ -8,43 +8,46 @@ from scenarios.arrays import Floats
 from scenarios.control.surroundings import Surroundings
 from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
 
-_SLOWEST = 1.0
-"""[m/s] A slower ego's yaw rate tells no curvature: it is divided by this speed at least."""
+_MIN_SPEED = 1.0
+"""[m/s] Lower bound of the speed in curvature = yaw rate / speed, which is undefined at standstill."""
 _STRAIGHT = 1e-6
-"""[1/m] A path of less curvature is straight."""
+"""[1/m] Curvature below which the path is taken as straight."""
 
 
 @dataclass(frozen=True, slots=True)
-class Lead:
-    """The vehicle ahead."""
+class LeadVehicle:
+    """The lead vehicle."""
 
     id: int
-    """Of its track, or of the actor."""
+    """Id of its track, or of the actor."""
     gap: float
-    """[m] from the ego's front bumper to the nearest of it inside the corridor, along the path; negative in a crash."""
+    """[m] Gap along the path, from the ego's front bumper to its nearest point in the corridor; negative in a crash."""
     speed: float
-    """[m/s] along the path."""
+    """[m/s] Speed along the path."""
 
 
-def lead_of(around: Surroundings, half_width_m: float) -> Lead | None:
-    """Return who is ahead in a corridor of this half width [m], or None. Ahead is whose centre is."""
-    curvature = around.yaw_rate / max(abs(around.speed), _SLOWEST)
-    center = along_path(around.boxes_ego[:, :2], curvature)
-    corners = along_path(corner(around.boxes_ego[:, None], CORNER_SIGNS), curvature)
-    near = np.where(center[:, 0] > 0, nearest_inside(corners, half_width_m), np.inf)
+def find_lead(around: Surroundings, half_width_m: float) -> LeadVehicle | None:
+    """Return the lead vehicle in a corridor of this half width [m], or None.
+
+    Only objects whose centre is in front of the ego's centre are considered.
+    """
+    curvature = around.yaw_rate / max(abs(around.speed), _MIN_SPEED)
+    center = to_path_frame(around.boxes_ego[:, :2], curvature)
+    corners = to_path_frame(corner(around.boxes_ego[:, None], CORNER_SIGNS), curvature)
+    near = np.where(center[:, 0] > 0, nearest_in_corridor(corners, half_width_m), np.inf)
     if not np.isfinite(near).any():
         return None
     row = int(np.argmin(near))
-    course = curvature * center[row, 0]
-    speed = float(around.velocity_ego[row] @ (np.cos(course), np.sin(course)))
-    return Lead(int(around.id[row]), float(near[row]) - around.front_m, speed)
+    path_heading = curvature * center[row, 0]
+    speed = float(around.velocity_ego[row] @ (np.cos(path_heading), np.sin(path_heading)))
+    return LeadVehicle(int(around.id[row]), float(near[row]) - around.front_m, speed)
 
 
-def along_path(points_ego: Floats, curvature: float) -> Floats:
-    """Points (..., 2) [m] as (way along the path, offset to its left) from the ego's centre.
+def to_path_frame(points_ego: Floats, curvature: float) -> Floats:
+    """Return points (..., 2) [m] as (arc length along the path, offset to its left) from the ego's centre.
 
-    The path is the arc of a curvature [1/m], positive to the left: with k s its direction after the way s, a point at
-    the offset d is at x = sin(k s) (1/k - d), y = 1/k - cos(k s) (1/k - d).
+    The path is an arc of constant curvature k [1/m], positive to the left. A point with arc length s and offset d is at
+    x = sin(k s) (1/k - d), y = 1/k - cos(k s) (1/k - d).
     """
     if abs(curvature) < _STRAIGHT:
         return points_ego
@@ -52,17 +55,17 @@ def along_path(points_ego: Floats, curvature: float) -> Floats:
     return np.stack([np.arctan2(sine, cosine), 1.0 - np.hypot(sine, cosine)], axis=-1) / curvature
 
 
-def nearest_inside(corners: Floats, half_width_m: float) -> Floats:
-    """Least way (N,) along the path at which outlines (N, 4, 2) touch the strip; infinite for those that do not.
+def nearest_in_corridor(corners: Floats, half_width_m: float) -> Floats:
+    """Return the smallest arc length (N,) of outlines (N, 4, 2) inside the corridor; infinite for those outside.
 
-    It is at a corner inside the strip, or where an edge crosses one of its borders.
+    The minimum is at a corner inside the corridor, or where an edge crosses one of its borders.
     """
     after = np.roll(corners, -1, axis=1)
-    way, offset = corners[..., 0], corners[..., 1]
-    at = [np.where(np.abs(offset) <= half_width_m, way, np.inf)]
+    arc, offset = corners[..., 0], corners[..., 1]
+    at = [np.where(np.abs(offset) <= half_width_m, arc, np.inf)]
     rise = after[..., 1] - offset
     for border in (-half_width_m, half_width_m):
         part = (border - offset) / np.where(rise == 0, np.nan, rise)
         crosses = (part >= 0) & (part <= 1)
-        at.append(np.where(crosses, way + np.where(crosses, part, 0.0) * (after[..., 0] - way), np.inf))
+        at.append(np.where(crosses, arc + np.where(crosses, part, 0.0) * (after[..., 0] - arc), np.inf))
     return np.asarray(np.min(at, axis=(0, 2)))

@@ -1,4 +1,4 @@
-"""How safely the ego drove, from the truth alone, whoever drove it."""
+"""Safety metrics of the ego's drive, from the ground truth: time to collision, gap, deceleration, collisions."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,31 +6,31 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scenarios.control.corridor import lead_of
-from scenarios.control.surroundings import truth_around
+from scenarios.control.corridor import find_lead
+from scenarios.control.surroundings import true_surroundings
 from scenarios.grading.metric_names import DRIVERS, SAFETY
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.plane_geometry import iou_table, turned
 from scenarios.result import Metric
 from sim.world import WorldFrame
 
-NO_CONTROL = "the scenario has no [control]: its ego is driven by the traffic's own model"
-NOBODY_AHEAD = "nobody was ever in the ego's way"
-NEVER_CLOSING = "the ego never closed in on anybody in its way"
+NO_CONTROL = "the scenario has no [control]: the traffic model drives the ego"
+NO_LEAD = "there was no lead vehicle"
+NEVER_CLOSING = "the ego was never faster than its lead vehicle"
 NO_FRAME = "the drive ended before its first frame"
 
 COLUMNS = (
     "frame", "time_s", "speed_mps", "acceleration_mps2", "wanted_mps", "gap_m", "closing_mps", "ttc_s", "collides",
 )  # fmt: skip
-"""Of the table, one row per frame and drive; `driver` comes last."""
+"""Columns of the table, which has one row per frame and drive; a column `driver` is appended."""
 
 
 class SafetyLog:
-    """Takes down the truth of a drive, frame by frame.
+    """Records the ground truth of a drive, frame by frame.
 
-    In the ego's way is who reaches into the strip that its body will sweep if it keeps turning as it does. The time
-    to collision is the gap over the speed at which it closes (Hayward, "Near-miss determination through use of a scale
-    of danger", Highway Research Record 384, 1972); where nothing closes there is none.
+    The lead vehicle is the nearest one in the corridor that the ego's body will cover at its present curvature. The
+    time to collision is the gap divided by the closing speed (Hayward, "Near-miss determination through use of a scale
+    of danger", Highway Research Record 384, 1972); it is undefined if the gap does not close.
     """
 
     def __init__(self) -> None:
@@ -38,9 +38,9 @@ class SafetyLog:
         self._hit: set[int] = set()
 
     def add(self, frame: WorldFrame, wanted_mps: float | None) -> None:
-        """Take the next frame, and the speed that was commanded in it, if any."""
-        ego, around = frame.ego, truth_around(frame)
-        lead = lead_of(around, half_width_m=0.5 * float(ego.size[1]))
+        """Record the next frame, and the speed commanded in it, if any."""
+        ego, around = frame.ego, true_surroundings(frame)
+        lead = find_lead(around, half_width_m=0.5 * float(ego.size[1]))
         body = np.array([[0.0, 0.0, 0.0, *ego.size[:2]]])
         overlaps = iou_table(body, around.boxes_ego)[0] > 0
         self._hit.update(around.id[overlaps].tolist())
@@ -52,16 +52,16 @@ class SafetyLog:
         self._rows.append(row)
 
     def table(self) -> pd.DataFrame:
-        """One row per frame; NaN where nobody is in the way, where the gap does not close, before the first command."""
+        """Return one row per frame; NaN without a lead vehicle, without a closing gap, and before the first command."""
         return pd.DataFrame(self._rows, columns=list(COLUMNS))
 
     def collisions(self) -> int:
-        """With how many others the ego's box ever overlapped."""
+        """Return the number of actors whose box ever overlapped the ego's box."""
         return len(self._hit)
 
 
 def grade(drives: Mapping[str, SafetyLog]) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
-    """Return every metric of `metrics.CONTROL`, and the table behind them, from drives by driver; there may be none."""
+    """Return every metric of `metric_names.CONTROL` and their table, from the logs by driver; a log may be missing."""
     sheet, tables = MetricSheet(), []
     for driver, prefix in DRIVERS.items():
         if (log := drives.get(driver)) is not None:
@@ -75,9 +75,9 @@ def grade(drives: Mapping[str, SafetyLog]) -> tuple[dict[str, Metric], dict[str,
 def _write(sheet: MetricSheet, prefix: str, table: pd.DataFrame, collisions: int) -> None:
     frames, gap, ttc = len(table), table["gap_m"].dropna(), table["ttc_s"].dropna()
     braking = -table["acceleration_mps2"]
-    why = NEVER_CLOSING if len(gap) else NOBODY_AHEAD
+    why = NEVER_CLOSING if len(gap) else NO_LEAD
     sheet.write(f"control.{prefix}min_ttc_s", ttc.min(), len(ttc), why)
-    sheet.write(f"control.{prefix}min_gap_m", gap.min(), len(gap), NOBODY_AHEAD)
+    sheet.write(f"control.{prefix}min_gap_m", gap.min(), len(gap), NO_LEAD)
     sheet.write(f"control.{prefix}max_deceleration_mps2", max(braking.max(), 0.0), frames, NO_FRAME)
     sheet.write(f"control.{prefix}collisions", float(collisions), frames, NO_FRAME)
 

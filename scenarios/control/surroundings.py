@@ -1,7 +1,4 @@
-"""The controller's two eyes: what is around the ego as the tracker has it, and as it is.
-
-What the ego knows of itself comes from its odometry, or from the truth; of others it knows boxes and velocities.
-"""
+"""Input of the controller: ego motion and surrounding objects, from odometry and tracks or from the ground truth."""
 
 from dataclasses import dataclass
 
@@ -16,29 +13,29 @@ from tracker.records import Status, Tracks
 from tracker.scan import Scan
 
 _VELOCITY = slice(2, 4)
-"""Place of the velocity in `Tracks.mean`."""
+"""Components of the velocity in `Tracks.mean`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """The ego's own motion, and N others in its frame."""
+    """Ego motion, and N objects in the ego frame."""
 
     speed: float
-    """[m/s] of the ego along its heading, negative backwards."""
+    """[m/s] Speed of the ego along its heading, negative backwards."""
     yaw_rate: float
-    """[rad/s] of the ego."""
+    """[rad/s] Yaw rate of the ego."""
     front_m: float
-    """[m] from the ego's centre to its front bumper."""
+    """[m] Distance from the ego's centre to its front bumper."""
     id: Ints
-    """(N,) of the track or the actor; a bent truck has two boxes."""
+    """(N,) id of the track or the actor; an articulated truck has two boxes."""
     boxes_ego: Floats
     """(N, 5) x, y [m], yaw [rad], length, width [m]."""
     velocity_ego: Floats
-    """(N, 2) over ground [m/s], along the ego's axes."""
+    """(N, 2) velocity over ground [m/s], on the ego's axes."""
 
 
-class TrackEye:
-    """Sees the confirmed tracks. A track that coasts is a guess, not a report.
+class TrackedSurroundings:
+    """Surroundings from the confirmed tracks; coasting tracks are predictions and are ignored.
 
     Parameters
     ----------
@@ -50,8 +47,11 @@ class TrackEye:
         self._dt = dt
         self._last_pose_odom: Floats | None = None
 
-    def look(self, ego: Ego, scan: Scan, tracks: Tracks) -> Surroundings | None:
-        """Look around; None at the first scan, as a speed takes two poses. Of `ego` only the size counts."""
+    def observe(self, ego: Ego, scan: Scan, tracks: Tracks) -> Surroundings | None:
+        """Return the surroundings; None at the first scan, since a speed needs two poses.
+
+        Only the size of `ego` is used.
+        """
         last, now = self._last_pose_odom, scan.ego_pose_odom
         self._last_pose_odom = now
         if last is None:
@@ -69,8 +69,8 @@ class TrackEye:
         )
 
 
-def truth_around(frame: WorldFrame) -> Surroundings:
-    """Look around with the eye of the truth."""
+def true_surroundings(frame: WorldFrame) -> Surroundings:
+    """Return the surroundings from the ground truth."""
     ego, actors = frame.ego, frame.actors
     row, pose_world, size = parts(actors.pose_world, actors.size[:, :2], actors.articulation)
     return Surroundings(

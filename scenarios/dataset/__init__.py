@@ -1,1 +1,1 @@
-"""Scans and labels of a run as a data set."""
+"""Data set of a run: scans, labels and ground truth."""

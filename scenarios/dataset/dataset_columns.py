@@ -1,4 +1,4 @@
-"""What the files of a data set hold: every column with its type, unit and meaning."""
+"""Columns of the files of a data set, with type, unit and meaning."""
 
 from typing import Any, NamedTuple
 
@@ -17,17 +17,17 @@ Values = dict[str, npt.NDArray[Any]]
 
 
 class Column(NamedTuple):
-    """One column of a file."""
+    """A column of a file."""
 
     name: str
     kind: type | tuple[str, ...]
-    """Number type, str, or the names of an enumeration in the order of their codes."""
+    """Number type, str, or names of an enumeration in the order of its codes."""
     unit: str
     meaning: str
 
     @property
     def type(self) -> pa.DataType:
-        """Arrow's type."""
+        """Arrow type."""
         if isinstance(self.kind, tuple):
             return pa.dictionary(pa.int8(), pa.string())
         if self.kind is str:
@@ -36,17 +36,17 @@ class Column(NamedTuple):
 
     @property
     def field(self) -> pa.Field:
-        """Arrow's field; unit and meaning are kept in the file."""
+        """Arrow field, with unit and meaning as metadata."""
         return pa.field(self.name, self.type, nullable=False, metadata={"unit": self.unit, "meaning": self.meaning})
 
     def array(self, values: npt.NDArray[Any]) -> pa.Array:
-        """Arrow's array of values, enumerations as codes."""
+        """Return values as an Arrow array; enumerations are given as codes."""
         if isinstance(self.kind, tuple):
             return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int8)), pa.array(self.kind))
         return pa.array(values.astype(self.kind), self.type)
 
     def values(self, array: pa.Array) -> npt.NDArray[Any]:
-        """Undo `array`: enumerations as codes (int8), texts as `np.str_`; the memory is one's own."""
+        """Return an Arrow array as a new numpy array: enumerations as codes (int8), texts as `np.str_`."""
         if isinstance(self.kind, tuple):
             codes = pc.index_in(array.cast(pa.string()), pa.array(self.kind))
             return np.array(codes, dtype=np.int8)
@@ -62,7 +62,7 @@ FRAME = Column("frame", np.int32, "", "number of the frame, from 0")
 SCANS = (
     FRAME,
     Column("time_s", np.float64, "s", "time of the frame"),
-    Column("ego_x_world_m", np.float64, "m", "true place of the ego's box centre, east"),
+    Column("ego_x_world_m", np.float64, "m", "true position of the ego's box centre, east"),
     Column("ego_y_world_m", np.float64, "m", "the same, north"),
     Column("ego_yaw_world_rad", np.float64, "rad", "true heading of the ego, counter-clockwise from east"),
     Column("ego_vx_world_mps", np.float64, "m/s", "true velocity of the ego, east"),
@@ -73,41 +73,46 @@ SCANS = (
     Column("ego_length_m", np.float64, "m", "length of the ego's box"),
     Column("ego_width_m", np.float64, "m", "width of the ego's box"),
     Column("ego_height_m", np.float64, "m", "height of the ego's box"),
-    Column("ego_changes_lane", np.bool_, "", "the simulator lets the ego jump to the next lane about now"),
-    Column("ego_deviation_along_m", np.float64, "m", "how far the ego is ahead of where the simulator has it"),
+    Column("ego_changes_lane", np.bool_, "", "the simulator moves the ego to the next lane at about this time"),
+    Column("ego_deviation_along_m", np.float64, "m", "deviation of the ego from the simulator's position, forward"),
     Column("ego_deviation_across_m", np.float64, "m", "the same, to the left"),
-    Column("odom_x_m", np.float64, "m", "where odometry has the ego, along the x axis of the first frame's ego"),
-    Column("odom_y_m", np.float64, "m", "the same, along its y axis"),
+    Column("odom_x_m", np.float64, "m", "position of the ego by odometry, x forward in the first frame"),
+    Column("odom_y_m", np.float64, "m", "the same, y to the left in the first frame"),
     Column("odom_yaw_rad", np.float64, "rad", "heading of the ego by odometry, 0 in the first frame"),
-    Column("points", np.int32, "", "points of the scan"),
+    Column("points", np.int32, "", "number of points of the scan"),
 )
 
 POINTS = (
     FRAME,
-    Column("x_ego_m", np.float32, "m", "measured place, forward, in the ego frame of the point's own time"),
+    Column("x_ego_m", np.float32, "m", "measured position, forward, in the ego frame at the time of the point"),
     Column("y_ego_m", np.float32, "m", "the same, to the left"),
     Column("z_ego_m", np.float32, "m", "the same, up from the ground"),
-    Column("time_offset_s", np.float32, "s", "the point's own time after the frame's"),
+    Column("time_offset_s", np.float32, "s", "time of the point minus time of the frame"),
     Column("unit", np.uint8, "", "number of the LIDAR in the rig"),
-    Column("layer", np.uint8, "", "layer of the LIDAR, 0 the lowest"),
-    Column("echo", np.uint8, "", "echo of its beam, 0 the nearest"),
+    Column("layer", np.uint8, "", "layer of the LIDAR, from 0, the lowest"),
+    Column("echo", np.uint8, "", "echo of its beam, from 0, the nearest"),
     Column("echo_pulse_width_m", np.float32, "m", "width of the echo"),
-    Column("flags", np.uint16, "", "what the LIDAR says: 1 another echo behind, 2 clutter, 4 ground, 8 dirt"),
-    Column("actor_id", np.int64, "", "truth: whom the point is on, as in the labels; -1 for none"),
-    Column("part", _names(Part), "", "truth: what the beam met"),
-    Column("cause", _names(Cause), "", "truth: why the point is there; all but clean are outliers of an outline"),
+    Column("flags", np.uint16, "", "flags set by the LIDAR: 1 another echo behind, 2 clutter, 4 ground, 8 dirt"),
+    Column("actor_id", np.int64, "", "truth: id of the actor that was hit, as in the labels; -1 for none"),
+    Column("part", _names(Part), "", "truth: part of the actor or scene that was hit"),
+    Column("cause", _names(Cause), "", "truth: cause of the point; all except clean are outliers"),
     Column("true_range_m", np.float32, "m", "truth: range without noise"),
 )
 
 LABELS = (
     FRAME,
-    Column("actor_id", np.int64, "", "who, the same in all frames: the track's true id"),
-    Column("name", str, "", "what the traffic simulator calls it"),
-    Column("kind", _names(Kind), "", "what it is"),
-    Column("graded", np.bool_, "", "an observation: a vehicle near enough with enough points, counted in the summary"),
-    Column("x_ego_m", np.float64, "m", "box centre at the frame's time, forward of the ego's"),
+    Column("actor_id", np.int64, "", "id of the actor, constant over all frames: true track id"),
+    Column("name", str, "", "name in the traffic simulator"),
+    Column("kind", _names(Kind), "", "kind of actor"),
+    Column(
+        "graded",
+        np.bool_,
+        "",
+        "true for an observation: a vehicle in range with enough points",
+    ),
+    Column("x_ego_m", np.float64, "m", "box centre at the time of the frame, relative to the ego's, forward"),
     Column("y_ego_m", np.float64, "m", "the same, to the left"),
-    Column("heading_ego_rad", np.float64, "rad", "heading, counter-clockwise from the ego's"),
+    Column("heading_ego_rad", np.float64, "rad", "heading relative to the ego's, counter-clockwise"),
     Column("x_world_m", np.float64, "m", "box centre, east"),
     Column("y_world_m", np.float64, "m", "the same, north"),
     Column("heading_world_rad", np.float64, "rad", "heading, counter-clockwise from east"),
@@ -116,38 +121,48 @@ LABELS = (
     Column("height_m", np.float64, "m", "height of the box"),
     Column("corner_x_ego_m", np.float64, "m", "corner nearest to the ego's box centre, forward"),
     Column("corner_y_ego_m", np.float64, "m", "the same, to the left"),
-    Column("corner_front", np.bool_, "", "whether that is a front corner"),
-    Column("corner_left", np.bool_, "", "whether that is a left corner"),
-    Column("view", VIEW_NAMES, "", "which sides of it returned points"),
+    Column("corner_front", np.bool_, "", "true if that is a front corner"),
+    Column("corner_left", np.bool_, "", "true if that is a left corner"),
+    Column("view", VIEW_NAMES, "", "sides of the vehicle that returned points"),
     Column("faces", np.uint8, "", "the same as bits: 1 front, 2 left, 4 rear, 8 right"),
-    Column("points", np.int32, "", "points on it"),
-    Column("visible_fraction", np.float64, "", "rays that meet it, of those that would, were it alone"),
+    Column("points", np.int32, "", "number of points on the actor"),
+    Column(
+        "visible_fraction",
+        np.float64,
+        "",
+        "fraction of its rays that no occluder blocks",
+    ),
     Column("vx_world_mps", np.float64, "m/s", "velocity of the box centre, east"),
     Column("vy_world_mps", np.float64, "m/s", "the same, north"),
     Column("ax_world_mps2", np.float64, "m/s^2", "acceleration of the box centre, east"),
     Column("ay_world_mps2", np.float64, "m/s^2", "the same, north"),
     Column("yaw_rate_radps", np.float64, "rad/s", "yaw rate, counter-clockwise"),
-    Column("mode", MODELS, "", "how it moves: standing, at constant velocity, accelerating (turns included)"),
-    Column("articulation_rad", np.float64, "rad", "of a bent truck: tractor against trailer, whose the box is"),
-    Column("changes_lane", np.bool_, "", "the simulator lets it jump to the next lane about now"),
-    Column("deviation_along_m", np.float64, "m", "how far it is ahead of where the simulator has it"),
+    Column("mode", MODELS, "", "motion model: stationary, constant velocity, or accelerating (including turns)"),
+    Column(
+        "articulation_rad",
+        np.float64,
+        "rad",
+        "articulation angle: tractor relative to trailer; the box is the trailer's",
+    ),
+    Column("changes_lane", np.bool_, "", "the simulator moves it to the next lane at about this time"),
+    Column("deviation_along_m", np.float64, "m", "deviation from the simulator's position, forward"),
     Column("deviation_across_m", np.float64, "m", "the same, to the left"),
-    Column("reflectivity", np.float64, "", "of its paint, diffuse, 0 to 1"),
+    Column("reflectivity", np.float64, "", "diffuse reflectivity of the paint, 0 to 1"),
 )
 
 HITS = (
     FRAME,
     Column("actor_id", np.int64, "", "as in the labels"),
     Column("unit", np.uint8, "", "number of the LIDAR in the rig"),
-    Column("hits", np.int32, "", "its rays that end on the actor, before any loss or noise"),
-    Column("hits_alone", np.int32, "", "its rays that would, were the actor alone on the ground"),
+    Column("hits", np.int32, "", "number of its rays that hit the actor, before losses and noise"),
+    Column("hits_alone", np.int32, "", "number of its rays that would hit it without other objects"),
 )
 
 LOSSES = (
     FRAME,
     Column("unit", np.uint8, "", "number of the LIDAR in the rig"),
-    Column("beam", np.int32, "", "number of its beam that has no echo of what it met"),
-    Column("cause", _names(Loss), "", "why it has none"),
+    Column("beam", np.int32, "", "number of the beam without an echo of the object that it hit"),
+    Column("cause", _names(Loss), "", "cause of the loss"),
 )
 
 FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS, "hits": HITS, "losses": LOSSES}
@@ -155,14 +170,15 @@ FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS, "hits": HITS, "loss
 
 
 def readme(result: Result) -> str:
-    """The README.md of a data set."""
+    """Return the text of the README.md of a data set."""
     parts = [
         f"# {result.scenario}, seed {result.seed}",
         result.config["description"],
-        "Simulated scans of a rig of LIDARs with their truth, written by luxloop. `summary.json` tells where they come "
-        "from, how many vehicles, observations and frames there are, and which limits made a label an observation.",
+        "Simulated scans of a rig of LIDARs with their truth, written by luxloop. `summary.json` holds the "
+        "scenario, the numbers of vehicles, observations and frames, and the limits that define an observation.",
         "Frames of reference: world (x east, y north) and ego (box centre of the ego on the ground, x forward, y left, "
-        "z up). Angles are counter-clockwise. Points are as measured, each at its own time; labels are of the frame's.",
+        "z up). Angles are counter-clockwise. Points are as measured, each at its own time; labels are valid at the "
+        "time of the frame.",
     ]
     for name, columns in FILES.items():
         rows = [f"| `{c.name}` | {_type_name(c)} | {c.unit} | {c.meaning} |" for c in columns]

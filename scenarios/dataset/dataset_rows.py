@@ -1,4 +1,4 @@
-"""The rows of one frame in every file of a data set, and the way back: nothing of frame, scan and truth is lost."""
+"""Conversion between the records of a frame and the rows of a data set, lossless in both directions."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -20,11 +20,11 @@ SIZE, NEAREST = ("length_m", "width_m", "height_m"), ("corner_x_ego_m", "corner_
 VELOCITY, ACCELERATION = ("vx_world_mps", "vy_world_mps"), ("ax_world_mps2", "ay_world_mps2")
 DEVIATION = ("deviation_along_m", "deviation_across_m")
 EGO_POSE, ODOM_POSE = ("ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"), ("odom_x_m", "odom_y_m", "odom_yaw_rad")
-"""Columns that are one array in the records."""
+"""Groups of columns that are one array in the records."""
 
 
 def rows_of(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> dict[str, Values]:
-    """Rows of one frame by file."""
+    """Return the rows of one frame, by file."""
     return {
         "scans": _scans(frame, scan),
         "points": _points(frame, scan, truth),
@@ -35,12 +35,20 @@ def rows_of(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) 
 
 
 def records_of(rows: dict[str, Values], units: int) -> tuple[WorldFrame, Scan, ScanTruth]:
-    """Undo `rows_of`, bit for bit; the rig has so many units."""
-    when, points, labels = rows["scans"], rows["points"], rows["labels"]
-    frame = WorldFrame(int(when["frame"][0]), float(when["time_s"][0]), _ego(when), _actors(labels))
+    """Return the records of the rows of one frame: the exact inverse of `rows_of`.
+
+    Parameters
+    ----------
+    rows
+        Rows of one frame, by file.
+    units
+        Number of LIDARs of the rig.
+    """
+    scans, points, labels = rows["scans"], rows["points"], rows["labels"]
+    frame = WorldFrame(int(scans["frame"][0]), float(scans["time_s"][0]), _ego(scans), _actors(labels))
     scan = Scan(
         time=frame.time,
-        ego_pose_odom=_stack(when, ODOM_POSE)[0],
+        ego_pose_odom=_stack(scans, ODOM_POSE)[0],
         points_ego=_stack(points, PLACE),
         time_offset=points["time_offset_s"],
         unit=points["unit"],
@@ -65,18 +73,18 @@ def records_of(rows: dict[str, Values], units: int) -> tuple[WorldFrame, Scan, S
     return frame, scan, truth
 
 
-def _ego(when: Values) -> Ego:
+def _ego(scans: Values) -> Ego:
     def ego(*names: str) -> Floats:
-        values: Floats = _stack(when, tuple(f"ego_{name}" for name in names))[0]
+        values: Floats = _stack(scans, tuple(f"ego_{name}" for name in names))[0]
         return values
 
     return Ego(
-        pose_world=_stack(when, EGO_POSE)[0],
+        pose_world=_stack(scans, EGO_POSE)[0],
         velocity_world=ego(*VELOCITY),
         acceleration_world=ego(*ACCELERATION),
-        yaw_rate=float(when["ego_yaw_rate_radps"][0]),
+        yaw_rate=float(scans["ego_yaw_rate_radps"][0]),
         size=ego(*SIZE),
-        changes_lane=bool(when["ego_changes_lane"][0]),
+        changes_lane=bool(scans["ego_changes_lane"][0]),
         deviation=ego(*DEVIATION),
     )
 
@@ -84,7 +92,7 @@ def _ego(when: Values) -> Ego:
 def _actors(labels: Values) -> Actors:
     return Actors(
         id=labels["actor_id"],
-        # As narrow as its own names allow, as every source delivers it.
+        # The narrowest dtype for these names, as traffic sources return it.
         name=np.array(labels["name"].tolist(), dtype=np.str_),
         kind=labels["kind"].astype(np.uint8),
         pose_world=_stack(labels, POSE),
@@ -192,5 +200,5 @@ def _named(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
 
 
 def _stack(values: Values, names: tuple[str, ...]) -> npt.NDArray[Any]:
-    """(rows, columns) of several columns."""
+    """Return several columns as an array (rows, columns)."""
     return np.stack([values[name] for name in names], axis=1)

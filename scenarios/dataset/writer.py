@@ -1,14 +1,14 @@
-"""The scans and labels of a run as a data set that others can read: Parquet, and a README.md that tells every column.
+"""Data set of a run for other programs: scans, labels and ground truth as Parquet, with a README.md.
 
 - `scans.parquet`: a row per frame
 - `points.parquet`: a row per point, with its truth
 - `labels.parquet`: a row per actor and frame
 - `hits.parquet`: a row per actor, frame and unit
 - `losses.parquet`: a row per beam without an echo
-- `summary.json`: where it comes from, and the paper's table I of it
-- `README.md`: what every column means
+- `summary.json`: scenario, seed and versions, and the paper's table I for this run
+- `README.md`: description of every column
 
-Frames are written as they come, some at a time: a data set may be larger than memory.
+Frames are written in batches during the run: a data set may be larger than memory.
 """
 
 import json
@@ -33,14 +33,22 @@ from sim.world import WorldFrame
 from tracker.scan import Scan
 
 OPTION = "--dataset"
-"""Of the command line, for complaints."""
+"""Command-line option, for error messages."""
 
 FRAMES_AT_ONCE = 64
-"""Frames that are gathered before they are written, as a row group of each file."""
+"""Number of frames per row group of each file."""
 
 
 class DatasetWriter:
-    """Writes a data set into a folder, frame by frame; `option` of the command line chose it, for complaints."""
+    """Writes a data set into a folder, frame by frame.
+
+    Parameters
+    ----------
+    folder
+        Existing folder.
+    option
+        Command-line option that selects the folder, for error messages.
+    """
 
     def __init__(self, folder: Path, option: str = OPTION) -> None:
         self._folder = folder
@@ -48,12 +56,12 @@ class DatasetWriter:
         self._tables = {name: _Table(folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
-        """Take in one frame.
+        """Add one frame.
 
         Raises
         ------
         OutputError
-            The disk is full, or the like.
+            A file cannot be written, e.g. because the disk is full.
         """
         try:
             for name, rows in rows_of(frame, scan, truth, grade).items():
@@ -62,12 +70,12 @@ class DatasetWriter:
             raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 
     def finish(self, result: Result) -> None:
-        """Write what is left of the frames, and the summary of the run.
+        """Write the remaining frames, the README and the summary.
 
         Raises
         ------
         OutputError
-            As `add`.
+            As for `add`.
         """
         try:
             self.close()
@@ -78,13 +86,13 @@ class DatasetWriter:
             raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 
     def close(self) -> None:
-        """Close all files; twice is not once too often."""
+        """Close all files; further calls have no effect."""
         for table in self._tables.values():
             table.close()
 
 
 class _Table:
-    """One file, and the frames that are not in it yet."""
+    """A Parquet file, and the frames that are not written yet."""
 
     def __init__(self, path: Path, columns: tuple[Column, ...]) -> None:
         self._columns = columns
@@ -111,7 +119,7 @@ class _Table:
 
 
 def summary(result: Result) -> dict[str, Any]:
-    """Where a data set comes from and what is in it; `observations` and the like count graded labels."""
+    """Return source and size of a data set; counts such as `observations` refer to graded labels."""
     prefix = "dataset."
     return {
         "scenario": result.scenario,
@@ -131,37 +139,39 @@ def summary(result: Result) -> dict[str, Any]:
 
 @contextmanager
 def create(out: Path, run: Path) -> Iterator[DatasetWriter]:
-    """Give a writer of a data set that appears at `out` as a whole, if nothing fails until its `finish`.
+    """Yield a writer of a data set that is moved to `out` atomically, after its `finish`.
 
     Raises
     ------
     OutputError
-        There is something at `out`, it cannot be written, or it and the folder `run` of the results lie in each other.
+        `out` exists, cannot be written, or contains or is contained in the folder `run` of the results.
     """
-    places = [Path(os.path.realpath(folder)) for folder in (out, run)]
-    if places[0].is_relative_to(places[1]) or places[1].is_relative_to(places[0]):
-        raise OutputError(f"{out}: is in the folder of the run, {run}, or around it; choose another with {OPTION}")
-    with atomic_folder.create(out, OPTION, _refuse_what_exists) as folder, write_into(folder, OPTION) as writer:
+    paths = [Path(os.path.realpath(folder)) for folder in (out, run)]
+    if paths[0].is_relative_to(paths[1]) or paths[1].is_relative_to(paths[0]):
+        raise OutputError(
+            f"{out}: is inside the folder of the run, {run}, or contains it; choose another with {OPTION}"
+        )
+    with atomic_folder.create(out, OPTION, _refuse_existing) as folder, write_into(folder, OPTION) as writer:
         yield writer
 
 
 @contextmanager
 def write_into(folder: Path, option: str) -> Iterator[DatasetWriter]:
-    """Give a writer into an empty folder, which is somebody else's to keep or to throw away.
+    """Yield a writer into an empty folder, which the caller keeps or deletes.
 
     Raises
     ------
     OutputError
-        As `DatasetWriter.add`.
+        As for `DatasetWriter.add`.
     """
     writer = DatasetWriter(folder, option)
     try:
         yield writer
     finally:
-        with suppress(OSError):  # files that are still open are thrown away: something failed before `finish`
+        with suppress(OSError):  # an open file means a failure before `finish`; the caller deletes the folder
             writer.close()
 
 
-def _refuse_what_exists(out: Path) -> None:
+def _refuse_existing(out: Path) -> None:
     if out.exists():
-        raise OutputError(f"{out}: is there already; choose a new folder with {OPTION}")
+        raise OutputError(f"{out}: already exists; choose a new folder with {OPTION}")

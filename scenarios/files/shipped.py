@@ -5,7 +5,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scenarios.errors import ScenarioError
+from scenarios.errors import InputError, ScenarioError
 
 CATALOG = Path(__file__).parents[1] / "catalog"
 """`<family>/<name>.toml`."""
@@ -47,21 +47,37 @@ def studies() -> dict[str, Path]:
 
 
 def find(name_or_path: str) -> Path:
-    """Return the file of a scenario named as in `luxloop list`, or given by its path (which ends in .toml).
+    """Return the file of a shipped scenario by its name, or of any scenario by its path (ending in .toml).
 
     Raises
     ------
     ScenarioError
-        There is none of that name.
+        No scenario of this name ships.
+    """
+    return find_in(paths(), name_or_path, "scenario", "luxloop list", ScenarioError)
+
+
+def find_in(files: dict[str, Path], name_or_path: str, kind: str, list_command: str, error: type[InputError]) -> Path:
+    """Return one of the shipped files by its name, or any file by its path (ending in .toml).
+
+    Parameters
+    ----------
+    files
+        Shipped files by name.
+    name_or_path
+        Name or path.
+    kind, list_command
+        For the message: the kind of file, and the command that lists the names.
+    error
+        Class of the error raised if no file of this name ships.
     """
     if name_or_path.endswith(".toml"):
         return Path(name_or_path)
-    shipped = paths()
-    if name_or_path not in shipped:
-        close = get_close_matches(name_or_path, shipped, n=3, cutoff=0.4)
-        hint = f"did you mean {', '.join(close)}?" if close else "see luxloop list"
-        raise ScenarioError(f"{name_or_path}: no such scenario; {hint} (a path must end in .toml)")
-    return shipped[name_or_path]
+    if name_or_path not in files:
+        close = get_close_matches(name_or_path, files, n=3, cutoff=0.4)
+        hint = f"did you mean {', '.join(close)}?" if close else f"see {list_command}"
+        raise error(f"{name_or_path}: no such {kind}; {hint} (a path must end in .toml)")
+    return files[name_or_path]
 
 
 def _document(path: Path) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""Runs without simulating: recorded scans read back, tracks made by other programs, grading again, and MCAP files."""
+"""Offline evaluation without simulation: recorded scans, tracks of other programs, regrading, and MCAP export."""

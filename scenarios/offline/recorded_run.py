@@ -1,4 +1,4 @@
-"""A run that is on disk, whole, with what it followed: what `luxloop grade` starts from."""
+"""Completed run read from disk, with its scenario and rig: the input of `luxloop grade`."""
 
 import json
 import os
@@ -18,67 +18,69 @@ from scenarios.result import Result
 from scenarios.run import run_folder
 from sensor_model.rig.rig import Rig
 
-NOT_OF_THE_SCENARIO = ("rig", "device")
-"""Keys of the effective config that a scenario file has not, or not like this."""
+NOT_IN_SCENARIO = ("rig", "device")
+"""Keys of the effective config that are not in a scenario file, or have another form there."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedRun:
-    """A whole run."""
+    """A completed run."""
 
     folder: Path
     result: Result
     scenario: Scenario
-    """What it followed."""
+    """Scenario of the run, from its effective config."""
     rig: Rig
 
     @classmethod
     def open(cls, folder: Path) -> "RecordedRun":
-        """Read a run back.
+        """Read a run from its folder.
 
         Raises
         ------
         OutputError
-            The folder holds no run, not the whole of one, or one whose settings or tables have changed since.
+            The folder holds no run, an incomplete one, or one of a version with other settings or tables.
         """
         if atomic_folder.is_unfinished(folder):
-            raise OutputError(f"{folder}: was left by a run that was killed; run the scenario again")
+            raise OutputError(f"{folder}: incomplete: the run was killed; run the scenario again")
         result = run_folder.read(folder)
         restored = {name: _restore(folder, result, name, schema) for name, schema in frame_tables.SCHEMAS.items()}
-        settings = {key: value for key, value in result.config.items() if key not in NOT_OF_THE_SCENARIO}
+        settings = {key: value for key, value in result.config.items() if key not in NOT_IN_SCENARIO}
         try:
             scenario = Scenario.model_validate_json(json.dumps(settings))
             rig = TypeAdapter(Rig).validate_python(result.config["rig"])
         except (ValidationError, KeyError) as error:
             raise OutputError(
-                f"{folder}: luxloop {result.versions.get('luxloop')} made it with settings that are others now; "
-                "run the scenario again"
+                f"{folder}: written by luxloop {result.versions.get('luxloop')}, whose settings differ from this "
+                "version's; run the scenario again"
             ) from error
         result.tables.update(restored)
         return cls(folder, result, scenario, rig)
 
     def refuse_to_write_to(self, out: Path) -> None:
-        """Raise an OutputError if results at `out` would replace the run, or lie in it or around it."""
+        """Raise an OutputError if `out` is the folder of the run, inside it, or contains it."""
         here, there = (Path(os.path.realpath(folder)) for folder in (self.folder, out))
         if there.is_relative_to(here) or here.is_relative_to(there):
-            raise OutputError(f"{out}: is the run that is graded, or in it or around it; choose another with --out")
+            raise OutputError(
+                f"{out}: is the folder of the graded run, inside it, or contains it; choose another with --out"
+            )
 
     def scans(self) -> RecordedScans:
-        """Its scans and their truth.
+        """Return the recorded scans with their ground truth.
 
         Raises
         ------
         OutputError
-            As `RecordedScans`.
+            As for `RecordedScans`.
         """
         return RecordedScans(self.folder, self.result.frames, len(self.rig.mounts))
 
 
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:
-    """Return a table with all categories of its enumerations, in the order of their codes."""
+    """Return a table of the run; enumeration columns have all categories, in the order of their codes."""
     table = result.tables.get(name)
     missing = [name] if table is None else [column for column in schema if column not in table]
     if table is None or missing:
-        raise OutputError(f"{folder}: no {missing[0]} in its tables; run the scenario again")
+        raise OutputError(f"{folder}: {missing[0]} is missing in its tables; run the scenario again")
     kinds = {column: pd.CategoricalDtype(kind) for column, kind in schema.items() if isinstance(kind, tuple)}
     return table.astype(kinds)

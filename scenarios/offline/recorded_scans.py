@@ -1,4 +1,4 @@
-"""The scans of a run read back, with the frames and the truth they came with, bit for bit."""
+"""Recorded scans of a run, with frames and ground truth, exactly as in the run."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,54 +18,54 @@ from sim.world import WorldFrame
 from tracker.scan import Scan
 
 ROWS_AT_ONCE = 1 << 17
-"""Rows that are read at once; a recording may be larger than memory."""
+"""Batch size of reading; a recording may be larger than memory."""
 
 
 class RecordedScans:
-    """Frames in order, as often as one likes.
+    """Iterable over the frames of a run in order; can be iterated repeatedly.
 
     Parameters
     ----------
     run
-        Folder of a run.
+        Folder of the run.
     frames
-        How many it has.
+        Number of frames of the run.
     units
-        How many LIDARs its rig has.
+        Number of LIDARs of its rig.
 
     Raises
     ------
     OutputError
-        The run has no scans, or they are not those of a whole run.
+        The run has no scans, or not all of them.
     """
 
     def __init__(self, run: Path, frames: int, units: int) -> None:
         self._folder, self._units = run / run_folder.SCANS, units
         if not self._folder.is_dir():
-            raise OutputError(f"{run}: no recorded scans in it; run the scenario again with --record-scans")
-        with _whole(self._folder):
+            raise OutputError(f"{run}: has no recorded scans; run the scenario again with --record-scans")
+        with _readable(self._folder):
             scans = pq.read_table(self._folder / "scans.parquet", columns=["frame", "time_s"])
         self.time_s: Floats = scans["time_s"].to_numpy()
-        """(F,) of the frames [s]."""
+        """(F,) times of the frames [s]."""
         if scans["frame"].to_pylist() != list(range(frames)):
             raise OutputError(
-                f"{self._folder}: holds {len(self.time_s)} frames, not the {frames} of the run; run the scenario again"
+                f"{self._folder}: has {len(self.time_s)} frames, but the run has {frames}; run the scenario again"
             )
 
     def __len__(self) -> int:
         return len(self.time_s)
 
     def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
-        with _whole(self._folder):
+        with _readable(self._folder):
             files = {name: _Rows(self._folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
         for frame in range(len(self)):
-            with _whole(self._folder):
+            with _readable(self._folder):
                 rows = {name: file.of(frame) for name, file in files.items()}
             yield records_of(rows, self._units)
 
 
 class _Rows:
-    """The rows of one file, frame by frame."""
+    """Reader of one file, frame by frame."""
 
     def __init__(self, path: Path, columns: tuple[Column, ...]) -> None:
         self._batches = (
@@ -75,7 +75,7 @@ class _Rows:
         self._waiting: Values = {column.name: column.values(pa.array([], column.type)) for column in columns}
 
     def of(self, frame: int) -> Values:
-        """Rows of a frame; frames are asked for in order."""
+        """Return the rows of a frame; frames must be requested in order."""
         while not len(self._waiting["frame"]) or self._waiting["frame"][-1] <= frame:
             batch = next(self._batches, None)
             if batch is None:
@@ -88,10 +88,10 @@ class _Rows:
 
 
 @contextmanager
-def _whole(folder: Path) -> Iterator[None]:
-    """Make one line of what happens on files that are missing or broken."""
+def _readable(folder: Path) -> Iterator[None]:
+    """Raise errors of missing or damaged files as an OutputError of one line."""
     try:
         yield
     except (OSError, pa.ArrowException, KeyError) as error:
-        what = " ".join(str(error).split())
-        raise OutputError(f"{folder}: cannot be read ({what}); run the scenario again with --record-scans") from error
+        reason = " ".join(str(error).split())
+        raise OutputError(f"{folder}: cannot be read ({reason}); run the scenario again with --record-scans") from error

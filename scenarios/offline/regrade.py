@@ -1,4 +1,4 @@
-"""Grading a run that is on disk, without simulating: from its tables, or from its scans and other tracks."""
+"""Regrading of a run without simulation: from its tables, or from its scans and other tracks."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -21,18 +21,18 @@ from scenarios.run.stopwatch import Stopwatch
 from scenarios.run.trace_hash import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
-"""No part of grading."""
+"""Packages whose versions are those of the original run."""
 
 
 class Regrader:
-    """Grades one run, by its own limits and expectations or by those of another scenario file.
+    """Grades a run with its own limits and expectations, or with those of another scenario.
 
     Parameters
     ----------
     run
         The run.
     rules
-        Whose `[grading]` and `[expect]` count.
+        Scenario with the `[grading]` and `[expect]` to use.
     """
 
     def __init__(self, run: RecordedRun, rules: Scenario) -> None:
@@ -41,12 +41,12 @@ class Regrader:
         self._expect = rules.expect
 
     def tables(self) -> Result:
-        """Grade what the run's tables say; times and safety stay as they were measured.
+        """Grade the tables of the run; timing and safety metrics are copied.
 
         Raises
         ------
         ScenarioError
-            The limits differ in what is decided frame by frame.
+            A limit that applies frame by frame differs from that of the run.
         """
         run = self._run
         for name in grader.PER_FRAME:
@@ -54,56 +54,56 @@ class Regrader:
             if then != now:
                 raise ScenarioError(
                     f"grading.{name} = {now:g}: the tables of {run.folder} were made with {then:g}; "
-                    "grade its recorded scans with --tracker or --tracks, or leave this limit as it was"
+                    "grade its recorded scans with --tracker or --tracks, or use the same limit"
                 )
         graded = grader.grade(run.result.tables, self._grading, run.result.frames)
         metrics = run.result.metrics | graded
         return self._result(metrics, run.result.tables, run.result.trace_hash, run.result.config["device"])
 
     def track_file(self, path: Path) -> Result:
-        """Grade tracks that a program made of the run's scans.
+        """Grade a file of tracks that another program produced from the run's scans.
 
         Raises
         ------
         OutputError, TracksError
-            The run has no scans; the file breaks the layout.
+            The run has no scans; the file has an invalid layout.
         """
         scans = self._run.scans()
-        return self._over(scans, TrackFile(path, scans.time_s), str(path), timed=False)
+        return self._replay(scans, TrackFile(path, scans.time_s), str(path), timed=False)
 
     def tracker(self, make_device: DeviceFactory, name: str) -> Result:
-        """Let a tracker follow the run's scans, and grade it; a throw-away one compiles before the clock starts.
+        """Run a tracker on the run's scans and grade it; a separate instance compiles the kernels before timing.
 
         Raises
         ------
         OutputError, DeviceError
-            The run has no scans; the tracker returns no tracks.
+            The run has no scans; the tracker does not return tracks.
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
-        throw_away = make_device(config)
+        warm_up_device = make_device(config)
         for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
-            device.tell_truth(throw_away, frame, truth)
-            device.step(throw_away, scan)
-        return self._over(scans, make_device(config), name, timed=True)
+            device.tell_truth(warm_up_device, frame, truth)
+            device.step(warm_up_device, scan)
+        return self._replay(scans, make_device(config), name, timed=True)
 
-    def _over(self, scans: RecordedScans, tracker: Device, name: str, *, timed: bool) -> Result:
-        """The run loop, without traffic and LIDARs."""
+    def _replay(self, scans: RecordedScans, tracker: Device, name: str, *, timed: bool) -> Result:
+        """Grade a tracker on recorded scans: the run loop without traffic and LIDARs."""
         stopwatch, trace_hash = Stopwatch(), TraceHash()
-        judge = grader.Grader(self._grading, Ranging.of(self._run.rig, self._run.scenario.noise))
+        run_grader = grader.Grader(self._grading, Ranging.of(self._run.rig, self._run.scenario.noise))
         for frame, scan, truth in scans:
             device.tell_truth(tracker, frame, truth)
             tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
-            judge.add(frame, scan, truth, tracks, trace)
+            run_grader.add(frame, scan, truth, tracks, trace)
             trace_hash.add(frame, scan, truth, tracks)
-        metrics, tables = judge.finish()
+        metrics, tables = run_grader.finish()
         measured = stopwatch.stage("tracker") if timed else {}
-        return self._result({**metrics, **self._not_driven(), **measured}, tables, trace_hash.hexdigest(), name)
+        return self._result({**metrics, **self._not_simulated(), **measured}, tables, trace_hash.hexdigest(), name)
 
-    def _not_driven(self) -> dict[str, Metric]:
-        """Metrics of what happens only where there is traffic: without a value, for this or for an older reason."""
-        why = "its scans were recorded: nothing was simulated"
+    def _not_simulated(self) -> dict[str, Metric]:
+        """Return the metrics that need a simulation, without a value; an earlier reason is kept."""
+        reason = "recorded scans were graded, without a simulation"
         of_run = {name: metric for name, metric in self._run.result.metrics.items() if name not in GRADED}
-        return {name: Metric(None, metric.unit, 0, metric.reason or why) for name, metric in of_run.items()}
+        return {name: Metric(None, metric.unit, 0, metric.reason or reason) for name, metric in of_run.items()}
 
     def _result(
         self, metrics: dict[str, Metric], tables: dict[str, pd.DataFrame], trace_hash: str, tracked_by: str

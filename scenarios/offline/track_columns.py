@@ -1,6 +1,6 @@
-"""The layout of track files, and how one is read: every cell is checked, and the first wrong one is named.
+"""Layout and reading of track files; every cell is validated, and an error names the first invalid one.
 
-docs/other-trackers.md tells the columns to those who write such files.
+The layout is documented in docs/other-trackers.md.
 """
 
 from pathlib import Path
@@ -18,42 +18,44 @@ from tracker.records import Status
 
 WHEN = (
     Column("frame", np.int64, "", "number of the scan, from 0, as in `scans.parquet`"),
-    Column("time_s", np.float64, "s", "time of the scan, within 1 ms; read where there is no `frame`"),
+    Column("time_s", np.float64, "s", "time of the scan, within 1 ms; used without `frame`"),
 )
 REQUIRED = (
-    Column("track_id", np.int64, "", "who, 0 or more: the same in all frames, never given to another"),
-    Column("x_odom_m", np.float64, "m", "middle of the box in the odometry frame, that of `odom_x_m` and so on"),
-    Column("y_odom_m", np.float64, "m", "the same"),
-    Column("heading_odom_rad", np.float64, "rad", "which way its front points, counter-clockwise from the x axis"),
-    Column("length_m", np.float64, "m", "of the box, along the heading"),
-    Column("width_m", np.float64, "m", "of the box, across"),
+    Column("track_id", np.int64, "", "id of the track, 0 or more: the same in all frames, never reused"),
+    Column("x_odom_m", np.float64, "m", "centre of the box, in the odometry frame of `odom_x_m` and `odom_y_m`"),
+    Column("y_odom_m", np.float64, "m", "the same, y"),
+    Column("heading_odom_rad", np.float64, "rad", "heading of its front, counter-clockwise from the x axis"),
+    Column("length_m", np.float64, "m", "length of the box, along the heading"),
+    Column("width_m", np.float64, "m", "width of the box"),
 )
 OPTIONAL = (
     Column(
-        "status", tuple(status.name.lower() for status in Status), "", "`confirmed` if left out; others are no report"
+        "status",
+        tuple(status.name.lower() for status in Status),
+        "",
+        "default `confirmed`; other tracks are not reported",
     ),
 )
-"""One of `WHEN` must be there, all of `REQUIRED`, and `OPTIONAL` may be. Other columns are not read."""
+"""A file needs one of `WHEN` and all of `REQUIRED`; columns other than these and `OPTIONAL` are not read."""
 
 
 def read(path: Path) -> pd.DataFrame:
-    """Read a file's columns, in their types; `status` as codes.
+    """Return the columns of a file in their types; `status` as codes.
 
     Raises
     ------
     TracksError
-        It is missing or no table, lacks a column, or has a cell that is wrong. Rows count from 1 below the heading.
+        The file is missing or not a table, lacks a column, or has an invalid cell. Rows are counted from 1, without
+        the header.
     """
     table = _table(path)
     when = [column for column in WHEN if column.name in table][:1]
     if not when:
-        raise TracksError(f"{path}: no column frame or time_s in it; say of which scan each row is")
+        raise TracksError(f"{path}: no column frame or time_s; add one that gives the scan of each row")
     columns: dict[str, npt.NDArray[Any]] = {}
     for column in (*when, *REQUIRED):
         if column.name not in table:
-            raise TracksError(
-                f"{path}: no column {column.name} in it, but {', '.join(table)}; see docs/other-trackers.md"
-            )
+            raise TracksError(f"{path}: no column {column.name}; found {', '.join(table)}; see docs/other-trackers.md")
         columns[column.name] = _numbers(path, table[column.name], column)
     for name in ("length_m", "width_m"):
         require(path, table[name], columns[name] > 0, "should be more than 0")
@@ -61,10 +63,10 @@ def read(path: Path) -> pd.DataFrame:
     return pd.DataFrame({**columns, "status": _status(path, table)})
 
 
-def require(path: Path, cells: pd.Series, good: Bools, remedy: str) -> None:
-    """Raise a TracksError with the first row whose cell is not good."""
-    if not good.all():
-        row = int(np.argmin(good))
+def require(path: Path, cells: pd.Series, valid: Bools, remedy: str) -> None:
+    """Raise a TracksError for the first row whose cell is not valid; `valid` is (N,)."""
+    if not valid.all():
+        row = int(np.argmin(valid))
         cell = cells.iloc[row]
         shown = "an empty cell" if pd.isna(cell) else cell
         raise TracksError(f"{path}: column {cells.name}, row {row + 1}: {shown}: {remedy}")
@@ -77,28 +79,28 @@ def _table(path: Path) -> pd.DataFrame:
         return pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""]).rename(
             columns=str.strip
         )
-    except (ValueError, OSError) as error:  # what is no Parquet, not UTF-8 or not rectangular is a ValueError
-        why = getattr(error, "strerror", None) or " ".join(str(error).split())
+    except (ValueError, OSError) as error:  # not Parquet, not UTF-8 and not rectangular are ValueErrors
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
         raise TracksError(
-            f"{path}: cannot be read ({why}); give a CSV file with a heading, or a .parquet one"
+            f"{path}: cannot be read ({reason}); give a CSV file with a header, or a .parquet file"
         ) from error
 
 
 def _numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:
-    """(N,) finite numbers, whole ones where the column holds such."""
+    """Return (N,) finite numbers, as integers if the column has an integer type."""
     values: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
     require(path, cells, np.isfinite(values), "should be a number")
     if column.kind is not np.int64:
         return values
-    require(path, cells, (values == np.rint(values)) & (np.abs(values) < 2**53), "should be a whole number")
+    require(path, cells, (values == np.rint(values)) & (np.abs(values) < 2**53), "should be an integer")
     return values.astype(np.int64)
 
 
 def _status(path: Path, table: pd.DataFrame) -> npt.NDArray[np.uint8]:
-    """(N,) `Status`; of a file that does not tell, all are confirmed."""
+    """Return (N,) `Status`; all are confirmed if the file has no such column."""
     if "status" not in table:
         return np.full(len(table), Status.CONFIRMED, np.uint8)
     names = {status.name.lower(): status for status in Status}
-    good = table["status"].isin(list(names)).to_numpy(np.bool_)
-    require(path, table["status"], good, f"should be one of {', '.join(names)}")
+    valid = table["status"].isin(list(names)).to_numpy(np.bool_)
+    require(path, table["status"], valid, f"should be one of {', '.join(names)}")
     return np.array([names[name] for name in table["status"]], dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""Tracks that another program made of recorded scans, as answers to these scans."""
+"""Tracks from a file of another program, as a device under test for recorded scans."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,44 +14,44 @@ from tracker.records import MODELS, Tracks
 from tracker.scan import Scan
 
 TIME_TOLERANCE_S = 1e-3
-"""By which a row's time may miss its scan's: programs print times with few digits."""
+"""[s] Tolerance between the time of a row and of its scan: programs round times."""
 
 
 class TrackFile:
-    """A device under test that answers each scan with the tracks that a file has for it.
+    """Device under test that returns the tracks of a file for each scan.
 
     Parameters
     ----------
     path
-        The file.
+        Path of the file.
     time_s
         (F,) times of the scans [s].
 
     Raises
     ------
     TracksError
-        The file breaks the layout, or is of other scans.
+        The file has an invalid layout, or belongs to other scans.
     """
 
     def __init__(self, path: Path, time_s: Floats) -> None:
         rows = track_columns.read(path)
         frame = _frames(path, rows, time_s)
-        _refuse_twins(path, rows["track_id"].to_numpy(), frame)
+        _refuse_duplicates(path, rows["track_id"].to_numpy(), frame)
         order = np.argsort(frame, kind="stable")
         ends = np.searchsorted(frame[order], np.arange(1, len(time_s)))
-        self._answers: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
+        self._tracks_by_frame: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
 
     def step(self, scan: Scan) -> Tracks:
         """Return the tracks of the next scan."""
-        return _tracks(next(self._answers), scan)
+        return _tracks(next(self._tracks_by_frame), scan)
 
 
 def _frames(path: Path, rows: pd.DataFrame, time_s: Floats) -> Ints:
-    """(N,) frame of each row."""
+    """Return (N,) frame number of each row."""
     if "frame" in rows:
         frame: Ints = rows["frame"].to_numpy()
-        there = (frame >= 0) & (frame < len(time_s))
-        track_columns.require(path, rows["frame"], there, f"the run has frames 0 to {len(time_s) - 1}")
+        known = (frame >= 0) & (frame < len(time_s))
+        track_columns.require(path, rows["frame"], known, f"the run has frames 0 to {len(time_s) - 1}")
         return frame
     time = rows["time_s"].to_numpy()
     nearest: Ints = np.searchsorted(0.5 * (time_s[1:] + time_s[:-1]), time)
@@ -60,40 +60,40 @@ def _frames(path: Path, rows: pd.DataFrame, time_s: Floats) -> Ints:
     return nearest
 
 
-def _refuse_twins(path: Path, track_id: Ints, frame: Ints) -> None:
-    twin = pd.DataFrame({"frame": frame, "track_id": track_id}).duplicated().to_numpy(np.bool_)
-    if twin.any():
-        row = int(np.argmax(twin))
+def _refuse_duplicates(path: Path, track_id: Ints, frame: Ints) -> None:
+    duplicate = pd.DataFrame({"frame": frame, "track_id": track_id}).duplicated().to_numpy(np.bool_)
+    if duplicate.any():
+        row = int(np.argmax(duplicate))
         raise TracksError(
-            f"{path}: column track_id, row {row + 1}: {track_id[row]}: is in frame {frame[row]} already; "
-            "give each track one row in a frame"
+            f"{path}: column track_id, row {row + 1}: {track_id[row]}: occurs twice in frame {frame[row]}; "
+            "give each track one row per frame"
         )
 
 
 def _tracks(rows: pd.DataFrame, scan: Scan) -> Tracks:
-    """Fill in the record; the corner it names is the nearest to the ego.
+    """Return the rows of a frame as tracks; the reference corner is the one nearest to the ego.
 
-    What a file does not tell is NaN, the selected model -1, and no metric is made of it.
+    Fields that are not in the file are NaN, and the selected model is -1; metrics ignore them.
     """
     count = len(rows)
     pose_odom = rows[["x_odom_m", "y_odom_m", "heading_odom_rad"]].to_numpy(np.float64)
     size = rows[["length_m", "width_m"]].to_numpy(np.float64)
     sign = nearest_sign(np.column_stack([into_frame(pose_odom, scan.ego_pose_odom), size]))
-    mean = _untold(count, 8)
+    mean = _unknown(count, 8)
     mean[:, :2] = pose_odom[:, :2] + turned(0.5 * sign * size, pose_odom[:, 2])
     mean[:, 6] = pose_odom[:, 2]
     return Tracks(
         id=rows["track_id"].to_numpy(np.int64),
         status=rows["status"].to_numpy(np.uint8),
         mean=mean,
-        covariance=_untold(count, 8, 8),
-        model_probability=_untold(count, len(MODELS)),
+        covariance=_unknown(count, 8, 8),
+        model_probability=_unknown(count, len(MODELS)),
         model=np.full(count, -1),
-        model_position_odom=_untold(count, len(MODELS), 2),
+        model_position_odom=_unknown(count, len(MODELS), 2),
         corner_sign=sign,
         size=size,
     )
 
 
-def _untold(*shape: int) -> Floats:
+def _unknown(*shape: int) -> Floats:
     return np.full(shape, np.nan)

@@ -1,1 +1,1 @@
-"""The adversary: looks for the smallest disturbance that breaks the tracker, and shrinks it to a scenario file."""
+"""Adversarial search: finds the smallest disturbance that makes the tracker fail, and reduces it to a scenario file."""

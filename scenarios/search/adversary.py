@@ -1,4 +1,4 @@
-"""`luxloop search`: hunt, shrink, write the scenario file, and run it once more with a recording."""
+"""`luxloop search`: optimise, reduce, write the scenario file of the finding, and run it with a recording."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,123 +11,128 @@ from scenarios.execute import ExecutedRun, execute
 from scenarios.files.scenario import Scenario
 from scenarios.run import device
 from scenarios.search import finding_file, reductions
-from scenarios.search.evaluator import Bench, CarryOut, Json
-from scenarios.search.optimise import Tell, hunt
+from scenarios.search.evaluator import Evaluator, Executor, Json
+from scenarios.search.optimise import Notify, optimise
 from scenarios.search.shrink import shrink
-from scenarios.study import dask_runs
 from scenarios.study.design import source
 from scenarios.study.parameter import Value
 from scenarios.study.study_file import Search, Study
 
-ANSWERS, RUN = "answers.jsonl", "run"
+EVALUATIONS, RUN = "answers.jsonl", "run"
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """The smallest failure that was found."""
+class Finding:
+    """The smallest failure found."""
 
     file: Path
-    """The scenario file."""
+    """Scenario file."""
     outcome: ExecutedRun
-    """Of its run."""
+    """Run of the scenario file."""
     what: str
-    """What happens, and in which frame."""
+    """Value of the metric, its limit and the worst frame."""
 
 
 def search(
-    study: Study, tracker: str, out: Path, tell: Tell, workers: int = 1, scheduler: str | None = None
-) -> Found | None:
-    """Look for the smallest disturbance that makes the study's metric fail; None if none of the trials did.
+    study: Study, tracker: str, out: Path, notify: Notify, workers: int = 1, scheduler: str | None = None
+) -> Finding | None:
+    """Find the smallest disturbance with which the study's metric fails; None if no trial fails.
 
     Parameters
     ----------
     study
-        With a `[search]` table.
+        Study with a `[search]` table.
     tracker
         MODULE:NAME of the device under test.
     out
-        Folder of the scenario file, its run and the answers of all trials; of an earlier start none is run again.
-    tell
-        Is told every step, a line each.
+        Folder of the scenario file, its run and the evaluations of all trials; those of an earlier start are reused.
+    notify
+        Receives a line of text for every step.
     workers
-        Processes of this computer, unless
+        Number of local processes; not used with a scheduler.
     scheduler
-        names a Dask scheduler.
+        Address of a Dask scheduler.
 
     Raises
     ------
     StudyError
-        There is no `[search]`, the undisturbed scenario cannot be run, or the finding does not repeat itself.
+        The study has no `[search]`, the undisturbed scenario cannot run, or the finding is not reproducible.
     OutputError
         The folder cannot be written.
     Interrupted
-        Ctrl-C; all answers that came in are on disk.
+        Ctrl-C was pressed; all evaluations received so far are on disk.
     """
     if study.search is None:
-        raise StudyError(f"{study.path}: no [search] table; add one with the metric that is to fail, and its limit")
-    wanted, (stage, path) = study.search, source(study)
-    device.load(tracker)  # that there is none should be told once, not by every answer
+        raise StudyError(f"{study.path}: no [search] table; add one with the metric that should fail, and its limit")
+    goal, (stage, path) = study.search, source(study)
+    device.load(tracker)  # an invalid tracker is reported once, not by every evaluation
 
     def make(parameters: dict[str, Value], seed: int) -> Json:
         document = {**stage({**study.fixed, **parameters}), "seed": seed}
-        return {**document, "expect": finding_file.expectation(wanted.metric, wanted.limit, "")}
+        return {**document, "expect": finding_file.expectation(goal.metric, goal.limit, "")}
 
-    with _side_by_side(min(workers, wanted.at_once), scheduler) as carry_out:
-        bench = Bench(wanted, path, tracker, out / ANSWERS, carry_out)
-        if bench.known:
-            tell(f"{bench.known} answers of an earlier start are taken up")
+    with _executor(min(workers, goal.at_once), scheduler) as execute_runs:
+        evaluator = Evaluator(goal, path, tracker, out / EVALUATIONS, execute_runs)
+        if evaluator.known:
+            notify(f"{evaluator.known} evaluations of an earlier start are reused")
         try:
-            found = hunt(study, bench, make, tell)
-            if found is None:
-                tell(f"no failure in {bench.runs} runs: {wanted.metric} kept to {wanted.limit}")
+            best = optimise(study, evaluator, make, notify)
+            if best is None:
+                notify(f"no failure in {evaluator.runs} runs: {goal.metric} kept to {goal.limit}")
                 return None
-            hunted = bench.runs
-            smallest = shrink(study, found, bench, make, tell)
+            search_runs = evaluator.runs
+            smallest = shrink(study, best, evaluator, make, notify)
         except KeyboardInterrupt as error:
-            told = f"interrupted; {bench.known} answers are in {out / ANSWERS}, the same command goes on from there"
-            raise Interrupted(told) from error
-        tell(f"{hunted} runs to find it, {bench.runs - hunted} to shrink it")
-        return _reproduced(study, wanted, smallest, bench, out)
+            raise Interrupted(
+                f"interrupted; {evaluator.known} evaluations are in {out / EVALUATIONS}; run the same command to resume"
+            ) from error
+        notify(f"{search_runs} runs to find it, {evaluator.runs - search_runs} to reduce it")
+        return _reproduce(study, goal, smallest, evaluator, out)
 
 
 @contextmanager
-def _side_by_side(workers: int, scheduler: str | None) -> Iterator[CarryOut | None]:
-    """Give what carries out runs on workers; nothing, where this process is enough."""
+def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
+    """Yield a function that executes runs on workers; None for a single worker, which needs no other process."""
     if workers == 1 and scheduler is None:
         yield None
     else:
+        from scenarios.study import dask_runs  # imports dask, which is slow and optional
+
         with dask_runs.connect(workers, scheduler) as client:
             yield partial(dask_runs.rows_of, client)
 
 
-def _reproduced(study: Study, wanted: Search, document: Json, bench: Bench, out: Path) -> Found:
-    """Write the file, and run it as anybody will."""
-    answer = bench.ask(document)
-    what = _tell_failure(wanted, document, bench)
+def _reproduce(study: Study, goal: Search, document: Json, evaluator: Evaluator, out: Path) -> Finding:
+    """Write the scenario file, run it as `luxloop run` does, and compare the trace hash."""
+    evaluation = evaluator.evaluate(document)
+    what = _describe_failure(goal, document, evaluator)
     file = out / f"{study.path.stem}.toml"
-    named = {
+    scenario = {
         **document,
         "description": f"Found by luxloop search in {study.path.name}, the smallest failure: {_scene(document)}.",
         "reason": study.description,
-        "expect": finding_file.expectation(wanted.metric, wanted.limit, what),
+        "expect": finding_file.expectation(goal.metric, goal.limit, what),
     }
-    finding_file.write(named, bench.path, file)
-    outcome = execute(Scenario.load(file), device.load(bench.tracker), out / RUN)
-    if outcome.result.trace_hash != answer.trace_hash:
-        raise StudyError(f"{file}: does not repeat itself: is {bench.tracker} deterministic? (luxloop check-tracker)")
-    return Found(file, outcome, what)
+    finding_file.write(scenario, evaluator.path, file)
+    outcome = execute(Scenario.load(file), device.load(evaluator.tracker), out / RUN)
+    if outcome.result.trace_hash != evaluation.trace_hash:
+        raise StudyError(
+            f"{file}: a second run gives another result; check that {evaluator.tracker} is deterministic "
+            "with luxloop check-tracker"
+        )
+    return Finding(file, outcome, what)
 
 
-def _tell_failure(wanted: Search, document: Json, bench: Bench) -> str:
-    """Say what is seen; why it is so is for a person to find out."""
-    value = bench.ask(document).value
-    worst = reductions.failing_frame(document, bench)
+def _describe_failure(goal: Search, document: Json, evaluator: Evaluator) -> str:
+    """Return the symptom: the value, the limit and the worst frame; the cause is left to the reader."""
+    value = evaluator.evaluate(document).value
+    worst = reductions.worst_frame(document, evaluator)
     where = f"; worst in {worst}" if worst else ""
-    return f"{value:.4g} where {wanted.limit} is wanted{where}"
+    return f"{value:.4g} where {goal.limit} is wanted{where}"
 
 
 def _scene(document: Json) -> str:
-    """Count what is in it."""
+    """Return a short description of the scene: the number of actors and obstacles, and the duration."""
     traffic = document["traffic"]
     counts = [(len(traffic.get(kind, [])), kind) for kind in ("actor", "obstacle")]
     scene = " and ".join(f"{count} {kind}{'s' * (count > 1)}" for count, kind in counts if count)

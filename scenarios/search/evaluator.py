@@ -1,4 +1,4 @@
-"""The bench on which a search tries scenarios. What came out is kept on disk: a second start repeats no run."""
+"""Evaluation of scenarios for a search; results are stored on disk, so that a restart repeats no run."""
 
 import json
 from collections.abc import Callable, Iterable
@@ -11,111 +11,114 @@ from scenarios.search.objective import fails
 from scenarios.study import append_log
 from scenarios.study.design import StudyRun
 from scenarios.study.study_file import Search
-from scenarios.study.worker import BROKEN, Row, carry_out
+from scenarios.study.worker import BROKEN, RunRow, carry_out
 
 Json = dict[str, Any]
 
-CarryOut = Callable[[list[StudyRun]], Iterable[list[Row]]]
-"""Carries out runs, and gives their rows as they come."""
+Executor = Callable[[list[StudyRun]], Iterable[list[RunRow]]]
+"""Executes runs, and yields their rows in batches, as they complete."""
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
-    """What came out of one run."""
+class Evaluation:
+    """Result of one run."""
 
     key: str
-    """Of the run, see `Run.key`."""
+    """Key of the run, see `StudyRun.key`."""
     value: float | None
-    """Of the metric; None where the run did not come to its end, or the metric does not apply."""
+    """Value of the metric; None if the run did not complete, or the metric does not apply."""
     trace_hash: str
     error: str
-    """Why there is no value: of a run that failed or ended early."""
+    """Error of a run that failed or ended early."""
 
 
-class Bench:
-    """Runs scenarios for one metric.
+class Evaluator:
+    """Evaluates scenarios by one metric.
 
     Parameters
     ----------
     search
-        The metric and its limit.
+        Metric and limit.
     path
-        Where the scenarios' file would be: its folder is where paths in them start.
+        Path that the scenarios' file would have: paths in the scenarios are relative to its folder.
     tracker
         MODULE:NAME of the device under test.
     log
-        File of the answers, a line of JSON each; those of an earlier start are taken up.
-    carry_out
-        As `engine.rows_of` with its client; one run after the other in this process, if left out.
+        Append log of the evaluations, one JSON object per line; those of an earlier start are reused.
+    execute_runs
+        Executes runs, e.g. `dask_runs.rows_of` with a client; default: sequential execution in this process.
 
     Raises
     ------
     OutputError
-        The file cannot be read, or holds something else.
+        The log cannot be read, or is not a log of evaluations.
     """
 
-    def __init__(self, search: Search, path: Path, tracker: str, log: Path, carry_out: CarryOut | None = None) -> None:
+    def __init__(
+        self, search: Search, path: Path, tracker: str, log: Path, execute_runs: Executor | None = None
+    ) -> None:
         self.search, self.path, self.tracker = search, path, tracker
-        self._log, self._carry_out = log, carry_out or _here
-        self._answers = _read(log)
+        self._log, self._execute_runs = log, execute_runs or _execute_sequentially
+        self._evaluations = _read(log)
         self.runs = 0
-        """Scenarios tried so far, whether they had to be run or were known."""
+        """Number of scenarios evaluated so far, including those known from the log."""
 
     @property
     def known(self) -> int:
-        """Scenarios whose answer is there."""
-        return len(self._answers)
+        """Number of scenarios whose evaluation is known."""
+        return len(self._evaluations)
 
-    def ask(self, document: Json) -> Answer:
-        """Run a scenario, unless it has been before."""
-        (answer,) = self.ask_all([document])
-        return answer
+    def evaluate(self, document: Json) -> Evaluation:
+        """Return the evaluation of a scenario; run it if it is not known."""
+        (evaluation,) = self.evaluate_all([document])
+        return evaluation
 
-    def ask_all(self, documents: list[Json]) -> list[Answer]:
-        """Run scenarios side by side, but for those that have been run before; their answers in the same order."""
+    def evaluate_all(self, documents: list[Json]) -> list[Evaluation]:
+        """Return the evaluations of scenarios in the same order; run those that are not known in parallel."""
         runs = [
             StudyRun(self.runs + n, {}, document["seed"], document, self.path, self.tracker)
             for n, document in enumerate(documents, 1)
         ]
         self.runs += len(runs)
-        new = {run.key: run for run in runs if run.key not in self._answers}
-        for rows in self._carry_out(list(new.values())) if new else ():
+        new = {run.key: run for run in runs if run.key not in self._evaluations}
+        for rows in self._execute_runs(list(new.values())) if new else ():
             for row in rows:
-                self._keep(self._answer(row))
-        return [self._answers[run.key] for run in runs]
+                self._store(self._evaluation(row))
+        return [self._evaluations[run.key] for run in runs]
 
     def fails(self, document: Json) -> bool:
-        """Whether the metric breaks its limit in a scenario."""
-        return fails(self.search.limit, self.ask(document).value)
+        """Return True if the metric violates its limit in a scenario."""
+        return fails(self.search.limit, self.evaluate(document).value)
 
-    def _answer(self, row: Row) -> Answer:
-        ended = row["status"] in BROKEN
-        return Answer(row["key"], None if ended else row.get(self.search.metric), row["trace_hash"], row["error"])
+    def _evaluation(self, row: RunRow) -> Evaluation:
+        broken = row["status"] in BROKEN
+        return Evaluation(row["key"], None if broken else row.get(self.search.metric), row["trace_hash"], row["error"])
 
-    def _keep(self, answer: Answer) -> None:
-        self._answers[answer.key] = answer
+    def _store(self, evaluation: Evaluation) -> None:
+        self._evaluations[evaluation.key] = evaluation
         try:
-            append_log.append(self._log, json.dumps(asdict(answer)) + "\n")
+            append_log.append(self._log, json.dumps(asdict(evaluation)) + "\n")
         except OSError as error:
             raise OutputError(
-                f"{self._log}: cannot write there ({error.strerror}); what is done is kept: make room, start again"
+                f"{self._log}: cannot write there ({error.strerror}); earlier evaluations are stored: "
+                "free some space and run the same command to resume"
             ) from error
 
 
-def _here(runs: list[StudyRun]) -> Iterable[list[Row]]:
+def _execute_sequentially(runs: list[StudyRun]) -> Iterable[list[RunRow]]:
     for run in runs:
         yield [carry_out(run)]
 
 
-def _read(log: Path) -> dict[str, Answer]:
-    """Read the answers; a last line that a kill cut short is dropped."""
+def _read(log: Path) -> dict[str, Evaluation]:
+    """Return the evaluations of a log by key; an incomplete last line is removed."""
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
-        append_log.forget_a_torn_line(log)
+        append_log.truncate_partial_line(log)
         lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
-        answers = [Answer(**json.loads(line)) for line in lines]
+        evaluations = [Evaluation(**json.loads(line)) for line in lines]
     except OSError as error:
         raise OutputError(f"{log}: {error.strerror}; choose another folder with --out") from error
     except (ValueError, TypeError) as error:
-        raise OutputError(f"{log}: holds no answers of a search; choose a new folder with --out") from error
-    return {answer.key: answer for answer in answers}
+        raise OutputError(f"{log}: not a log of a search; choose a new folder with --out") from error
+    return {evaluation.key: evaluation for evaluation in evaluations}

@@ -1,4 +1,4 @@
-"""The scenario file of a finding: what fails, with which seed, ready for the catalog."""
+"""Scenario file of a finding, ready for the catalog: the failing scenario with its seed and its expectation."""
 
 import copy
 import os
@@ -15,14 +15,14 @@ from scenarios.files.expect import Limit
 from scenarios.search.evaluator import Json
 
 HEAD = ("description", "reason", "suite", "seed", "duration_s", "traffic")
-"""The order in which a person reads a scenario; what else there is follows, `[expect]` last."""
+"""First keys of the file, in this order; all other keys follow, `[expect]` last."""
 
 _NUMBERS = re.compile(r"\[\n\s*([\w\s.,+-]+?),\n\s*\]")
-"""A list of numbers or truth values as tomli_w writes it, each on a line of its own."""
+"""List of numbers or booleans as tomli_w writes it, one item per line."""
 
 
 def expectation(metric: str, limit: Limit, known_failure: str) -> Json:
-    """Return the `[expect]` table that says what is found to fail."""
+    """Return an `[expect]` table with one limit; `known_failure` describes the failure."""
     table = {"min": limit.min, "max": limit.max, "unit": limit.unit, "need": limit.need, "known_failure": known_failure}
     return {metric: {key: _plain(value) for key, value in table.items() if value not in (None, "")}}
 
@@ -33,16 +33,16 @@ def write(document: Json, made_at: Path, path: Path) -> None:
     Parameters
     ----------
     document
-        What stands in it.
+        Content of the file.
     made_at
-        Where the paths in it start: a file in that folder.
+        File to which relative paths in the document refer.
     path
-        The file to write; paths in it are changed so that they start there.
+        File to write; relative paths are changed to refer to it.
 
     Raises
     ------
     OutputError
-        It cannot be written.
+        The file cannot be written.
     """
     moved = _moved(document, made_at.parent, path.parent)
     last = [key for key in moved if key not in (*HEAD, "expect")]
@@ -55,27 +55,27 @@ def write(document: Json, made_at: Path, path: Path) -> None:
 
 
 def _text(document: Json) -> str:
-    """Write TOML with short lists on one line."""
+    """Return TOML text with lists of numbers on one line."""
     return _NUMBERS.sub(lambda found: f"[{' '.join(found[1].split())}]", tomli_w.dumps(document))
 
 
 def _plain(value: Any) -> Any:
-    """Write 0 rather than 0.0, as people do."""
+    """Return 0 for 0.0, which is easier to read."""
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _moved(document: Json, start: Path, new_start: Path) -> Json:
-    """Return a copy whose paths lead from another folder to the same files."""
+    """Return a copy with relative paths that lead from a new folder to the same files."""
     moved = copy.deepcopy(document)
-    for place, key in _paths(moved):
-        value = place[key]
+    for container, key in _paths(moved):
+        value = container[key]
         if value:
-            place[key] = Path(os.path.relpath(start / value, new_start)).as_posix()
+            container[key] = Path(os.path.relpath(start / value, new_start)).as_posix()
     return moved
 
 
 def _paths(document: Json) -> Iterator[tuple[Any, str | int]]:
-    """Yield where paths stand in a scenario: the list or table, and the index or key."""
+    """Yield the location of every path in a scenario: the list or table, and the index or key."""
     traffic = document["traffic"]
     for key in ("config", "net", "file"):
         if traffic.get("kind") != "highway-env" and key in traffic:

@@ -1,4 +1,4 @@
-"""The hunt: optuna proposes disturbances, the smallest with which the metric fails is kept."""
+"""Optimisation of the disturbance: optuna proposes trials; the smallest one that fails is kept."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -8,28 +8,28 @@ from typing import TYPE_CHECKING, cast
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.files.scenario import Scenario
 from scenarios.run import progress
-from scenarios.search.evaluator import Bench, Json
-from scenarios.search.initial_trials import ends
+from scenarios.search.evaluator import Evaluator, Json
+from scenarios.search.initial_trials import initial_trials
 from scenarios.search.objective import fails, score, size
-from scenarios.study.parameter import Value, Vary
+from scenarios.study.parameter import Parameter, Value
 from scenarios.study.study_file import Study
 
 if TYPE_CHECKING:
     import optuna
 
 SAMPLING_SEED = 0
-"""Of optuna's sampler: the same study makes the same proposals, today and tomorrow."""
+"""Seed of optuna's sampler; fixed, so that a study always gets the same proposals."""
 
-Tell = Callable[[str], None]
-"""Is told a line of the story."""
+Notify = Callable[[str], None]
+"""Receives a line of progress."""
 
 Make = Callable[[dict[str, Value], int], Json]
-"""Makes a scenario's document of parameters and a seed."""
+"""Makes a scenario document from parameters and a seed."""
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """A disturbance, proposed to fail or found to."""
+class Disturbance:
+    """A combination of parameters and a seed."""
 
     parameters: dict[str, Value]
     seed: int
@@ -37,93 +37,93 @@ class Finding:
     """See `objective.size`."""
 
 
-def hunt(study: Study, bench: Bench, make: Make, tell: Tell) -> Finding | None:
-    """Look for the smallest disturbance with which the metric fails; None if none was met.
+def optimise(study: Study, evaluator: Evaluator, make: Make, notify: Notify) -> Disturbance | None:
+    """Find the smallest disturbance with which the metric fails; None if no trial fails.
 
-    First nothing is disturbed: what fails then needs no search. Then one and two parameters go to the ends of their
-    ranges (`tries.ends`). After that a tree-structured Parzen estimator (Bergstra et al. 2011), which has seen all
-    that, proposes the parameters, with one of the study's seeds and `at_once` runs at a time: which runs these are
-    depends on the answers alone, not on who runs them or in which order they end.
+    The first trial is undisturbed: if it fails, no search is needed. The next ones set one or two parameters to the
+    ends of their ranges (`initial_trials`). Then a tree-structured Parzen estimator (Bergstra et al. 2011) that has
+    seen all of them proposes the parameters and one of the study's seeds, in batches of `at_once`. The proposals depend
+    on the evaluations only, not on the number of workers or the order in which runs end.
 
     Raises
     ------
     StudyError
-        The undisturbed scenario is none that can be run, or does not show the metric.
+        The undisturbed scenario cannot run, or has no value of the metric.
     """
-    neutral = Finding({vary.key: _neutral(vary) for vary in study.vary}, study.seed_list[0], 0.0)
-    if _undisturbed_fails(study, bench, make, neutral):
-        tell("it fails with nothing disturbed")
+    neutral = Disturbance({parameter.key: _neutral(parameter) for parameter in study.vary}, study.seed_list[0], 0.0)
+    if _undisturbed_fails(study, evaluator, make, neutral):
+        notify("the undisturbed scenario fails")
         return neutral
-    best: Finding | None = None
-    proposals = _proposals()
-    for first in ends(study, bench.search.trials):
-        proposals.enqueue_trial(first)
-    count, at_once = bench.search.trials, bench.search.at_once
+    best: Disturbance | None = None
+    sampler = _sampler()
+    for parameters in initial_trials(study, evaluator.search.trials):
+        sampler.enqueue_trial(parameters)
+    count, at_once = evaluator.search.trials, evaluator.search.at_once
     with progress.runs(study.path.stem, count, done=1) as advance:
         for done in range(1, count, at_once):
-            trials = [proposals.ask() for _ in range(min(at_once, count - done))]
+            trials = [sampler.ask() for _ in range(min(at_once, count - done))]
             proposed = [_propose(trial, study) for trial in trials]
-            for trial, one, value in zip(trials, proposed, _values(bench, make, proposed), strict=True):
-                proposals.tell(trial, score(bench.search.limit, value, one.size))
-                if fails(bench.search.limit, value) and (best is None or one.size < best.size):
+            for trial, one, value in zip(trials, proposed, _values(evaluator, make, proposed), strict=True):
+                sampler.tell(trial, score(evaluator.search.limit, value, one.size))
+                if fails(evaluator.search.limit, value) and (best is None or one.size < best.size):
                     best = one
-                    tell(f"fails at size {one.size:.3f} with {spell(one.parameters)}, seed = {one.seed}")
+                    notify(f"fails at size {one.size:.3f} with {as_text(one.parameters)}, seed = {one.seed}")
             advance(len(trials))
     return best
 
 
-def spell(parameters: dict[str, Value]) -> str:
-    """Write parameters in a line."""
+def as_text(parameters: dict[str, Value]) -> str:
+    """Return parameters as one line of text."""
     return ", ".join(
         f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}" for key, value in parameters.items()
     )
 
 
-def _undisturbed_fails(study: Study, bench: Bench, make: Make, neutral: Finding) -> bool:
+def _undisturbed_fails(study: Study, evaluator: Evaluator, make: Make, neutral: Disturbance) -> bool:
     try:
         document = make(neutral.parameters, neutral.seed)
-        Scenario.of(document, bench.path)
+        Scenario.of(document, evaluator.path)
     except ScenarioError as error:
         raise StudyError(f"{study.path}: with nothing disturbed: {error}") from error
-    answer = bench.ask(document)
-    if answer.error:
-        raise StudyError(f"{study.path}: with nothing disturbed: {answer.error}")
-    return fails(bench.search.limit, answer.value)
+    evaluation = evaluator.evaluate(document)
+    if evaluation.error:
+        raise StudyError(f"{study.path}: with nothing disturbed: {evaluation.error}")
+    return fails(evaluator.search.limit, evaluation.value)
 
 
-def _values(bench: Bench, make: Make, proposed: list[Finding]) -> list[float | None]:
-    """Run what was proposed; what a staged scene refuses to stage shows nothing."""
+def _values(evaluator: Evaluator, make: Make, proposed: list[Disturbance]) -> list[float | None]:
+    """Return the metric of each proposal; None if the scene function rejects the parameters."""
     documents: dict[int, Json] = {}
     for n, one in enumerate(proposed):
         with suppress(StudyError):
             documents[n] = make(one.parameters, one.seed)
-    answers = dict(zip(documents, bench.ask_all(list(documents.values())), strict=True))
-    return [answers[n].value if n in answers else None for n in range(len(proposed))]
+    evaluations = dict(zip(documents, evaluator.evaluate_all(list(documents.values())), strict=True))
+    return [evaluations[n].value if n in evaluations else None for n in range(len(proposed))]
 
 
-def _proposals() -> "optuna.Study":
-    import optuna  # slow to import
+def _sampler() -> "optuna.Study":
+    import optuna  # slow to import, and optional
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    # A liar takes runs that are not back yet for bad ones, and so proposes unlike runs at once.
+    # The constant liar assumes a bad score for pending trials, so that a batch contains different proposals.
     sampler = optuna.samplers.TPESampler(seed=SAMPLING_SEED, constant_liar=True)
     return optuna.create_study(sampler=sampler)
 
 
-def _propose(trial: "optuna.Trial", study: Study) -> Finding:
-    parameters = {vary.key: _propose_value(trial, vary) for vary in study.vary}
+def _propose(trial: "optuna.Trial", study: Study) -> Disturbance:
+    parameters = {parameter.key: _propose_value(trial, parameter) for parameter in study.vary}
     seed = trial.suggest_categorical("seed", study.seed_list)
-    return Finding(parameters, seed, size(study.vary, parameters))
+    return Disturbance(parameters, seed, size(study.vary, parameters))
 
 
-def _propose_value(trial: "optuna.Trial", vary: Vary) -> Value:
-    if vary.values is not None:
-        return cast(Value, trial.suggest_categorical(vary.key, vary.values))
-    assert vary.low is not None
-    assert vary.high is not None
-    return trial.suggest_float(vary.key, vary.low, vary.high, log=vary.scale == "log")
+def _propose_value(trial: "optuna.Trial", parameter: Parameter) -> Value:
+    if parameter.values is not None:
+        return cast(Value, trial.suggest_categorical(parameter.key, parameter.values))
+    assert parameter.low is not None
+    assert parameter.high is not None
+    return trial.suggest_float(parameter.key, parameter.low, parameter.high, log=parameter.scale == "log")
 
 
-def _neutral(vary: Vary) -> Value:
-    assert vary.neutral is not None
-    return vary.neutral
+def _neutral(parameter: Parameter) -> Value:
+    assert parameter.neutral is not None
+    return parameter.neutral

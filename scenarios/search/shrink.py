@@ -1,6 +1,6 @@
-"""Shrinking a finding: whatever can go while the metric still fails, goes. Every step is run with the same seed.
+"""Reduction of a failing disturbance to a smaller scenario that still fails; every step runs with the same seed.
 
-The parameters return to neutral, and the scene loses what it does not need; again and again, until nothing more can go.
+Parameters return towards neutral, and unnecessary elements of the scene are removed, until no step succeeds.
 """
 
 from collections.abc import Callable
@@ -8,72 +8,89 @@ from itertools import chain, repeat
 
 from scenarios.errors import StudyError
 from scenarios.search import reductions
-from scenarios.search.evaluator import Bench, Json
+from scenarios.search.evaluator import Evaluator, Json
 from scenarios.search.objective import distance, size
-from scenarios.search.optimise import Finding, Make, Tell, spell
-from scenarios.study.parameter import Value, Vary
+from scenarios.search.optimise import Disturbance, Make, Notify, as_text
+from scenarios.study.parameter import Parameter, Value
 from scenarios.study.study_file import Study
 
 HALVINGS = 5
-"""Of the way back to neutral: what is left is at most a thirty-second of it too far."""
+"""Number of bisections towards neutral: the remaining excess is at most 1/32 of the interval."""
 
 
-def shrink(study: Study, finding: Finding, bench: Bench, make: Make, tell: Tell) -> Json:
-    """Return the smallest scenario to which a finding shrinks."""
-    parameters, cuts = dict(finding.parameters), list[reductions.Cut]()
+def shrink(study: Study, disturbance: Disturbance, evaluator: Evaluator, make: Make, notify: Notify) -> Json:
+    """Return the smallest scenario found by reducing a failing disturbance.
+
+    Parameters
+    ----------
+    study
+        Study with the varied parameters and their neutral values.
+    disturbance
+        Failing disturbance.
+    evaluator
+        Metric, limit and tracker.
+    make
+        Makes a scenario document from parameters and a seed.
+    notify
+        Receives a line of text for every successful step.
+    """
+    parameters, applied = dict(disturbance.parameters), list[reductions.Reduction]()
 
     def scene() -> Json:
-        return reductions.carry_out(cuts, make(parameters, finding.seed))
+        return reductions.apply_all(applied, make(parameters, disturbance.seed))
 
     while True:
-        before = (dict(parameters), len(cuts))
-        for vary in study.vary:
-            _calm(vary, parameters, lambda: bench.fails(scene()), tell)
-        for cut in (cut for kind in reductions.KINDS for cut in kind(scene())):
-            smaller = cut.apply(scene())
-            if smaller != scene() and bench.fails(smaller):
-                cuts.append(cut)
-                tell(cut.what)
-        if before == (parameters, len(cuts)):
+        before = (dict(parameters), len(applied))
+        for parameter in study.vary:
+            _reduce_parameter(parameter, parameters, lambda: evaluator.fails(scene()), notify)
+        for reduction in (reduction for kind in reductions.KINDS for reduction in kind(scene())):
+            smaller = reduction.apply(scene())
+            if smaller != scene() and evaluator.fails(smaller):
+                applied.append(reduction)
+                notify(reduction.what)
+        if before == (parameters, len(applied)):
             break
-    tell(f"its size was {finding.size:.3f} and is {size(study.vary, parameters):.3f}")
-    return reductions.end(scene(), bench, tell)
+    notify(f"size reduced from {disturbance.size:.3f} to {size(study.vary, parameters):.3f}")
+    return reductions.shorten(scene(), evaluator, notify)
 
 
-def _calm(vary: Vary, parameters: dict[str, Value], fails: Callable[[], bool], tell: Tell) -> None:
-    """Bring one of the parameters as near to neutral as it still fails."""
-    before = parameters[vary.key]
+def _reduce_parameter(
+    parameter: Parameter, parameters: dict[str, Value], fails: Callable[[], bool], notify: Notify
+) -> None:
+    """Move one parameter as close to neutral as the failure allows."""
+    key = parameter.key
+    before = parameters[key]
 
     def still_fails(value: Value) -> bool:
-        parameters[vary.key] = value
+        parameters[key] = value
         try:
             return fails()
-        except StudyError:  # no scene can be staged so
+        except StudyError:  # the scene function rejects the value
             return False
 
-    parameters[vary.key] = towards_neutral(vary, before, still_fails)
-    if parameters[vary.key] != before:
-        tell(f"{spell({vary.key: parameters[vary.key]})} is enough" + _was(vary, parameters[vary.key], before))
+    parameters[key] = towards_neutral(parameter, before, still_fails)
+    if parameters[key] != before:
+        notify(f"{as_text({key: parameters[key]})} is enough" + _reduced_from(parameter, parameters[key], before))
 
 
-def towards_neutral(vary: Vary, value: Value, still_fails: Callable[[Value], bool]) -> Value:
-    """Return the value nearest to neutral, of those tried, with which it still fails; with `value` it does.
+def towards_neutral(parameter: Parameter, value: Value, still_fails: Callable[[Value], bool]) -> Value:
+    """Return the value nearest to neutral, of those tried, that still fails; `value` itself fails.
 
-    Of a range, neutral itself is tried, then the way between is halved, in numbers of three digits; of listed values,
-    all nearer ones are.
+    Neutral is tried first. A range is then bisected with values of three significant digits; of listed values, all
+    those nearer to neutral are tried.
     """
-    assert vary.neutral is not None
-    if value == vary.neutral or still_fails(vary.neutral):
-        return vary.neutral
-    if vary.values is not None:
-        nearer = [other for other in vary.values if 0.0 < distance(vary, other) < distance(vary, value)]
-        nearer.sort(key=lambda other: distance(vary, other))
+    assert parameter.neutral is not None
+    if value == parameter.neutral or still_fails(parameter.neutral):
+        return parameter.neutral
+    if parameter.values is not None:
+        nearer = [other for other in parameter.values if 0.0 < distance(parameter, other) < distance(parameter, value)]
+        nearer.sort(key=lambda other: distance(parameter, other))
         return next(filter(still_fails, nearer), value)
-    return _halved(float(vary.neutral), float(value), still_fails)
+    return _bisect(float(parameter.neutral), float(value), still_fails)
 
 
-def _halved(passes: float, fails: float, still_fails: Callable[[float], bool]) -> float:
-    """Halve what lies between, after the number that fails was itself cut to three digits."""
+def _bisect(passes: float, fails: float, still_fails: Callable[[float], bool]) -> float:
+    """Bisect between a value that passes and one that fails; the latter is first rounded to three digits."""
     for share in chain([1.0], repeat(0.5, HALVINGS)):
         tried = float(f"{passes + share * (fails - passes):.3g}")
         if tried in (passes, fails):
@@ -85,6 +102,6 @@ def _halved(passes: float, fails: float, still_fails: Callable[[float], bool]) -
     return fails
 
 
-def _was(vary: Vary, value: Value, before: Value) -> str:
-    told = spell({"": before}).removeprefix(" = ")
-    return f" (it was {told}" + ("; neutral)" if value == vary.neutral else ")")
+def _reduced_from(parameter: Parameter, value: Value, before: Value) -> str:
+    old = as_text({"": before}).removeprefix(" = ")
+    return f" (it was {old}" + ("; neutral)" if value == parameter.neutral else ")")

@@ -1,1 +1,1 @@
-"""Studies: one scenario many times over, with parameters and seeds varied."""
+"""Studies: a scenario run for many combinations of parameters and seeds."""

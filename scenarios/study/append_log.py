@@ -1,26 +1,26 @@
-"""A file that only grows, a line at a time; each line is on disk, whole, before anybody relies on it."""
+"""Append-only log file: each appended line is flushed to disk before the call returns."""
 
 import os
 from pathlib import Path
 
 
 def append(path: Path, lines: str) -> None:
-    """Write whole lines at the end, and have them on disk before returning.
+    """Append complete lines and flush them to disk.
 
     Raises
     ------
     OSError
-        They cannot be written.
+        The file cannot be written.
     """
-    with path.open("ab") as journal:
-        journal.write(lines.encode())
-        journal.flush()
-        os.fsync(journal.fileno())
+    with path.open("ab") as log:
+        log.write(lines.encode())
+        log.flush()
+        os.fsync(log.fileno())
 
 
-def forget_a_torn_line(path: Path) -> None:
-    """Cut off what a killed process, or a full disk, left of a last line."""
+def truncate_partial_line(path: Path) -> None:
+    """Remove an incomplete last line, left by a killed process or a full disk."""
     if path.is_file():
-        with path.open("rb") as journal:
-            whole = sum(len(line) for line in journal if line.endswith(b"\n"))
-        os.truncate(path, whole)
+        with path.open("rb") as log:
+            complete = sum(len(line) for line in log if line.endswith(b"\n"))
+        os.truncate(path, complete)

@@ -1,11 +1,11 @@
-"""What the rows of a study say: means with 95 % intervals, and paired differences between curves.
+"""Statistics of a study: means with 95 % confidence intervals, and paired differences between curves.
 
-Every combination of parameters runs with the same seeds, so that the same car, noise and chance meets them all (common
-random numbers). Seeds are the independent draws; the runs of one seed are not, and count as one by their mean.
-Intervals of a mean are Student's over the seeds' means, and those of a difference Student's over the seeds'
-differences, run against run (Law 2015, Simulation Modeling and Analysis, sections 10.2 and 11.2). With the few seeds
-that one can afford, percentiles of a bootstrap would be too narrow, by a quarter with eight seeds. Where every run is a
-yes or a no, as whether an id survived, the interval is Wilson's (1927), over runs: it has a width where all agree.
+Every combination of parameters runs with the same seeds (common random numbers), so vehicles and noise are the same in
+all of them. Seeds are the independent samples: runs of one seed are correlated and enter as their mean. Intervals of a
+mean are Student's t over the seed means; intervals of a difference are Student's t over the seeds' paired differences
+(Law 2015, Simulation Modeling and Analysis, sections 10.2 and 11.2). Percentile bootstrap intervals would be too narrow
+for few seeds: by a quarter for eight. For binary metrics, such as survival of an id, the interval is Wilson's (1927)
+over runs, which has a nonzero width also when all runs agree.
 """
 
 import math
@@ -22,51 +22,51 @@ from scenarios.study.worker import BROKEN
 
 CONFIDENCE = 0.95
 LEVELS = 12
-"""A column with more different numbers than that is divided into `BINS`."""
+"""Maximum number of distinct numbers in a column; a column with more is divided into `BINS`."""
 BINS = 8
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A mean over runs; NaN where there is nothing to tell."""
+    """Mean over runs with its confidence interval; NaN if no run has a value."""
 
     mean: float
     low: float
     high: float
     n: int
-    """Runs that have a value: a car that is never found again has no time until it is."""
+    """Number of runs with a value: e.g. a vehicle that is never tracked again has no reacquisition time."""
     runs: int
-    """All runs."""
+    """Number of all runs."""
 
 
 def measured(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of runs that came to their end."""
+    """Return the rows of completed runs."""
     return rows[~rows["status"].isin(BROKEN)]
 
 
-def is_yes_or_no(values: pd.Series) -> bool:
-    """Whether a metric (over all rows of a study) is 0 or 1 in every run."""
+def is_binary(values: pd.Series) -> bool:
+    """Return True if a metric (over all rows of a study) is 0 or 1 in every run."""
     return bool(values.dropna().isin((0.0, 1.0)).all())
 
 
-def estimate(values: pd.Series, seeds: pd.Series, yes_or_no: bool) -> Estimate:
-    """Mean of the values of some runs, which have these seeds, with its interval."""
+def estimate(values: pd.Series, seeds: pd.Series, binary: bool) -> Estimate:
+    """Return the mean of the values of some runs with its interval; `seeds` holds the seed of each run."""
     known = values.notna()
     number, own = values[known].to_numpy(dtype=np.float64), seeds[known]
     if not len(number):
         return Estimate(math.nan, math.nan, math.nan, 0, len(values))
-    low, high = wilson(int(number.sum()), len(number)) if yes_or_no else student(_by_seed(number, own))
+    low, high = wilson(int(number.sum()), len(number)) if binary else student(_seed_means(number, own))
     return Estimate(float(number.mean()), low, high, len(number), len(values))
 
 
-def wilson(yes: int, runs: int) -> tuple[float, float]:
-    """Interval of a share (Wilson 1927, Journal of the American Statistical Association 22, 209)."""
-    interval = stats.binomtest(yes, runs).proportion_ci(CONFIDENCE, "wilson")
+def wilson(successes: int, runs: int) -> tuple[float, float]:
+    """Return the confidence interval of a proportion (Wilson 1927, J. Am. Statistical Association 22, 209)."""
+    interval = stats.binomtest(successes, runs).proportion_ci(CONFIDENCE, "wilson")
     return float(interval.low), float(interval.high)
 
 
 def student(values: Floats) -> tuple[float, float]:
-    """Interval of the mean of independent values (n,); NaN of a single one."""
+    """Return Student's t interval of the mean of independent values (n,); NaN for a single value."""
     if len(values) < 2:
         return math.nan, math.nan
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1) * stats.sem(values))
@@ -74,69 +74,70 @@ def student(values: Floats) -> tuple[float, float]:
 
 
 def estimates(rows: pd.DataFrame, metric: str, keys: Sequence[str]) -> pd.DataFrame:
-    """Estimate a metric for each combination of the columns `keys`, over all runs that have it.
+    """Estimate a metric for each combination of the columns `keys`, over all runs of that combination.
 
     Returns
     -------
     DataFrame
         The columns `keys`, in the order of their levels, and the fields of `Estimate`.
     """
-    return _of_each(rows[metric], rows["seed"], _places(rows, keys), is_yes_or_no(rows[metric]))
+    return _group_estimates(rows[metric], rows["seed"], _groups(rows, keys), is_binary(rows[metric]))
 
 
 def differences(rows: pd.DataFrame, metric: str, keys: Sequence[str], by: str, pairs: Sequence[str]) -> pd.DataFrame:
-    """Estimate how much a metric differs from that of the first level of `by`, run against run.
+    """Estimate the paired differences of a metric from the first level of `by`.
 
     Parameters
     ----------
     rows, metric, keys
-        As of `estimates`; `by` is one of `keys`.
+        As for `estimates`; `by` is one of `keys`.
     pairs
-        All parameters of the study: two runs are a pair if only `by` tells them apart.
+        All parameters of the study: two runs are a pair if they differ in `by` only.
 
     Returns
     -------
     DataFrame
-        As of `estimates`, for all levels of `by` but the first; `n` counts pairs in which both runs have a value.
+        As for `estimates`, for all levels of `by` except the first; `n` counts pairs in which both runs have a value.
     """
     level = levels(rows[by])
     is_first = level == level.cat.categories[0]
-    alike = ["seed", *(key for key in pairs if key != by)]
-    base, others = rows[is_first].set_index(alike)[metric], rows[~is_first]
-    change = others[metric] - base.reindex(pd.MultiIndex.from_frame(others[alike])).to_numpy()
-    return _of_each(change, others["seed"], _places(rows, keys)[~is_first], yes_or_no=False)
+    shared = ["seed", *(key for key in pairs if key != by)]
+    base, others = rows[is_first].set_index(shared)[metric], rows[~is_first]
+    change = others[metric] - base.reindex(pd.MultiIndex.from_frame(others[shared])).to_numpy()
+    return _group_estimates(change, others["seed"], _groups(rows, keys)[~is_first], binary=False)
 
 
-def _places(rows: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
+def _groups(rows: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
+    """Return the level of every run in each of the columns `keys`."""
     return pd.DataFrame({key: levels(rows[key]) for key in keys})
 
 
-def _of_each(values: pd.Series, seeds: pd.Series, places: pd.DataFrame, yes_or_no: bool) -> pd.DataFrame:
-    """Estimate each place: a row of the levels `places` (runs, keys), however many runs have it."""
-    keys = list(places)
+def _group_estimates(values: pd.Series, seeds: pd.Series, groups: pd.DataFrame, binary: bool) -> pd.DataFrame:
+    """Estimate each group of runs; `groups` (runs, keys) holds the levels of every run."""
+    keys = list(groups)
     found = [
-        dict(zip(keys, place, strict=True)) | _fields(estimate(values[group.index], seeds[group.index], yes_or_no))
-        for place, group in places.groupby(keys, sort=True, observed=True)
+        dict(zip(keys, group, strict=True)) | _fields(estimate(values[members.index], seeds[members.index], binary))
+        for group, members in groups.groupby(keys, sort=True, observed=True)
     ]
-    return pd.DataFrame(found, columns=[*keys, *Estimate.__slots__]).astype(dict(places.dtypes))
+    return pd.DataFrame(found, columns=[*keys, *Estimate.__slots__]).astype(dict(groups.dtypes))
 
 
 def levels(column: pd.Series) -> pd.Series:
-    """Return what is drawn separately, as an ordered category.
+    """Return a column as an ordered category.
 
-    Numbers are in their order, words in the study's. Too many numbers are divided into bins of equally many runs, each
-    known by the number of its middle run.
+    Numbers are sorted; texts keep the order of the study. A column with more than `LEVELS` numbers is divided into
+    quantile bins, each represented by its median.
     """
     if not pd.api.types.is_numeric_dtype(column):
         return pd.Series(pd.Categorical(column, pd.unique(column), ordered=True), column.index)
     number = column
     if column.nunique() > LEVELS:
-        place = pd.qcut(column, BINS, labels=False, duplicates="drop")
-        number = column.groupby(place).transform(lambda inside: float(f"{inside.median():.3g}"))
+        quantile_bin = pd.qcut(column, BINS, labels=False, duplicates="drop")
+        number = column.groupby(quantile_bin).transform(lambda members: float(f"{members.median():.3g}"))
     return pd.Series(pd.Categorical(number, sorted(number.dropna().unique()), ordered=True), column.index)
 
 
-def _by_seed(values: Floats, seeds: pd.Series) -> Floats:
+def _seed_means(values: Floats, seeds: pd.Series) -> Floats:
     means: Floats = pd.Series(values).groupby(seeds.to_numpy()).mean().to_numpy()
     return means
 

@@ -1,4 +1,7 @@
-"""Carries out the runs of a study on a Dask cluster: processes of this computer, or any scheduler."""
+"""Execution of study runs on a Dask cluster: local processes or any Dask scheduler.
+
+The only module that imports `dask` and `distributed`; callers import it where they need it.
+"""
 
 import asyncio
 import json
@@ -16,103 +19,119 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 from scenarios.errors import InputError, StudyError
 from scenarios.run.versions import installed
 from scenarios.study.design import StudyRun
-from scenarios.study.worker import Row, carry_out_as_text, failed, first_columns
+from scenarios.study.worker import RunRow, carry_out_as_json, failed, first_columns
 
-AT_ONCE = 4000
-"""Runs that the scheduler knows of: some for each of a thousand workers, and few enough that memory does not grow."""
+MAX_SUBMITTED = 4000
+"""Maximum number of runs submitted to the scheduler: several per worker for a thousand workers, with bounded memory."""
 
-ANSWER_S = 5
-"""[s] A scheduler that has not answered by then is none."""
+TIMEOUT_S = 5
+"""Connection timeout [s]."""
 
-SETTINGS = {
-    # Nobody looks at these, and on few cores they take time from the runs.
+DASK_CONFIG = {
+    # Profiling and monitoring are not used and cost processor time on machines with few cores.
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "10s",
-    # Without Dask's MALLOC_TRIM_THRESHOLD_, which makes workers ask for the same memory anew, scan after scan.
+    # Without Dask's MALLOC_TRIM_THRESHOLD_, which makes workers release and reallocate the same memory every scan.
     "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
 }
 
 
 @contextmanager
 def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
-    """Give a client of the scheduler at that address, or of as many new processes of this computer.
+    """Yield a client of a Dask scheduler, or of a new local cluster.
+
+    Parameters
+    ----------
+    workers
+        Number of processes of the local cluster; not used with a scheduler.
+    scheduler
+        Address of a Dask scheduler, host:port; None for a local cluster.
 
     Raises
     ------
     StudyError
-        Nobody answers at the address.
+        No Dask scheduler answers at the address.
     """
-    for logger in ("distributed", "distributed.client"):  # a death is told in one line, not by a traceback
+    for logger in ("distributed", "distributed.client"):  # a lost scheduler is reported as one line, not a traceback
         logging.getLogger(logger).setLevel(logging.CRITICAL)
-    with dask.config.set(SETTINGS):
+    with dask.config.set(DASK_CONFIG):
         if scheduler is None:
-            with _local(workers) as cluster, Client(cluster, set_as_default=False) as client:
+            with _local_cluster(workers) as cluster, Client(cluster, set_as_default=False) as client:
                 yield client
         else:
             with _client_of(scheduler) as client:
                 yield client
 
 
-def rows_of(client: Client, runs: list[StudyRun], keep_at: str | None = None) -> Iterator[list[Row]]:
-    """Carry out runs; yield their rows as they come, as many as have come.
+def rows_of(client: Client, runs: list[StudyRun], keep_at: str | None = None) -> Iterator[list[RunRow]]:
+    """Execute runs; yield their rows in batches, as they complete.
+
+    Parameters
+    ----------
+    client
+        Client from `connect`.
+    runs
+        The runs.
+    keep_at
+        Folder or fsspec URL that receives the folder of every run; default: the folders are not kept.
 
     Raises
     ------
     StudyError
-        The scheduler is gone, or a worker cannot carry out any run.
+        The scheduler is lost, or a worker cannot execute any run.
     OutputError
-        A worker cannot keep the folder of its run.
+        A worker cannot store the folder of its run.
     """
     waiting = iter(runs)
     run_of: dict[str, StudyRun] = {}
 
     def submit(count: int) -> list[Future[str]]:
-        # with the client's id in its name, two sweeps on one scheduler share no task
-        some = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
-        run_of.update(some)
+        # The client id in the key keeps tasks of two sweeps on one scheduler apart.
+        batch = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
+        run_of.update(batch)
         return [
-            client.submit(carry_out_as_text, run.portable(), keep_at, installed(), key=key, pure=False)
-            for key, run in some.items()
+            client.submit(carry_out_as_json, run.portable(), keep_at, installed(), key=key, pure=False)
+            for key, run in batch.items()
         ]
 
-    done = as_completed(submit(AT_ONCE), loop=client.loop)
+    done = as_completed(submit(MAX_SUBMITTED), loop=client.loop)
     for futures in done.batches():
         yield _rows(client, {future: run_of.pop(future.key) for future in futures})
         done.update(submit(len(futures)))
 
 
-def _rows(client: Client, run_of: dict[Future[str], StudyRun]) -> list[Row]:
-    """Return the rows of ended runs, fetched in one go: one by one it is a round trip each."""
+def _rows(client: Client, run_of: dict[Future[str], StudyRun]) -> list[RunRow]:
+    """Return the rows of completed runs, gathered in one round trip."""
     try:
         return [json.loads(text) for text in client.gather(list(run_of))]
-    except Exception:  # of one among them: ask each
+    except Exception:  # one of them failed: fetch them one by one
         return [_row(run, future) for future, run in run_of.items()]
 
 
-def _row(run: StudyRun, future: Future[str]) -> Row:
-    """Return the row of a finished run; of one that killed its workers, that it did."""
+def _row(run: StudyRun, future: Future[str]) -> RunRow:
+    """Return the row of a completed run, or an error row if the run killed its workers."""
     try:
-        row: Row = json.loads(future.result())
+        row: RunRow = json.loads(future.result())
         return row
     except InputError:
         raise
     except KilledWorker:
-        return first_columns(run) | failed("each worker that tried it died: out of memory, or taken down by the run")
+        return first_columns(run) | failed("each worker that tried it died: out of memory, or killed by the run")
     except (CancelledError, OSError) as error:
-        raise StudyError("the Dask scheduler is gone") from error
+        raise StudyError("the connection to the Dask scheduler is lost") from error
     except Exception as error:
-        told = f"{type(error).__name__}: {error}"
-        raise StudyError(f"a worker cannot carry out runs ({told}); install there what is installed here") from error
+        reason = f"{type(error).__name__}: {error}"
+        raise StudyError(f"a worker cannot execute runs ({reason}); install the same packages there as here") from error
 
 
 @contextmanager
-def _local(workers: int) -> Iterator[LocalCluster]:
-    """Start workers that hear nothing of Ctrl-C, which goes to all processes of a terminal: it is for this one alone.
+def _local_cluster(workers: int) -> Iterator[LocalCluster]:
+    """Start workers that ignore Ctrl-C, which a terminal sends to all its processes: only this process handles it.
 
-    They, and those that replace the dead among them, inherit a signal mask from the threads that start here.
+    Workers, including restarted ones, inherit the signal mask of the threads that start here.
     """
-    resource_tracker.ensure_running()  # whichever thread starts it has its mask lifted, see CPython's resource_tracker
+    resource_tracker.ensure_running()  # CPython clears the signal mask of the thread that starts the tracker
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         with LocalCluster(
@@ -131,13 +150,14 @@ def _local(workers: int) -> Iterator[LocalCluster]:
 
 def _client_of(scheduler: str) -> Client:
     try:
-        asyncio.run(asyncio.wait_for(_ask_who_it_is(scheduler), ANSWER_S))  # Client itself waits for the mute for ever
-        return Client(scheduler, timeout=ANSWER_S, set_as_default=False)
+        # Client waits forever for a server that accepts the connection but never replies.
+        asyncio.run(asyncio.wait_for(_check_identity(scheduler), TIMEOUT_S))
+        return Client(scheduler, timeout=TIMEOUT_S, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise StudyError(f"--scheduler {scheduler}: no Dask scheduler answers there; give host:port of one") from error
+        raise StudyError(f"--scheduler {scheduler}: no Dask scheduler answers there; give its host:port") from error
 
 
-async def _ask_who_it_is(scheduler: str) -> None:
-    async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as there:
-        if (await there.identity())["type"] != "Scheduler":
-            raise ValueError("it is something else of Dask's")
+async def _check_identity(scheduler: str) -> None:
+    async with rpc(scheduler, connection_args=Security().get_connection_args("client")) as remote:
+        if (await remote.identity())["type"] != "Scheduler":
+            raise ValueError("the server is a Dask process, but not a scheduler")

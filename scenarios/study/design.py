@@ -1,4 +1,4 @@
-"""From a study to its runs: which combinations of parameters, with which seeds."""
+"""Experiment design: the runs of a study, from its parameters and seeds."""
 
 import hashlib
 import importlib
@@ -20,46 +20,47 @@ from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import CATALOG
 from scenarios.run.versions import installed
 from scenarios.study.keys import with_values
-from scenarios.study.parameter import Value, Vary
+from scenarios.study.parameter import Parameter, Value
 from scenarios.study.study_file import Json, Study
 
 SAMPLING_SEED = 0
-"""Of the Latin hypercube: the same study has the same combinations, today and tomorrow."""
+"""Seed of the Latin hypercube; fixed, so that a study always has the same combinations."""
 
 
 MOST_RUNS = 1_000_000
-"""Of one study. A thousand cores take some hours over that many short ones."""
+"""Maximum number of runs of a study; short runs on a thousand cores take some hours for that many."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyRun:
-    """One run of a study: all that a worker needs."""
+    """A run of a study, as sent to a worker."""
 
     index: int
-    """Its place in the study."""
+    """Position in the study."""
     parameters: dict[str, Value]
+    """Values of the varied parameters, by key."""
     seed: int
     document: Json
-    """The whole scenario, as in a file."""
+    """The complete scenario, as in a scenario file."""
     path: Path
-    """Where that file would be: its folder is where paths in the scenario start."""
+    """Path that the scenario file would have: paths in the scenario are relative to its folder."""
     tracker: str
-    """MODULE:NAME."""
+    """MODULE:NAME of the device under test."""
 
     @property
     def key(self) -> str:
-        """Tells the run from every other one: the same key means the same scenario, seed, tracker and versions."""
-        what = [self.document, self.tracker, str(_from_catalog(self.path)), installed()]
-        text = json.dumps(what, sort_keys=True, default=str)
+        """Hash that identifies the run: scenario, seed, tracker and versions."""
+        identity = [self.document, self.tracker, str(_relative_to_catalog(self.path)), installed()]
+        text = json.dumps(identity, sort_keys=True, default=str)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     def portable(self) -> Self:
-        """Return the run for a worker elsewhere: where that has the catalog, `CATALOG / path` is the file."""
-        return replace(self, path=_from_catalog(self.path))
+        """Return the run for a worker on another computer, where `CATALOG / path` is the file of a shipped scenario."""
+        return replace(self, path=_relative_to_catalog(self.path))
 
 
-def _from_catalog(path: Path) -> Path:
-    """Return the path of a shipped scenario from the catalog on; other paths as they are."""
+def _relative_to_catalog(path: Path) -> Path:
+    """Return the path of a shipped scenario relative to the catalog, and any other path unchanged."""
     return path.relative_to(CATALOG) if path.is_relative_to(CATALOG) else path
 
 
@@ -69,7 +70,7 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
     Raises
     ------
     StudyError
-        A key leads nowhere, the scene is not there, or a combination makes no valid scenario.
+        A key does not exist, the scene cannot be imported, or a combination is not a valid scenario.
     """
     _check_size(study)
     make, path = source(study)
@@ -79,8 +80,8 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
             document = make({**study.fixed, **parameters})
             Scenario.of({**document, "seed": study.seed_list[0]}, path)
         except ScenarioError as error:
-            told = ", ".join(f"{key} = {value}" for key, value in parameters.items())
-            raise StudyError(f"{study.path}: with {told}: {error}") from error
+            values = ", ".join(f"{key} = {value}" for key, value in parameters.items())
+            raise StudyError(f"{study.path}: with {values}: {error}") from error
         found += [
             StudyRun(len(found) + i, parameters, seed, {**document, "seed": seed}, path, tracker)
             for i, seed in enumerate(study.seed_list)
@@ -89,23 +90,25 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
 
 
 def combinations(study: Study) -> list[dict[str, Value]]:
-    """Return every combination of the parameters: a grid, or as many as `samples` says from a Latin hypercube.
+    """Return all combinations of the parameters: the full grid, or `samples` points of a Latin hypercube.
 
-    Where all parameters have values only, the hypercube may name a combination twice; it runs once.
+    If all parameters have listed values, a hypercube can contain a combination twice; it is returned once.
     """
-    keys = [vary.key for vary in study.vary]
+    keys = [parameter.key for parameter in study.vary]
     if study.samples is None:
         return [dict(zip(keys, values, strict=True)) for values in product(*map(_grid, study.vary))]
     from scipy.stats import qmc
 
     unit = qmc.LatinHypercube(len(keys), rng=np.random.default_rng(SAMPLING_SEED)).random(study.samples)
-    columns = [_drawn(vary, column) for vary, column in zip(study.vary, unit.T, strict=True)]
+    columns = [_samples(parameter, column) for parameter, column in zip(study.vary, unit.T, strict=True)]
     return [dict(zip(keys, values, strict=True)) for values in dict.fromkeys(zip(*columns, strict=True))]
 
 
 def _check_size(study: Study) -> None:
-    """Refuse what nobody can mean, before it fills the memory."""
-    grid = math.prod(len(vary.values) if vary.values is not None else vary.steps or 1 for vary in study.vary)
+    """Raise a StudyError if the study has too many runs to be held in memory."""
+    grid = math.prod(
+        len(parameter.values) if parameter.values is not None else parameter.steps or 1 for parameter in study.vary
+    )
     count = (study.samples or grid) * (study.seeds if isinstance(study.seeds, int) else len(study.seeds))
     if count > MOST_RUNS:
         raise StudyError(
@@ -113,35 +116,41 @@ def _check_size(study: Study) -> None:
         )
 
 
-def _grid(vary: Vary) -> list[Value]:
-    if vary.values is not None:
-        return vary.values
-    assert vary.low is not None
-    assert vary.high is not None
-    if vary.steps is None:  # only a study that is searched may leave them out
-        raise StudyError(f"{vary.key}: a range without steps; give steps, or samples for the whole study, to sweep it")
-    space = np.geomspace if vary.scale == "log" else np.linspace
-    return [float(f"{value:.12g}") for value in space(vary.low, vary.high, vary.steps)]
+def _grid(parameter: Parameter) -> list[Value]:
+    if parameter.values is not None:
+        return parameter.values
+    assert parameter.low is not None
+    assert parameter.high is not None
+    if parameter.steps is None:  # optional in a study with [search] only
+        raise StudyError(f"{parameter.key}: a range without steps; give steps, or samples for the whole study")
+    space = np.geomspace if parameter.scale == "log" else np.linspace
+    return [float(f"{value:.12g}") for value in space(parameter.low, parameter.high, parameter.steps)]
 
 
-def _drawn(vary: Vary, share: np.ndarray) -> list[Value]:
-    """Values at these shares (N,) of the way, 0 to 1, through the values or the range."""
-    if vary.values is not None:
-        return [vary.values[int(s * len(vary.values))] for s in share]
-    assert vary.low is not None
-    assert vary.high is not None
-    if vary.scale == "log":
-        return [float(value) for value in vary.low * (vary.high / vary.low) ** share]
-    return [float(value) for value in vary.low + (vary.high - vary.low) * share]
+def _samples(parameter: Parameter, fraction: np.ndarray) -> list[Value]:
+    """Return the values at fractions (N,), 0 to 1, of the listed values or the range."""
+    if parameter.values is not None:
+        return [parameter.values[int(f * len(parameter.values))] for f in fraction]
+    assert parameter.low is not None
+    assert parameter.high is not None
+    if parameter.scale == "log":
+        return [float(value) for value in parameter.low * (parameter.high / parameter.low) ** fraction]
+    return [float(value) for value in parameter.low + (parameter.high - parameter.low) * fraction]
 
 
 def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
-    """Return what makes a scenario's document of parameters, and the path it is to have."""
+    """Return a function that makes a scenario document from parameters, and the path of the document.
+
+    Raises
+    ------
+    StudyError, ScenarioError
+        The scene cannot be imported; the scenario file is missing or not TOML.
+    """
     if ":" in study.scenario:
         scene = _scene(study)
         name = study.scenario.partition(":")[2]
         return (lambda values: _staged(study, scene, values)), study.path.with_name(f"{name}.toml").absolute()
-    path = (study.path.parent / shipped.find(study.scenario)).absolute()  # paths start at the file
+    path = (study.path.parent / shipped.find(study.scenario)).absolute()  # relative paths start at the study file
     document = toml_file.read(path)
     return (lambda values: with_values(document, values)), path
 
@@ -149,7 +158,7 @@ def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
 def _scene(study: Study) -> Callable[..., Json]:
     module, _, name = study.scenario.partition(":")
     if (here := str(Path.cwd())) not in sys.path:
-        sys.path.insert(0, here)  # modules of the current folder count, as for --tracker
+        sys.path.insert(0, here)  # modules of the current folder can be imported, as with --tracker
     try:
         scene: Callable[..., Json] = getattr(importlib.import_module(module), name)
     except (ModuleNotFoundError, AttributeError) as error:
@@ -160,14 +169,14 @@ def _scene(study: Study) -> Callable[..., Json]:
 
 
 def _staged(study: Study, scene: Callable[..., Json], parameters: dict[str, Any]) -> Json:
-    """Stage a scene with its own parameters, then set what else is varied: keys of a scenario file have a dot."""
-    own = {key: value for key, value in parameters.items() if "." not in key}
+    """Call a scene function with its arguments, then set the keys of the scenario file (those with a dot)."""
+    arguments = {key: value for key, value in parameters.items() if "." not in key}
     try:
-        inspect.signature(scene).bind(**own)
+        inspect.signature(scene).bind(**arguments)
     except TypeError as error:
         raise StudyError(f"{study.path}: {study.scenario}: {error}; it takes {inspect.signature(scene)}") from error
     try:
-        document = scene(**own)
+        document = scene(**arguments)
     except ValueError as error:
         raise StudyError(f"{study.path}: {study.scenario}: {error}") from error
     return with_values(document, {key: value for key, value in parameters.items() if "." in key})

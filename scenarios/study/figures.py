@@ -1,4 +1,4 @@
-"""The pictures of a study: curves with their intervals, and maps of two parameters."""
+"""Figures of a study: curves with confidence intervals, and heat maps over two parameters."""
 
 import textwrap
 from collections.abc import Callable
@@ -16,40 +16,42 @@ from scenarios.files import atomic_file
 from scenarios.grading.metric_names import REGISTRY
 from scenarios.report.html.palette import INK, PAGE, SERIES
 from scenarios.report.html.svg_figure import STYLE, Figure, draw, note
-from scenarios.study.curves import estimates, is_yes_or_no, levels
+from scenarios.study.curves import estimates, is_binary, levels
 from scenarios.study.study_file import Curve, Study
 
 MARKERS = "osD^vP"
 PANEL_IN = (2.9, 3.3)
 """[inch] Width and height of a panel with curves."""
 WIDE_IN = 6.0
+"""[inch] Figures wider than this span the page."""
 CELL_IN = (0.62, 0.42)
-"""[inch] Of a cell of a map."""
+"""[inch] Width and height of a cell of a map."""
 PIXELS_PER_INCH = 110
 LETTERS_PER_INCH = 11
-"""Of a heading."""
+"""Line length of the title, per inch of figure width."""
 DODGE = 0.012
-"""Of the axis' length, from a curve to the next."""
+"""Horizontal offset between neighbouring curves, as a fraction of the axis length."""
 MAP_COLORS = "cividis"
-"""Even in lightness, and the same to the colour-blind (Nunez, Anderton and Renslow 2018)."""
+"""Perceptually uniform and readable with colour vision deficiency (Nunez, Anderton and Renslow 2018)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One picture of a study, for a page or as a file."""
+    """A figure of a study, for a page or a file."""
 
     name: str
     title: str
     caption: str
     size_in: tuple[float, float]
-    on: Callable[[Canvas], None]
+    paint: Callable[[Canvas], None]
+    """Draws the figure on a canvas."""
 
     def figure(self) -> Figure:
-        """Return the picture as a part of a page."""
-        return draw(self.name, self.title, self.caption, self.size_in, self.on, wide=self.size_in[0] > WIDE_IN)
+        """Return the figure as SVG, for a page."""
+        return draw(self.name, self.title, self.caption, self.size_in, self.paint, wide=self.size_in[0] > WIDE_IN)
 
     def save(self, folder: Path) -> Path:
-        """Write it as `<name>.png`.
+        """Write the figure as `<name>.png`.
 
         Raises
         ------
@@ -59,7 +61,7 @@ class Picture:
         path = folder / f"{self.name}.png"
         with matplotlib.rc_context(STYLE):
             canvas = Canvas(figsize=self.size_in, layout="constrained", facecolor=PAGE)
-            self.on(canvas)
+            self.paint(canvas)
             heading = textwrap.fill(self.title, int(LETTERS_PER_INCH * self.size_in[0]))
             canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
             try:
@@ -67,19 +69,31 @@ class Picture:
                     canvas.savefig(partial, dpi=PIXELS_PER_INCH, format="png", metadata={"Software": None})
             except OSError as error:
                 raise OutputError(
-                    f"{path}: cannot write there ({error.strerror}); make room, or choose another folder"
+                    f"{path}: cannot write there ({error.strerror}); free some space, or choose another folder"
                 ) from error
         return path
 
 
 def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
-    """Draw one `[[curve]]` of a study from the rows of its measured runs."""
+    """Return the figure of one `[[curve]]` of a study.
+
+    Parameters
+    ----------
+    study
+        The study, for labels and scales.
+    rows
+        Rows of the completed runs.
+    curve
+        Metric, axes and kind of the figure.
+    name
+        File name without suffix.
+    """
     found = estimates(rows, curve.metric, curve.keys)
     found = found[found["n"] > 0]
     panels = list(found.groupby(curve.panels, sort=True, observed=True)) if curve.panels else [("", found)]
     columns = max(1, len(panels))
 
-    def on(canvas: Canvas) -> None:
+    def paint(canvas: Canvas) -> None:
         if found.empty:
             note(canvas.subplots(), "no run has a value")
             return
@@ -90,34 +104,34 @@ def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Pictur
                 axes.set_title(f"{label(study, curve.panels)}: {text(level)}")
         grid[0].set_ylabel(label(study, curve.by if curve.kind == "map" and curve.by else curve.metric))
         if curve.kind == "curve":
-            _limit(grid[0], curve.metric, found)
+            _set_limits(grid[0], curve.metric, found)
             if curve.by:
                 canvas.legend(
                     *grid[0].get_legend_handles_labels(), title=label(study, curve.by), loc="outside right upper"
                 )
 
     title = curve.title or REGISTRY[curve.metric].meaning
-    return Picture(name, title[0].upper() + title[1:], _caption(study, rows, curve), _size(curve, rows, columns), on)
+    return Picture(name, title[0].upper() + title[1:], _caption(study, rows, curve), _size(curve, rows, columns), paint)
 
 
 def label(study: Study, key: str) -> str:
-    """What a parameter or a metric is called on an axis, with its unit."""
+    """Return the axis label of a parameter or a metric, with its unit."""
     if key in REGISTRY:
         unit = REGISTRY[key].unit
         return key if unit == "1" else f"{key} [{unit}]"
-    return next((vary.label for vary in study.vary if vary.key == key), "") or key
+    return next((parameter.label for parameter in study.vary if parameter.key == key), "") or key
 
 
 def text(level: object) -> str:
-    """A level of a parameter."""
+    """Return a level of a parameter as text."""
     return f"{level:g}" if isinstance(level, float | int) else str(level)
 
 
 def _curves(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
-    """Draw a curve for each level of `by`, side by side lest they cover each other."""
+    """Draw one curve per level of `by`, with a small horizontal offset so that their intervals do not overlap."""
     names = list(found[curve.against].cat.categories)
     by_number = all(isinstance(name, float | int) for name in names)
-    is_log = any(vary.key == curve.against and vary.scale == "log" for vary in study.vary)
+    is_log = any(parameter.key == curve.against and parameter.scale == "log" for parameter in study.vary)
     order = list(found[curve.by].cat.categories) if curve.by else [""]
     step = DODGE * (np.ptp(np.array(names, dtype=np.float64)) if by_number else len(names) - 1) * (not is_log)
     for level, line in found.groupby(curve.by, sort=True, observed=True) if curve.by else [("", found)]:
@@ -132,7 +146,7 @@ def _curves(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None
 
 
 def _curve(axes: Axes, x: pd.Series, line: pd.DataFrame, n: int, name: str) -> None:
-    """Draw the n-th curve; a point is hollow where not every run has a value."""
+    """Draw the n-th curve; points at which some runs have no value are hollow."""
     color, marker = SERIES[n % len(SERIES)], MARKERS[n % len(MARKERS)]
     axes.plot(x, line["mean"], f"-{marker}", color=color, ms=4.5, label=name)
     axes.vlines(x, line["low"], line["high"], color=color, lw=1.2)
@@ -140,8 +154,8 @@ def _curve(axes: Axes, x: pd.Series, line: pd.DataFrame, n: int, name: str) -> N
     axes.plot(x[partial], line["mean"][partial], marker, color=color, mfc=PAGE, ms=4.5)
 
 
-def _limit(axes: Axes, metric: str, found: pd.DataFrame) -> None:
-    """Let all panels start at zero, and shares end at one."""
+def _set_limits(axes: Axes, metric: str, found: pd.DataFrame) -> None:
+    """Start the vertical axis at zero, and end it at one for fractions."""
     if found["mean"].min() < 0.0:
         return
     is_share = REGISTRY[metric].unit == "1" and found["mean"].max() <= 1.0
@@ -149,7 +163,7 @@ def _limit(axes: Axes, metric: str, found: pd.DataFrame) -> None:
 
 
 def _map(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
-    """Colour the mean of each cell, and write it there; with a bracket where not every run has a value."""
+    """Draw a heat map with the mean written in each cell, in parentheses if some runs have no value."""
     assert curve.by is not None
     table = found.set_index([curve.by, curve.against])
     mean = table["mean"].unstack()
@@ -157,8 +171,8 @@ def _map(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
     middle = float(np.mean(shade.get_clim()))
     for (upwards, right), cell in table.iterrows():
         place = (mean.columns.get_loc(right) + 0.5, mean.index.get_loc(upwards) + 0.5)
-        told = f"{cell['mean']:.3g}" if cell["n"] == cell["runs"] else f"({cell['mean']:.3g})"
-        axes.text(*place, told, ha="center", va="center", fontsize=7.5, color=PAGE if cell["mean"] <= middle else INK)
+        shown = f"{cell['mean']:.3g}" if cell["n"] == cell["runs"] else f"({cell['mean']:.3g})"
+        axes.text(*place, shown, ha="center", va="center", fontsize=7.5, color=PAGE if cell["mean"] <= middle else INK)
     axes.set_xticks(np.arange(len(mean.columns)) + 0.5, [text(name) for name in mean.columns])
     axes.set_yticks(np.arange(len(mean.index)) + 0.5, [text(name) for name in mean.index])
     axes.set_xlabel(label(study, curve.against))
@@ -167,14 +181,14 @@ def _map(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
 
 
 def _caption(study: Study, rows: pd.DataFrame, curve: Curve) -> str:
-    rest = [label(study, vary.key) for vary in study.vary if vary.key not in curve.keys]
+    rest = [label(study, parameter.key) for parameter in study.vary if parameter.key not in curve.keys]
     parts = [f"{label(study, curve.metric)}, mean over seeds" + (f" and over {', '.join(rest)}" if rest else "")]
     if curve.kind == "curve":
-        of = "Wilson's, over runs" if is_yes_or_no(rows[curve.metric]) else "Student's, over seeds"
-        parts.append(f"whiskers are its 95 % interval ({of})")
+        of = "Wilson, over runs" if is_binary(rows[curve.metric]) else "Student's t, over seeds"
+        parts.append(f"whiskers show the 95 % confidence interval ({of})")
     if rows[curve.metric].isna().any():
-        how = "hollow" if curve.kind == "curve" else "in brackets"
-        parts.append(f"{how} where some runs have no value and the mean is of the others")
+        how = "hollow points" if curve.kind == "curve" else "in parentheses"
+        parts.append(f"{how}: some runs have no value and are not in the mean")
     return "; ".join(parts) + "."
 
 

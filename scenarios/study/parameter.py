@@ -1,4 +1,4 @@
-"""One parameter of a study: a key of the scenario, and the values it takes."""
+"""A varied parameter of a study: a key of the scenario and the values it takes."""
 
 from typing import Annotated, Literal, Self, TypeVar
 
@@ -9,42 +9,49 @@ T = TypeVar("T")
 
 
 def distinct(values: list[T]) -> list[T]:
-    """Refuse to run the same twice."""
+    """Return the values if there is at least one and none is repeated.
+
+    Raises
+    ------
+    ValueError
+        The list is empty or contains a duplicate.
+    """
     if not values:
-        raise ValueError("give one at least")
+        raise ValueError("the list is empty; give at least one")
     if len(set(values)) < len(values):
-        raise ValueError(f"{values}: something stands in it twice; take it out once")
+        raise ValueError(f"{values}: contains a duplicate; remove it")
     return values
 
 
 class Strict(BaseModel):
-    """Forbids what it does not know."""
+    """Base model that rejects unknown keys."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
 
 
-class Vary(Strict):
-    """One parameter."""
+class Parameter(Strict):
+    """A varied parameter: listed values, or a range."""
 
     key: str
-    """A key of the scenario file, as `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; of a staged scene, the
+    """Key of the scenario file, e.g. `noise.dropout.random_rate` or `traffic.actor[truck].x_m`; for a staged scene, the
     name of one of its parameters."""
     values: Annotated[list[Value], AfterValidator(distinct)] | None = None
-    """The values it takes; else a range."""
+    """Listed values, instead of a range."""
     low: float | None = None
     """Lower end of the range."""
     high: float | None = None
     """Upper end of the range."""
     steps: Annotated[int, Field(ge=2)] | None = None
-    """Values on the range, both ends included; a study with `samples` draws from all of it instead."""
+    """Number of values on the range, including both ends; not used in a study with `samples`, which draws from the
+    whole range."""
     scale: Literal["linear", "log"] = "linear"
-    """How the range is divided, or drawn from."""
+    """Spacing of the values on the range, and distribution of samples."""
     label: str = ""
-    """What the axis of a picture says, with the unit; the key if left out."""
+    """Axis label of the figures, including the unit; default: the key."""
     neutral: Value | None = None
-    """Its value where nothing is disturbed; a search needs it."""
+    """Undisturbed value; required for a search."""
 
     @model_validator(mode="after")
     def _values_or_a_range(self) -> Self:
@@ -54,19 +61,19 @@ class Vary(Strict):
         elif self.low is None or self.high is None or self.low >= self.high:
             raise ValueError("give values, or a range: low below high")
         elif self.scale == "log" and self.low <= 0:
-            raise ValueError(f"low = {self.low:g}: a logarithmic range starts above 0")
+            raise ValueError(f"low = {self.low:g}: must be above 0 for a logarithmic range")
         return self
 
     @model_validator(mode="after")
-    def _neutral_is_among_them(self) -> Self:
+    def _neutral_is_in_range(self) -> Self:
         if self.neutral is None:
             return self
         if self.values is not None:
             if self.neutral not in self.values:
-                raise ValueError(f"neutral = {self.neutral} is none of the values; add it to them")
+                raise ValueError(f"neutral = {self.neutral} is not in values; add it to them")
             return self
         assert self.low is not None
         assert self.high is not None
         if isinstance(self.neutral, str) or not self.low <= self.neutral <= self.high:
-            raise ValueError(f"neutral = {self.neutral} lies outside the range; widen it from low to high")
+            raise ValueError(f"neutral = {self.neutral} is outside the range; extend low or high to include it")
         return self

@@ -1,4 +1,4 @@
-"""Study files: a scenario, what to vary in it, and with which seeds."""
+"""Study files: a scenario, the parameters to vary, and the seeds."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -6,52 +6,46 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from scenarios.errors import ScenarioError, StudyError
-from scenarios.files import shipped as listing
-from scenarios.files import toml_file
+from scenarios.files import shipped, toml_file
 from scenarios.files.expect import Limit, metric_name
 from scenarios.files.validation_message import explain
 from scenarios.grading.metric_names import METRICS
-from scenarios.study.parameter import Strict, Vary, distinct
+from scenarios.study.parameter import Parameter, Strict, distinct
 
 Json = dict[str, Any]
 Seed = Annotated[int, Field(ge=0)]
 
 
 def find(name_or_path: str) -> Path:
-    """Return the file of a shipped study by its name, or of one given by its path (which ends in .toml).
+    """Return the file of a shipped study by its name, or of any study by its path (ending in .toml).
 
     Raises
     ------
     StudyError
-        There is none of that name.
+        No study of this name ships.
     """
-    if name_or_path.endswith(".toml"):
-        return Path(name_or_path)
-    shipped = listing.studies()
-    if name_or_path not in shipped:
-        raise StudyError(f"{name_or_path}: no such study; these ship: {', '.join(shipped)} (a path ends in .toml)")
-    return shipped[name_or_path]
+    return shipped.find_in(shipped.studies(), name_or_path, "study", "luxloop list --studies", StudyError)
 
 
 class Curve(Strict):
-    """One picture of the report."""
+    """A figure of the report."""
 
     metric: Annotated[str, AfterValidator(metric_name)]
-    """What is drawn, upwards."""
+    """Metric on the vertical axis."""
     against: str
-    """The key of the parameter that is drawn to the right, or a metric that each run measured."""
+    """Horizontal axis: the key of a parameter, or a metric measured in each run."""
     by: str | None = None
-    """The key of a parameter that gives a curve to each of its values; with `map`, the one drawn upwards."""
+    """Key of a parameter with one curve per value; for a `map`, the vertical axis."""
     panels: str | None = None
-    """The key of a parameter that gives a panel of the picture to each of its values."""
+    """Key of a parameter with one panel of the figure per value."""
     kind: Literal["curve", "map"] = "curve"
-    """Curves with their 95 % intervals, or a heat map over two parameters."""
+    """Curves with 95 % confidence intervals, or a heat map over two parameters."""
     title: str = ""
-    """What the picture shows; the metric's meaning if left out."""
+    """Title of the figure; default: the metric's meaning."""
 
     @property
     def keys(self) -> list[str]:
-        """Columns that tell what is drawn where."""
+        """Parameters (or metric) of the axes, curves and panels."""
         return [key for key in (self.panels, self.by, self.against) if key is not None]
 
     @model_validator(mode="after")
@@ -64,20 +58,20 @@ class Curve(Strict):
 
 
 class Search(Strict):
-    """What `luxloop search` looks for: the smallest disturbance with which a metric breaks its limit."""
+    """Goal of `luxloop search`: the smallest disturbance with which a metric violates its limit."""
 
     metric: str
-    """The metric that is to fail."""
+    """Metric that should fail."""
     min: float | None = None
-    """It fails below this."""
+    """The metric fails below this value."""
     max: float | None = None
-    """It fails above this."""
+    """The metric fails above this value."""
     need: str = ""
-    """Who needs this limit, or where it comes from; goes into the scenario file that is found."""
+    """Reason or source of the limit; copied into the scenario file of the finding."""
     trials: Annotated[int, Field(ge=1)] = 150
-    """Runs until the search ends; shrinking what was found takes some more."""
+    """Number of runs of the search; reducing the finding takes additional runs."""
     at_once: Annotated[int, Field(ge=1)] = 4
-    """Runs that are proposed together, without knowing of each other: so many can run side by side."""
+    """Runs proposed as one batch, independent of each other's results: the maximum number of parallel runs."""
 
     @model_validator(mode="after")
     def _a_limit_of_a_metric(self) -> Self:
@@ -92,42 +86,42 @@ class Search(Strict):
 
 
 class Study(Strict):
-    """One study file."""
+    """A study file."""
 
     description: Annotated[str, Field(min_length=1)]
-    """One English sentence: what is varied, and what one wants to know."""
+    """English sentence with the varied parameters and the question."""
     scenario: str
-    """A name from `luxloop list`, the path of a scenario file (from the study file's folder on), or a staged scene:
-    `MODULE:FUNCTION`, a function that makes a scenario of its parameters."""
+    """Name from `luxloop list`, path of a scenario file (relative to the study file's folder), or staged scene:
+    `MODULE:FUNCTION`, a function that returns a scenario for its parameters."""
     seeds: Annotated[int, Field(ge=1)] | list[Seed] = 1
-    """How many, from 1 on, or a list of which. Every combination of parameters runs with the same seeds."""
+    """Number of seeds (1, 2, ...), or a list of seeds. Every combination of parameters runs with the same seeds."""
     samples: Annotated[int, Field(ge=1)] | None = None
-    """How many combinations are drawn from the ranges (Latin hypercube); if left out, all combinations run."""
+    """Number of combinations drawn from the ranges (Latin hypercube); default: all combinations."""
     fixed: dict[str, Any] = Field(default_factory=dict)
-    """Keys of the scenario file (or parameters of the scene) that have another value in the whole study."""
-    vary: Annotated[list[Vary], Field(min_length=1)]
-    """What is varied."""
+    """Keys of the scenario file (or parameters of the scene) set to a constant value in the whole study."""
+    vary: Annotated[list[Parameter], Field(min_length=1)]
+    """Varied parameters."""
     curve: list[Curve] = Field(default_factory=list)
-    """What the report draws."""
+    """Figures of the report."""
     search: Search | None = None
-    """What `luxloop search` looks for."""
+    """Goal of `luxloop search`."""
 
     _path: Path = PrivateAttr()
 
     @model_validator(mode="after")
-    def _ranges_can_be_enumerated(self) -> Self:
-        keys = [vary.key for vary in self.vary]
+    def _parameters_are_consistent(self) -> Self:
+        keys = [parameter.key for parameter in self.vary]
         if len(set(keys)) < len(keys):
-            raise ValueError("a key is varied twice; put all its values into one [[vary]]")
+            raise ValueError("a key is varied twice; put all its values into one [[vary]] table")
         if twice := sorted({*keys} & {*self.fixed}):
             raise ValueError(f"{twice[0]} is both varied and fixed; take it out of [fixed]")
         if "seed" in (*keys, *self.fixed):
-            raise ValueError("seed is no parameter; every combination runs with each of `seeds`")
-        for vary in self.vary:
-            if self.search and vary.neutral is None:
-                raise ValueError(f"{vary.key}: give neutral, its value where nothing is disturbed, for the search")
-            if not (self.samples or self.search or vary.values or vary.steps):
-                raise ValueError(f"{vary.key}: a range without steps; give steps, or samples for the whole study")
+            raise ValueError("seed cannot be varied or fixed; every combination runs with each of `seeds`")
+        for parameter in self.vary:
+            if self.search and parameter.neutral is None:
+                raise ValueError(f"{parameter.key}: give neutral, the undisturbed value; the search needs it")
+            if not (self.samples or self.search or parameter.values or parameter.steps):
+                raise ValueError(f"{parameter.key}: a range without steps; give steps, or samples for the whole study")
         if isinstance(self.seeds, list):
             distinct(self.seeds)
         for curve in self.curve:
@@ -136,11 +130,13 @@ class Study(Strict):
 
     @staticmethod
     def _check_axes(curve: Curve, keys: list[str]) -> None:
-        """A picture is drawn over what is varied; a curve also over a metric that each run measured."""
+        """Raise a ValueError if an axis is not a varied parameter, or (horizontal axis of curves only) a metric."""
         for key in curve.keys:
             measured = key == curve.against and curve.kind == "curve" and key in METRICS
             if key not in keys and not measured:
-                raise ValueError(f"curve over {key}: it is neither varied nor a metric; name one of {', '.join(keys)}")
+                raise ValueError(
+                    f"curve over {key}: neither a varied parameter nor a metric; name one of {', '.join(keys)}"
+                )
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -164,10 +160,10 @@ class Study(Strict):
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the file."""
         return self._path
 
     @property
     def seed_list(self) -> list[int]:
-        """Every seed."""
+        """All seeds."""
         return self.seeds if isinstance(self.seeds, list) else list(range(1, self.seeds + 1))

@@ -1,4 +1,4 @@
-"""The report of a sweep: one self-contained page, and each of its pictures as a file."""
+"""Report of a sweep: one self-contained HTML page, and each of its figures as a PNG file."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from scenarios.study.worker import BROKEN
 REPORT = "report.html"
 PICTURES = "pictures"
 MOST_FAILED = 100
-"""Failed runs that the page lists; all are in the rows."""
+"""Maximum number of failed runs listed on the page; the rows hold all of them."""
 
 
 def report(sweep: Sweep, folder: Path) -> Path:
@@ -28,7 +28,7 @@ def report(sweep: Sweep, folder: Path) -> Path:
         The folder cannot be written.
     """
     study, rows = sweep.study, measured(sweep.rows)
-    pictures = [picture(study, rows, curve, _name(number, curve)) for number, curve in enumerate(study.curve, 1)]
+    pictures = [picture(study, rows, curve, _file_name(number, curve)) for number, curve in enumerate(study.curve, 1)]
     try:
         (folder / PICTURES).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -40,7 +40,7 @@ def report(sweep: Sweep, folder: Path) -> Path:
 
 
 def page(sweep: Sweep, pictures: list[Picture]) -> str:
-    """Return the page of a sweep with these pictures, one for each `[[curve]]`."""
+    """Return the HTML page of a sweep with these pictures, one for each `[[curve]]`."""
     study, rows = sweep.study, measured(sweep.rows)
     return pages.render(
         "study.html.j2",
@@ -48,7 +48,10 @@ def page(sweep: Sweep, pictures: list[Picture]) -> str:
         study=study,
         sweep=sweep,
         status=sweep.rows["status"].value_counts().to_dict(),
-        parameters=[(label(study, vary.key), ", ".join(map(text, _seen(rows, vary.key)))) for vary in study.vary],
+        parameters=[
+            (label(study, parameter.key), ", ".join(map(text, _values(rows, parameter.key))))
+            for parameter in study.vary
+        ],
         shown=[(one.figure(), numbers(study, rows, curve)) for one, curve in zip(pictures, study.curve, strict=True)],
         failed=failed(study, sweep.rows),
         wall_s=float(sweep.rows["wall_s"].sum()),
@@ -56,24 +59,28 @@ def page(sweep: Sweep, pictures: list[Picture]) -> str:
 
 
 def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
-    """Return the numbers behind a picture, with the paired differences from its first curve."""
+    """Return the table of a figure's numbers, with paired differences from its first curve."""
     found = estimates(rows, curve.metric, curve.keys)
     head = [*(label(study, key) for key in curve.keys), "mean", "95 %", "runs"]
-    cells = [[*(text(row[key]) for key in curve.keys), *_told(row), _runs(row)] for row in found.to_dict("records")]
+    cells = [
+        [*(text(row[key]) for key in curve.keys), *_mean_and_interval(row), _runs(row)]
+        for row in found.to_dict("records")
+    ]
     if curve.by and 0 < rows[curve.by].nunique() <= LEVELS and study.samples is None:
         first = found[curve.by].cat.categories[0]
-        change = differences(rows, curve.metric, curve.keys, curve.by, [vary.key for vary in study.vary])
+        change = differences(rows, curve.metric, curve.keys, curve.by, [parameter.key for parameter in study.vary])
         of = {tuple(row[key] for key in curve.keys): row for row in change.to_dict("records")}
         head += [f"minus {text(first)}", "95 %"]
         for line, row in zip(cells, found.to_dict("records"), strict=True):
-            line += _told(of[place]) if (place := tuple(row[key] for key in curve.keys)) in of else ["", ""]
+            group = tuple(row[key] for key in curve.keys)
+            line += _mean_and_interval(of[group]) if group in of else ["", ""]
     return _table(f"Numbers: {label(study, curve.metric)}", head, cells, left=len(curve.keys))
 
 
 def failed(study: Study, rows: pd.DataFrame) -> PageTable:
-    """Return the runs that are no measurement, with their parameters and errors."""
+    """Return the table of failed and incomplete runs, with their parameters and errors."""
     broken = rows[rows["status"].isin(BROKEN)].head(MOST_FAILED)
-    keys = [vary.key for vary in study.vary]
+    keys = [parameter.key for parameter in study.vary]
     cells = [
         [str(row["index"]), *(text(row[key]) for key in keys), str(row["seed"]), row["status"], row["error"]]
         for row in broken.to_dict("records")
@@ -83,13 +90,13 @@ def failed(study: Study, rows: pd.DataFrame) -> PageTable:
 
 
 def _table(title: str, head: list[str], lines: list[list[str]], left: int) -> PageTable:
-    """All but the first `left` columns stand at the right."""
-    rows = [Row([Cell(told, n >= left) for n, told in enumerate(line)], "") for line in lines]
-    return PageTable(title, [Cell(told, n >= left) for n, told in enumerate(head)], rows)
+    """Return a table with the first `left` columns left-aligned and the others right-aligned."""
+    rows = [Row([Cell(cell, n >= left) for n, cell in enumerate(line)], "") for line in lines]
+    return PageTable(title, [Cell(cell, n >= left) for n, cell in enumerate(head)], rows)
 
 
-def _told(row: dict[str, float]) -> list[str]:
-    """The mean and the interval."""
+def _mean_and_interval(row: dict[str, float]) -> list[str]:
+    """Return the mean and its confidence interval as text."""
     if not row["n"]:
         return ["-", ""]
     return [f"{row['mean']:.3g}", f"{row['low']:.3g} to {row['high']:.3g}" if row["low"] == row["low"] else "one seed"]
@@ -99,11 +106,11 @@ def _runs(row: dict[str, float]) -> str:
     return f"{row['n']:g}" if row["n"] == row["runs"] else f"{row['n']:g} of {row['runs']:g}"
 
 
-def _seen(rows: pd.DataFrame, key: str) -> list[object]:
-    """Values of a parameter; of too many the lowest and the highest."""
+def _values(rows: pd.DataFrame, key: str) -> list[object]:
+    """Return the values of a parameter, or only the lowest and highest if there are too many."""
     values = list(pd.unique(rows[key]))
     return values if len(values) <= LEVELS else [min(values), "...", max(values)]
 
 
-def _name(number: int, curve: Curve) -> str:
+def _file_name(number: int, curve: Curve) -> str:
     return f"{number:02d}-{curve.metric.split('.', 1)[1].replace('.', '_')}"

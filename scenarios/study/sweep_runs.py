@@ -1,4 +1,4 @@
-"""`luxloop sweep`: all runs of a study, their rows on disk, and what is still missing after an interruption."""
+"""Sweeps: execute all runs of a study and resume after an interruption."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -8,75 +8,77 @@ import pandas as pd
 
 from scenarios.errors import InputError, Interrupted, OutputError
 from scenarios.run import device, progress
-from scenarios.study import dask_runs
 from scenarios.study.design import runs
-from scenarios.study.row_store import Rows
+from scenarios.study.row_store import RowStore
 from scenarios.study.study_file import Study
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """What has been run of a study."""
+    """Completed runs of a study."""
 
     study: Study
     rows: pd.DataFrame
-    """A row per run that is done, in the order of the study."""
+    """Rows of the completed runs, in the order of the study."""
     count: int
-    """Runs of the whole study."""
+    """Number of runs of the whole study."""
     taken_up: int = 0
-    """Of them, runs whose rows were there from an earlier start."""
+    """Number of runs whose rows were reused from an earlier start."""
 
 
 def sweep(
     study: Study, tracker: str, out: Path, workers: int, scheduler: str | None = None, keep_at: str | None = None
 ) -> Sweep:
-    """Carry out what is not done yet.
+    """Execute all runs of a study that have no row yet.
 
     Parameters
     ----------
     study
-        What to run.
+        The study.
     tracker
         MODULE:NAME of the device under test.
     out
-        Folder of the rows; those of an earlier start are taken up.
+        Folder of the rows; rows of an earlier start are reused.
     workers
-        Processes of this computer, unless
+        Number of local processes; not used with a scheduler.
     scheduler
-        names a Dask scheduler.
+        Address of a Dask scheduler.
     keep_at
-        Folder or fsspec URL in which the folders of the runs are kept; nothing but the rows is kept if left out.
+        Folder or fsspec URL that receives the folder of every run; default: only the rows are kept.
 
     Raises
     ------
     StudyError, OutputError
-        As `runs`, `Rows` and `engine.connect`.
+        As for `design.runs`, `RowStore` and `dask_runs.connect`.
     Interrupted
-        Ctrl-C; all rows that came in are on disk.
+        Ctrl-C was pressed; all rows received so far are on disk.
     """
     wanted = runs(study, tracker)
-    device.load(tracker)  # that there is none should be told once, not by every row
+    device.load(tracker)  # an invalid tracker is reported once, not in every row
     keys = [run.key for run in wanted]
-    with Rows.opened(out, {vary.key: [run.parameters[vary.key] for run in wanted] for vary in study.vary}) as rows:
+    values = {parameter.key: [run.parameters[parameter.key] for run in wanted] for parameter in study.vary}
+    with RowStore.opened(out, values) as rows:
         todo = [run for run in wanted if run.key not in rows.keys]
         try:
             if todo:
+                from scenarios.study import dask_runs  # imports dask, which is slow and optional
+
                 with (
                     dask_runs.connect(min(workers, len(todo)), scheduler) as client,
                     progress.runs(study.path.stem, len(wanted), len(wanted) - len(todo)) as advance,
                 ):
-                    for some in dask_runs.rows_of(client, todo, keep_at):
-                        rows.add(some)
-                        advance(len(some))
+                    for batch in dask_runs.rows_of(client, todo, keep_at):
+                        rows.add(batch)
+                        advance(len(batch))
         except KeyboardInterrupt as error:
             raise Interrupted(f"interrupted; {_state(rows, keys, out)}") from error
         except InputError as error:
             raise type(error)(f"{error}; {_state(rows, keys, out)}") from error
-        return Sweep(study, rows.join(keys), len(wanted), len(wanted) - len(todo))
+        return Sweep(study, rows.merge(keys), len(wanted), len(wanted) - len(todo))
 
 
-def _state(rows: Rows, keys: list[str], out: Path) -> str:
-    """Tidy up after a sweep that did not come to its end, and say what is there."""
-    with suppress(OutputError):  # where the disk is full, the journal has to do
-        rows.join(keys)
-    return f"{len(rows.keys.intersection(keys))} of {len(keys)} rows are in {out}, the same command goes on from there"
+def _state(rows: RowStore, keys: list[str], out: Path) -> str:
+    """Merge the rows of an unfinished sweep and return a message with their number."""
+    with suppress(OutputError):  # if the disk is full, the rows stay in the append log
+        rows.merge(keys)
+    return f"{len(rows.keys.intersection(keys))} of {len(keys)} rows are in {out}; run the same command to resume"

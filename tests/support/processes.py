@@ -1,4 +1,4 @@
-"""Other processes, as the kernel tells of them."""
+"""State of other processes, from /proc."""
 
 import time
 from collections.abc import Callable
@@ -6,27 +6,27 @@ from pathlib import Path
 
 
 def children_of(parent: int) -> list[int]:
-    """Numbers of the processes that a process has started."""
+    """Return the ids of the child processes of a process."""
     pids = [int(path.name) for path in Path("/proc").glob("[0-9]*")]
     return [pid for pid in pids if (state := _stat(pid)) and int(state[1]) == parent]
 
 
 def is_dead(pid: int) -> bool:
-    """Whether a process is gone, but for a parent that may still ask how it ended."""
+    """Return True if a process has ended (including zombies, which wait for their parent)."""
     state = _stat(pid)
     return not state or state[0] == "Z"
 
 
 def until(condition: Callable[[], bool], patience_s: float = 60.0, pause_s: float = 0.05) -> None:
-    """Wait for something to come true."""
-    end = time.monotonic() + patience_s
+    """Wait until a condition is true."""
+    deadline = time.monotonic() + patience_s
     while not condition():
-        assert time.monotonic() < end, "it never came to that"
+        assert time.monotonic() < deadline, "timeout: the condition is still false"
         time.sleep(pause_s)
 
 
 def _stat(pid: int) -> list[str]:
-    """State, parent and so on; nothing of a process that is gone."""
+    """Return the fields of /proc/PID/stat from the state on; empty if the process has ended."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     except (FileNotFoundError, ProcessLookupError):

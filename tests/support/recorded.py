@@ -1,4 +1,4 @@
-"""Runs of the shipped tracker that are kept frame by frame, to be graded again with something about them changed."""
+"""Runs of the shipped tracker, kept frame by frame, to be graded again with modified tracks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
@@ -28,7 +28,7 @@ from tracker.scan import Scan
 from tracker.tracker import Tracker
 
 STREET = """\
-description = "A street with all that moves and stands."
+description = "A street with moving and stationary vehicles."
 duration_s = 5.0
 
 [traffic]
@@ -48,7 +48,7 @@ actor = [
 
 
 class Frame(NamedTuple):
-    """All of one frame that is graded."""
+    """Input of the grader for one frame."""
 
     frame: WorldFrame
     scan: Scan
@@ -59,7 +59,7 @@ class Frame(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """One run."""
+    """A run with its frames."""
 
     scenario: Scenario
     result: Result
@@ -68,23 +68,23 @@ class Recorded:
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Recorded":
-        """Run a scenario."""
-        frames, answers = [], []
+        """Run a scenario and keep its frames."""
+        frames, outputs = [], []
 
-        class Listening(Tracker):
+        class RecordingTracker(Tracker):
             def step(self, scan):
-                answers.append(super().step(scan))
-                return answers[-1]
+                outputs.append(super().step(scan))
+                return outputs[-1]
 
         def keep(frame, scan, truth, _grade):
-            frames.append(Frame(frame, scan, truth, *answers[-1]))
+            frames.append(Frame(frame, scan, truth, *outputs[-1]))
 
-        result = loop.run(scenario, Listening, export=keep)
+        result = loop.run(scenario, RecordingTracker, export=keep)
         return cls(scenario, result, frames, [FrameTruth.of(*frame[:3], scenario.grading) for frame in frames])
 
     @cached_property
     def followed(self) -> list[tuple[TrackMatches, dict[str, Any]]]:
-        """Whom the tracks follow in every frame, and their rows of the table."""
+        """Matches of the tracks in every frame, and their rows of the table."""
         matcher = TrackMatcher(self.scenario.grading)
         followed = [
             TrackMatches.of(now, frame.tracks, matcher) for frame, now in zip(self.frames, self.instants, strict=True)
@@ -96,7 +96,7 @@ class Recorded:
     def with_tracks(self, change: Callable[[Frame, TrackMatches, dict[str, Any]], Tracks], name: str) -> RunDigest:
         """Grade other tracks than the tracker's, made from them, whom they follow, and their rows of the table.
 
-        What they have no part in, the stages before, stays as it is; `name` stands for the trace hash.
+        Metrics of earlier stages are copied; `name` replaces the trace hash.
         """
         matcher = TrackMatcher(self.scenario.grading)
         tracks, overlaps, track_id = TableBuilder(frame_tables.TRACKS), TableBuilder(frame_tables.OVERLAPS), []
@@ -111,7 +111,7 @@ class Recorded:
         return digest(replace(self.result, trace_hash=name, tables=graded))
 
     def with_device(self, device: Any, name: str) -> RunDigest:
-        """Show the recorded scans to another device, and grade all that it says."""
+        """Run another device on the recorded scans and grade its output."""
         grader = Grader(self.scenario.grading)
         for frame in self.frames:
             grader.add(*frame[:3], *device.step(frame.scan))
@@ -121,7 +121,7 @@ class Recorded:
 
 @cache
 def runs() -> list[Recorded]:
-    """Three runs of a street and one of a crossing in SUMO: some 50 vehicles."""
+    """Return three runs of a street and one of a SUMO crossing: about 50 vehicles."""
     with TemporaryDirectory() as folder:
         street = Path(folder) / "street.toml"
         street.write_text(STREET, encoding="utf-8")
@@ -132,12 +132,12 @@ def runs() -> list[Recorded]:
 
 @cache
 def base() -> tuple[RunDigest, ...]:
-    """Those runs as they were."""
+    """Return the digests of the unmodified runs."""
     return tuple(digest(run.result) for run in runs())
 
 
 class Shuffled(Tracker):
-    """The shipped tracker, given the points of every scan in another order."""
+    """The shipped tracker with the points of every scan in random order."""
 
     def __init__(self, seed: int) -> None:
         super().__init__()
@@ -154,19 +154,19 @@ class Shuffled(Tracker):
 
 
 def jitter(seed: int, sigma_m: float) -> Callable[..., Tracks]:
-    """Shift every track by a normal error of no mean."""
+    """Shift every track by a zero-mean normal error."""
     rng = np.random.default_rng(seed)
     return lambda frame, *_: _shifted(frame.tracks, rng.normal(0.0, sigma_m, (len(frame.tracks), 2)))
 
 
 def withhold(seed: int, share: float) -> Callable[..., Tracks]:
-    """Leave out a share of the tracks, by chance."""
+    """Remove a random share of the tracks."""
     rng = np.random.default_rng(seed)
     return lambda frame, *_: _select(frame.tracks, rng.random(len(frame.tracks)) >= share)
 
 
 def worse_position(share: float) -> Callable[..., Tracks]:
-    """Make the error of every corner larger by a share."""
+    """Increase the error of every corner by a share."""
 
     def change(frame: Frame, _following: TrackMatches, rows: dict[str, Any]) -> Tracks:
         error_ego = np.nan_to_num(np.column_stack([rows["mma_x_error_m"], rows["mma_y_error_m"]]))
@@ -176,7 +176,7 @@ def worse_position(share: float) -> Callable[..., Tracks]:
 
 
 def worse_heading(share: float) -> Callable[..., Tracks]:
-    """Make every error of heading larger by a share."""
+    """Increase every heading error by a share."""
 
     def change(frame: Frame, following: TrackMatches, _rows: dict[str, Any]) -> Tracks:
         mean = frame.tracks.mean.copy()

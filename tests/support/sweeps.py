@@ -1,4 +1,4 @@
-"""A small study, `luxloop sweep` as a process of its own, and what its rows should be."""
+"""A small study, `luxloop sweep` as a subprocess, and the expected rows."""
 
 import os
 import signal
@@ -29,10 +29,11 @@ key = "noise.dropout.random_rate"
 values = [0.0, 0.1, 0.2, 0.3]
 """
 PATIENCE_S = 120
+"""[s] Timeout of a sweep."""
 
 
 def small_study(folder: Path, seeds: int = 2, more: str = "") -> Path:
-    """Write a study of four values and some seeds, and its scenario; return its path."""
+    """Write a study of four values and `seeds` seeds, and its scenario; return its path."""
     folder.mkdir(parents=True, exist_ok=True)
     write(folder)
     path = folder / "small.toml"
@@ -40,13 +41,13 @@ def small_study(folder: Path, seeds: int = 2, more: str = "") -> Path:
     return path
 
 
-def undisturbed(study: Path) -> list[str]:
-    """Trace hashes of all runs, one after the other in this process, without Dask."""
+def sequential_hashes(study: Path) -> list[str]:
+    """Return the trace hashes of all runs, executed sequentially in this process, without Dask."""
     return [carry_out(run)["trace_hash"] for run in runs(Study.load(study), device.SHIPPED)]
 
 
 def start(study: Path, *options: str) -> subprocess.Popen[str]:
-    """Start `luxloop sweep`, in a process group of its own as a terminal would."""
+    """Start `luxloop sweep` in a new process group, as a terminal does."""
     command = [sys.executable, "-m", "scenarios", "sweep", study.name, "--out", "out", *options]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
     return subprocess.Popen(
@@ -56,7 +57,7 @@ def start(study: Path, *options: str) -> subprocess.Popen[str]:
 
 
 def sweep(study: Path, *options: str) -> tuple[int, str, str]:
-    """Run `luxloop sweep` to its end; return exit code, standard output and standard error."""
+    """Run `luxloop sweep`; return exit code, standard output and standard error."""
     process = start(study, *options)
     try:
         output, error = process.communicate(timeout=PATIENCE_S)
@@ -66,26 +67,26 @@ def sweep(study: Path, *options: str) -> tuple[int, str, str]:
 
 
 def end(process: subprocess.Popen[str]) -> None:
-    """Kill what is left of a process group."""
+    """Kill the remaining processes of a process group."""
     with process, suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
 
 
 def rows_so_far(study: Path) -> int:
-    """Rows in the journal of a sweep that runs."""
+    """Return the number of rows in the append log of a running sweep."""
     path = study.parent / "out" / "runs.jsonl"
     return path.read_bytes().count(b"\n") if path.is_file() else 0
 
 
 def wait_for_rows(study: Path, count: int, process: subprocess.Popen[str]) -> None:
-    """Wait until a sweep has so many rows more than when it started."""
-    last = time.monotonic() + PATIENCE_S
+    """Wait until the append log of a sweep has `count` rows."""
+    deadline = time.monotonic() + PATIENCE_S
     while rows_so_far(study) < count:
-        assert process.poll() is None, f"it ended: {process.communicate()}"
-        assert time.monotonic() < last, "no rows came"
+        assert process.poll() is None, f"the sweep ended: {process.communicate()}"
+        assert time.monotonic() < deadline, "timeout: too few rows"
         time.sleep(0.02)
 
 
 def rows(study: Path) -> pd.DataFrame:
-    """The rows of a sweep."""
+    """Return the rows of a completed sweep."""
     return pd.read_parquet(study.parent / "out" / "runs.parquet")

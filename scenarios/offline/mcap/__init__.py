@@ -1,1 +1,1 @@
-"""Recorded scans, their truth and the tracks as MCAP, for tools of ROS 2 and Foxglove; ROS itself is not needed."""
+"""MCAP export of recorded scans, ground truth and tracks for ROS 2 tools and Foxglove; ROS is not required."""

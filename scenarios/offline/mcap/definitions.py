@@ -1,6 +1,7 @@
-"""Definitions of the ROS 2 messages in a file: facts of ROS 2's interfaces and of Foxglove's, as readers need them.
+"""Message definitions of ROS 2 and Foxglove that are stored in the MCAP file.
 
-A reader decodes by the text in the file, and tools know a message by its name; so the fields are all here, in order.
+Readers decode messages by the definition in the file, and tools recognise a message by its name, so all fields are
+listed in their order.
 """
 
 import re
@@ -69,16 +70,16 @@ _SEPARATOR = "=" * 80
 
 
 def full_name(name: str) -> str:
-    """`package/msg/Name` of `package/Name`."""
+    """Return `package/msg/Name` for `package/Name`."""
     package, _, message = name.partition("/")
     return f"{package}/msg/{message}"
 
 
 def definition(name: str) -> str:
-    """Text of a message, `package/Name`, and after it of all messages in it, as the registry of MCAP wants it."""
+    """Return the definition of a message, `package/Name`, followed by those of its parts, in the MCAP format."""
     parts = [_lines(name)]
     needed = _parts_of(name)
-    for part in needed:  # it grows as it is gone through
+    for part in needed:  # the list grows during the iteration
         needed += [further for further in _parts_of(part) if further not in needed]
         parts.append(f"{_SEPARATOR}\nMSG: {part}\n{_lines(part)}")
     return "\n".join(parts)

@@ -1,14 +1,14 @@
-"""A recorded run as an MCAP file.
+"""Export of a recorded run as an MCAP file.
 
-| topic | message | what |
+| topic | message | content |
 |---|---|---|
-| `/tf` | `tf2_msgs/TFMessage` | where odometry has the ego |
-| `/lidar/points` | `sensor_msgs/PointCloud2` | the scan as the tracker gets it |
-| `/truth/points` | `sensor_msgs/PointCloud2` | the same points with their truth |
-| `/truth/boxes` | `foxglove_msgs/SceneUpdate` | the actors |
-| `/tracks` | `foxglove_msgs/SceneUpdate` | the run's own tracks |
+| `/tf` | `tf2_msgs/TFMessage` | pose of the ego by odometry |
+| `/lidar/points` | `sensor_msgs/PointCloud2` | the scan, as input of the tracker |
+| `/truth/points` | `sensor_msgs/PointCloud2` | the same points with their ground truth |
+| `/truth/boxes` | `foxglove_msgs/SceneUpdate` | boxes of the actors |
+| `/tracks` | `foxglove_msgs/SceneUpdate` | tracks of the run |
 
-Times are the run's, from 0; nothing depends on when the file is written.
+Times start at 0, as in the run; the file does not depend on the time of writing.
 """
 
 from pathlib import Path
@@ -31,28 +31,28 @@ from tracker.scan import Scan
 
 CLOUD, BOXES, TRANSFORM = "sensor_msgs/PointCloud2", "foxglove_msgs/SceneUpdate", "tf2_msgs/TFMessage"
 CHUNK_BYTES = 1
-"""A chunk for each message: of several clouds in one chunk, rerun's importer makes pieces that overlap in time."""
+"""Chunk size that gives each message its own chunk: rerun's importer overlaps clouds of one chunk in time."""
 TRACK_HEIGHT_M = 1.5
-"""Tracks have none of their own."""
+"""Height of track boxes; tracks have no height."""
 TRUTH: Color = (1.0, 1.0, 1.0, 0.3)
 COLORS: dict[str, Color] = {
     "tentative": (0.6, 0.6, 0.6, 0.3),
     "confirmed": (0.2, 0.8, 0.4, 0.5),
     "coasting": (0.3, 0.5, 1.0, 0.4),
 }
-"""Of tracks by status; dead ones are not shown."""
+"""Colour of tracks by status; dead tracks are not exported."""
 
 
 def export(run: RecordedRun, path: Path) -> int:
-    """Write a run's scans, truth and tracks, and return how many frames these are.
+    """Write scans, ground truth and tracks of a run; return the number of frames.
 
     Raises
     ------
     OutputError
-        The run has no scans, or the file is there already or cannot be written.
+        The run has no scans, or the file exists or cannot be written.
     """
     if path.exists():
-        raise OutputError(f"{path}: is there already; choose another file")
+        raise OutputError(f"{path}: already exists; choose another file")
     scans = run.scans()
     tracks = dict(list(run.result.tables["tracks"].groupby("frame")))
     try:
@@ -75,29 +75,34 @@ def export(run: RecordedRun, path: Path) -> int:
 def _messages(
     time_ns: int, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: pd.DataFrame | None
 ) -> list[tuple[str, str, dict[str, Any]]]:
-    """Topic, type and content of all messages of one frame."""
+    """Return topic, type and content of all messages of one frame."""
     return [
         ("/tf", TRANSFORM, transform(time_ns, scan.ego_pose_odom)),
-        ("/lidar/points", CLOUD, cloud(time_ns, _seen(scan))),
-        ("/truth/points", CLOUD, cloud(time_ns, _true(scan, truth))),
+        ("/lidar/points", CLOUD, cloud(time_ns, _scan_columns(scan))),
+        ("/truth/points", CLOUD, cloud(time_ns, _truth_columns(scan, truth))),
         ("/truth/boxes", BOXES, scene(time_ns, _actors(frame, truth))),
         ("/tracks", BOXES, scene(time_ns, [] if tracks is None else _tracks(frame, tracks))),
     ]
 
 
-def _place(scan: Scan) -> dict[str, npt.NDArray[Any]]:
+def _positions(scan: Scan) -> dict[str, npt.NDArray[Any]]:
     return dict(zip("xyz", scan.points_ego.T, strict=True))
 
 
-def _seen(scan: Scan) -> dict[str, npt.NDArray[Any]]:
+def _scan_columns(scan: Scan) -> dict[str, npt.NDArray[Any]]:
     names = ("time_offset", "unit", "layer", "echo", "echo_pulse_width", "flags")
-    return {**_place(scan), **{name: getattr(scan, name) for name in names}}
+    return {**_positions(scan), **{name: getattr(scan, name) for name in names}}
 
 
-def _true(scan: Scan, truth: ScanTruth) -> dict[str, npt.NDArray[Any]]:
-    """A cloud has no 64-bit whole numbers; ids of actors are counted up from 0."""
-    ids = truth.actor_id.astype(np.int32)
-    return {**_place(scan), "actor_id": ids, "part": truth.part, "cause": truth.cause, "true_range": truth.true_range}
+def _truth_columns(scan: Scan, truth: ScanTruth) -> dict[str, npt.NDArray[Any]]:
+    ids = truth.actor_id.astype(np.int32)  # a PointCloud2 has no 64-bit integers; ids are small
+    return {
+        **_positions(scan),
+        "actor_id": ids,
+        "part": truth.part,
+        "cause": truth.cause,
+        "true_range": truth.true_range,
+    }
 
 
 def _actors(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
@@ -110,7 +115,7 @@ def _actors(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
             size=actors.size[a],
             color=TRUTH,
             label=str(actors.id[a]),
-            told={
+            metadata={
                 "name": actors.name[a],
                 "kind": Kind(actors.kind[a]).name.lower(),
                 "visible_fraction": f"{fraction[a]:.3f}",
@@ -121,7 +126,7 @@ def _actors(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
 
 
 def _tracks(frame: WorldFrame, tracks: pd.DataFrame) -> list[Box]:
-    """Boxes in the true ego frame: the tables hold them with the drift of odometry undone."""
+    """Return boxes in the true ego frame: the tables hold track poses without the odometry drift."""
     shown = tracks[tracks["status"].isin(list(COLORS))]
     pose_world = shown[["x_world_m", "y_world_m", "yaw_world_rad"]].to_numpy(np.float64)
     pose_ego = into_frame(pose_world, frame.ego.pose_world)
@@ -132,7 +137,7 @@ def _tracks(frame: WorldFrame, tracks: pd.DataFrame) -> list[Box]:
             size=np.array([row.length_m, row.width_m, TRACK_HEIGHT_M]),
             color=COLORS[row.status],
             label=f"{row.track_id}",
-            told={"status": row.status, "verdict": row.verdict, "actor_id": row.actor_id},
+            metadata={"status": row.status, "verdict": row.verdict, "actor_id": row.actor_id},
         )
         for t, row in enumerate(shown.itertuples())
     ]

@@ -1,4 +1,4 @@
-"""Messages as dictionaries, ready to be encoded: clouds of points, transforms, and scenes of boxes."""
+"""Messages as dictionaries for encoding: point clouds, transforms, and scenes of boxes."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -12,18 +12,18 @@ Message = dict[str, Any]
 Color = tuple[float, float, float, float]
 
 ODOM, EGO = "odom", "ego"
-"""Frames: odometry's, which is fixed to the ground, and the ego's box centre on the ground."""
+"""Frames of reference: odometry (fixed to the ground), and ego (box centre on the ground)."""
 
 _NANOSECONDS = 1_000_000_000
 _DATATYPE = {"int8": 1, "uint8": 2, "int16": 3, "uint16": 4, "int32": 5, "uint32": 6, "float32": 7, "float64": 8}
-"""Of `sensor_msgs/PointField`."""
+"""Codes of `sensor_msgs/PointField`."""
 _DELETE_ALL = 1
-"""Of `SceneEntityDeletion.type`."""
+"""Value of `SceneEntityDeletion.type`."""
 _FONT_M = 0.8
 
 
 class Box(NamedTuple):
-    """One thing of a scene."""
+    """A labelled box of a scene."""
 
     id: str
     pose_ego: Floats
@@ -32,27 +32,27 @@ class Box(NamedTuple):
     """(3,) length, width, height [m]."""
     color: Color
     label: str
-    told: Mapping[str, object]
-    """What else is known of it."""
+    metadata: Mapping[str, object]
+    """Further properties, shown by viewers."""
 
 
 def nanoseconds(time_s: float) -> int:
-    """Whole nanoseconds of a time [s]."""
+    """Return a time [s] in integer nanoseconds."""
     return round(time_s * _NANOSECONDS)
 
 
 def stamp(time_ns: int) -> Message:
-    """Make a `builtin_interfaces/Time`."""
+    """Return a `builtin_interfaces/Time`."""
     return {"sec": time_ns // _NANOSECONDS, "nanosec": time_ns % _NANOSECONDS}
 
 
 def header(time_ns: int, frame: str) -> Message:
-    """Make a `std_msgs/Header`."""
+    """Return a `std_msgs/Header`."""
     return {"stamp": stamp(time_ns), "frame_id": frame}
 
 
 def cloud(time_ns: int, columns: Mapping[str, npt.NDArray[Any]]) -> Message:
-    """Make a `sensor_msgs/PointCloud2` in the ego frame of columns (N,), each in its own type, without padding."""
+    """Return a `sensor_msgs/PointCloud2` in the ego frame; columns (N,) keep their dtype, without padding."""
     dtype = np.dtype([(name, values.dtype.newbyteorder("<")) for name, values in columns.items()])
     count = len(next(iter(columns.values())))
     points = np.empty(count, dtype)
@@ -76,14 +76,14 @@ def cloud(time_ns: int, columns: Mapping[str, npt.NDArray[Any]]) -> Message:
 
 
 def transform(time_ns: int, ego_pose_odom: Floats) -> Message:
-    """Make a `tf2_msgs/TFMessage` that says where the ego frame is in the odometry frame."""
+    """Return a `tf2_msgs/TFMessage` with the pose of the ego frame in the odometry frame."""
     x, y, yaw = ego_pose_odom.tolist()
-    placed = {"translation": _vector(x, y, 0.0), "rotation": _turn(yaw)}
-    return {"transforms": [{"header": header(time_ns, ODOM), "child_frame_id": EGO, "transform": placed}]}
+    pose = {"translation": _vector(x, y, 0.0), "rotation": _rotation(yaw)}
+    return {"transforms": [{"header": header(time_ns, ODOM), "child_frame_id": EGO, "transform": pose}]}
 
 
 def scene(time_ns: int, boxes: list[Box]) -> Message:
-    """Make a `foxglove_msgs/SceneUpdate` that shows these boxes, and no earlier ones any more."""
+    """Return a `foxglove_msgs/SceneUpdate` that replaces all earlier boxes by these."""
     return {
         "deletions": [{"timestamp": stamp(time_ns), "type": _DELETE_ALL, "id": ""}],
         "entities": [_entity(time_ns, box) for box in boxes],
@@ -100,7 +100,7 @@ def _entity(time_ns: int, box: Box) -> Message:
         "id": box.id,
         "lifetime": {"sec": 0, "nanosec": 0},
         "frame_locked": False,
-        "metadata": [{"key": key, "value": str(value)} for key, value in box.told.items()],
+        "metadata": [{"key": key, "value": str(value)} for key, value in box.metadata.items()],
         "cubes": [{"pose": _pose(x, y, 0.5 * height, yaw), "size": _vector(length, width, height), "color": color}],
         "texts": [
             {
@@ -117,13 +117,13 @@ def _entity(time_ns: int, box: Box) -> Message:
 
 
 def _pose(x: float, y: float, z: float, yaw: float) -> Message:
-    return {"position": _vector(x, y, z), "orientation": _turn(yaw)}
+    return {"position": _vector(x, y, z), "orientation": _rotation(yaw)}
 
 
 def _vector(x: float, y: float, z: float) -> Message:
     return {"x": x, "y": y, "z": z}
 
 
-def _turn(yaw: float) -> Message:
-    """Quaternion about the z axis."""
+def _rotation(yaw: float) -> Message:
+    """Return a quaternion about the z axis."""
     return {"x": 0.0, "y": 0.0, "z": float(np.sin(0.5 * yaw)), "w": float(np.cos(0.5 * yaw))}

@@ -1,1 +1,1 @@
-"""Scenes for studies, generated from parameters."""
+"""Scenes for studies: functions that return a scenario document for some parameters."""

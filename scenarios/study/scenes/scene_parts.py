@@ -1,9 +1,11 @@
-"""What staged scenes are put together of, as tables of a scenario file."""
+"""Parts of staged scenes as tables of a scenario file: vehicle, moving screen, wall; and constants of all scenes."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
+
+import numpy as np
 
 from scenarios.arrays import Floats
 from sim.scripted.motions import Motion
@@ -11,27 +13,38 @@ from sim.scripted.motions import Motion
 Json = dict[str, Any]
 Size = tuple[float, float, float]
 
+RIG = "srx_six_lux"
 CAR_M: Size = (4.6, 1.8, 1.5)
+"""[m] Length, width and height of the target vehicle."""
 WALL_HEIGHT_M = 4.0
+
+START = np.array([-6.0, 9.0, 0.0])
+"""Start pose (x [m], y [m], yaw [rad]) of a car two lanes to the left of the ego: it shows its front and its side."""
+OCCLUDER_Y_M = 4.0
+"""[m] Lateral position of the wall or screen, in the ego frame."""
+BEFORE_S, AFTER_S = 3.0, 3.5
+"""[s] Time in view before and after the occlusion: enough to confirm a track, and to reacquire the car."""
+MEMORY_S = 4.5
+"""[s] `grading.memory_s`, above its default of 3 s: the time partly hidden adds to the time fully hidden."""
 
 
 def car(start: Floats, motions: Sequence[Motion]) -> Json:
-    """The car that all is about, at a pose (3,), with what it does; without motions it stands."""
+    """Return the target vehicle, starting at a pose (3,); without motions it is stationary."""
     return _actor("car", "car", start, CAR_M, motions)
 
 
 def screen(start: Floats, length_m: float, motions: Sequence[Motion]) -> Json:
-    """Something thin, as high as a wall, that moves; nobody asks of a tracker that it follow it."""
+    """Return a thin moving occluder, as high as a wall; it is not graded."""
     return _actor("screen", "obstacle", start, (length_m, 0.2, WALL_HEIGHT_M), motions)
 
 
 def wall(corners_m: list[list[float]]) -> Json:
-    """Something thin that stands between two places."""
+    """Return a thin stationary wall between two points."""
     return {"kind": "wall", "corners_m": corners_m, "height_m": WALL_HEIGHT_M}
 
 
 def motion_table(motion: Motion) -> Json:
-    """One motion."""
+    """Return the table of a motion."""
     return {key: value for key, value in asdict(motion).items() if value is not None}
 
 

@@ -1,4 +1,4 @@
-"""What has to stand on a line beside the ego, lest its LIDARs see what is behind."""
+"""Occlusion geometry: the part of a line beside the ego that blocks the LIDARs' view of points behind it."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,7 +11,7 @@ from sensor_model.rig.rig import Mount, Rig
 
 
 def outline(pose: Floats, size_m: Sequence[float]) -> Floats:
-    """Points (44, 2) along the four sides of a box (length, width, height) at a pose (3,), corners included [m]."""
+    """Return points (44, 2) [m] along the four sides of a box (length, width, height) at a pose (3,), with corners."""
     along = np.linspace(-0.5, 0.5, 11)
     edge = np.full_like(along, 0.5)
     sides = ((along, edge), (along, -edge), (edge, along), (-edge, along))
@@ -21,41 +21,54 @@ def outline(pose: Floats, size_m: Sequence[float]) -> Floats:
     return turned
 
 
-def shadow(rig: Rig, points_ego: Floats, line_y_m: float) -> tuple[float, float]:
-    """From where to where the line y = `line_y_m`, left of the ego, lies between points (N, 2) behind it and a LIDAR.
+def shadow_on_line(rig: Rig, points_ego: Floats, line_y_m: float) -> tuple[float, float]:
+    """Return the interval of x at which the line y = `line_y_m` intersects rays from the LIDARs to points behind it.
 
-    Only LIDARs that look in a point's direction count. The line is in the ego frame as well [m].
+    Parameters
+    ----------
+    rig
+        Only LIDARs whose field of view contains a point count for it.
+    points_ego
+        (N, 2) points in the ego frame [m].
+    line_y_m
+        Position of the line, left of the ego, in the ego frame [m].
+
+    Returns
+    -------
+    tuple of float
+        Lowest and highest x of the intersections, in the ego frame [m].
     """
     x_m = np.concatenate([at[0] + ray[:, 0] * (line_y_m - at[1]) / ray[:, 1] for at, ray in _rays(rig, points_ego)])
     return float(x_m.min()), float(x_m.max())
 
 
-def cover(rig: Rig, points_ego: Floats, line_y_m: float, share: float) -> float:
-    """To where on that line, from its rear end on, a screen has to reach to hide so much of the points' angle.
+def screen_end(rig: Rig, points_ego: Floats, line_y_m: float, share: float) -> float:
+    """Return the x [m] to which a screen on the line must reach, from its rear end, to hide a share of the points.
 
-    The angle is the sum of those under which the LIDARS see the points: their beams are evenly spread.
+    The share is that of the angle under which the LIDARs see the points, summed over the LIDARs: their beams are evenly
+    spaced in angle. `rig`, `points_ego` and `line_y_m` are as for `shadow_on_line`.
     """
     spans = [(at, np.arctan2(ray[:, 1], ray[:, 0])) for at, ray in _rays(rig, points_ego) if len(ray)]
     whole = sum(float(np.ptp(bearing)) for _, bearing in spans)
 
-    def seen(end_m: float) -> float:
-        """Angle ahead of the screen's end."""
+    def visible(end_m: float) -> float:
+        """Return the visible angle [rad] in front of the screen's end."""
         ends = [(math.atan2(line_y_m - at[1], end_m - at[0]), bearing) for at, bearing in spans]
         return sum(float(np.clip(end, bearing.min(), bearing.max()) - bearing.min()) for end, bearing in ends)
 
-    left_m, right_m = shadow(rig, points_ego, line_y_m)
-    return float(brentq(lambda end_m: seen(end_m) - (1.0 - share) * whole, left_m - 0.1, right_m + 0.1))
+    left_m, right_m = shadow_on_line(rig, points_ego, line_y_m)
+    return float(brentq(lambda end_m: visible(end_m) - (1.0 - share) * whole, left_m - 0.1, right_m + 0.1))
 
 
 def _rays(rig: Rig, points_ego: Floats) -> Iterator[tuple[Floats, Floats]]:
-    """Where each LIDAR is (2,), and the rays (N, 2) from it to those points that lie in its field of view."""
+    """Yield the position (2,) of each LIDAR, and the rays (N, 2) from it to the points in its field of view."""
     for mount in rig.mounts:
         at = np.array([mount.x_m + rig.rear_axle_x_m, mount.y_m])
-        yield at, (points_ego - at)[_looks_along(mount, points_ego - at)]
+        yield at, (points_ego - at)[_in_field_of_view(mount, points_ego - at)]
 
 
-def _looks_along(mount: Mount, ray: Floats) -> Bools:
-    """Whether rays (N, 2) from a LIDAR lie in its field of view (N,)."""
+def _in_field_of_view(mount: Mount, ray: Floats) -> Bools:
+    """(N,) mask of rays (N, 2) from a LIDAR that are in its field of view."""
     azimuth_deg = (np.degrees(np.arctan2(ray[:, 1], ray[:, 0])) - mount.yaw_deg + 180.0) % 360.0 - 180.0
     left_deg = max(fan.start_deg for fan in mount.model.fans)
     right_deg = min(fan.stop_deg for fan in mount.model.fans)

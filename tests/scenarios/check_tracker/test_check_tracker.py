@@ -1,4 +1,4 @@
-"""The contract checker: trackers with one planted fault each, and two that have none."""
+"""Contract checker: trackers with one planted fault each, and trackers without faults."""
 
 import importlib.util
 import inspect
@@ -10,9 +10,9 @@ import pytest
 from support.paths import EXAMPLES
 
 from scenarios.check_tracker import sequence_checks
-from scenarios.check_tracker.check_drives import Silent, drives
+from scenarios.check_tracker.check_drives import NullTracker, drives
 from scenarios.check_tracker.checks import CHECKS
-from scenarios.check_tracker.output_checks import MAY_BE_NONE, SHAPES
+from scenarios.check_tracker.output_checks import OPTIONAL, SHAPES
 from scenarios.cli import main
 from tracker.records import Status, Tracks
 from tracker.tracker import Tracker
@@ -30,7 +30,7 @@ def all_drives():
 
 @pytest.fixture(scope="module")
 def two(all_drives):
-    """The real drive and the odd scans, fewer of them."""
+    """The first scans of the simulated drive, and the unusual scans."""
     return [cut(all_drives[0], 12), cut(all_drives[-1], None)]
 
 
@@ -39,7 +39,7 @@ def cut(drive, count):
 
 
 def changed(**fields):
-    """A tracker whose answers have some fields replaced: by values, or by functions of the tracks."""
+    """Return a tracker with some output fields replaced by functions of the tracks."""
 
     class Changed(PatchTracker):
         def step(self, scan):
@@ -56,18 +56,18 @@ class Raises(PatchTracker):
         return super().step(scan)
 
 
-class Nothing(PatchTracker):
+class ReturnsNone(PatchTracker):
     def step(self, scan):
         super().step(scan)
 
 
-class Unmade(PatchTracker):
+class NoConfig(PatchTracker):
     def __init__(self):
         super().__init__(None)
 
 
-class Revives(PatchTracker):
-    """Reports all ids that it has ever given as dead, and later gives them again."""
+class ReusesDeadIds(PatchTracker):
+    """Reports all its ids as dead in one scan, and reuses them later."""
 
     def step(self, scan):
         tracks = super().step(scan)
@@ -76,16 +76,16 @@ class Revives(PatchTracker):
         return replace(tracks, status=status)
 
 
-class Scribbles(PatchTracker):
-    """Shifts the points of the scan in place, as a careless transform does."""
+class ModifiesScan(PatchTracker):
+    """Shifts the points of the scan in place."""
 
     def step(self, scan):
         scan.points_ego[:] += 1.0
         return super().step(scan)
 
 
-class Buffers(PatchTracker):
-    """Answers with an array that it writes into again."""
+class ReusesBuffer(PatchTracker):
+    """Returns an array that it overwrites in the next step."""
 
     buffer = None
 
@@ -97,44 +97,44 @@ class Buffers(PatchTracker):
         return replace(tracks, mean=self.buffer[: len(tracks)])
 
 
-class Draws(PatchTracker):
+class Unseeded(PatchTracker):
     def step(self, scan):
         tracks = super().step(scan)
         return replace(tracks, size=tracks.size + 1e-9 * np.random.default_rng().random(tracks.size.shape))
 
 
-class Shares(PatchTracker):
-    """Counts ids in its class; with a new count for each instance that starts alone."""
+class SharesState(PatchTracker):
+    """Counts ids in a class attribute, which each new instance resets."""
 
     born_by_all = 0
 
     def __init__(self, config):
         super().__init__(config)
-        Shares.born_by_all = 0
+        SharesState.born_by_all = 0
 
     def ids_of(self, centers):
-        self.born = Shares.born_by_all
+        self.born = SharesState.born_by_all
         found = super().ids_of(centers)
-        Shares.born_by_all = self.born
+        SharesState.born_by_all = self.born
         return found
 
 
-class GivesTwice(PatchTracker):
-    """Takes the nearest for each, whoever has taken it before: wrong only where one thing falls into two."""
+class DuplicatesIds(PatchTracker):
+    """Associates each observation with the nearest track, even if taken: wrong only if an object is split in two."""
 
     def ids_of(self, centers):
-        return np.concatenate([super(GivesTwice, self).ids_of(center[None]) for center in centers] or [self.ids[:0]])
+        return np.concatenate([super(DuplicatesIds, self).ids_of(center[None]) for center in centers] or [self.ids[:0]])
 
 
 class WrongTrace(Tracker):
-    """Its trace is of the scan before."""
+    """Returns the trace of the previous scan."""
 
     before = None
 
     def step(self, scan):
         tracks, trace = super().step(scan)
-        self.before, given = trace, self.before or trace
-        return tracks, given
+        self.before, returned = trace, self.before or trace
+        return tracks, returned
 
 
 def negative(tracks):
@@ -143,7 +143,7 @@ def negative(tracks):
     return covariance
 
 
-def skewed(tracks):
+def asymmetric(tracks):
     covariance = tracks.covariance.copy()
     covariance[:, 0, 1] = 0.1
     return covariance
@@ -152,72 +152,72 @@ def skewed(tracks):
 @pytest.mark.parametrize(
     ("tracker", "check", "what"),
     [
-        (Unmade, "is made from a TrackerConfig", "takes 1 positional argument but 2 were given"),
-        (Raises, "takes every scan", "IndexError: index -1 is out of bounds ("),
-        (Nothing, "returns Tracks", "returned NoneType"),
+        (NoConfig, "accepts a TrackerConfig", "takes 1 positional argument but 2 were given"),
+        (Raises, "accepts every scan", "IndexError: index -1 is out of bounds ("),
+        (ReturnsNone, "returns Tracks", "returned NoneType"),
         (changed(mean=lambda t: t.mean[:, :6]), "shapes and types", "not floats ("),
         (changed(size=lambda t: t.size.tolist()), "shapes and types", "size is list, not an array ("),
         (changed(id=lambda t: t.id.astype(float)), "shapes and types", "id is float64 ("),
         (changed(mean=lambda t: t.mean * np.nan), "values are finite", "mean is not finite"),
         (changed(size=lambda t: t.size * 0.0), "values are finite", "size is not above 0"),
-        (changed(status=lambda t: t.status + np.uint8(7)), "codes are known", "status is none of Status"),
-        (changed(corner_sign=lambda t: 0 * t.corner_sign), "codes are known", "corner_sign"),
-        (changed(model=lambda t: t.model + 3), "codes are known", "model is none of MODELS"),
-        (changed(id=lambda t: 0 * t.id), "ids are unique", "id 0 is there"),
-        (GivesTwice, "ids are unique", "is there 2 times"),
-        (Revives, "dead ids stay dead", "was dead before, and lives"),
+        (changed(status=lambda t: t.status + np.uint8(7)), "codes are valid", "status is not a member of Status"),
+        (changed(corner_sign=lambda t: 0 * t.corner_sign), "codes are valid", "corner_sign"),
+        (changed(model=lambda t: t.model + 3), "codes are valid", "model is not an index of MODELS"),
+        (changed(id=lambda t: 0 * t.id), "ids are unique", "id 0 occurs"),
+        (DuplicatesIds, "ids are unique", "occurs 2 times"),
+        (ReusesDeadIds, "dead ids are not reused", "was dead before"),
         (changed(model_probability=lambda t: t.model_probability * 0.9), "probabilities sum to 1", "sums to 0.9"),
-        (changed(covariance=negative), "covariances are sound", "has a negative eigenvalue -1.0"),
-        (changed(covariance=skewed), "covariances are sound", "is not symmetric"),
-        (changed(covariance=lambda t: t.covariance * np.inf), "covariances are sound", "is not finite"),
-        (WrongTrace, "the trace fits its scan", "segments.label has shape"),
-        (Scribbles, "scans are left alone", "step changed the scan"),
-        (Buffers, "answers are left alone", "was changed by later steps"),
-        (Draws, "same scans, same answers", "a second instance answers otherwise"),
-        (Shares, "instances are independent", "while another instance is at work"),
+        (changed(covariance=negative), "covariances are valid", "has a negative eigenvalue -1.0"),
+        (changed(covariance=asymmetric), "covariances are valid", "is not symmetric"),
+        (changed(covariance=lambda t: t.covariance * np.inf), "covariances are valid", "is not finite"),
+        (WrongTrace, "trace matches its scan", "segments.label has shape"),
+        (ModifiesScan, "scans are not modified", "step modified the scan"),
+        (ReusesBuffer, "outputs are not modified", "was modified by later steps"),
+        (Unseeded, "deterministic", "a second instance gives different outputs"),
+        (SharesState, "instances are independent", "while another instance is in use"),
     ],
     ids=lambda value: value if value in CHECKS else "",
 )
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
-def test_each_planted_fault_is_found_by_its_check_first(tracker, check, what, two):
+def test_each_planted_fault_is_found_by_its_check(tracker, check, what, two):
     findings = sequence_checks.examine(tracker, two)
     assert not findings.passed
     assert any(what in fault.what for fault in findings.of(check)), findings.faults[:3]
-    if check not in ("same scans, same answers", "scans are left alone"):  # these show in other checks, too
+    if check not in ("deterministic", "scans are not modified"):  # these fail other checks as well
         assert {fault.check for fault in findings.faults} == {check}
 
 
 def test_every_check_has_a_tracker_that_fails_it():
-    (mark,) = [m for m in test_each_planted_fault_is_found_by_its_check_first.pytestmark if m.name == "parametrize"]
+    (mark,) = [m for m in test_each_planted_fault_is_found_by_its_check.pytestmark if m.name == "parametrize"]
     assert {check for _, check, _ in mark.args[1]} == CHECKS.keys()
 
 
 def test_every_field_of_the_record_is_checked():
     optional = {name for name, p in inspect.signature(Tracks).parameters.items() if p.default is None}
     assert SHAPES.keys() == inspect.signature(Tracks).parameters.keys()
-    assert set(MAY_BE_NONE) == optional
+    assert set(OPTIONAL) == optional
 
 
-@pytest.mark.parametrize("tracker", [Tracker, PatchTracker, Silent])
-def test_trackers_that_keep_the_contract_pass(tracker, all_drives):
+@pytest.mark.parametrize("tracker", [Tracker, PatchTracker, NullTracker])
+def test_trackers_that_meet_the_contract_pass(tracker, all_drives):
     findings = sequence_checks.examine(tracker, all_drives)
     assert findings.faults == ()
-    assert findings.done == CHECKS.keys() - (set() if tracker is Tracker else {"the trace fits its scan"})
+    assert findings.done == CHECKS.keys() - (set() if tracker is Tracker else {"trace matches its scan"})
 
 
-def test_a_fault_is_told_with_drive_scan_and_what_is_odd_about_it(two):
-    (first, *_) = sequence_checks.examine(Raises, two).of("takes every scan")
-    assert first.where == "odd scans, scan 0 at 0.00 s, no points"
+def test_a_fault_names_drive_scan_and_label(two):
+    (first, *_) = sequence_checks.examine(Raises, two).of("accepts every scan")
+    assert first.where == "unusual scans, scan 0 at 0.00 s, no points"
 
 
-def test_the_drives_see_vehicles_occlusions_and_what_no_rig_delivers(all_drives):
-    """Without vehicles in them the checks would check nothing."""
+def test_the_drives_contain_vehicles_gaps_and_unusual_scans(all_drives):
+    """Without vehicles the checks would have no data."""
     tracker = Tracker()
     counts = [len(tracker.step(scan)[0]) for scan in all_drives[0].scans]
     assert max(counts) >= 2
     assert {drive.name for drive in all_drives} == {
-        "real drive", "real drive with a gap of 10 s", "real drive with half a second of no returns",
-        "clock of seconds since 1970", "odd scans",
+        "simulated drive", "simulated drive with a gap of 10 s", "simulated drive with 0.4 s without returns",
+        "simulated drive with Unix time", "unusual scans",
     }  # fmt: skip
     for drive in all_drives:
         times = [scan.time for scan in drive.scans]
@@ -232,23 +232,23 @@ BAD = GOOD.replace("np.eye(len(MODELS))[0]", "np.ones(len(MODELS))")
 
 
 @pytest.mark.parametrize(
-    ("module", "text", "code", "words"),
+    ("module", "text", "code", "message"),
     [
-        ("sound_tracker", GOOD, 0, "PASSED: sound_tracker:PatchTracker keeps the contract"),
+        ("sound_tracker", GOOD, 0, "PASSED: sound_tracker:PatchTracker meets the contract"),
         ("odd_tracker", BAD, 1, "FAILED: odd_tracker:PatchTracker fails 1 of 15 checks"),
     ],
 )
-def test_the_command_prints_a_table_and_exits_by_it(module, text, code, words, tmp_path, monkeypatch, capfd):
+def test_the_command_prints_a_table_and_exits_by_the_result(module, text, code, message, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     Path(f"{module}.py").write_text(text)
     assert main(["check-tracker", f"{module}:PatchTracker"]) == code
     out, err = capfd.readouterr()
-    assert words in out
+    assert message in out
     assert err == ""
     assert ("normalise model_probability row by row" in " ".join(out.split())) == bool(code)
 
 
-def test_a_tracker_that_is_not_there_is_one_line(capfd):
+def test_a_missing_tracker_is_a_one_line_error(capfd):
     assert main(["check-tracker", "nowhere:Tracker"]) == 2
     assert capfd.readouterr().err.startswith("luxloop: error: --tracker nowhere:Tracker: no module nowhere")

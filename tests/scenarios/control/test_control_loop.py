@@ -1,4 +1,4 @@
-"""The closed loop with real traffic, LIDARs and tracker: the ego brakes on what the tracker reports."""
+"""Closed loop with traffic simulator, LIDARs and tracker: the ego brakes for the reported tracks."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def speeds(result, driver):
     return table.loc[table["driver"] == driver, "speed_mps"].to_numpy()
 
 
-def test_the_closed_loop_repeats_itself_bit_for_bit():
+def test_the_closed_loop_is_deterministic():
     once, again = drive(4.0), drive(4.0)
     assert once.trace_hash == again.trace_hash
     for name in CONTROL:
@@ -46,8 +46,8 @@ class Blind:
         return tracks_of([])
 
 
-def test_an_ego_whose_tracker_is_blind_runs_into_the_car_that_brakes_and_the_truth_does_not():
-    """Were the truth behind the wheel in both drives, both would stop."""
+def test_without_tracks_the_ego_collides_and_on_the_truth_it_does_not():
+    """If the truth drove in both drives, both would stop."""
     result = drive(11.6, Blind)
     value = {name: metric.value for name, metric in result.metrics.items()}
     assert value["control.collisions"] == 1
@@ -58,17 +58,17 @@ def test_an_ego_whose_tracker_is_blind_runs_into_the_car_that_brakes_and_the_tru
     assert speeds(result, "truth")[-1] < 5.0
 
 
-def test_by_the_tracks_the_ego_brakes_as_by_the_truth_and_no_earlier():
+def test_on_the_tracks_the_ego_brakes_as_on_the_truth_and_not_earlier():
     result = drive(10.0)
     by_tracks, by_truth = speeds(result, "tracks"), speeds(result, "truth")
     assert len(by_tracks) == len(by_truth) == result.frames == 125
     assert by_tracks[-1] < 7.5
     np.testing.assert_allclose(by_tracks, by_truth, atol=1.5)
-    # the leader brakes: the filters see it in the same frame at best
+    # the lead vehicle brakes: the filters react in the same frame at the earliest
     assert np.argmax(by_tracks < 13.5) >= np.argmax(by_truth < 13.5) > 80
 
 
-def test_a_simulator_that_fails_by_the_truth_leaves_the_drive_by_the_tracks_and_an_incomplete_run(monkeypatch):
+def test_a_simulator_failure_in_the_drive_on_the_truth_keeps_the_drive_on_the_tracks(monkeypatch):
     def fail_in_its_third_frame(config, source, log, frames):
         drive_by_truth(config, source, log, min(frames, 2))
         raise SimulatorFailedError("SUMO gave up")
@@ -81,7 +81,7 @@ def test_a_simulator_that_fails_by_the_truth_leaves_the_drive_by_the_tracks_and_
     assert result.metrics["control.truth_collisions"].n == 2
 
 
-def test_without_control_nobody_drives_again_and_the_metrics_say_so():
+def test_without_control_there_is_no_second_drive():
     result = short_run.result()
     assert "control" not in result.tables
     assert {result.metrics[name].reason for name in CONTROL} == {NO_CONTROL}
@@ -91,14 +91,14 @@ SUMO = 'description = "x"\nduration_s = 1\ntraffic = { kind = "sumo", net = "n",
 
 
 @pytest.mark.parametrize("text", [short_run.TEXT, SUMO])
-def test_control_of_an_ego_that_does_not_obey_is_refused_in_one_line(tmp_path, text):
+def test_control_of_an_uncontrollable_ego_is_a_one_line_error(tmp_path, text):
     path = short_run.write(tmp_path, text + '\n[control]\nkind = "cruise"\nset_speed_mps = 20.0\n')
     with pytest.raises(ScenarioError, match=r"short\.toml: control: the ego obeys no speed.*ego_control") as error:
         Scenario.load(path)
     assert "\n" not in str(error.value)
 
 
-def test_a_wrong_key_of_the_controller_is_told_by_its_name(tmp_path):
+def test_an_unknown_key_of_the_controller_is_named(tmp_path):
     text = CRUISE.read_text(encoding="utf-8").replace("set_speed_mps = 16.6", "set_speed = 16.6")
     with pytest.raises(ScenarioError, match=r"control\.set_speed = 16\.6: unknown key; did you mean set_speed_mps"):
         Scenario.load(short_run.write(tmp_path, text))

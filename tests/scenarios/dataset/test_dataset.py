@@ -1,4 +1,4 @@
-"""The data set of a run: read back with pandas, held against the scans, the truth and the metrics it was made from."""
+"""Data set of a run, read with pandas and compared with the scans, the ground truth and the metrics."""
 
 import json
 from dataclasses import replace
@@ -21,17 +21,17 @@ from sensor_model.truth import Cause, Part, View
 from sim.world import Kind, Mode
 from tracker.records import MODELS
 
-AT_ONCE = 4
-"""Frames of a row group; the last one holds two of the ten."""
+GROUP_FRAMES = 4
+"""Frames per row group; the last group has two of the ten frames."""
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """A data set, the run's result, and every frame that went into it."""
+    """A data set, the result of its run, and all its frames."""
     folder, frames = tmp_path_factory.mktemp("data"), []
     scenario = Scenario.load(short_run.write(folder))
     with pytest.MonkeyPatch.context() as patch, dataset.create(folder / "set", folder / "run") as writer:
-        patch.setattr(dataset, "FRAMES_AT_ONCE", AT_ONCE)
+        patch.setattr(dataset, "FRAMES_AT_ONCE", GROUP_FRAMES)
 
         def export(*records):
             frames.append(records)
@@ -46,8 +46,8 @@ def table(folder, name):
     return pd.read_parquet(folder / f"{name}.parquet")
 
 
-def test_every_point_is_as_it_was_scanned_with_its_truth(written):
-    """Fails when two columns are swapped, a frame is lost between row groups, or codes are named by another list."""
+def test_points_agree_with_scan_and_truth(written):
+    """Fails if columns are swapped, a frame is lost between row groups, or codes have wrong names."""
     folder, _, frames = written
     points = table(folder, "points")
     for frame, scan, truth, _ in frames:
@@ -69,7 +69,7 @@ def test_every_point_is_as_it_was_scanned_with_its_truth(written):
     assert len(points) == sum(len(scan) for _, scan, _, _ in frames)
 
 
-def test_the_scans_say_where_the_ego_was(written):
+def test_scans_contain_the_ego_pose(written):
     folder, _, frames = written
     scans = table(folder, "scans")
     assert scans["frame"].tolist() == list(range(short_run.FRAMES))
@@ -80,7 +80,7 @@ def test_the_scans_say_where_the_ego_was(written):
         assert row["points"] == len(scan)
 
 
-def test_labels_are_the_truth_of_the_actors(written):
+def test_labels_agree_with_the_actors(written):
     folder, _, frames = written
     labels = table(folder, "labels")
     for frame, scan, truth, grade in frames:
@@ -98,7 +98,7 @@ def test_labels_are_the_truth_of_the_actors(written):
         assert len(scan) == len(truth.actor_id)
 
 
-def test_the_nearest_corner_is_that_of_the_labelled_box(written):
+def test_the_nearest_corner_belongs_to_the_labelled_box(written):
     folder, _, _ = written
     labels = table(folder, "labels")
     boxes = labels[["x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m"]].to_numpy()
@@ -109,7 +109,7 @@ def test_the_nearest_corner_is_that_of_the_labelled_box(written):
     np.testing.assert_allclose(corner(boxes, sign), near)
 
 
-def test_the_summary_is_the_metrics_and_the_labels_add_up_to_it(written):
+def test_the_summary_agrees_with_metrics_and_labels(written):
     folder, result, _ = written
     summary, labels = json.loads((folder / "summary.json").read_text()), table(folder, "labels")
     assert {f"dataset.{name}": value for name, value in summary["table"].items()} == {
@@ -138,8 +138,8 @@ def test_every_column_is_described_in_the_readme_and_in_its_file(written):
             assert column.unit or not column.name.endswith(("_m", "_s", "_rad", "_mps", "_radps"))
 
 
-def test_frames_are_written_as_they_come(written):
-    """Fails when a data set is gathered in memory, or its last frames are forgotten."""
+def test_frames_are_written_in_row_groups(written):
+    """Fails if a data set is collected in memory, or if its last frames are missing."""
     folder, _, _ = written
     file = pq.ParquetFile(folder / "scans.parquet")
     assert [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)] == [4, 4, 2]
@@ -148,7 +148,7 @@ def test_frames_are_written_as_they_come(written):
 # ---- the command line
 
 
-def test_the_command_line_writes_the_data_set_and_says_where(tmp_path, monkeypatch, capfd):
+def test_the_command_line_writes_the_data_set(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     path = short_run.write(tmp_path)
     assert main(["run", str(path), "--no-recording", "--dataset", "set"]) == 0
@@ -160,17 +160,17 @@ def test_the_command_line_writes_the_data_set_and_says_where(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
-    ("target", "complaint"),
+    ("target", "message"),
     [
-        ("there", "is there already; choose a new folder with --dataset"),
-        ("there/file", "is there already"),
+        ("there", "already exists; choose a new folder with --dataset"),
+        ("there/file", "already exists"),
         ("there/file/set", "cannot write there"),
-        ("runs/here", "is in the folder of the run"),
-        ("runs/here/set", "is in the folder of the run"),
-        ("runs", "or around it"),
+        ("runs/here", "is inside the folder of the run"),
+        ("runs/here/set", "is inside the folder of the run"),
+        ("runs", "or contains it"),
     ],
 )
-def test_a_folder_that_cannot_be_is_refused_before_the_run(target, complaint, tmp_path, monkeypatch, capfd):
+def test_an_invalid_folder_is_refused_before_the_run(target, message, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     Path("there").mkdir()
     Path("there/file").write_text("mine")
@@ -178,13 +178,13 @@ def test_a_folder_that_cannot_be_is_refused_before_the_run(target, complaint, tm
     monkeypatch.setattr(loop, "run", lambda *_, **__: pytest.fail("the run was started"))
     assert main(["run", str(path), "--out", "runs/here", "--dataset", target]) == 2
     error = capfd.readouterr().err
-    assert complaint in error
+    assert message in error
     assert error.count("\n") == 1
     assert sorted(file.name for file in Path().iterdir()) == ["short.toml", "there"]
     assert Path("there/file").read_text() == "mine"
 
 
-def test_a_run_that_fails_leaves_no_half_of_a_data_set(tmp_path):
+def test_a_failed_run_leaves_no_partial_data_set(tmp_path):
     def fail(frames):
         with dataset.create(tmp_path / "set", tmp_path / "run") as writer:
             for frame in frames:
@@ -202,19 +202,19 @@ def test_a_run_that_fails_leaves_no_half_of_a_data_set(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["short.toml"]
 
 
-def test_what_appeared_meanwhile_is_not_replaced(tmp_path):
+def test_a_folder_created_during_the_run_is_not_replaced(tmp_path):
     def interfere():
         with dataset.create(tmp_path / "set", tmp_path / "run"):
             (tmp_path / "set").mkdir()
             (tmp_path / "set" / "mine").write_text("kept")
 
-    with pytest.raises(OutputError, match="there already"):
+    with pytest.raises(OutputError, match="already exists"):
         interfere()
     assert (tmp_path / "set" / "mine").read_text() == "kept"
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_a_run_that_ended_early_says_so_in_its_summary(written):
+def test_the_summary_states_an_early_end(written):
     _, result, _ = written
     assert dataset.summary(result)["ended_early"] == ""
     assert dataset.summary(replace(result, ended_early="the ego arrived"))["ended_early"] == "the ego arrived"

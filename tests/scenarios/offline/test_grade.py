@@ -1,4 +1,4 @@
-"""Grading without simulating: the same metrics from what a run left, and tracks of other programs held to a layout."""
+"""Regrading without simulation: same metrics from the run's files, and validation of track files."""
 
 import json
 import shutil
@@ -36,25 +36,25 @@ def home(tmp_path_factory):
 
 @pytest.fixture
 def run(home, tmp_path, monkeypatch):
-    """A copy of the run, to do with as one likes; its home is the current folder."""
+    """A copy of the run that a test can change; its parent is the current folder."""
     shutil.copytree(home, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return Path("run")
 
 
-in_run_s_home = pytest.mark.usefixtures("run")
+in_run_folder = pytest.mark.usefixtures("run")
 
 
 def grade(capfd, *arguments, code=0):
-    """Document of a grading."""
+    """Run `luxloop grade`; return the JSON document."""
     assert main(["grade", "run", "--json", *arguments]) == code
     out, err = capfd.readouterr()
     assert err == ""
     return json.loads(out)
 
 
-def complaint(capfd, *arguments):
-    """The one line that a refused grading prints."""
+def error_line(capfd, *arguments):
+    """Run `luxloop grade` with invalid input; return the error line."""
     assert main(["grade", *arguments]) == 2
     out, err = capfd.readouterr()
     assert out == ""
@@ -72,7 +72,7 @@ def untimed(document):
 
 
 def own_tracks(run):
-    """The shipped tracker's answers to the recorded scans, in the layout of track files, and the boxes' corners."""
+    """Return the shipped tracker's tracks of the recorded scans, in the layout of track files."""
     recorded, rows = RecordedRun.open(run), []
     tracker = Tracker(recorded.scenario.tracker)
     for frame, scan, _ in recorded.scans():
@@ -84,18 +84,18 @@ def own_tracks(run):
     return pd.DataFrame(rows, columns=names)
 
 
-# --- again
+# --- same run
 
 
-@in_run_s_home
-def test_nothing_changed_gives_the_same_metrics_bit_for_bit(capfd):
-    """Fails when a table loses a type, a category or a digit on its way to the disk and back."""
+@in_run_folder
+def test_regrading_gives_exactly_the_same_metrics(capfd):
+    """Fails if a table on disk loses a type, a category or precision."""
     assert grade(capfd)["metrics"] == written()["metrics"]
 
 
-@in_run_s_home
-def test_the_shipped_tracker_over_the_scans_is_the_live_run_bit_for_bit(capfd):
-    """Scans, truth and tracks alike (the trace hash), and all that is graded, fits and their bound included."""
+@in_run_folder
+def test_the_shipped_tracker_on_recorded_scans_gives_exactly_the_live_run(capfd):
+    """Same scans, truth and tracks (trace hash), and same metrics, including fits and their bound."""
     again = grade(capfd, "--tracker", SHIPPED)
     assert again["trace_hash"] == written()["trace_hash"]
     assert untimed(again) == untimed(written())
@@ -103,9 +103,9 @@ def test_the_shipped_tracker_over_the_scans_is_the_live_run_bit_for_bit(capfd):
     assert again["metrics"]["perf.sim_ms_p50"]["value"] is None
 
 
-@in_run_s_home
-def test_other_limits_apply_without_simulating(capfd):
-    """A stricter expectation fails, and a lower limit for hits makes fewer misses."""
+@in_run_folder
+def test_other_limits_apply_without_simulation(capfd):
+    """A stricter expectation fails, and a higher overlap limit gives more misses."""
     Path("strict.toml").write_text(TEXT.replace("0.01", "1.01") + "\n[grading]\nhit_iou_min = 0.99\n")
     strict = grade(capfd, "--scenario", "strict.toml", code=1)
     assert strict["failed"] == ["track.hota"]
@@ -114,12 +114,12 @@ def test_other_limits_apply_without_simulating(capfd):
 
 
 CHANGED = {"memory_s": 0.1, "hidden_fraction_max": 0.9, "hit_iou_min": 0.95, "nees_confidence": 0.5}
-"""Limits that count at the end, with other values."""
+"""Limits that apply at the end of a run, with other values."""
 
 
 @pytest.mark.parametrize("limit", CHANGED)
-def test_limits_that_count_at_the_end_do_the_same_from_the_tables(limit, run):
-    """Fails when a limit moves into the frames and `PER_FRAME` does not know."""
+def test_limits_that_apply_at_the_end_act_equally_on_the_tables(limit, run):
+    """Fails if a limit applies frame by frame but is missing in `PER_FRAME`."""
     recorded = RecordedRun.open(run)
     grading = replace(recorded.scenario.grading, **{limit: CHANGED[limit]})
     regrader = Regrader(recorded, recorded.scenario.model_copy(update={"grading": grading}))
@@ -127,32 +127,32 @@ def test_limits_that_count_at_the_end_do_the_same_from_the_tables(limit, run):
     assert {name: tables[name] for name in GRADED} == {name: frames[name] for name in GRADED}
 
 
-def test_every_limit_counts_in_frames_or_at_the_end():
+def test_every_limit_applies_per_frame_or_at_the_end():
     assert {*PER_FRAME, *CHANGED} == {field.name for field in fields(GradingConfig)}
 
 
-@in_run_s_home
-def test_limits_of_single_frames_need_the_frames(capfd):
+@in_run_folder
+def test_limits_per_frame_need_recorded_scans(capfd):
     Path("near.toml").write_text(TEXT + "\n[grading]\nrange_max_m = 10\n")
-    error = complaint(capfd, "run", "--scenario", "near.toml")
+    error = error_line(capfd, "run", "--scenario", "near.toml")
     assert "grading.range_max_m = 10: the tables of run were made with 50; grade its recorded scans" in error
     near = grade(capfd, "--scenario", "near.toml", "--tracker", SHIPPED, code=1)
     assert near["metrics"]["dataset.observations"]["value"] < written()["metrics"]["dataset.observations"]["value"]
 
 
-def test_the_report_is_that_of_a_run(run, capfd):
+def test_the_report_equals_that_of_the_run(run, capfd):
     assert main(["grade", "run"]) == 0
     out, err = capfd.readouterr()
     assert out == (run / "report.txt").read_text() + "Nothing was written; to keep it, give --out\n"
     assert err == ""
 
 
-def test_results_go_where_they_are_told_and_the_run_stays(run, capfd):
+def test_results_are_written_to_out_and_the_run_is_unchanged(run, capfd):
     before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
     grade(capfd, "--tracker", SHIPPED, "--out", "graded")
     assert run_folder.read(Path("graded")).trace_hash == written()["trace_hash"]
     for out in ("run", "run/graded", "."):
-        assert "is the run that is graded, or in it or around it" in complaint(capfd, "run", "--out", out)
+        assert "is the folder of the graded run, inside it, or contains it" in error_line(capfd, "run", "--out", out)
     assert before == {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
     assert sorted(path.name for path in Path().iterdir()) == ["graded", "run", "short.toml"]
 
@@ -164,44 +164,44 @@ def test_a_run_that_ended_early_stays_incomplete(run, capfd):
     assert grade(capfd, code=1)["verdict"] == "incomplete"
 
 
-# --- what is no run
+# --- invalid runs
 
 
 @pytest.mark.parametrize(
-    ("spoil", "words"),
+    ("damage", "message"),
     [
         (lambda run: (run / "result.json").unlink(), "no result.json of a run in it"),
         (lambda run: (run / "result.json").write_text((run / "result.json").read_text()[:-9]), "damaged"),
-        (lambda run: (run / "tables" / "tracks.parquet").unlink(), "no tracks in its tables"),
+        (lambda run: (run / "tables" / "tracks.parquet").unlink(), "tracks is missing in its tables"),
         (lambda run: (run / "tables" / "tracks.parquet").write_bytes(b"PAR1"), "damaged"),
         (lambda run: shutil.rmtree(run), "no result.json of a run in it"),
     ],
-    ids=["no result", "half a result", "a table less", "half a table", "nothing"],
+    ids=["no result", "truncated result", "missing table", "truncated table", "no folder"],
 )
-def test_a_folder_that_is_not_a_whole_run_is_refused_in_one_line(spoil, words, run, capfd):
-    spoil(run)
-    assert words in complaint(capfd, "run")
+def test_an_incomplete_run_is_a_one_line_error(damage, message, run, capfd):
+    damage(run)
+    assert message in error_line(capfd, "run")
 
 
-def test_what_a_killed_run_left_is_refused_though_all_is_in_it(run, capfd):
-    """Killed between its last byte and the folder's renaming."""
+def test_the_temporary_folder_of_a_killed_run_is_refused(run, capfd):
+    """Killed after the last write and before the rename."""
     left = run.rename(f".run.{'host'}-123-0123abcd.partial")
-    assert "was left by a run that was killed" in complaint(capfd, str(left))
+    assert "incomplete: the run was killed" in error_line(capfd, str(left))
 
 
 def test_a_run_without_scans_can_only_be_graded_from_its_tables(run, capfd):
     shutil.rmtree(run / "scans")
     grade(capfd)
-    assert "no recorded scans in it; run the scenario again with --record-scans" in complaint(
+    assert "has no recorded scans; run the scenario again with --record-scans" in error_line(
         capfd, "run", "--tracker", SHIPPED
     )
 
 
-def test_settings_of_another_version_are_told_in_one_line(run, capfd):
+def test_settings_of_another_version_are_a_one_line_error(run, capfd):
     document = written()
     document["config"]["tracker"]["gone"] = 1
     (run / run_folder.RESULT).write_text(json.dumps(document))
-    assert "made it with settings that are others now" in complaint(capfd, "run")
+    assert "whose settings differ from this version's" in error_line(capfd, "run")
 
 
 # --- tracks of other programs
@@ -209,10 +209,10 @@ def test_settings_of_another_version_are_told_in_one_line(run, capfd):
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize("when", ["frame", "time_s"])
-def test_tracks_from_a_file_are_graded_as_if_they_had_been_tracked_here(ending, when, run, capfd):
-    """All that follows from boxes and ids is equal; what a file does not tell has no value."""
+def test_tracks_from_a_file_are_graded_as_in_the_live_run(ending, when, run, capfd):
+    """Metrics of boxes and ids are equal; metrics of fields that are not in the file have no value."""
     table = own_tracks(run).drop(columns={"frame": "time_s", "time_s": "frame"}[when])
-    table = table.sample(frac=1.0, random_state=0)  # rows may come in any order
+    table = table.sample(frac=1.0, random_state=0)  # the order of rows is arbitrary
     if ending == "csv":
         table.to_csv("tracks.csv", index=False, float_format="%.17g")
     else:
@@ -227,8 +227,8 @@ def test_tracks_from_a_file_are_graded_as_if_they_had_been_tracked_here(ending, 
     assert written()["metrics"]["track.hota"]["value"] > 0.1
 
 
-def test_columns_that_may_be_left_out_and_others_that_mean_nothing_here(run, capfd):
-    """Without a status all tracks are reported, those too that were tentative."""
+def test_optional_columns_can_be_omitted_and_unknown_ones_are_ignored(run, capfd):
+    """Without a status all tracks are reported, including tentative ones."""
     table = own_tracks(run).assign(score=0.5).drop(columns=["status", "time_s"])
     table.to_csv("tracks.csv", index=False)
     assert (
@@ -237,7 +237,7 @@ def test_columns_that_may_be_left_out_and_others_that_mean_nothing_here(run, cap
     )
 
 
-def test_no_tracks_at_all_score_nothing(run, capfd):
+def test_an_empty_track_file_scores_zero(run, capfd):
     own_tracks(run).iloc[:0].to_csv("tracks.csv", index=False)
     assert grade(capfd, "--tracks", "tracks.csv", code=1)["metrics"]["track.hota"]["value"] == 0.0
 
@@ -254,26 +254,26 @@ GOOD = {
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"x_odom_m": [9.0, "far"]}, "column x_odom_m, row 2: far: should be a number"),
         ({"x_odom_m": [9.0, np.inf]}, "column x_odom_m, row 2: inf: should be a number"),
         ({"y_odom_m": [None, 3.0]}, "column y_odom_m, row 1: an empty cell: should be a number"),
-        ({"track_id": [3, 3.5]}, "column track_id, row 2: 3.5: should be a whole number"),
+        ({"track_id": [3, 3.5]}, "column track_id, row 2: 3.5: should be an integer"),
         ({"track_id": [-1, 3]}, "column track_id, row 1: -1: should be 0 or more"),
         ({"frame": [0, 10]}, "column frame, row 2: 10: the run has frames 0 to 9"),
-        ({"frame": [0, 0]}, "column track_id, row 2: 3: is in frame 0 already; give each track one row in a frame"),
-        ({"frame": None}, "no column frame or time_s in it; say of which scan each row is"),
+        ({"frame": [0, 0]}, "column track_id, row 2: 3: occurs twice in frame 0; give each track one row per frame"),
+        ({"frame": None}, "no column frame or time_s; add one that gives the scan of each row"),
         ({"frame": None, "time_s": [0.0, 0.1]}, "column time_s, row 2: 0.1: no scan is within 1 ms of it"),
         ({"width_m": [1.8, 0.0]}, "column width_m, row 2: 0.0: should be more than 0"),
-        ({"length_m": None}, "no column length_m in it, but frame, track_id, x_odom_m"),
+        ({"length_m": None}, "no column length_m; found frame, track_id, x_odom_m"),
         ({"status": ["confirmed", "lost"]}, "column status, row 2: lost: should be one of tentative, confirmed"),
     ],
     ids=lambda value: value.partition(":")[0] if isinstance(value, str) else "",
 )
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-@in_run_s_home
-def test_a_wrong_cell_is_told_with_its_file_row_column_and_remedy(changes, words, ending, capfd):
+@in_run_folder
+def test_an_invalid_cell_is_reported_with_file_row_column_and_remedy(changes, message, ending, capfd):
     table = pd.DataFrame({name: cells for name, cells in (GOOD | changes).items() if cells is not None})
     if ending == "csv":
         table.to_csv("bad.csv", index=False)
@@ -281,11 +281,11 @@ def test_a_wrong_cell_is_told_with_its_file_row_column_and_remedy(changes, words
         return  # a Parquet column has one type
     else:
         table.to_parquet("bad.parquet")
-    assert f"bad.{ending}: {words}" in complaint(capfd, "run", "--tracks", f"bad.{ending}")
+    assert f"bad.{ending}: {message}" in error_line(capfd, "run", "--tracks", f"bad.{ending}")
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "words"),
+    ("name", "content", "message"),
     [
         ("missing.csv", None, "missing.csv: cannot be read (No such file or directory)"),
         ("empty.csv", b"", "cannot be read (No columns to parse from file)"),
@@ -294,27 +294,27 @@ def test_a_wrong_cell_is_told_with_its_file_row_column_and_remedy(changes, words
         ("ragged.csv", b"frame,track_id\n1,2\n1,2,3,4\n", "cannot be read ("),
     ],
 )
-@in_run_s_home
-def test_what_is_no_table_is_told_in_one_line(name, content, words, capfd):
+@in_run_folder
+def test_an_unreadable_track_file_is_a_one_line_error(name, content, message, capfd):
     if content is not None:
         Path(name).write_bytes(content)
-    assert words in complaint(capfd, "run", "--tracks", name)
+    assert message in error_line(capfd, "run", "--tracks", name)
 
 
-@in_run_s_home
-def test_tracks_and_a_tracker_at_once_are_refused(capfd):
-    error = complaint(capfd, "run", "--tracks", "a.csv", "--tracker", SHIPPED)
+@in_run_folder
+def test_tracks_and_tracker_together_are_refused(capfd):
+    error = error_line(capfd, "run", "--tracks", "a.csv", "--tracker", SHIPPED)
     assert "--tracks and --tracker are both given; give one" in error
 
 
-@in_run_s_home
-def test_a_tracker_that_cannot_be_imported_is_told(capfd):
-    assert "--tracker mine:Tracker: no module mine" in complaint(capfd, "run", "--tracker", "mine:Tracker")
+@in_run_folder
+def test_a_missing_tracker_is_an_error(capfd):
+    assert "--tracker mine:Tracker: no module mine" in error_line(capfd, "run", "--tracker", "mine:Tracker")
 
 
-@in_run_s_home
-def test_a_tracker_that_gives_an_id_twice_is_told_so_instead_of_graded(monkeypatch, capfd):
-    """Neither live nor over scans: trackeval's figures of such tracks mean nothing."""
+@in_run_folder
+def test_a_tracker_with_duplicate_ids_is_refused(monkeypatch, capfd):
+    """Live and on recorded scans: trackeval's metrics of such tracks are undefined."""
     monkeypatch.syspath_prepend(Path.cwd())
     Path("twice.py").write_text(TWICE)
     for command in (["grade", "run"], ["run", "short.toml"]):
@@ -337,18 +337,18 @@ class Twice(Tracker):
 """
 
 
-def test_an_oracle_hears_the_recorded_truth(run):
-    """As in a live run: the truth of a scan comes before the scan."""
-    heard = []
+def test_an_oracle_receives_the_recorded_truth(run):
+    """As in a live run, the truth of a scan is passed before the scan."""
+    received = []
 
     class Listener(Tracker):
         def see_truth(self, frame, truth):
-            heard.append((frame.index, len(truth.actor_id)))
+            received.append((frame.index, len(truth.actor_id)))
 
         def step(self, scan):
-            assert len(scan) == heard[-1][1]
+            assert len(scan) == received[-1][1]
             return super().step(scan)
 
     recorded = RecordedRun.open(run)
     Regrader(recorded, recorded.scenario).tracker(Listener, "listener")
-    assert [index for index, _ in heard[-short_run.FRAMES :]] == list(range(short_run.FRAMES))
+    assert [index for index, _ in received[-short_run.FRAMES :]] == list(range(short_run.FRAMES))

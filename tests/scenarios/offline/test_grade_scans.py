@@ -1,4 +1,4 @@
-"""Recorded scans read back: the very frames, scans and truth that the tracker and the grader were given."""
+"""Recorded scans: exactly the frames, scans and truth of the run."""
 
 import shutil
 from dataclasses import fields, is_dataclass
@@ -20,12 +20,12 @@ SUMO_S = 1.2
 UNITS = 6
 
 
-def same(one, other, path=""):
-    """Hold two records equal: types, shapes, and every bit."""
+def assert_same(one, other, path=""):
+    """Assert that two records are equal: types, shapes, and every bit."""
     assert type(one) is type(other), path
     if is_dataclass(one):
         for field in fields(one):
-            same(getattr(one, field.name), getattr(other, field.name), f"{path}.{field.name}")
+            assert_same(getattr(one, field.name), getattr(other, field.name), f"{path}.{field.name}")
     elif isinstance(one, np.ndarray):
         assert (one.dtype, one.shape) == (other.dtype, other.shape), path
         assert one.tobytes() == other.tobytes(), path
@@ -34,7 +34,7 @@ def same(one, other, path=""):
 
 
 def recorded(tmp_path_factory, scenario):
-    """A run's folder with its scans, and the records of the same run as they were."""
+    """Return a run folder with scans, its result, and the live records of the same run."""
     out, live = tmp_path_factory.mktemp("recorded") / "run", []
     outcome = execute.execute(scenario, device.load(device.SHIPPED), out, record=False, record_scans=True)
     loop.run(scenario, device.load(device.SHIPPED), export=lambda *records: live.append(records[:3]))
@@ -53,19 +53,19 @@ def sumo(tmp_path_factory):
 
 @pytest.mark.parametrize("run", ["scripted", "sumo"])
 @pytest.mark.parametrize("rows_at_once", [100, recorded_scans.ROWS_AT_ONCE])
-def test_what_is_read_back_is_what_was_simulated(run, rows_at_once, request, monkeypatch):
-    """Fails when a column is missing, swapped or narrowed, or a frame's rows end up in the next one."""
+def test_recorded_scans_equal_the_simulated_ones(run, rows_at_once, request, monkeypatch):
+    """Fails if a column is missing, swapped or narrowed, or rows are assigned to the wrong frame."""
     monkeypatch.setattr(recorded_scans, "ROWS_AT_ONCE", rows_at_once)
     out, result, live = request.getfixturevalue(run)
     back = list(RecordedScans(out, result.frames, UNITS))
     assert len(back) == len(live) == result.frames
     for read, simulated in zip(back, live, strict=True):
         for one, other in zip(read, simulated, strict=True):
-            same(one, other, type(one).__name__)
+            assert_same(one, other, type(one).__name__)
 
 
-def test_the_tracker_does_the_same_on_what_is_read_back(sumo):
-    """The trace hash of the live run is that of its scans and the tracker's answers to them."""
+def test_the_tracker_gives_the_same_trace_on_recorded_scans(sumo):
+    """The trace hash over recorded scans and new tracks equals that of the live run."""
     out, result, _ = sumo
     tracker, trace_hash = device.load(device.SHIPPED)(Scenario.load(shipped.find("sumo-crossing")).tracker), TraceHash()
     for frame, scan, truth in RecordedScans(out, result.frames, UNITS):
@@ -74,8 +74,8 @@ def test_the_tracker_does_the_same_on_what_is_read_back(sumo):
     assert trace_hash.hexdigest() == result.trace_hash
 
 
-def test_records_are_as_free_to_write_and_as_laid_out_as_live_ones(scripted):
-    """Kernels compile anew for arrays that are read-only or not contiguous."""
+def test_recorded_arrays_are_writeable_and_contiguous_like_live_ones(scripted):
+    """Kernels are compiled again for arrays that are read-only or not contiguous."""
     out, result, _ = scripted
     for _, scan, _ in RecordedScans(out, result.frames, UNITS):
         for field in ("points_ego", "time_offset", "unit", "ego_pose_odom"):
@@ -84,23 +84,23 @@ def test_records_are_as_free_to_write_and_as_laid_out_as_live_ones(scripted):
             assert array.flags.c_contiguous
 
 
-def test_frames_without_points_or_actors_are_read_back(tmp_path_factory, tmp_path):
+def test_frames_without_points_or_actors_can_be_read(tmp_path_factory, tmp_path):
     text = short_run.TEXT.partition("[[traffic.actor]]")[0]
     scenario = Scenario.load(short_run.write(tmp_path, text))
     out, result, live = recorded(tmp_path_factory, scenario)
     assert not len(live[0][0].actors)
     for read, simulated in zip(RecordedScans(out, result.frames, UNITS), live, strict=True):
         for one, other in zip(read, simulated, strict=True):
-            same(one, other, type(one).__name__)
+            assert_same(one, other, type(one).__name__)
 
 
-def test_a_run_without_scans_says_how_to_get_them(tmp_path):
-    with pytest.raises(OutputError, match="no recorded scans in it; run the scenario again with --record-scans"):
+def test_a_run_without_scans_is_an_error_with_the_remedy(tmp_path):
+    with pytest.raises(OutputError, match="has no recorded scans; run the scenario again with --record-scans"):
         RecordedScans(tmp_path, 10, UNITS)
 
 
 @pytest.mark.parametrize(
-    ("spoil", "complaint"),
+    ("damage", "message"),
     [
         (lambda folder: (folder / "points.parquet").unlink(), "points.parquet"),
         (lambda folder: (folder / "labels.parquet").write_bytes(b"PAR1"), "cannot be read"),
@@ -108,14 +108,14 @@ def test_a_run_without_scans_says_how_to_get_them(tmp_path):
     ],
     ids=["missing", "cut off", "empty"],
 )
-def test_scans_that_are_not_whole_are_told_in_one_line(spoil, complaint, scripted, tmp_path):
+def test_damaged_scans_are_a_one_line_error(damage, message, scripted, tmp_path):
     shutil.copytree(scripted[0] / "scans", tmp_path / "scans")
-    spoil(tmp_path / "scans")
-    with pytest.raises(OutputError, match=complaint) as error:
+    damage(tmp_path / "scans")
+    with pytest.raises(OutputError, match=message) as error:
         list(RecordedScans(tmp_path, scripted[1].frames, UNITS))
     assert "\n" not in str(error.value)
 
 
 def test_scans_of_another_run_are_refused(scripted):
-    with pytest.raises(OutputError, match="holds 10 frames, not the 11 of the run"):
+    with pytest.raises(OutputError, match="has 10 frames, but the run has 11"):
         RecordedScans(scripted[0], scripted[1].frames + 1, UNITS)

@@ -1,4 +1,4 @@
-"""Recorded runs as MCAP: read back by mcap's own readers, and looked through by rerun."""
+"""MCAP export: read with the mcap package, and checked by rerun."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ from scenarios.offline.recorded_run import RecordedRun
 from tracker.tracker import Tracker
 
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-"""Of `sensor_msgs/PointField`, from its interface."""
+"""Type codes of `sensor_msgs/PointField`."""
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def run(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def messages(run):
-    """Everything in the file by topic, as (log time, message type, message)."""
+    """All messages of the file by topic, as (log time, message type, message)."""
     with run[1].open("rb") as stream:
         found = {}
         for schema, channel, message, ros in make_reader(
@@ -43,7 +43,7 @@ def messages(run):
 
 
 def columns(cloud):
-    """Fields of a `PointCloud2` as a reader of ROS finds them: by offset and type, in its own words."""
+    """Decode a `PointCloud2` as ROS readers do, by offset and type."""
     dtype = np.dtype(
         {
             "names": [field.name for field in cloud.fields],
@@ -77,8 +77,8 @@ def test_every_topic_has_every_frame_at_its_time(run, messages):
         assert cloud.header.frame_id == "ego"
 
 
-def test_points_are_those_of_the_scans(run, messages):
-    """Fails when an offset, a type or a byte order is wrong."""
+def test_points_agree_with_the_scans(run, messages):
+    """Fails if an offset, a type or a byte order is wrong."""
     for (_, scan, _), (_, _, cloud) in zip(run[0].scans(), messages["/lidar/points"], strict=True):
         points = columns(cloud)
         for axis, values in zip("xyz", scan.points_ego.T, strict=True):
@@ -91,12 +91,12 @@ def test_points_are_those_of_the_scans(run, messages):
     assert max(len(scan) for _, scan, _ in run[0].scans()) > 100
 
 
-def test_no_truth_is_in_what_a_tracker_would_read(messages):
+def test_the_sensor_topic_contains_no_truth(messages):
     names = {field.name for _, _, cloud in messages["/lidar/points"] for field in cloud.fields}
     assert names == {"x", "y", "z", "time_offset", "unit", "layer", "echo", "echo_pulse_width", "flags"}
 
 
-def test_truth_of_points_is_that_of_the_scans(run, messages):
+def test_truth_of_points_agrees_with_the_scans(run, messages):
     for (_, scan, truth), (_, _, cloud) in zip(run[0].scans(), messages["/truth/points"], strict=True):
         points = columns(cloud)
         np.testing.assert_array_equal(points["x"], scan.points_ego[:, 0])
@@ -104,16 +104,16 @@ def test_truth_of_points_is_that_of_the_scans(run, messages):
             np.testing.assert_array_equal(points[name], getattr(truth, name), err_msg=name)
 
 
-def test_the_transform_says_where_odometry_has_the_ego(run, messages):
+def test_the_transform_is_the_odometry_pose(run, messages):
     for (_, scan, _), (_, _, message) in zip(run[0].scans(), messages["/tf"], strict=True):
-        (placed,) = message.transforms
-        assert (placed.header.frame_id, placed.child_frame_id) == ("odom", "ego")
-        at, turn = placed.transform.translation, placed.transform.rotation
+        (pose,) = message.transforms
+        assert (pose.header.frame_id, pose.child_frame_id) == ("odom", "ego")
+        at, turn = pose.transform.translation, pose.transform.rotation
         np.testing.assert_allclose([at.x, at.y, yaw(turn)], scan.ego_pose_odom, atol=1e-12)
 
 
 def boxes(scene):
-    """Centre, heading and size of each entity's box, by id."""
+    """Return centre, heading and size of each entity's box, by id."""
     found = {}
     for entity in scene.entities:
         (cube,) = entity.cubes
@@ -125,7 +125,7 @@ def boxes(scene):
     return found
 
 
-def test_boxes_of_the_truth_are_around_their_own_points(run, messages):
+def test_true_boxes_enclose_their_points(run, messages):
     for (frame, scan, truth), (_, _, scene) in zip(run[0].scans(), messages["/truth/boxes"], strict=True):
         found = boxes(scene)
         assert sorted(found) == sorted(f"actor {actor}" for actor in frame.actors.id)
@@ -138,7 +138,7 @@ def test_boxes_of_the_truth_are_around_their_own_points(run, messages):
             assert inside.all(axis=1).mean() > 0.95
 
 
-def test_boxes_of_tracks_are_those_that_the_tracker_reported(run, messages):
+def test_track_boxes_agree_with_the_tracker(run, messages):
     tracker, shown = Tracker(run[0].scenario.tracker), 0
     for (_, scan, _), (_, _, scene) in zip(run[0].scans(), messages["/tracks"], strict=True):
         tracks, _ = tracker.step(scan)
@@ -158,7 +158,7 @@ def test_boxes_of_tracks_are_those_that_the_tracker_reported(run, messages):
 
 
 def test_rerun_accepts_the_file(run):
-    """It says so in words: its exit code is 0 whatever it finds."""
+    """The text output is checked, because the exit code is always 0."""
     command = [sys.executable, "-m", "rerun", "mcap", "check", "--full", str(run[1])]
     checked = subprocess.run(command, capture_output=True, text=True, check=True)
     topics = [line.split() for line in checked.stdout.splitlines() if " /" in line]
@@ -167,12 +167,12 @@ def test_rerun_accepts_the_file(run):
     assert "ros2_timestamp" in checked.stdout
 
 
-def test_the_same_run_makes_the_same_file(run, tmp_path):
+def test_the_export_is_reproducible(run, tmp_path):
     export_module.export(run[0], tmp_path / "again.mcap")
     assert (tmp_path / "again.mcap").read_bytes() == run[1].read_bytes()
 
 
-def test_a_definition_holds_all_that_it_needs_once():
+def test_a_definition_contains_each_part_once():
     text = definition("foxglove_msgs/SceneUpdate")
     parts = [line.removeprefix("MSG: ") for line in text.splitlines() if line.startswith("MSG: ")]
     assert len(parts) == len(set(parts)) > 10
@@ -180,21 +180,21 @@ def test_a_definition_holds_all_that_it_needs_once():
 
 
 @pytest.mark.parametrize(
-    ("name", "complaint"),
-    [("there.mcap", "is there already"), ("nowhere/x.mcap", "cannot write there (No such file or directory)")],
+    ("name", "message"),
+    [("there.mcap", "already exists"), ("nowhere/x.mcap", "cannot write there (No such file or directory)")],
 )
-def test_a_file_that_cannot_be_is_told_in_one_line(name, complaint, run, tmp_path, monkeypatch, capfd):
+def test_an_invalid_output_file_is_a_one_line_error(name, message, run, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     Path("there.mcap").write_text("mine")
     assert main(["mcap", str(run[0].folder), name]) == 2
     error = capfd.readouterr().err
-    assert complaint in error
+    assert message in error
     assert error.count("\n") == 1
     assert [path.name for path in Path().iterdir()] == ["there.mcap"]
     assert Path("there.mcap").read_text() == "mine"
 
 
-def test_nothing_is_left_of_an_export_that_fails(run, tmp_path, monkeypatch):
+def test_a_failed_export_leaves_no_file(run, tmp_path, monkeypatch):
     monkeypatch.setattr(export_module, "transform", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         export_module.export(run[0], tmp_path / "x.mcap")

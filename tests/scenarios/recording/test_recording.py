@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.drive import DT, HIDDEN, IDS, START, Step, buildings, drive, turned
 
-from scenarios.control.corridor import Lead
+from scenarios.control.corridor import LeadVehicle
 from scenarios.control.cruise import Decision
 from scenarios.recording import blueprint as look
 from scenarios.recording.recorder import Recorder
@@ -264,7 +264,7 @@ def test_size_stays_within_60_mb_for_40_s(tmp_path: Path) -> None:
 
 def test_speeds_and_gap_of_a_controlled_ego_are_plotted(steps: list[Step], tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "controlled.rrd", "test", buildings(), controlled=True)
-    for step, lead in zip(steps[:3], (None, Lead(4, 12.5, 8.0), None), strict=True):
+    for step, lead in zip(steps[:3], (None, LeadVehicle(4, 12.5, 8.0), None), strict=True):
         recorder.log(*step, Decision(9.5, lead) if step is not steps[0] else None)
     recorder.close()
     rows = read(tmp_path / "controlled.rrd", f"/{look.CONTROL}")

@@ -1,4 +1,4 @@
-"""The adversary finds a planted bug, and shrinks what it found to a file that anybody can run."""
+"""The search finds a planted bug and reduces it to a scenario file that reproduces it."""
 
 import json
 import tomllib
@@ -12,7 +12,7 @@ from support.stub_trackers import Perfect
 from scenarios.cli import main
 from scenarios.errors import OutputError, StudyError
 from scenarios.run import run_folder
-from scenarios.search.adversary import ANSWERS, RUN, search
+from scenarios.search.adversary import EVALUATIONS, RUN, search
 from scenarios.study.study_file import Study
 
 LIMIT = 'metric = "track.id_switches"\nmax = 0\n'
@@ -25,7 +25,7 @@ def sound(config):
 
 
 def changed(folder: Path, old: str, new: str) -> Path:
-    """The planted study with a change."""
+    """Write the planted study with a text replaced; return its path."""
     path = crossing_ids.write(folder)
     text = path.read_text()
     assert old in text
@@ -34,9 +34,9 @@ def changed(folder: Path, old: str, new: str) -> Path:
 
 
 @pytest.fixture(scope="module")
-def hunted(tmp_path_factory):
-    """The planted bug, looked for by the command line, and the folder."""
-    folder = tmp_path_factory.mktemp("hunt")
+def found_in(tmp_path_factory):
+    """Output folder of `luxloop search` for the planted bug."""
+    folder = tmp_path_factory.mktemp("search")
     study = crossing_ids.write(folder)
     code = main(["search", str(study), "--tracker", crossing_ids.SPEC, "--out", str(folder / "out"), "--workers", "1"])
     assert code == 1
@@ -47,38 +47,38 @@ def document(out):
     return tomllib.loads((out / "planted.toml").read_text())
 
 
-def test_a_planted_bug_is_found_in_fewer_than_150_runs_and_needs_two_cars(hunted):
-    """A search without lead, or one that keeps bystanders, would not."""
-    answers = [json.loads(line) for line in (hunted / ANSWERS).read_text().splitlines()]
-    first = next(n for n, answer in enumerate(answers) if answer["value"] and answer["value"] > 0)
+def test_a_planted_bug_is_found_in_fewer_than_150_runs_and_needs_two_cars(found_in):
+    """Fails for an unguided search, or one that keeps unrelated actors."""
+    evaluations = [json.loads(line) for line in (found_in / EVALUATIONS).read_text().splitlines()]
+    first = next(n for n, one in enumerate(evaluations) if one["value"] and one["value"] > 0)
     assert first < 150
-    assert len(answers) < 150
-    traffic = document(hunted)["traffic"]
+    assert len(evaluations) < 150
+    traffic = document(found_in)["traffic"]
     assert {actor["name"] for actor in traffic["actor"]} == {"first", "second"}
-    assert len(traffic["obstacle"]) == 1  # the wall behind which both are
+    assert len(traffic["obstacle"]) == 1  # the wall that hides both
 
 
-def test_what_has_no_part_in_it_is_neutral_or_gone(hunted):
-    """The bug takes two hidden cars: no noise, no bystander, and not the time after it."""
-    found = document(hunted)
+def test_unrelated_parameters_and_elements_are_neutral_or_removed(found_in):
+    """The bug needs two hidden cars: no noise, no other actor, and no time after the failure."""
+    found = document(found_in)
     assert all(kind == {"enabled": False} for kind in found["noise"].values())
     assert found["duration_s"] < 3.0
     (second,) = (actor for actor in found["traffic"]["actor"] if actor["name"] == "second")
-    assert -40.0 < second["x_m"] < -22.0  # as near as both are hidden at once, and no nearer than it takes
+    assert -40.0 < second["x_m"] < -22.0  # close enough that both are hidden at once, and no closer than necessary
 
 
-def test_the_file_reproduces_the_failure_and_the_recording_ends_with_it(hunted, tmp_path, capsys):
-    """Another seed, a path, a default that is lost in writing would change the trace."""
+def test_the_scenario_file_reproduces_the_failure_at_its_end(found_in, tmp_path, capsys):
+    """A seed, path or default lost in the file would change the trace hash."""
     out = tmp_path / "again"
     options = ["--tracker", crossing_ids.SPEC, "--json", "--no-recording", "--out", str(out)]
-    code = main(["run", str(hunted / "planted.toml"), *options])
+    code = main(["run", str(found_in / "planted.toml"), *options])
     result = json.loads(capsys.readouterr().out)
-    kept = run_folder.read(hunted / RUN)
+    kept = run_folder.read(found_in / RUN)
     assert code == 0
     assert result["known_failures"] == ["track.id_switches"]
     assert result["trace_hash"] == kept.trace_hash
-    assert result["seed"] == document(hunted)["seed"]
-    assert run_folder.recording(hunted / RUN).stat().st_size > 0
+    assert result["seed"] == document(found_in)["seed"]
+    assert run_folder.recording(found_in / RUN).stat().st_size > 0
     truth = kept.tables["truth"]
     before = truth.groupby("actor_id")["track_id"].shift()
     switched = truth[(before != truth["track_id"]) & pd.notna(before) & (before >= 0) & (truth["track_id"] >= 0)]
@@ -86,36 +86,36 @@ def test_the_file_reproduces_the_failure_and_the_recording_ends_with_it(hunted, 
 
 
 @pytest.mark.slow
-def test_two_workers_find_the_same_as_one(hunted, tmp_path):
-    """Proposals that depended on who ran them, or on which ended first, would find another."""
-    search(Study.load(crossing_ids.write(hunted.parent)), crossing_ids.SPEC, tmp_path, print, workers=2)
-    assert (tmp_path / "planted.toml").read_text() == (hunted / "planted.toml").read_text()
-    answers = [sorted((folder / ANSWERS).read_text().splitlines()) for folder in (tmp_path, hunted)]
-    assert answers[0] == answers[1]
+def test_two_workers_find_the_same_as_one(found_in, tmp_path):
+    """Fails if proposals depend on the worker or on the order of completion."""
+    search(Study.load(crossing_ids.write(found_in.parent)), crossing_ids.SPEC, tmp_path, print, workers=2)
+    assert (tmp_path / "planted.toml").read_text() == (found_in / "planted.toml").read_text()
+    logs = [sorted((folder / EVALUATIONS).read_text().splitlines()) for folder in (tmp_path, found_in)]
+    assert logs[0] == logs[1]
 
 
-def test_a_second_start_repeats_no_run_and_finds_the_same(hunted, tmp_path):
-    """Also after a kill in the middle of writing an answer: half a line is not one."""
+def test_a_second_start_repeats_no_run_and_finds_the_same(found_in, tmp_path):
+    """Also after a kill during a write, which leaves a partial line."""
     first = tmp_path / "out"
-    lines = (hunted / ANSWERS).read_text().splitlines(keepends=True)
+    lines = (found_in / EVALUATIONS).read_text().splitlines(keepends=True)
     first.mkdir()
-    (first / ANSWERS).write_text("".join(lines[:-1]) + lines[-1][:20])
-    study = Study.load(crossing_ids.write(hunted.parent))
+    (first / EVALUATIONS).write_text("".join(lines[:-1]) + lines[-1][:20])
+    study = Study.load(crossing_ids.write(found_in.parent))
     search(study, crossing_ids.SPEC, first, print)
-    assert (first / ANSWERS).read_text().splitlines(keepends=True) == lines
-    assert (first / "planted.toml").read_text() == (hunted / "planted.toml").read_text()
+    assert (first / EVALUATIONS).read_text().splitlines(keepends=True) == lines
+    assert (first / "planted.toml").read_text() == (found_in / "planted.toml").read_text()
 
 
 def test_a_sound_tracker_passes_the_search(tmp_path, capsys):
     study = changed(tmp_path, "trials = 25", "trials = 4")
-    options = ["--tracker", "test_search:sound", "--out", str(tmp_path / "out"), "--workers", "1"]
+    options = ["--tracker", f"{__name__}:sound", "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main(["search", str(study), *options]) == 0
     assert "no failure in 4 runs" in capsys.readouterr().out
     assert not (tmp_path / "out" / "planted.toml").exists()
 
 
 class InterruptedOnce:
-    """A sound tracker, but in the third run (each makes two, one to warm up) somebody presses Ctrl-C."""
+    """A sound tracker that is interrupted in the third run (each run makes two trackers, one to warm up)."""
 
     made = 0
 
@@ -126,33 +126,36 @@ class InterruptedOnce:
         return sound(config)
 
 
-def test_ctrl_c_tells_how_many_answers_there_are_and_the_next_start_takes_them_up(tmp_path, capfd):
+def test_ctrl_c_reports_the_number_of_evaluations_and_the_next_start_reuses_them(tmp_path, capfd):
     study = changed(tmp_path, "trials = 25", "trials = 4")
-    options = ["--tracker", "test_search:InterruptedOnce", "--out", str(tmp_path / "out"), "--workers", "1"]
+    options = ["--tracker", f"{__name__}:InterruptedOnce", "--out", str(tmp_path / "out"), "--workers", "1"]
     assert main(["search", str(study), *options]) == 130
-    assert f"interrupted; 2 answers are in {tmp_path}/out/{ANSWERS}, the same command" in capfd.readouterr().err
+    assert (
+        f"interrupted; 2 evaluations are in {tmp_path}/out/{EVALUATIONS}; run the same command"
+        in capfd.readouterr().err
+    )
     assert main(["search", str(study), *options]) == 0
-    assert capfd.readouterr().out.startswith("2 answers of an earlier start are taken up\nno failure in 4 runs")
+    assert capfd.readouterr().out.startswith("2 evaluations of an earlier start are reused\nno failure in 4 runs")
 
 
-def test_what_fails_undisturbed_is_found_at_once(tmp_path):
-    """The first run has size 0: a hunt that starts at random would report a larger one."""
+def test_an_undisturbed_failure_is_found_in_the_first_run(tmp_path):
+    """The first run has size 0; a random start would report a larger one."""
     study = Study.load(changed(tmp_path, LIMIT, 'metric = "track.hota"\nmax = 0.5\n'))
-    story = []
-    search(study, "test_search:sound", tmp_path / "out", story.append)
-    assert story[0] == "it fails with nothing disturbed"
+    lines = []
+    search(study, f"{__name__}:sound", tmp_path / "out", lines.append)
+    assert lines[0] == "the undisturbed scenario fails"
     found = document(tmp_path / "out")
     assert len(found["traffic"]["actor"]) == 1
     assert found["expect"]["track.hota"]["max"] == 0.5
 
 
-def test_a_scene_that_cannot_run_is_told_in_one_line(tmp_path):
+def test_an_invalid_undisturbed_scenario_is_an_error(tmp_path):
     with pytest.raises(StudyError, match=r"with nothing disturbed.*sigma_scale"):
         search_with(tmp_path, "seeds = 2", 'seeds = 2\nfixed = { "noise.range.sigma_scale" = -1.0 }')
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         (f"[search]\n{LIMIT}", "[search]\nmetric = 'track.hato'\nmax = 0\n", "track.hota"),
         (f"[search]\n{LIMIT}", "[search]\nmetric = 'track.hota'\n", "give min, max or both"),
@@ -161,8 +164,8 @@ def test_a_scene_that_cannot_run_is_told_in_one_line(tmp_path):
         ("neutral = -15.0", "neutral = 'none'", "outside the range"),
     ],
 )
-def test_a_wrong_search_is_refused_with_the_remedy(tmp_path, old, new, told):
-    with pytest.raises(StudyError, match=told):
+def test_an_invalid_search_is_refused_with_the_remedy(tmp_path, old, new, message):
+    with pytest.raises(StudyError, match=message):
         Study.load(changed(tmp_path, old, new))
 
 
@@ -173,9 +176,9 @@ def test_a_study_without_a_search_is_refused(tmp_path):
         search_with(tmp_path, table, "samples = 3\n")
 
 
-def test_answers_of_something_else_are_not_overwritten(tmp_path):
+def test_an_unrelated_log_is_not_overwritten(tmp_path):
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / ANSWERS).write_text('{"a": 1}\n')
+    (tmp_path / "out" / EVALUATIONS).write_text('{"a": 1}\n')
     with pytest.raises(OutputError, match="choose a new folder"):
         search(Study.load(crossing_ids.write(tmp_path)), crossing_ids.SPEC, tmp_path / "out", print)
 

@@ -1,4 +1,4 @@
-"""The parts of the search, each by itself: sizes, scores, the way back to neutral, cuts, and files that move."""
+"""Parts of the search: sizes, scores, initial trials, bisection, reductions, and paths in the scenario file."""
 
 import tomllib
 from pathlib import Path
@@ -13,25 +13,25 @@ from scenarios.files.expect import Limit
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import paths, studies
 from scenarios.search import finding_file, reductions
-from scenarios.search.evaluator import Bench
-from scenarios.search.initial_trials import ends
+from scenarios.search.evaluator import Evaluator
+from scenarios.search.initial_trials import initial_trials
 from scenarios.search.objective import distance, score, size
-from scenarios.search.optimise import Finding
+from scenarios.search.optimise import Disturbance
 from scenarios.search.shrink import HALVINGS, shrink, towards_neutral
 from scenarios.study.design import source
-from scenarios.study.parameter import Vary
-from scenarios.study.scenes.occlusion_scenes import hidden_behind_wall
+from scenarios.study.parameter import Parameter
+from scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
 from scenarios.study.study_file import Search, Study
 
-LINEAR = Vary(key="a", low=-1.0, high=3.0, neutral=0.0)
-SPEED = Vary(key="b", low=0.0, high=100.0, neutral=0.0)
-LOG = Vary(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
-WORDS = Vary(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
-COUNTS = Vary(key="d", values=[0, 1, 4], neutral=0)
+LINEAR = Parameter(key="a", low=-1.0, high=3.0, neutral=0.0)
+SPEED = Parameter(key="b", low=0.0, high=100.0, neutral=0.0)
+LOG = Parameter(key="b", low=1.0, high=100.0, neutral=100.0, scale="log")
+WORDS = Parameter(key="c", values=["keeps", "brakes", "turns"], neutral="keeps")
+COUNTS = Parameter(key="d", values=[0, 1, 4], neutral=0)
 
 
 def test_distances_by_hand():
-    """Scaled by the longer way to an end: 3 of -1 to 3 about 0, log 100 of 1 to 100 about 100."""
+    """Scaled by the distance to the farther end: 3 for -1 to 3 about 0, log 100 for 1 to 100 about 100."""
     assert distance(LINEAR, -1.0) == pytest.approx(1 / 3)
     assert distance(LINEAR, 3.0) == 1.0
     assert distance(LOG, 10.0) == pytest.approx(0.5)
@@ -41,7 +41,7 @@ def test_distances_by_hand():
 
 
 @given(value=st.floats(-1e6, 1e6), other=st.floats(-1e6, 1e6), a=st.floats(0.01, 1.0), b=st.floats(0.01, 1.0))
-def test_what_fails_comes_before_what_does_not_and_that_before_what_shows_nothing(value, other, a, b):
+def test_scores_of_failures_are_below_passes_and_passes_below_missing_values(value, other, a, b):
     limit = Limit(min=-3.0, max=5.0)
     scores = {True: [], False: []}
     for v, disturbance in ((value, a), (other, b)):
@@ -50,26 +50,26 @@ def test_what_fails_comes_before_what_does_not_and_that_before_what_shows_nothin
     assert all(1.0 < s < score(limit, None, a) for s in scores[True] if a < 1.0 and b < 1.0)
 
 
-def test_a_metric_nearer_to_its_limit_leads_the_search():
+def test_a_metric_closer_to_its_limit_has_a_better_score():
     limit = Limit(max=10.0)
     assert score(limit, 9.0, 0.5) < score(limit, 2.0, 0.5)
 
 
 @given(threshold=st.floats(0.001, 2.9), found=st.floats(0.0, 1.0))
-def test_the_way_back_ends_just_beyond_what_it_takes(threshold, found):
-    """Where more fails, the result fails, and is off by no more than the last half and what three digits round off."""
+def test_bisection_ends_just_beyond_the_threshold(threshold, found):
+    """For a monotonic failure the result fails, within the last bisection step and the rounding to three digits."""
     value = threshold + found * (3.0 - threshold)
     back = towards_neutral(LINEAR, value, lambda tried: tried >= threshold)
     assert threshold <= back <= value + 0.005
     assert back - threshold <= value / 2**HALVINGS + 0.015
 
 
-def test_nothing_is_disturbed_that_need_not_be():
+def test_neutral_is_preferred_if_it_fails():
     assert towards_neutral(LINEAR, 2.0, always) == 0.0
     assert towards_neutral(WORDS, "turns", lambda tried: tried == "turns") == "turns"
 
 
-def test_of_listed_values_the_nearest_that_fails_is_kept():
+def test_the_listed_value_nearest_to_neutral_that_fails_is_kept():
     assert towards_neutral(COUNTS, 4, lambda tried: tried >= 1) == 1
     assert towards_neutral(COUNTS, 4, lambda tried: tried >= 2) == 4
 
@@ -95,23 +95,23 @@ def scene():
     )
 
 
-def test_an_actor_or_obstacle_is_cut_by_its_place():
-    """Dropping by number from the front would drop another one than was tried."""
-    told, left = cut_down(scene(), reductions.actors, lambda smaller: {9, 0} <= places(smaller))
+def test_an_actor_or_obstacle_is_removed_by_index_from_the_end():
+    """Removal from the front would shift the indices and remove another item than was tried."""
+    applied, left = reduce(scene(), reductions.actors, lambda smaller: {9, 0} <= places(smaller))
     assert [actor.get("name") for actor in left["traffic"]["actor"]] == ["a", "c"]
-    assert told == ["without actor 1"]
-    _, left = cut_down(left, reductions.obstacles, lambda smaller: smaller["traffic"]["obstacle"][:1] != [])
+    assert applied == ["without actor 1"]
+    _, left = reduce(left, reductions.obstacles, lambda smaller: smaller["traffic"]["obstacle"][:1] != [])
     assert left["traffic"]["obstacle"] == [{"corners_m": [[1, 9], [2, 9]]}]
 
 
-def test_of_noise_only_the_needed_stays_on():
-    _, left = cut_down(scene(), reductions.noise, lambda smaller: smaller["noise"].get("attitude", {}).get("enabled"))
+def test_only_necessary_noise_stays_enabled():
+    _, left = reduce(scene(), reductions.noise, lambda smaller: smaller["noise"].get("attitude", {}).get("enabled"))
     noise = Scenario.of(left, Path("x.toml")).noise
     on = [kind for kind in noise.__slots__ if getattr(noise, kind).enabled]
     assert on == ["attitude"]
     assert noise.attitude.pitch_deg == 1.0
-    told, left = cut_down(scene(), reductions.noise, always)
-    assert told == ["without any noise"]
+    applied, left = reduce(scene(), reductions.noise, always)
+    assert applied == ["without any noise"]
     assert left["noise"]["attitude"] == {"enabled": False}
 
 
@@ -119,19 +119,19 @@ def places(document):
     return {actor["x_m"] for actor in document["traffic"]["actor"]}
 
 
-def cut_down(document, kind, still_fails):
-    """Make every cut of a kind after which it still fails."""
-    told = []
-    for cut in kind(document):
-        smaller = cut.apply(document)
+def reduce(document, kind, still_fails):
+    """Apply every reduction of a kind after which the scenario still fails."""
+    applied = []
+    for reduction in kind(document):
+        smaller = reduction.apply(document)
         if smaller != document and still_fails(smaller):
             document = smaller
-            told.append(cut.what)
-    return told, document
+            applied.append(reduction.what)
+    return applied, document
 
 
-def test_a_parameter_is_tried_again_in_the_smaller_scene(monkeypatch):
-    """With the bystanders it takes both parameters to fail, without them one: a single pass would keep both."""
+def test_parameters_are_tried_again_after_the_scene_is_reduced(monkeypatch):
+    """With unrelated actors both parameters are needed, without them one: a single pass would keep both."""
 
     def make(parameters, seed):
         return {**scene(), "duration_s": 2.0 + parameters["a"], "sensor": {"power": parameters["b"]}, "seed": seed}
@@ -141,17 +141,17 @@ def test_a_parameter_is_tried_again_in_the_smaller_scene(monkeypatch):
         return document["duration_s"] >= 3.0 and (document["sensor"]["power"] >= 50.0 or not crowded)
 
     study = Study.model_construct(vary=[LINEAR, SPEED])
-    monkeypatch.setattr(reductions, "end", lambda document, *_: document)
+    monkeypatch.setattr(reductions, "shorten", lambda document, *_: document)
     monkeypatch.setattr(reductions, "KINDS", (reductions.actors, reductions.obstacles))
-    found = shrink(study, Finding({"a": 3.0, "b": 80.0}, 1, 1.0), SimpleNamespace(fails=fails), make, print)
+    found = shrink(study, Disturbance({"a": 3.0, "b": 80.0}, 1, 1.0), SimpleNamespace(fails=fails), make, print)
     assert 3.0 <= found["duration_s"] < 3.1
     assert found["sensor"]["power"] == 0.0
     assert found["traffic"]["actor"] == []
 
 
 @pytest.mark.parametrize("name", ["sumo-crossing", "cruise-on-tracks", "replayed-crossing", "highway-v0", "ring"])
-def test_a_file_that_moves_still_finds_its_files(name, tmp_path):
-    """Paths in a scenario start at its folder: written elsewhere as they were, they would lead nowhere."""
+def test_paths_are_rewritten_for_another_folder(name, tmp_path):
+    """Paths in a scenario are relative to its folder, so they must change with it."""
     before = tomllib.loads(paths()[name].read_text())
     (tmp_path / "found").mkdir()
     finding_file.write(before, paths()[name], tmp_path / "found" / "moved.toml")
@@ -169,7 +169,7 @@ def files(scenario):
     return found
 
 
-def test_an_expectation_is_written_as_people_write_it():
+def test_whole_numbers_of_an_expectation_are_written_without_a_fraction():
     limit = Limit(max=0.0, unit="count")
     written = finding_file.expectation("track.id_switches", limit, "it fails")
     assert written == {"track.id_switches": {"max": 0, "unit": "count", "known_failure": "it fails"}}
@@ -177,36 +177,36 @@ def test_an_expectation_is_written_as_people_write_it():
 
 
 def forgetful(config):
-    """A tracker that gives who comes back a new id."""
+    """A tracker that gives a reappearing vehicle a new id, for --tracker."""
     del config
     return Forgetful()
 
 
 class Losing(Forgetful):
-    """Who was hidden is never reported again."""
+    """Never reports a vehicle again after it was hidden."""
 
     def estimates(self, index):
         return [e for e in super().estimates(index) if e.id < 10_000]
 
 
 def losing(config):
-    """The same for --tracker."""
+    """A tracker that loses hidden vehicles, for --tracker."""
     del config
     return Losing()
 
 
 @pytest.mark.parametrize("tracker", ["forgetful", "losing"])
-def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
-    """Ended while the car is back and not yet followed, any tracker would seem to have lost it."""
+def test_a_scenario_is_shortened_to_the_failing_frame_and_not_before(tracker, tmp_path):
+    """If the run ended between reappearance and reacquisition, every tracker would seem to lose the car."""
     search = Search(metric="track.occlusion_survival", min=1.0)
-    bench = Bench(search, tmp_path / "x.toml", f"test_search_shrink:{tracker}", tmp_path / "answers")
+    evaluator = Evaluator(search, tmp_path / "x.toml", f"{__name__}:{tracker}", tmp_path / "answers")
     document = {**hidden_behind_wall(0.6, 12.0), "seed": 1, "sensor": {"footprint": [1, 1]}}
-    ended = reductions.end(document, bench, print)
-    assert bench.fails(ended)
-    if tracker == "losing":  # nothing is to be seen in any frame
+    ended = reductions.shorten(document, evaluator, print)
+    assert evaluator.fails(ended)
+    if tracker == "losing":  # the metric has no value per frame
         assert ended == document
         return
-    worst = reductions.failing_frame(ended, bench)
+    worst = reductions.worst_frame(ended, evaluator)
     assert "goes from track 1 to track 10001" in worst.what
     assert ended["duration_s"] == pytest.approx(worst.time_s + 0.08)
 
@@ -214,29 +214,29 @@ def test_a_run_ends_when_the_failure_is_seen_and_not_before(tracker, tmp_path):
 @pytest.mark.parametrize(
     "study", [s for s in map(Study.load, studies().values()) if s.search], ids=lambda study: study.path.stem
 )
-def test_the_searches_that_ship_start_from_a_scenario(study):
-    """A key that leads nowhere, or a neutral value that no scenario takes, would end the search in its first run."""
+def test_shipped_searches_have_a_valid_undisturbed_scenario(study):
+    """Fails on a key that does not exist, or a neutral value that the scenario rejects."""
     make, at = source(study)
-    neutral = {vary.key: vary.neutral for vary in study.vary}
+    neutral = {parameter.key: parameter.neutral for parameter in study.vary}
     scenario = Scenario.of(make({**study.fixed, **neutral}), at)
     assert scenario.duration_s < 10.0
 
 
-def test_first_one_parameter_goes_to_its_end_then_two():
-    """By hand: a has the ends -1 and 3, at sizes 1/9 and 1/3; b one end, c two words, both at 1/3."""
+def test_initial_trials_disturb_one_parameter_then_two():
+    """By hand: a has the ends -1 and 3, at sizes 1/9 and 1/3; b has one end and c two texts, all at 1/3."""
     study = Study.model_construct(vary=[LINEAR, LOG, WORDS])
     neutral = {"a": 0.0, "b": 100.0, "c": "keeps"}
-    ones = [{"a": -1.0}, {"a": 3.0}, {"b": 1.0}, {"c": "brakes"}, {"c": "turns"}]
-    twos = [
-        *({"a": -1.0} | other for other in ones[2:]),
-        *({"a": 3.0} | other for other in ones[2:]),
-        *({"b": 1.0} | other for other in ones[3:]),
+    singles = [{"a": -1.0}, {"a": 3.0}, {"b": 1.0}, {"c": "brakes"}, {"c": "turns"}]
+    pairs = [
+        *({"a": -1.0} | other for other in singles[2:]),
+        *({"a": 3.0} | other for other in singles[2:]),
+        *({"b": 1.0} | other for other in singles[3:]),
     ]
-    assert ends(study, 150) == [neutral | some for some in (*ones, *twos)]
-    assert len(ends(study, 150)) == 13
-    assert ends(study, 8) == [neutral | one for one in ones[:4]]
+    assert initial_trials(study, 150) == [neutral | some for some in (*singles, *pairs)]
+    assert len(initial_trials(study, 150)) == 13
+    assert initial_trials(study, 8) == [neutral | one for one in singles[:4]]
 
 
-def test_ends_of_listed_numbers_are_the_outer_ones():
+def test_ends_of_listed_numbers_are_the_smallest_and_largest():
     study = Study.model_construct(vary=[COUNTS])
-    assert ends(study, 150) == [{"d": 4}]
+    assert initial_trials(study, 150) == [{"d": 4}]

@@ -1,4 +1,4 @@
-"""Staged scenes do what they are asked to, by the truth of the sensor and of the traffic."""
+"""Staged scenes against the ground truth of the sensor and of the traffic."""
 
 from pathlib import Path
 
@@ -6,24 +6,20 @@ import numpy as np
 import pytest
 
 from scenarios.files.scenario import Scenario
-from scenarios.study.scenes.occlusion_scenes import (
-    BEFORE_S,
-    BRAKING_MPS2,
-    SIDEWAYS_MPS2,
-    hidden_behind_wall,
-    partly_hidden,
-    standing_car,
-)
+from scenarios.study.scenes.hidden_behind_wall import BRAKING_MPS2, SIDEWAYS_MPS2, hidden_behind_wall
+from scenarios.study.scenes.partly_hidden import partly_hidden
+from scenarios.study.scenes.scene_parts import BEFORE_S
+from scenarios.study.scenes.standing_car import standing_car
 from sensor_model.lidar import Lidar
 from sensor_model.rig.rig import load_rig
 from sim.scripted.scripted_source import ScriptedSource
 
 CAR = 1
-ASKED_WITHIN_S = 0.3
+TOLERANCE_S = 0.3
 
 
 def frames(document, seed=1):
-    """Play a scene without a tracker: time, whole truth and the car's state in each frame."""
+    """Simulate a scene without a tracker; yield the frame, the car's row and the scan truth."""
     scenario = Scenario.of({**document, "seed": seed}, Path("scene.toml"))
     source = ScriptedSource(scenario.traffic, Path(), 100.0)
     obstacles = source.reset(seed)
@@ -35,8 +31,8 @@ def frames(document, seed=1):
         yield frame, row, truth
 
 
-def seen(document, seed=1):
-    """(F, 3) time, hits on the car and its visible fraction."""
+def visibility(document, seed=1):
+    """Return (F, 3) time, hits on the car and its visible fraction."""
     return np.array(
         [(frame.time, truth.hits[row], truth.visible_fraction[row]) for frame, row, truth in frames(document, seed)]
     )
@@ -44,20 +40,20 @@ def seen(document, seed=1):
 
 @pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
 @pytest.mark.parametrize(("occlusion_s", "speed_mps"), [(0.5, 20.0), (3.0, 5.0)])
-def test_the_car_is_hidden_for_the_time_asked_and_wholly(occlusion_s, speed_mps, manoeuvre):
-    """Fails when a LIDAR looks past the wall's end, or the wall is longer than it need be."""
-    time, hits, visible = seen(hidden_behind_wall(occlusion_s, speed_mps, manoeuvre), seed=2).T
-    dark = np.flatnonzero(hits == 0)
-    assert len(dark) * 0.08 == pytest.approx(occlusion_s, abs=ASKED_WITHIN_S)
-    assert np.all(np.diff(dark) == 1)
-    assert time[dark[0]] == pytest.approx(BEFORE_S, abs=ASKED_WITHIN_S)
+def test_the_car_is_completely_hidden_for_the_given_time(occlusion_s, speed_mps, manoeuvre):
+    """Fails if a LIDAR sees past the end of the wall, or if the wall is longer than necessary."""
+    time, hits, visible = visibility(hidden_behind_wall(occlusion_s, speed_mps, manoeuvre), seed=2).T
+    hidden = np.flatnonzero(hits == 0)
+    assert len(hidden) * 0.08 == pytest.approx(occlusion_s, abs=TOLERANCE_S)
+    assert np.all(np.diff(hidden) == 1)
+    assert time[hidden[0]] == pytest.approx(BEFORE_S, abs=TOLERANCE_S)
     assert visible[time < BEFORE_S - 1.2].min() == 1.0
 
 
 @pytest.mark.parametrize("occlusion_s", [0.5, 3.0])
 @pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
-def test_the_car_does_what_it_is_asked_to_and_nobody_is_thrown_about(occlusion_s, manoeuvre):
-    """Fails on a wrong manoeuvre, one that starts in the open, or one harder than 2 m/s^2."""
+def test_the_manoeuvre_happens_while_hidden_with_bounded_acceleration(occlusion_s, manoeuvre):
+    """Fails on a wrong manoeuvre, one that starts in view, or one above 2 m/s^2."""
     times, speed, sideways, acceleration = [], [], [], []
     for frame, row, _ in frames(hidden_behind_wall(occlusion_s, 10.0, manoeuvre)):
         times.append(frame.time)
@@ -67,8 +63,8 @@ def test_the_car_does_what_it_is_asked_to_and_nobody_is_thrown_about(occlusion_s
     times, (along, across) = np.array(times), np.array(acceleration).T
     assert along.max() <= BRAKING_MPS2 + 1e-6
     assert across.max() <= SIDEWAYS_MPS2 + 1e-6
-    in_the_open = (times < BEFORE_S - 0.1) | (times > BEFORE_S + occlusion_s + 0.1)
-    assert max(along[in_the_open].max(), across[in_the_open].max()) < 1e-6
+    in_view = (times < BEFORE_S - 0.1) | (times > BEFORE_S + occlusion_s + 0.1)
+    assert max(along[in_view].max(), across[in_view].max()) < 1e-6
     slower = {0.5: 9.0, 3.0: 5.0}[occlusion_s]  # 2 m/s^2 for 0.5 s; for 2.5 s of the 3, to half the speed
     assert speed[-1] == pytest.approx(slower if manoeuvre == "brakes" else 10.0)
     # 2 m/s^2 sideways make sqrt(3) / 10 * 2 * T^2 of a quintic: 0.0866 m in 0.5 s, and 3.118 m in 3 s.
@@ -77,9 +73,9 @@ def test_the_car_does_what_it_is_asked_to_and_nobody_is_thrown_about(occlusion_s
 
 
 @pytest.mark.parametrize("visible_share", [0.0, 0.3, 1.0])
-def test_the_screen_leaves_about_the_share_asked_for_the_time_asked(visible_share):
-    """Fails when the screen slides too far or not far enough, or stays for another time."""
-    time, hits, visible = seen(partly_hidden(visible_share, occlusion_s=1.0)).T
+def test_the_screen_leaves_the_given_share_visible_for_the_given_time(visible_share):
+    """Fails if the screen moves too far or not far enough, or stays for another time."""
+    time, hits, visible = visibility(partly_hidden(visible_share, occlusion_s=1.0)).T
     assert visible[time < BEFORE_S].min() > 0.95
     assert visible[-1] > 0.95
     least = np.flatnonzero(visible < visible.min() + 0.03)
@@ -88,25 +84,25 @@ def test_the_screen_leaves_about_the_share_asked_for_the_time_asked(visible_shar
     if visible_share:
         assert visible.min() > 0.1
     if visible_share < 1.0:
-        assert len(least) * 0.08 == pytest.approx(1.0, abs=ASKED_WITHIN_S)
+        assert len(least) * 0.08 == pytest.approx(1.0, abs=TOLERANCE_S)
 
 
 @pytest.mark.parametrize("aspect_deg", [0.0, 30.0, 90.0])
 @pytest.mark.parametrize("visible_share", [0.3, 0.6, 1.0])
-def test_the_wall_leaves_about_the_share_asked_of_a_standing_car(visible_share, aspect_deg):
+def test_the_wall_leaves_the_given_share_of_a_stationary_car_visible(visible_share, aspect_deg):
     document = standing_car(15.0, aspect_deg, visible_share) | {"duration_s": 0.2}
-    visible = seen(document)[:, 2]
+    visible = visibility(document)[:, 2]
     assert visible.mean() == pytest.approx(visible_share, abs=0.12)
 
 
-def test_a_standing_car_is_where_it_was_asked_to_be():
+def test_a_stationary_car_has_the_given_pose():
     frame, row, _ = next(frames(standing_car(20.0, 60.0)))
     assert frame.actors.pose_world[row, :2] == pytest.approx([20.0, 0.0], abs=0.11)
     assert np.degrees(frame.actors.pose_world[row, 2]) == pytest.approx(60.0, abs=2.1)
 
 
 @pytest.mark.parametrize(
-    ("stage", "said"),
+    ("stage", "message"),
     [
         (lambda: hidden_behind_wall(-1.0, 10.0), "occlusion_s = -1"),
         (lambda: hidden_behind_wall(1.0, 10.0, "flies"), 'manoeuvre = "flies"'),
@@ -116,6 +112,6 @@ def test_a_standing_car_is_where_it_was_asked_to_be():
         (lambda: standing_car(5.0), "range_m = 5"),
     ],
 )
-def test_what_cannot_be_staged_is_refused(stage, said):
-    with pytest.raises(ValueError, match=said):
+def test_invalid_scene_parameters_raise_a_value_error(stage, message):
+    with pytest.raises(ValueError, match=message):
         stage()

@@ -1,4 +1,4 @@
-"""Curves of studies against means and intervals worked out by hand, and the page that shows them."""
+"""Curves of studies against means and intervals computed by hand, and the report page."""
 
 import math
 from html.parser import HTMLParser
@@ -47,7 +47,7 @@ ERRORS = {
     (2.0, "keeps speed"): (4.0, 4.0, math.nan),
     (2.0, "brakes"): (5.0, 7.0, 9.0),
 }
-"""[m] By seed."""
+"""[m] Errors by parameters, one per seed."""
 
 
 @pytest.fixture
@@ -77,20 +77,20 @@ def rows():
     return table.assign(index=range(len(table)), wall_s=1.5)
 
 
-def test_students_interval_is_that_of_the_textbook():
-    """1, 2, 3: mean 2, deviation 1; t(0.975, 2) = 4.3027 (any table), so 2 +- 4.3027 / sqrt(3)."""
+def test_student_interval_agrees_with_a_textbook():
+    """1, 2, 3: mean 2, deviation 1; t(0.975, 2) = 4.3027 (t table), so 2 +- 4.3027 / sqrt(3)."""
     assert student(np.array([1.0, 2.0, 3.0])) == pytest.approx((2 - 2.4842, 2 + 2.4842), abs=1e-4)
     assert all(map(math.isnan, student(np.array([1.0]))))
 
 
-def test_wilsons_interval_is_the_published_one():
+def test_wilson_interval_agrees_with_published_values():
     """Newcombe 1998, Statistics in Medicine 17, table I, method 3: 81 of 263, 15 of 148, 0 of 20."""
     assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
     assert wilson(15, 148) == pytest.approx((0.0624, 0.1605), abs=5e-5)
     assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
 
 
-def test_a_point_is_the_mean_over_seeds_and_counts_runs_without_a_value(rows):
+def test_a_point_is_the_mean_over_seeds_and_counts_missing_values(rows):
     found = estimates(measured(rows), "track.reappearance_error_m", ["manoeuvre", "occlusion_s"])
     assert found["manoeuvre"].tolist() == ["keeps speed"] * 2 + ["brakes"] * 2
     assert found["occlusion_s"].tolist() == [1.0, 2.0] * 2
@@ -103,7 +103,7 @@ def test_a_point_is_the_mean_over_seeds_and_counts_runs_without_a_value(rows):
 def test_runs_of_one_seed_count_once(rows):
     """Over both times, 'brakes' has the seeds' means 3.5, 5.25 and 6.75: 5.1667 +- 4.3027 * 1.6266 / sqrt(3).
 
-    Fails when six runs pass for six independent draws.
+    Fails if the six runs are treated as independent samples.
     """
     found = estimates(measured(rows), "track.reappearance_error_m", ["manoeuvre"]).set_index("manoeuvre")
     brakes = found.loc["brakes"]
@@ -111,15 +111,15 @@ def test_runs_of_one_seed_count_once(rows):
     assert brakes["high"] - brakes["mean"] == pytest.approx(4.3027 * 1.6266 / math.sqrt(3), abs=1e-3)
 
 
-def test_a_yes_or_no_has_wilsons_interval_also_where_all_agree(rows):
+def test_a_binary_metric_has_a_wilson_interval_also_if_all_runs_agree(rows):
     found = estimates(measured(rows), "track.occlusion_survival", ["occlusion_s", "manoeuvre"])
     first = found.iloc[0]
     assert (first["mean"], first["low"], first["high"]) == pytest.approx((1.0, *wilson(3, 3)))
     assert first["low"] < 0.5
 
 
-def test_differences_are_of_runs_that_only_the_curve_tells_apart(rows):
-    """At 1 s: 1, 1.5 and 1.5, so 1.3333 +- 4.3027 * 0.28868 / sqrt(3) = 0.7171: a third of what either curve has.
+def test_differences_pair_runs_that_differ_in_the_curve_only(rows):
+    """At 1 s: 1, 1.5 and 1.5, so 1.3333 +- 4.3027 * 0.28868 / sqrt(3) = 0.7171: a third of either curve's.
 
     At 2 s the third seed has no partner: 1 and 3, so 2 +- 12.706 * 1.4142 / sqrt(2).
     """
@@ -133,7 +133,7 @@ def test_differences_are_of_runs_that_only_the_curve_tells_apart(rows):
     assert found["n"].tolist() == [3, 2]
 
 
-def test_too_many_numbers_become_bins_of_equally_many_runs():
+def test_many_distinct_numbers_are_binned_by_quantiles():
     binned = levels(pd.Series(np.arange(80.0)))
     assert len(binned.cat.categories) == 8
     assert binned.value_counts().tolist() == [10] * 8
@@ -155,7 +155,7 @@ class Page(HTMLParser):
         self.text += text
 
 
-def test_the_report_is_one_page_with_every_picture_number_and_failure(study, rows, tmp_path):
+def test_the_report_page_contains_all_figures_numbers_and_failures(study, rows, tmp_path):
     path = report(Sweep(study, rows, 14), tmp_path / "out")
     assert path == tmp_path / "out" / REPORT
     page = Page(path.read_text(encoding="utf-8"))
@@ -170,7 +170,7 @@ def test_the_report_is_one_page_with_every_picture_number_and_failure(study, row
     assert "0.616 to 2.05" in page.text
 
 
-def test_every_picture_is_a_file_with_something_drawn_on_it(study, rows, tmp_path):
+def test_every_figure_is_written_as_a_non_blank_png(study, rows, tmp_path):
     report(Sweep(study, rows, 13), tmp_path)
     files = sorted((tmp_path / "pictures").iterdir())
     assert [file.name for file in files] == [
@@ -182,29 +182,29 @@ def test_every_picture_is_a_file_with_something_drawn_on_it(study, rows, tmp_pat
         assert np.ptp(imread(file)[..., :3]) > 0.5
 
 
-def test_a_picture_says_what_it_averages_and_how(study, rows):
+def test_a_caption_describes_the_interval(study, rows):
     error, _, panels = (picture(study, measured(rows), curve, "name") for curve in study.curve)
-    assert "Student's, over seeds" in error.caption
+    assert "Student's t, over seeds" in error.caption
     assert "hollow" in error.caption
-    assert "Wilson's, over runs" in panels.caption
+    assert "Wilson, over runs" in panels.caption
     assert panels.title == "Panels"
 
 
-def test_a_study_without_a_single_measured_run_has_a_page(study, rows, tmp_path):
+def test_a_study_without_completed_runs_has_a_page(study, rows, tmp_path):
     page = report(Sweep(study, rows[rows["status"] == "error"], 12), tmp_path).read_text(encoding="utf-8")
     assert "no run has a value" in page
 
 
 def test_shipped_studies_are_valid_and_small_enough():
-    """Each at most ten minutes on two cores: seconds of processor time a run, measured, with a quarter to spare."""
-    from scenarios.files import shipped as listing
+    """Each takes at most ten minutes on two cores; measured processor time per run, plus 25 %."""
+    from scenarios.files import shipped
     from scenarios.study import design
 
     seconds = {"hidden_behind_wall": 1.3, "partly_hidden": 1.4, "standing_car": 0.4, "fault-free": 3.8}
-    for path in listing.studies().values():
-        shipped = Study.load(path)
-        if shipped.search:
+    for path in shipped.studies().values():
+        loaded = Study.load(path)
+        if loaded.search:
             continue
-        assert shipped.curve
-        runs = design.runs(shipped, "tracker.tracker:Tracker")
-        assert len(runs) * seconds[shipped.scenario.rpartition(":")[2]] / 2 < 600.0
+        assert loaded.curve
+        runs = design.runs(loaded, "tracker.tracker:Tracker")
+        assert len(runs) * seconds[loaded.scenario.rpartition(":")[2]] / 2 < 600.0

@@ -1,4 +1,4 @@
-"""From a study file to its runs: grids, samples, seeds, keys."""
+"""Runs of a study: grids, samples, seeds and keys."""
 
 import pickle
 from pathlib import Path
@@ -12,9 +12,9 @@ from scenarios.files.shipped import CATALOG
 from scenarios.run import device
 from scenarios.study.design import combinations, runs
 from scenarios.study.keys import parse, with_values
-from scenarios.study.study_file import Study
+from scenarios.study.study_file import Study, find
 
-EVEN = """
+GRID = """
 [[vary]]
 key = "a"
 low = 0
@@ -28,7 +28,7 @@ high = 100
 steps = 3
 scale = "log"
 """
-DRAWN = """
+HYPERCUBE = """
 samples = 10
 vary = [{ key = "a", low = 0, high = 10 }, { key = "b", low = 1, high = 1024, scale = "log" }]
 """
@@ -42,7 +42,7 @@ def study(folder: Path, text: str) -> Study:
     return Study.load(path)
 
 
-def test_all_seeds_of_a_combination_come_before_the_next(tmp_path: Path):
+def test_runs_are_ordered_by_combination_then_seed(tmp_path: Path):
     found = runs(Study.load(small_study(tmp_path, seeds=3)), device.SHIPPED)
     assert [run.seed for run in found] == [1, 2, 3] * 4
     assert [run.parameters["noise.dropout.random_rate"] for run in found] == [0.0] * 3 + [0.1] * 3 + [0.2] * 3 + [
@@ -53,59 +53,67 @@ def test_all_seeds_of_a_combination_come_before_the_next(tmp_path: Path):
     assert {run.document["seed"] for run in found} == {1, 2, 3}
 
 
-def test_ranges_are_divided_evenly_or_by_equal_ratios(tmp_path: Path):
-    wide = study(tmp_path, EVEN)
-    points = combinations(wide)
+def test_ranges_are_spaced_linearly_or_logarithmically(tmp_path: Path):
+    points = combinations(study(tmp_path, GRID))
     assert sorted({point["a"] for point in points}) == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert sorted({point["b"] for point in points}) == [1.0, 10.0, 100.0]
     assert len(points) == 15
 
 
-def test_a_latin_hypercube_has_one_sample_in_each_stripe_and_is_the_same_every_time(tmp_path: Path):
-    drawn = study(tmp_path, DRAWN)
-    points = combinations(drawn)
+def test_a_latin_hypercube_has_one_sample_per_stratum_and_is_reproducible(tmp_path: Path):
+    sampled = study(tmp_path, HYPERCUBE)
+    points = combinations(sampled)
     assert sorted(int(point["a"]) for point in points) == list(range(10))
     assert sorted(int(np.log2(point["b"])) for point in points) == list(range(10))
-    assert combinations(drawn) == points
+    assert combinations(sampled) == points
 
 
-def test_samples_of_few_values_name_no_combination_twice(tmp_path: Path):
+def test_sampled_combinations_are_unique(tmp_path: Path):
     points = combinations(study(tmp_path, 'samples = 20\nvary = [{ key = "a", values = [1, 2] }]'))
     assert sorted(point["a"] for point in points) == [1, 2]
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
-        ('seeds = [1, 1]\nvary = [{ key = "a", values = [1] }]', r"\[1, 1\]: something stands in it twice"),
-        ('vary = [{ key = "a", values = [1, 1] }]', "twice"),
-        ('vary = [{ key = "a", values = [] }]', "one at least"),
+        ('seeds = [1, 1]\nvary = [{ key = "a", values = [1] }]', r"\[1, 1\]: contains a duplicate"),
+        ('vary = [{ key = "a", values = [1, 1] }]', "duplicate"),
+        ('vary = [{ key = "a", values = [] }]', "at least one"),
         ('vary = [{ key = "a", values = [1] }, { key = "a", values = [2] }]', "a key is varied twice"),
         ('fixed = { a = 1 }\nvary = [{ key = "a", values = [1] }]', "a is both varied and fixed"),
-        ('vary = [{ key = "seed", values = [1] }]', "seed is no parameter"),
+        ('vary = [{ key = "seed", values = [1] }]', "seed cannot be varied"),
         ('vary = [{ key = "a", low = 1, high = 2 }]', "a: a range without steps"),
         ('vary = [{ key = "a", low = 2, high = 1, steps = 2 }]', "low below high"),
-        ('vary = [{ key = "a", low = 0, high = 1, steps = 2, scale = "log" }]', "starts above 0"),
+        ('vary = [{ key = "a", low = 0, high = 1, steps = 2, scale = "log" }]', "must be above 0"),
         ('vary = [{ key = "a", low = 0, high = 1, values = [1] }]', "not both"),
-        (ONE + 'curve = [{ metric = "track.hota", against = "b" }]', "b: it is neither varied nor a metric"),
+        (ONE + 'curve = [{ metric = "track.hota", against = "b" }]', "b: neither a varied parameter nor a metric"),
         (ONE + 'curve = [{ metric = "track.hot", against = "a" }]', "metric.*track.hot"),
         ("vary = []", "vary"),
     ],
 )  # fmt: skip
-def test_what_makes_no_study_is_told_in_one_line(tmp_path: Path, text: str, told: str):
-    with pytest.raises(StudyError, match=told) as raised:
+def test_an_invalid_study_is_a_one_line_error(tmp_path: Path, text: str, message: str):
+    with pytest.raises(StudyError, match=message) as raised:
         study(tmp_path, text)
     assert "\n" not in str(raised.value)
     assert "study.toml" in str(raised.value)
 
 
-def test_too_many_runs_are_refused_before_they_fill_the_memory(tmp_path: Path):
+def test_a_study_is_found_by_name_or_path():
+    assert find("fits").name == "fits.toml"
+    assert find("my/study.toml") == Path("my/study.toml")
+    with pytest.raises(StudyError, match="fitss: no such study; did you mean fits"):
+        find("fitss")
+    with pytest.raises(StudyError, match="xyz: no such study; see luxloop list --studies"):
+        find("xyz")
+
+
+def test_too_many_runs_are_refused_before_they_are_created(tmp_path: Path):
     vast = study(tmp_path, 'seeds = 1000000\nvary = [{ key = "duration_s", low = 1, high = 2, steps = 1000000 }]')
     with pytest.raises(StudyError, match="1000000000000 runs, more than 1000000; give fewer"):
         runs(vast, device.SHIPPED)
 
 
-def test_a_run_of_a_shipped_scenario_travels_without_a_path_of_this_computer(tmp_path: Path):
+def test_a_portable_run_contains_no_local_path(tmp_path: Path):
     shadow = study(tmp_path, 'vary = [{ key = "duration_s", values = [1.0] }]')
     run = runs(shadow, device.SHIPPED)[0]
     assert run.path == CATALOG / "occlusion" / "truck-shadow.toml"
@@ -116,7 +124,7 @@ def test_a_run_of_a_shipped_scenario_travels_without_a_path_of_this_computer(tmp
     assert run.portable().key == run.key
 
 
-def test_the_key_of_a_run_tells_every_input_apart(tmp_path: Path):
+def test_the_key_of_a_run_depends_on_every_input(tmp_path: Path):
     text = 'seeds = [{seed}]\nvary = [{{ key = "duration_s", values = [{duration}] }}]'
     first, other_seed, other_value = (
         runs(study(tmp_path, text.format(seed=seed, duration=duration)), device.SHIPPED)[0].key
@@ -126,7 +134,7 @@ def test_the_key_of_a_run_tells_every_input_apart(tmp_path: Path):
     assert len({first, other_seed, other_value, other_tracker}) == 4
 
 
-def test_a_scene_of_ones_own_is_staged_by_its_parameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_custom_scene_function_gets_its_parameters(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "my_scene.py").write_text(
         "def scene(gap_m):\n    return {'description': 'A gap.', 'duration_s': 1.0, 'traffic': {'kind': 'scripted', "
         "'actor': [{'x_m': gap_m, 'y_m': 3.0}]}}\n"
@@ -182,6 +190,6 @@ def test_values_are_set_in_a_copy():
         "traffic.actor.x",
     ],
 )
-def test_a_key_that_leads_nowhere_is_named(key: str):
-    with pytest.raises(StudyError, match=r"no key|there is no item|stands in no table"):
+def test_a_key_that_does_not_exist_is_an_error(key: str):
+    with pytest.raises(StudyError, match=r"not a valid key|no item|is not inside a table"):
         with_values(DOCUMENT, {key: 1})

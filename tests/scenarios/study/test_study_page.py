@@ -1,4 +1,4 @@
-"""The page on study files says what the code does."""
+"""docs/study-files.md agrees with the code."""
 
 import importlib.util
 import re
@@ -21,21 +21,21 @@ refresh = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(refresh)
 
 
-def test_the_tables_of_keys_are_those_of_the_code():
-    """Else: `python docs/refresh.py`."""
+def test_the_tables_of_keys_are_current():
+    """If this fails: `python docs/refresh.py`."""
     schema = Study.model_json_schema()
     pages = {page: page.read_text(encoding="utf-8") for page in refresh.STUDY_PAGES}
     assert {page: refresh.with_keys(text, schema) for page, text in pages.items()} == pages
-    told = re.findall(r"<!-- keys of (\w+) -->", "".join(pages.values()))
-    assert sorted(told) == sorted(["Study", *schema["$defs"]]), "give a new table its place by hand"
+    documented = re.findall(r"<!-- keys of (\w+) -->", "".join(pages.values()))
+    assert sorted(documented) == sorted(["Study", *schema["$defs"]]), "add a marker for the new table"
 
 
 def test_the_committed_schema_is_current():
-    """Else: `luxloop schema --study > scenarios/schema/study.schema.json`."""
+    """If this fails: `luxloop schema --study > scenarios/schema/study.schema.json`."""
     assert (DOCS.parent / "scenarios" / "schema" / "study.schema.json").read_text() == schema_text(Study)
 
 
-def test_the_example_is_as_many_runs_as_it_says(tmp_path: Path):
+def test_the_example_has_the_stated_number_of_runs(tmp_path: Path):
     path = tmp_path / "study.toml"
     path.write_text(re.search(r"```toml\n(.*?)```", TEXT, re.DOTALL)[1])
     found = runs(Study.load(path), device.SHIPPED)
@@ -46,5 +46,5 @@ def test_the_example_is_as_many_runs_as_it_says(tmp_path: Path):
 
 
 def test_the_page_names_every_file_and_column():
-    for name in (row_store.RUNS, row_store.EARLIER, row_store.JOURNAL, REPORT, *FIXED_COLUMNS):
+    for name in (row_store.RUNS, row_store.EARLIER, row_store.LOG, REPORT, *FIXED_COLUMNS):
         assert f"`{name}`" in TEXT, name

@@ -1,4 +1,4 @@
-"""Runs that fail are rows; what would fail every run is one line, before anything or at its first sign."""
+"""A failed run is a row with its error; an error of all runs ends the sweep with a one-line message."""
 
 import json
 from pathlib import Path
@@ -17,39 +17,39 @@ TRACKER = """\
 import os, signal
 from tracker.tracker import Tracker
 
-def moody(config):
+def failing(config):
     if config.segmentation.points_min == 4:
-        raise RuntimeError("four is\\nmy limit")
+        raise RuntimeError("four is\\ntoo many")
     if config.segmentation.points_min == 5:
         os.kill(os.getpid(), signal.SIGKILL)
     return Tracker(config)
 """
 
-MOODY = """\
-description = "A tracker that dislikes a setting."
+FAILING = """\
+description = "A tracker that fails with some settings."
 scenario = "short.toml"
 fixed = { duration_s = 0.1 }
 vary = [{ key = "tracker.segmentation.points_min", values = [%s] }]
 """
 
 
-def moody_study(folder: Path, values: str) -> Path:
+def failing_study(folder: Path, values: str) -> Path:
     study = small_study(folder)
-    (folder / "moody_tracker.py").write_text(TRACKER)
-    study.write_text(MOODY % values)
+    (folder / "failing_tracker.py").write_text(TRACKER)
+    study.write_text(FAILING % values)
     return study
 
 
 def test_a_run_that_fails_is_a_row_with_its_error(tmp_path: Path):
-    study = moody_study(tmp_path, "3, 4")
+    study = failing_study(tmp_path, "3, 4")
     keep = tmp_path / "kept"
     code, output, error = sweep(
-        study, "--tracker", "moody_tracker:moody", "--keep", keep.as_uri(), "--json", "--workers", "1"
+        study, "--tracker", "failing_tracker:failing", "--keep", keep.as_uri(), "--json", "--workers", "1"
     )
     assert (code, error) == (1, "")
-    told = json.loads(output)
-    assert told["status"] == {"error": 1, "passed": 1}
-    assert told["errors"] == ["RuntimeError: four is my limit (moody_tracker.py:6)"]
+    document = json.loads(output)
+    assert document["status"] == {"error": 1, "passed": 1}
+    assert document["errors"] == ["RuntimeError: four is too many (failing_tracker.py:6)"]
     good, bad = rows(study).to_dict("records")
     assert good["trace_hash"]
     assert (bad["status"], bad["trace_hash"], bad["tracker.segmentation.points_min"]) == ("error", "", 4)
@@ -58,16 +58,16 @@ def test_a_run_that_fails_is_a_row_with_its_error(tmp_path: Path):
 
 
 @pytest.mark.slow
-def test_a_run_that_kills_its_workers_is_a_row_and_the_others_are_done(tmp_path: Path):
-    study = moody_study(tmp_path, "2, 3, 5, 6, 7")
-    code, _, error = sweep(study, "--tracker", "moody_tracker:moody", "--workers", "2")
+def test_a_run_that_kills_its_workers_is_an_error_row_and_the_others_complete(tmp_path: Path):
+    study = failing_study(tmp_path, "2, 3, 5, 6, 7")
+    code, _, error = sweep(study, "--tracker", "failing_tracker:failing", "--workers", "2")
     assert (code, error) == (1, "")
     assert list(rows(study)["status"]) == ["passed", "passed", "error", "passed", "passed"]
-    assert rows(study)["error"][2] == "each worker that tried it died: out of memory, or taken down by the run"
+    assert rows(study)["error"][2] == "each worker that tried it died: out of memory, or killed by the run"
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("0.3]", "1.3]", r"small.toml: with noise.dropout.random_rate = 1.3: .*short.toml: noise.dropout: random_rate"),
         ("dropout.random_rate", "dropout.loss", r"noise.dropout.loss = 0.0: .* unknown key; known here: enabled"),
@@ -76,28 +76,28 @@ def test_a_run_that_kills_its_workers_is_a_row_and_the_others_are_done(tmp_path:
         ("description", "descripton", r"small.toml: .*descripton"),
     ],
 )  # fmt: skip
-def test_what_cannot_run_is_told_before_anything_runs(tmp_path: Path, old: str, new: str, told: str):
+def test_an_invalid_study_is_refused_before_the_first_run(tmp_path: Path, old: str, new: str, message: str):
     study = small_study(tmp_path)
     study.write_text(study.read_text().replace(old, new))
-    with pytest.raises(InputError, match=told) as raised:
+    with pytest.raises(InputError, match=message) as raised:
         runs(Study.load(study), device.SHIPPED)
     assert "\n" not in str(raised.value)
 
 
-def test_no_such_tracker_is_told_once(tmp_path: Path):
-    code, output, error = sweep(small_study(tmp_path), "--tracker", "moody_tracker:moody")
+def test_a_missing_tracker_is_reported_once(tmp_path: Path):
+    code, output, error = sweep(small_study(tmp_path), "--tracker", "failing_tracker:failing")
     assert (code, output) == (2, "")
-    assert error.startswith("luxloop: error: --tracker moody_tracker:moody: no module moody_tracker")
+    assert error.startswith("luxloop: error: --tracker failing_tracker:failing: no module failing_tracker")
     assert not (tmp_path / "out").exists()
 
 
-def test_a_place_that_cannot_keep_runs_ends_the_sweep_at_once(tmp_path: Path):
+def test_an_unwritable_keep_folder_ends_the_sweep(tmp_path: Path):
     study = small_study(tmp_path)
     (tmp_path / "file").write_text("")
     code, output, error = sweep(study, "--keep", str(tmp_path / "file" / "kept"), "--workers", "1")
     assert (code, output) == (2, "")
     assert error.startswith(f"luxloop: error: --keep {tmp_path}/file/kept/")
-    assert error.endswith("; 0 of 8 rows are in out, the same command goes on from there\n")
+    assert error.endswith("; 0 of 8 rows are in out; run the same command to resume\n")
     assert error.count("\n") == 1
 
 
@@ -107,12 +107,12 @@ def test_a_worker_with_other_versions_is_refused(tmp_path: Path):
         carry_out(run, need={**installed(), "numpy": "1.0"})
 
 
-def test_a_full_disk_under_a_run_is_no_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """What a device writes goes to /dev/full, which has no room."""
+def test_a_full_disk_ends_the_sweep_instead_of_making_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The device writes to /dev/full, which has no space."""
     (tmp_path / "writing_tracker.py").write_text(
         "def writing(config):\n    with open('/dev/full', 'w') as file:\n        file.write('a')\n"
     )
     monkeypatch.chdir(tmp_path)
     run = runs(Study.load(small_study(tmp_path)), "writing_tracker:writing")[0]
-    with pytest.raises(OutputError, match="No space left on device; make room there"):
+    with pytest.raises(OutputError, match="No space left on device; free some space"):
         carry_out(run)

@@ -1,4 +1,4 @@
-"""A sweep on somebody's Dask scheduler, and what becomes of it if there is none, or no longer."""
+"""Sweep on an external Dask scheduler, including missing and lost schedulers."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from support.processes import until
-from support.sweeps import end, rows, small_study, start, sweep, undisturbed, wait_for_rows
+from support.sweeps import end, rows, sequential_hashes, small_study, start, sweep, wait_for_rows
 
 from scenarios.cli import main
 from scenarios.study import dask_runs
@@ -20,7 +20,7 @@ from scenarios.study import dask_runs
 
 @contextmanager
 def dask(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """A `dask` command, as an administrator starts it."""
+    """Run a `dask` command as a subprocess."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     process = subprocess.Popen(
         [sys.executable, "-m", "dask", *arguments], env=environment, start_new_session=True, text=True,
@@ -34,29 +34,29 @@ def dask(*arguments: str) -> Iterator[subprocess.Popen[str]]:
 
 @contextmanager
 def cluster(folder: Path, workers: int) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """A scheduler and workers on loopback: its address, and its process."""
-    told = folder / "scheduler.json"
+    """Start a scheduler and workers on loopback; yield its address and its process."""
+    file = folder / "scheduler.json"
     with ExitStack() as stack:
         scheduler = stack.enter_context(
-            dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(told))
+            dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
         )
-        until(lambda: told.is_file() and told.read_text().rstrip().endswith("}"))
+        until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"))
         for _ in range(workers):
             stack.enter_context(
-                dask("worker", "--scheduler-file", str(told), "--nthreads", "1", "--no-dashboard",
+                dask("worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-dashboard",
                      "--local-directory", str(folder))
             )  # fmt: skip
-        yield json.loads(told.read_text())["address"], scheduler
+        yield json.loads(file.read_text())["address"], scheduler
 
 
 @pytest.mark.slow
-def test_two_workers_of_another_cluster_make_the_same_rows_until_its_scheduler_dies(tmp_path: Path):
+def test_an_external_cluster_gives_the_same_rows_until_its_scheduler_dies(tmp_path: Path):
     study = small_study(tmp_path / "study", seeds=5)
     with cluster(tmp_path, workers=2) as (address, scheduler):
         code, output, error = sweep(study, "--scheduler", address)
         assert (code, error) == (0, "")
         assert output.startswith("20 runs: 20 passed.\n")
-        assert list(rows(study)["trace_hash"]) == undisturbed(study)
+        assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
 
         small_study(tmp_path / "study", seeds=40)
         more = start(study, "--scheduler", address)
@@ -66,28 +66,28 @@ def test_two_workers_of_another_cluster_make_the_same_rows_until_its_scheduler_d
         end(more)
         assert (more.returncode, output) == (2, "")
         assert error == (
-            f"luxloop: error: the Dask scheduler is gone; {len(rows(study))} of 160 rows are in out, "
-            "the same command goes on from there\n"
+            f"luxloop: error: the connection to the Dask scheduler is lost; {len(rows(study))} of 160 rows are in out; "
+            "run the same command to resume\n"
         )
         assert 23 <= len(rows(study)) < 160
 
 
-@pytest.mark.parametrize("listens", [False, True])
-def test_no_scheduler_answers(tmp_path: Path, monkeypatch, capfd, listens: bool):
+@pytest.mark.parametrize("accepts", [False, True])
+def test_an_unresponsive_scheduler_is_an_error(tmp_path: Path, monkeypatch, capfd, accepts: bool):
     monkeypatch.chdir(small_study(tmp_path).parent)
-    monkeypatch.setattr(dask_runs, "ANSWER_S", 0.5)
+    monkeypatch.setattr(dask_runs, "TIMEOUT_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
-        if not listens:
+        if not accepts:
             server.close()
         assert main(["sweep", "small.toml", "--scheduler", address]) == 2
     error = capfd.readouterr().err
-    told = f"luxloop: error: --scheduler {address}: no Dask scheduler answers there; give host:port of one"
-    assert error.startswith(told)
+    message = f"luxloop: error: --scheduler {address}: no Dask scheduler answers there; give its host:port"
+    assert error.startswith(message)
     assert error.count("\n") == 1
 
 
-def test_an_address_that_is_none(tmp_path: Path, monkeypatch, capfd):
+def test_an_invalid_scheduler_address_is_an_error(tmp_path: Path, monkeypatch, capfd):
     monkeypatch.chdir(small_study(tmp_path).parent)
     assert main(["sweep", "small.toml", "--scheduler", "the cluster"]) == 2
     error = capfd.readouterr().err

@@ -1,4 +1,4 @@
-"""Motion during the sweep: points at their own times become points at the scan's time."""
+"""Deskew: compensation of ego and target motion during the sweep of a scan."""
 
 import numpy as np
 import pytest
@@ -36,12 +36,12 @@ def scan_at(time, pose, points, time_offset):
 
 
 def seen_from(pose, points):
-    """Points (N, 2) of the odometry frame in the frame of one pose, or each in that of its own."""
+    """Transform points (N, 2) of the odometry frame into the frame of one pose, or of one pose per point."""
     pose = np.broadcast_to(pose, (len(points), 3))
     return rotate(points - pose[:, :2], -pose[:, 2])
 
 
-# ---- the ego's own motion
+# ---- ego motion
 
 
 @given(
@@ -51,11 +51,11 @@ def seen_from(pose, points):
     dt=st.floats(0.01, 0.5),
 )
 def test_twist_is_the_logarithm_of_the_relative_pose(velocity, yaw_rate, start, dt):
-    """Matrices of SE(2) and their general exponential are the oracle."""
+    """The oracle is the matrix exponential in SE(2)."""
     rate = np.array([[0.0, -yaw_rate, velocity[0]], [yaw_rate, 0.0, velocity[1]], [0.0, 0.0, 0.0]])
     cos, sin = np.cos(start[2]), np.sin(start[2])
     end = np.array([[cos, -sin, start[0]], [sin, cos, start[1]], [0.0, 0.0, 1.0]]) @ expm(rate * dt)
-    heading = np.arctan2(end[1, 0], end[0, 0])  # wrapped, as odometry delivers it
+    heading = np.arctan2(end[1, 0], end[0, 0])  # wrapped, like the heading of the odometry
     found, turning = twist(np.array(start), np.array([end[0, 2], end[1, 2], heading]), dt)
     assert found == pytest.approx(np.array(velocity), abs=1e-8)
     assert turning == pytest.approx(yaw_rate, abs=1e-8)
@@ -64,11 +64,11 @@ def test_twist_is_the_logarithm_of_the_relative_pose(velocity, yaw_rate, start, 
 @pytest.mark.parametrize(
     "motion", [Arc("arc", 15.0, 12.0), Arc("arc", 15.0, -12.0), Straight("straight", 30.0)], ids=["left", "right", "on"]
 )
-def test_landmarks_stand_still_through_a_scripted_turn(motion):
-    """Each is seen from where the ego is at the point's own time; the scan must have it where it is."""
+def test_landmarks_are_stationary_during_a_turn(motion):
+    """Landmarks are measured from the ego pose at the time of the point, and moved to the time of the scan."""
     rng = np.random.default_rng(2)
     landmarks, tau = rng.uniform(-50, 50, (200, 2)), rng.uniform(-0.0134, 0.0134, 200).astype(np.float32)
-    start, time = np.array([3.0, -2.0, 3.0]), 1.0  # near the seam of wrapped headings
+    start, time = np.array([3.0, -2.0, 3.0]), 1.0  # close to the wrap of the heading
 
     def pose(t):
         return state_at([motion], start, t).pose
@@ -81,15 +81,15 @@ def test_landmarks_stand_still_through_a_scripted_turn(motion):
     true = seen_from(pose(time), landmarks)
     ego = EgoMotion(DeskewConfig())
     first = scan_at(time - DT, wrapped(time - DT), raw, tau)
-    assert np.array_equal(ego.undo(first).points_ego, first.points_ego), "one pose tells no motion"
+    assert np.array_equal(ego.undo(first).points_ego, first.points_ego), "the motion is unknown after one pose"
     second = ego.undo(scan_at(time, wrapped(time), raw, tau))
     assert np.abs(second.points_ego[:, :2] - true).max() < 2e-5  # float32 at 80 m
     assert (second.points_ego[:, 2] == np.float32(0.6)).all()
     assert np.abs(raw - true).max() > 0.15
-    assert np.array_equal(second.time_offset, tau), "what moves is still to be corrected"
+    assert np.array_equal(second.time_offset, tau), "time offsets are kept for the target motion"
 
 
-def test_points_can_be_taken_as_they_come():
+def test_deskew_can_be_disabled():
     ego = EgoMotion(DeskewConfig(motion="none"))
     for k in range(2):
         scan = scan_at(DT * k, (2.0 * k, 0.0, 0.0), [(10.0, 0.0)], 0.01)
@@ -98,24 +98,24 @@ def test_points_can_be_taken_as_they_come():
         assert not plain.time_offset.any()
 
 
-def test_a_scan_of_the_same_time_tells_no_motion():
+def test_scans_of_the_same_time_are_not_deskewed():
     ego = EgoMotion(DeskewConfig())
     for x in (0.0, 1.0):
         scan = scan_at(5.0, (x, 0.0, 0.0), [(10.0, 0.0)], 0.01)
         assert np.array_equal(ego.undo(scan).points_ego, scan.points_ego)
 
 
-# ---- the motion of others
+# ---- target motion
 
 
 def movers(*boxes):
-    """Tracks (x, y, heading, vx, vy) of cars."""
+    """Return tracks (x, y, heading, vx, vy) of cars."""
     table = np.array(boxes, dtype=float).reshape(-1, 5)
     return Movers(table[:, :2], table[:, 2], np.tile([4.6, 1.8], (len(table), 1)), table[:, 3:])
 
 
-def test_points_of_a_track_are_where_it_is_at_the_scan_s_time_whoever_saw_them():
-    """A rear seen by two units 13 ms apart is one rear; what no track holds stays, with its own time."""
+def test_points_of_a_track_are_moved_to_the_time_of_the_scan():
+    """A rear seen by two units 13 ms apart is one line; points outside all tracks keep their position and time."""
     pose = np.array([5.0, 7.0, 0.5])
     tau = np.repeat([-0.0067, 0.0067, 0.0067], 10)
     velocity = rotate(np.array([25.0, 1.0]), 0.5)
@@ -133,19 +133,19 @@ def test_points_of_a_track_are_where_it_is_at_the_scan_s_time_whoever_saw_them()
     assert still.time_offset[20:] == pytest.approx(tau[20:])
 
 
-def test_a_segment_goes_with_the_nearest_track_and_points_in_none_stay():
+def test_a_segment_moves_with_the_nearest_track_and_other_points_stay():
     points = np.array([[10.0, 0.0], [10.2, 0.0], [10.1, 0.0]])
     segments = Segments(np.array([0, 0, NOT_USED]), 1)
     near_and_far = movers((11.5, 0.0, 0.0, 5.0, 0.0), (10.5, 0.0, 0.0, 10.0, 0.0))
     still = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, near_and_far, DeskewConfig())
     assert still.points_ego[:, 0] == pytest.approx([9.9, 10.1, 10.1])
     assert still.time_offset == pytest.approx([0.0, 0.0, 0.01])
-    for nobody in (movers(), movers((30.0, 0.0, 0.0, 5.0, 0.0))):
-        same = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, nobody, DeskewConfig())
+    for far_away in (movers(), movers((30.0, 0.0, 0.0, 5.0, 0.0))):
+        same = undo_targets(scan_at(0.0, np.zeros(3), points, 0.01), segments, far_away, DeskewConfig())
         assert same.points_ego[:, :2] == pytest.approx(points)
 
 
-def test_a_box_was_seen_when_the_points_on_its_lines_were():
+def test_the_time_of_a_box_is_the_mean_time_of_the_points_on_its_lines():
     points = np.array([[10.0, 0.0], [10.0, 1.0], [11.0, 1.0], [40.0, 5.0]])
     segments, line = Segments(np.array([0, 0, 0, 0]), 1), np.array([0, 0, 1, -1])
     one = np.zeros((1, 4))
@@ -155,13 +155,13 @@ def test_a_box_was_seen_when_the_points_on_its_lines_were():
     assert built.time_offset == pytest.approx([0.003])
 
 
-# ---- the whole tracker
+# ---- complete tracker
 
 
 def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
-    """Yield (true centre, scan) of a car that comes to 12 m before an ego, seen by a unit at each point's own time.
+    """Yield (true centre, scan) of an oncoming car that ends 12 m in front of the ego, with a time per point.
 
-    A unit fires at the azimuth 0 at the scan's time; None is one that fires everywhere at once.
+    The unit measures its azimuth 0 at the time of the scan; None measures all azimuths at the same time.
     """
     rng = np.random.default_rng(7)
     for k in range(frames):
@@ -175,29 +175,29 @@ def oncoming(unit_yaw_deg, ego_mps, speed_mps=30.0, frames=21):
 
 
 def lead(unit_yaw_deg, ego_mps=0.0, sweep=None):
-    """How far the one track's front is ahead of the car's on its way, over the last frames [m]."""
+    """Return the longitudinal error of the track's front over the last frames [m], positive forward."""
     tracker, leads = Tracker(TrackerConfig(sweep=sweep or DeskewConfig())), []
     for k, (center, scan) in enumerate(oncoming(unit_yaw_deg, ego_mps)):
         tracks, _ = tracker.step(scan)
         if k >= 17:
-            (sure,) = np.flatnonzero(tracks.status == Status.CONFIRMED)
-            front = tracks.center_odom[sure, 0] - 0.5 * tracks.size[sure, 0]
+            (confirmed,) = np.flatnonzero(tracks.status == Status.CONFIRMED)
+            front = tracks.center_odom[confirmed, 0] - 0.5 * tracks.size[confirmed, 0]
             leads.append(center[0] - 0.5 * Car().size[0] - front)
     return np.array(leads)
 
 
 @pytest.mark.parametrize("ego_mps", [0.0, 15.0])
 @pytest.mark.parametrize("unit_yaw_deg", [30.0, -30.0])
-def test_an_oncoming_car_is_tracked_where_it_is_at_the_scan_s_time(unit_yaw_deg, ego_mps):
-    """At 30 m/s it comes 0.2 m nearer, or is that much farther, when a unit that looks past it sees it."""
+def test_an_oncoming_car_is_tracked_at_the_time_of_the_scan(unit_yaw_deg, ego_mps):
+    """At 30 m/s the car is 0.2 m closer or farther when a unit with another yaw measures it."""
     at_once = lead(None, ego_mps)
     assert np.abs(lead(unit_yaw_deg, ego_mps) - at_once).max() < 0.045
     uncorrected = lead(unit_yaw_deg, ego_mps, DeskewConfig(motion="ego"))
     assert np.abs((uncorrected - at_once).mean()) > 0.1
 
 
-def test_boxes_outside_all_tracks_are_still_held_against_the_time_they_were_seen_at():
-    """Without its segment's own correction the box carries its time, and the track makes up for it."""
-    nobody = DeskewConfig(margin_m=-5.0)
-    off = lead(30.0, sweep=nobody) - lead(None)
+def test_the_time_of_a_box_compensates_missing_target_deskew():
+    """Without deskew of its segment, the box has a time offset that the track update compensates."""
+    without_targets = DeskewConfig(margin_m=-5.0)
+    off = lead(30.0, sweep=without_targets) - lead(None)
     assert np.abs(off).max() < 0.03

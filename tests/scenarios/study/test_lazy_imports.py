@@ -1,0 +1,24 @@
+"""Optional packages are imported only when runs start."""
+
+import subprocess
+import sys
+
+import pytest
+
+OPTIONAL = {"dask", "distributed", "fsspec", "optuna", "mcap", "mcap_ros2"}
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "scenarios.cli",
+        "scenarios.study.study_file",
+        "scenarios.study.study_page",
+        "scenarios.study.sweep_runs",
+        "scenarios.search.adversary",
+    ],
+)
+def test_importing_a_module_loads_no_optional_package(module):
+    code = f"import sys, {module}; print(sorted({OPTIONAL!r} & sys.modules.keys()))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
