@@ -47,4 +47,4 @@ bench: .venv/installed
 # Pin anew what pyproject.toml asks for; needs uv.
 lock:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --generate-hashes \
-	    --no-header --no-annotate --upgrade --output-file constraints.txt
+	    --no-header --no-annotate --output-file constraints.txt $(UPGRADE)

@@ -85,7 +85,7 @@ def tree(folder="."):
         ({"a.toml": short_run.TEXT + "[rig]\nname = 'r'"}, ["a.toml"], 2, "no such rig file"),
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f/run"], 2, "f/run: cannot write there"),
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f"], 2, "f: is a file"),
-        ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "."], 2, "holds other things than a run"),
+        ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "."], 2, "holds other files than those of a run"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "n" * 300], 2, "cannot write there (File name too long)"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--tracker", "mine:Tracker"], 2, "no module mine on the Python path"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--seed", "one"], 2, "Invalid value for '--seed'"),

@@ -172,7 +172,10 @@ def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):
 
 def test_what_is_no_run_is_not_replaced(tmp_path):
     (tmp_path / "thesis.tex").write_text("three years of work")
-    for out, complaint in {tmp_path: "holds other things than a run", tmp_path / "thesis.tex": "is a file"}.items():
+    for out, complaint in {
+        tmp_path: "holds other files than those of a run",
+        tmp_path / "thesis.tex": "is a file",
+    }.items():
         with pytest.raises(OutputError, match=complaint), run_folder.create(out):
             pytest.fail("must be found out before anything is run")
     assert names(tmp_path) == ["thesis.tex"]
@@ -181,7 +184,7 @@ def test_what_is_no_run_is_not_replaced(tmp_path):
 def test_a_run_with_a_note_in_it_is_not_replaced(tmp_path):
     write_run(tmp_path / "run")
     (tmp_path / "run" / "note.txt").write_text("why car 7 is lost")
-    with pytest.raises(OutputError, match="holds other things than a run"):
+    with pytest.raises(OutputError, match="holds other files than those of a run"):
         write_run(tmp_path / "run")
 
 
