@@ -192,7 +192,7 @@ def break_at(frame, error, monkeypatch):
             self.played += 1
             return super().step()
 
-    monkeypatch.setattr("scenarios.run.loop.ScriptedSource", Breaking)
+    monkeypatch.setattr("sim.factory.ScriptedSource", Breaking)
 
 
 ENDS = pytest.mark.parametrize(

@@ -134,32 +134,6 @@ def test_a_tracker_that_returns_no_tracks_is_told_what_to_return():
         short_run.run(factory=Mistaken)
 
 
-@pytest.mark.parametrize(
-    ("spec", "complaint"),
-    [
-        ("tracker.tracker", "should be MODULE:NAME"),
-        (":Tracker", "should be MODULE:NAME"),
-        (".tracker:Tracker", "should be MODULE:NAME"),
-        ("nowhere.tracker:Tracker", "no module nowhere"),
-        ("tracker.nowhere:Tracker", r"no module tracker\.nowhere"),
-        ("tracker.tracker:Trucker", r"Trucker is not there in tracker\.tracker"),
-        ("tracker.tracker:ROUNDS", "ROUNDS is not callable"),
-    ],
-)
-def test_a_tracker_that_cannot_be_had_is_bad_input(spec, complaint):
-    with pytest.raises(DeviceError, match=complaint):
-        device.load(spec)
-
-
-def test_a_tracker_whose_own_import_fails_keeps_its_traceback(tmp_path, monkeypatch):
-    """A missing dependency of the module must not read as if the module itself were missing."""
-    (tmp_path / "half_installed.py").write_text("import nowhere_to_be_found")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ModuleNotFoundError, match="nowhere_to_be_found"):
-        device.load("half_installed:Tracker")
-
-
 @dataclass
 class Record:
     """Two fields that could be confused."""

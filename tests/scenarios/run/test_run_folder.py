@@ -94,7 +94,7 @@ def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
 KILLED = """
 import os, shutil, signal, sys
 from pathlib import Path
-from scenarios import run_folder
+from scenarios.run import run_folder
 with run_folder.create(Path(sys.argv[1])) as folder:
     (folder / "recording.rrd").write_text("half")
     kill = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
