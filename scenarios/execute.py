@@ -38,7 +38,7 @@ class ExecutedRun:
         return verdict(self.checks, self.result.complete)
 
 
-def usual_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
+def default_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
     """Return the default folder of a run. A run with oracles has a folder of its own, beside that of the tracker."""
     oracle = ["oracle", *oracles] if oracles else []
     return runs / "-".join([f"{scenario.name}-seed{scenario.seed}", *oracle])

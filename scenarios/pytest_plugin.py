@@ -38,19 +38,9 @@ class KnownFailuresError(Exception):
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of luxloop, similar to those of `luxloop run`."""
     group = parser.getgroup("luxloop", "scenarios as tests")
-    group.addoption(
-        "--luxloop-tracker",
-        metavar="MODULE:NAME",
-        help="a tracker or FILE.py:NAME; else the shipped one",
-    )
-    group.addoption("--luxloop-out", metavar="DIR", default="runs", help="folder for the folders of the runs [runs]")
-    group.addoption(
-        "--luxloop-seeds",
-        metavar="N",
-        type=_count,
-        default=1,
-        help="run each with N seeds, starting at its own",
-    )
+    group.addoption("--luxloop-tracker", metavar="MODULE:NAME", help="the tracker, or FILE.py:NAME [the shipped one]")
+    group.addoption("--luxloop-out", metavar="DIR", default="runs", help="folder of the run folders [runs]")
+    group.addoption("--luxloop-seeds", metavar="N", type=_count, default=1, help="seeds per scenario, from its own on")
     group.addoption("--luxloop-report", metavar="FILE", help="write an HTML report of all runs")
     group.addoption("--luxloop-record", action="store_true", help="write recordings, for luxloop view")
 

@@ -33,7 +33,7 @@ def run(
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
 
-    from scenarios.execute import execute, usual_folder
+    from scenarios.execute import execute, default_folder
     from scenarios.files import shipped
     from scenarios.files.scenario import Scenario
     from scenarios.oracle.device_choice import choose
@@ -42,7 +42,7 @@ def run(
 
     chosen = Scenario.load(shipped.find(scenario), overrides(seed, duration))
     make_device = choose(tracker, oracle or [])
-    out = out or usual_folder(chosen, oracle or [])
+    out = out or default_folder(chosen, oracle or [])
     outcome = execute(
         chosen, make_device, out, record=not no_recording, record_scans=record_scans, dataset_to=dataset_to
     )
