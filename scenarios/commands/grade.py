@@ -76,4 +76,4 @@ def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json:
         print(json.dumps({**run_folder.document(result, checks), "out": out and str(out)}, allow_nan=False))
     else:
         text.show(printed)
-        print(f"Results are in {out}" if out else "Nothing was written; give --out to keep the results")
+        print(f"Results are in {out}" if out else "Nothing was written; to keep it, give --out")
