@@ -1,4 +1,4 @@
-# What a newcomer needs: `make demo` and `make test`. Both make the virtual environment where it is missing.
+# Start with `make demo` and `make test`. Both make the virtual environment if it is missing.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
@@ -10,7 +10,7 @@ demo: .venv/installed
 test: .venv/installed
 	$(BIN)/pytest -n 2
 
-# What takes minutes: a thousand broken scenario files, runs killed at every moment, two thousand runs of a sweep.
+# Tests that take minutes: a thousand mutated scenario files, killed runs, sweeps of two thousand runs, the wheel.
 slow: .venv/installed
 	$(BIN)/pytest -n 2 -m slow
 
@@ -25,7 +25,7 @@ check: .venv/installed
 site: .venv/installed
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
-# Scenarios as tests: the few for every change, and all; then held against the committed baseline. luxloop.html shows them.
+# Scenarios as tests: the smoke suite or the whole catalog, compared with the committed baseline. luxloop.html is the report.
 BASELINE := scenarios/baseline/catalog.jsonl
 
 smoke: .venv/installed
@@ -36,7 +36,7 @@ catalog: .venv/installed
 	$(BIN)/pytest scenarios/catalog -n 2 --luxloop-out runs/catalog --junitxml luxloop.xml --luxloop-report luxloop.html
 	$(BIN)/luxloop compare $(BASELINE) runs/catalog
 
-# After `make catalog`, when its runs are what later ones are to be held against.
+# After `make catalog`: make its runs the new baseline.
 baseline:
 	$(BIN)/luxloop baseline runs/catalog --out $(BASELINE)
 
@@ -49,7 +49,8 @@ bench: .venv/installed
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
-# Pin anew what pyproject.toml asks for; needs uv.
+# Pin the dependencies of pyproject.toml and of all extras; needs uv. Pinned versions stay: `make lock UPGRADE=--upgrade`
+# takes the newest ones.
 lock:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --generate-hashes \
-	    --no-header --no-annotate --upgrade --output-file constraints.txt
+	    --no-header --no-annotate --output-file constraints.txt $(UPGRADE)

@@ -1,6 +1,7 @@
-"""The command line. What takes long to import is imported where it is needed, so that help and list stay quick."""
+"""The command line. Slow packages are imported inside the commands, so that help and list are fast."""
 
 import sys
+from typing import Annotated
 
 import typer
 
@@ -21,6 +22,7 @@ from scenarios.commands import (
 )  # fmt: skip
 from scenarios.commands.error_line import print_error
 from scenarios.errors import Interrupted
+from scenarios.run import versions
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
@@ -34,13 +36,19 @@ for command in (
 ):  # fmt: skip
     app.command()(command)
 
+INTERRUPTED = 130
+"""Exit code of Ctrl-C, as typer's."""
+
+UNKNOWN = -1
+"""For errors of luxloop itself, which keep their traceback."""
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
     0 passed, 1 failed or ended early, 2 bad input, 3 the simulator failed, 130 Ctrl-C.
 
-    Known errors become one line on standard error. Others keep their traceback: they are ours to mend.
+    Known errors are printed as one line on standard error. Others keep their traceback: they are defects of luxloop.
     """
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
@@ -57,15 +65,29 @@ def main(arguments: list[str] | None = None) -> int:
     return print_error("interrupted; nothing was written", code) if code == INTERRUPTED else code
 
 
-INTERRUPTED = 130
-"""What typer makes of Ctrl-C."""
+def _print_versions(wanted: bool) -> None:
+    if wanted:
+        installed = versions.installed()
+        names = ["luxloop", *(name for name in installed if name != "luxloop")]
+        print("\n".join(f"{name} {installed[name]}" for name in names))
+        raise typer.Exit
 
-UNKNOWN = -1
-"""For errors that are ours to mend."""
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_versions, is_eager=True,
+            help="Print the versions of luxloop and of the packages that can change a result.",
+        ),
+    ] = False,
+) -> None:  # fmt: skip
+    pass
 
 
 def _exit_code(error: BaseException) -> int:
-    """Exit code of an error that people can mend themselves, or have made."""
+    """Return the exit code of a user's error or of Ctrl-C, and `UNKNOWN` for any other error."""
     from scenarios.errors import InputError
     from sensor_model.rig.rig import RigError
     from sim.source import SimulatorFailedError, TrafficError
@@ -74,6 +96,6 @@ def _exit_code(error: BaseException) -> int:
         return 3
     if isinstance(error, InputError | RigError | TrafficError):
         return 2
-    if isinstance(error, SystemError) and error.__cause__:  # numba makes this of what comes while it loads a kernel
+    if isinstance(error, SystemError) and error.__cause__:  # numba raises it from an interrupt while it loads a kernel
         return _exit_code(error.__cause__)
     return INTERRUPTED if isinstance(error, KeyboardInterrupt) else UNKNOWN

@@ -1,6 +1,6 @@
-"""What goes wrong between a person and a run; every message is one line: what, where, the offending value, the remedy.
+"""Errors that a user can correct. Each message is one line: place, key, wrong value, remedy.
 
-- `InputError`, of which there are
+- `InputError`, with the subclasses
     - `ScenarioError`: the scenario file
     - `StudyError`: the study file
     - `DeviceError`: the tracker named by --tracker
@@ -10,28 +10,28 @@
 
 
 class InputError(Exception):
-    """What was asked for cannot be run."""
+    """The request cannot be carried out."""
 
 
 class ScenarioError(InputError):
-    """No such scenario, or its file is wrong."""
+    """The scenario does not exist, or its file is invalid."""
 
 
 class StudyError(InputError):
-    """The study file is wrong, or names what is not there."""
+    """The study file is invalid, or names a file or object that does not exist."""
 
 
 class DeviceError(InputError):
-    """What was named as a tracker cannot be imported, or is none."""
+    """The named tracker cannot be imported, or does not satisfy the interface."""
 
 
 class OutputError(InputError):
-    """Results cannot be written, or what should be results is none."""
+    """Results cannot be written, or a folder holds no valid results."""
 
 
 class TracksError(InputError):
-    """A file of tracks cannot be read, or breaks the layout."""
+    """A file of tracks cannot be read, or does not have the required layout."""
 
 
 class Interrupted(Exception):
-    """Ctrl-C, where there is more to say than that."""
+    """Ctrl-C, with a message on the partial results."""

@@ -1,4 +1,4 @@
-"""One run from file to folder: what `luxloop run`, pytest, blame and sweeps have in common."""
+"""A run from scenario file to result folder, shared by `luxloop run`, pytest, blame and sweeps."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -23,23 +23,23 @@ from tracker.scan import Scan
 
 @dataclass(frozen=True, slots=True)
 class ExecutedRun:
-    """A run that is on disk."""
+    """A run whose folder is on disk."""
 
     result: Result
     checks: list[Check]
     report: RenderableType
-    """What a person reads of it."""
+    """The printed report."""
     out: Path
-    """Its folder."""
+    """Folder of the run."""
 
     @property
     def verdict(self) -> RunVerdict:
-        """Whether it did what was expected of it."""
+        """Verdict on the expectations of the scenario."""
         return verdict(self.checks, self.result.complete)
 
 
-def usual_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
-    """Where a run goes if nobody says otherwise; one with oracles does not replace the tracker's own."""
+def default_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
+    """Return the default folder of a run. A run with oracles has a folder of its own, beside that of the tracker."""
     oracle = ["oracle", *oracles] if oracles else []
     return runs / "-".join([f"{scenario.name}-seed{scenario.seed}", *oracle])
 
@@ -60,20 +60,20 @@ def execute(
     scenario, make_device
         As `scenarios.run.loop.run`.
     out
-        The folder; an earlier run there is replaced.
+        Folder of the run; replaces an earlier run there.
     record
-        Whether to write a recording.
+        True to write a recording.
     record_scans
-        Whether the folder also holds the scans and their truth, as a data set, for `luxloop grade`.
+        True to keep the scans and their ground truth in the folder, as a data set, for `luxloop grade`.
     dataset_to
-        Folder of a data set, see `scenarios.dataset.writer`.
+        Folder of a further data set, see `scenarios.dataset.writer`.
 
     Raises
     ------
     OutputError
-        A folder cannot be written, or must stay.
+        A folder cannot be written, or holds other files and is not replaced.
     Exception
-        As `scenarios.run.loop.run`; then nothing is written.
+        As `scenarios.run.loop.run`; nothing is written then.
     """
     with ExitStack() as stack:
         folder = stack.enter_context(run_folder.create(out))

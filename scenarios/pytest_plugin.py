@@ -1,7 +1,7 @@
-"""pytest runs scenario files: `pytest my-scenarios -n 2 --junitxml=results.xml`.
+"""Plug-in of pytest that runs scenario files: `pytest my-scenarios -n 2 --junitxml=results.xml`.
 
-Every `.toml` with a table `[traffic]` is a test, named as the folder of its run. Nothing heavy is imported before a
-scenario runs: pytest loads this module wherever luxloop is installed.
+Every `.toml` file with a table `[traffic]` is a test, named after the folder of its run. pytest loads this module
+wherever luxloop is installed, so slow packages are imported only when a scenario runs.
 """
 
 import argparse
@@ -21,41 +21,39 @@ if TYPE_CHECKING:
     from scenarios.execute import ExecutedRun
 
 _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
-"""Tells a scenario from other TOML files even where it is broken: it must not go unnoticed."""
+"""Recognises a scenario among TOML files without parsing it: an invalid scenario must fail, not be skipped."""
 
 DEFAULT_SEED = 1
-"""As in `scenarios.files.scenario`, which is not light."""
+"""As in `scenarios.files.scenario`, which is slow to import."""
 
 
 class FailedRunError(Exception):
-    """An expectation failed that was not known to, or the run ended early."""
+    """An expectation without `known_failure` failed, or the run ended early."""
 
 
 class KnownFailuresError(Exception):
-    """Only expectations failed that are known to."""
+    """Only expectations with `known_failure` failed."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options that `luxloop run` has, too."""
+    """Add the options of luxloop, similar to those of `luxloop run`."""
     group = parser.getgroup("luxloop", "scenarios as tests")
-    group.addoption("--luxloop-tracker", metavar="MODULE:NAME", help="the device under test, else the shipped tracker")
-    group.addoption("--luxloop-out", metavar="DIR", default="runs", help="where the runs' folders go [runs]")
-    group.addoption(
-        "--luxloop-seeds", metavar="N", type=_count, default=1, help="run each with so many seeds, from its own on"
-    )
-    group.addoption("--luxloop-report", metavar="FILE", help="write one HTML report of all runs")
+    group.addoption("--luxloop-tracker", metavar="MODULE:NAME", help="the tracker, or FILE.py:NAME [the shipped one]")
+    group.addoption("--luxloop-out", metavar="DIR", default="runs", help="folder of the run folders [runs]")
+    group.addoption("--luxloop-seeds", metavar="N", type=_count, default=1, help="seeds per scenario, from its own on")
+    group.addoption("--luxloop-report", metavar="FILE", help="write an HTML report of all runs")
     group.addoption("--luxloop-record", action="store_true", help="write recordings, for luxloop view")
 
 
 def _count(text: str) -> int:
-    """Return a whole number from 1 on: with no seed at all, a suite would pass that ran nothing."""
+    """Parse a whole number of at least 1. With 0 seeds, a suite would pass without a run."""
     if not (text.isdecimal() and int(text) > 0):
         raise argparse.ArgumentTypeError(f"{text!r} should be a whole number, 1 or more")
     return int(text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marks, and let the report be written where all results come together."""
+    """Declare the markers, and register the report in the process that receives all results."""
     out = config.getoption("--luxloop-report")
     if out and not hasattr(config, "workerinput"):
         config.pluginmanager.register(SuiteReport(Path(out)))
@@ -64,7 +62,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":
-    """Take every scenario, and whatever TOML file was named itself."""
+    """Collect every scenario, and every TOML file that is named on the command line."""
     if file_path.suffix != ".toml":
         return None
     named = parent.session.isinitpath(file_path)
@@ -74,10 +72,10 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioF
 
 
 class ScenarioFile(pytest.File):
-    """One scenario, with one seed or several."""
+    """A scenario file, with one seed or several."""
 
     def collect(self) -> Iterator["ScenarioItem"]:
-        """Make a test for every seed; what is wrong with the file is told when it runs."""
+        """Make a test for every seed. Errors of the file are reported when the test runs."""
         try:
             document = toml_file.read(self.path)
         except InputError:
@@ -90,11 +88,11 @@ class ScenarioFile(pytest.File):
 
 
 class ScenarioItem(pytest.Item):
-    """One run."""
+    """A run of a scenario."""
 
     def __init__(self, *, document: dict[str, Any], seed: int | None, **rest: Any) -> None:
         super().__init__(**rest)
-        self.seed = seed  # None leaves the file as it is: what stands there is no seed
+        self.seed = seed  # None keeps the value of the file, which is not a valid seed
         self.add_marker("full")
         if document.get("suite") == "smoke":
             self.add_marker("smoke")
@@ -104,7 +102,7 @@ class ScenarioItem(pytest.Item):
             self.add_marker(pytest.mark.xfail(reason=reason, raises=KnownFailuresError, strict=False))
 
     def runtest(self) -> None:
-        """Run the scenario, keep its folder, and tell JUnit what came out."""
+        """Run the scenario, keep its folder, and record its figures for the JUnit file."""
         from scenarios.execute import execute
         from scenarios.files.scenario import Scenario
         from scenarios.run import device
@@ -113,7 +111,7 @@ class ScenarioItem(pytest.Item):
         scenario = Scenario.load(self.path, {} if self.seed is None else {"seed": self.seed})
         make_device = device.load(option("--luxloop-tracker") or device.SHIPPED)
         outcome = execute(scenario, make_device, self._out(), record=option("--luxloop-record"))
-        self._tell_properties(outcome)
+        self._add_properties(outcome)
         if outcome.verdict != "passed":
             raise FailedRunError(self._explain(outcome))
         known = [check.name for check in outcome.checks if check.outcome == "known failure"]
@@ -121,20 +119,20 @@ class ScenarioItem(pytest.Item):
             raise KnownFailuresError(f"known to fail: {', '.join(known)}")
 
     def _out(self) -> Path:
-        """Folder of the run, below as many as the file is below pytest's root: two files may have one name."""
+        """Return the folder of the run. It repeats the file's path below pytest's root: file names may repeat."""
         above, root = self.path.parent, self.config.rootpath
         place = above.relative_to(root) if above.is_relative_to(root) else above.relative_to(above.anchor)
         return Path(self.config.getoption("--luxloop-out")) / place / self.name
 
-    def _tell_properties(self, outcome: "ExecutedRun") -> None:
-        """Put the figures into the JUnit file."""
+    def _add_properties(self, outcome: "ExecutedRun") -> None:
+        """Record the figures for the JUnit file."""
         self.user_properties += [("seed", self.seed), ("trace_hash", outcome.result.trace_hash)]
         self.user_properties += [(FOLDER, str(outcome.out))]
         figures = {check.name: check.metric.value for check in outcome.checks}
         self.user_properties += [(name, "n/a" if value is None else value) for name, value in figures.items()]
 
     def _explain(self, outcome: "ExecutedRun") -> str:
-        """Say which expectations failed, by how much and where, and how to look at it."""
+        """List the failed expectations with value, limit and worst frames, and the commands that show them."""
         from scenarios.grading.worst_frames import worst_frames
         from scenarios.report.cells import unit_of, value_of
 
@@ -149,7 +147,7 @@ class ScenarioItem(pytest.Item):
                 why = check.metric.reason or check.limit.need
                 lines += [f"    {why}"] if why else []
                 lines += [f"    worst: {frame}" for frame in worst_frames(result, check.name)]
-        lines += ["", "To run it again and watch it:", *self._commands(outcome)]
+        lines += ["", "To run it again and view it:", *self._commands(outcome)]
         return "\n".join(lines)
 
     def _commands(self, outcome: "ExecutedRun") -> list[str]:
@@ -159,19 +157,19 @@ class ScenarioItem(pytest.Item):
         return [f"    {shlex.join(command)}" for command in commands]
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Tell failed expectations and bad input without a traceback; other errors are ours, and keep it."""
+        """Print failed expectations and bad input without a traceback. Other errors are defects and keep it."""
         from sim.source import TrafficError
 
         expected = (FailedRunError, KnownFailuresError, InputError, TrafficError)
         return str(excinfo.value) if isinstance(excinfo.value, expected) else super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, None, str]:
-        """Where it stands, and how it is called."""
+        """Return the file and the name of the test."""
         return self.path, None, self.name
 
 
 def _known_failures(document: dict[str, Any]) -> dict[str, str]:
-    """Why which expectations are known to fail; a malformed file has none, and is told when it runs."""
+    """Return the reasons of known failures by metric. A malformed file has none; its error is reported when it runs."""
     expect = document.get("expect")
     limits = expect.items() if isinstance(expect, dict) else ()
     return {name: why for name, limit in limits if isinstance(limit, dict) and (why := limit.get("known_failure"))}

@@ -1,4 +1,4 @@
-"""What a run leaves behind: metrics with units and validity, tables, and all that is needed to repeat it."""
+"""Result of a run: metrics with units and validity, tables, and all that is needed to repeat the run."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,7 +8,7 @@ import pandas as pd
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """One number. `value` is None where it does not apply, and `reason` then says why."""
+    """A number. `value` is None if the metric does not apply; `reason` then states why."""
 
     value: float | None
     unit: str
@@ -17,30 +17,30 @@ class Metric:
     """Observations behind the value."""
     reason: str = ""
     interval: tuple[float, float] | None = None
-    """95 % of the value, by a bootstrap over vehicles; None for counts, and where there are too few vehicles."""
+    """95 % confidence interval, by a bootstrap over vehicles; None for counts and for too few vehicles."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One graded run."""
+    """A graded run."""
 
     scenario: str
     seed: int
     trace_hash: str
     ended_early: str
-    """Why the traffic ended before the scenario's duration; empty when it did not."""
+    """Reason why the traffic ended before the scenario's duration; empty if it did not."""
     simulator_failed: bool
-    """Whether it ended early because the simulator gave up; else the ego has arrived, or the like."""
+    """True if the run ended early because the simulator failed, and not because, say, the ego arrived."""
     frames: int
-    """Frames that were run and graded."""
+    """Number of graded frames."""
     metrics: dict[str, Metric]
     tables: dict[str, pd.DataFrame] = field(repr=False)
     """Per-frame tables by name, as in `scenarios/grading/frame_tables.py`."""
     config: dict[str, Any] = field(repr=False)
-    """The effective scenario, defaults filled in."""
+    """The effective scenario, including defaults."""
     versions: dict[str, str] = field(repr=False)
 
     @property
     def complete(self) -> bool:
-        """Whether the run lasted for the scenario's duration."""
+        """True if the run lasted for the scenario's duration."""
         return not self.ended_early

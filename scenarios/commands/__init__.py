@@ -1,1 +1,1 @@
-"""The commands of the command line, one file per command. Heavy imports are inside the functions."""
+"""The commands of the command line, one file each. Slow imports are inside the functions."""

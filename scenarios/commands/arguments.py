@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have."""
+"""Arguments and options shared by several commands."""
 
 import os
 from pathlib import Path
@@ -16,22 +16,25 @@ StudyName = Annotated[
     str, typer.Argument(metavar="STUDY", help="A name from `luxloop list --studies`, or the path of a .toml file.")
 ]
 Tracker = Annotated[
-    str | None, typer.Option(metavar="MODULE:NAME", help="Another device under test, see scenarios/run/device.py.")
+    str | None,
+    typer.Option(
+        metavar="MODULE:NAME", help="The device under test, from a module or a FILE.py:NAME; else the shipped tracker."
+    ),
 ]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes of this computer, else one for each of its cores.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes of this computer; one per core if left out.")]
 Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="host:port of a Dask scheduler, whose workers do it instead.")
+    str | None, typer.Option(metavar="ADDRESS", help="host:port of a Dask scheduler whose workers carry out the runs.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")]
 
 
 def overrides(seed: int | None, duration: float | None) -> dict[str, int | float]:
-    """Keys of the scenario file that the command line replaces."""
+    """Return the keys of the scenario file that the command line replaces."""
     return {key: value for key, value in {"seed": seed, "duration_s": duration}.items() if value is not None}
 
 
 def worker_count(workers: int | None, scheduler: str | None) -> int:
-    """Return how many processes of this computer are to work, unless a scheduler's do.
+    """Return the number of local worker processes; a scheduler has workers of its own instead.
 
     Raises
     ------
@@ -41,10 +44,10 @@ def worker_count(workers: int | None, scheduler: str | None) -> int:
     from scenarios.errors import StudyError
 
     if workers and scheduler:
-        raise StudyError("--workers and --scheduler are both given; the scheduler has workers of its own, give one")
+        raise StudyError("--workers and --scheduler are both given; give one, a scheduler has its own workers")
     return workers or _cores()
 
 
 def _cores() -> int:
-    """Return how many cores this process may use: fewer than there are in a container."""
+    """Return the number of cores that this process may use; a container may allow fewer than the machine has."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

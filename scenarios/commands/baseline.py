@@ -7,10 +7,10 @@ import typer
 
 
 def baseline(
-    runs: Annotated[Path, typer.Argument(metavar="RUNS", help="The folder of runs that shall be the baseline.")],
-    out: Annotated[Path, typer.Option(help="The file, to be committed; an earlier baseline there is replaced.")],
+    runs: Annotated[Path, typer.Argument(metavar="RUNS", help="The folder of runs that become the baseline.")],
+    out: Annotated[Path, typer.Option(help="The file to write and commit; it replaces an earlier baseline.")],
 ) -> None:
-    """Write a baseline file for `luxloop compare`: the only way in which one ever changes."""
+    """Write a baseline file for `luxloop compare`. No other command changes one."""
     from scenarios.compare import baseline_file as file
     from scenarios.compare import sides
     from scenarios.compare.run_pairs import listed
@@ -24,7 +24,7 @@ def baseline(
         ("new", [key for key in side.runs if key not in before]),
         ("changed", changed),
         ("dropped", [key for key in before if key not in side.runs]),
-        ("ended early, and will not be compared", [key for key, run in side.runs.items() if run.ended_early]),
+        ("ended early, and are not compared", [key for key, run in side.runs.items() if run.ended_early]),
     ):
         if keys:
             print(f"{len(keys)} {what}: {listed(keys)}")

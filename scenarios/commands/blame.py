@@ -7,7 +7,7 @@ from scenarios.commands.error_line import print_early_end
 
 
 def blame(scenario: ScenarioName, seed: Seed = None, duration: Duration = None, as_json: AsJson = False) -> None:
-    """Tell which stage of the shipped tracker costs what, by putting the truth in the place of each in turn."""
+    """Measure the error that each stage of the shipped tracker causes, by replacing it with the ground truth."""
     import json
 
     from scenarios.files import shipped

@@ -6,9 +6,9 @@ import typer
 
 
 def check_tracker(
-    tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as in `luxloop run --tracker`.")],
+    tracker: Annotated[str, typer.Argument(metavar="MODULE:NAME", help="A tracker, as for `luxloop run --tracker`.")],
 ) -> None:
-    """Check whether a tracker keeps the contract, with real and odd scans."""
+    """Check that a tracker keeps the interface contract, with real and degenerate scans."""
     from scenarios.check_tracker.check_drives import drives
     from scenarios.check_tracker.findings_table import table
     from scenarios.check_tracker.sequence_checks import examine

@@ -11,8 +11,8 @@ BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline
 
 
 def compare(
-    base: Annotated[Path, typer.Argument(metavar="BASE", help=f"{BASE_OR_HEAD}: what was before.")],
-    head: Annotated[Path, typer.Argument(metavar="HEAD", help="Likewise: what is now.")],
+    base: Annotated[Path, typer.Argument(metavar="BASE", help=f"{BASE_OR_HEAD}: the reference.")],
+    head: Annotated[Path, typer.Argument(metavar="HEAD", help="The same: the runs to judge.")],
     as_json: AsJson = False,
 ) -> None:
     """Compare runs of the same scenarios and seeds, and exit with 1 if HEAD is worse or newly fails."""

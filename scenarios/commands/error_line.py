@@ -1,4 +1,4 @@
-"""Errors on one line of standard error."""
+"""Error messages on one line of standard error."""
 
 import sys
 from typing import TYPE_CHECKING
@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from scenarios.result import Result
 
 LONGEST_LINE = 1000
-"""Letters. The list of all highway-env environments takes 600; longer lines keep their beginning and end."""
+"""Characters. The list of all highway-env environments takes 600; longer lines keep their beginning and end."""
 
 
 def print_error(message: str, code: int) -> int:
@@ -21,5 +21,5 @@ def print_error(message: str, code: int) -> int:
 
 def print_early_end(result: "Result", kept: str) -> int:
     """Print why a run ended early and what is kept of it, and return the exit code."""
-    remedy = "" if result.simulator_failed else "; give the ego a longer way, or the run a shorter --duration"
+    remedy = "" if result.simulator_failed else "; give the ego a longer route, or the run a shorter --duration"
     return print_error(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)

@@ -17,18 +17,20 @@ if TYPE_CHECKING:
 def grade(
     run: RunFolder,
     tracks: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Tracks that another program made of the run's scans.")
+        Path | None, typer.Option(metavar="FILE", help="File of tracks that another program made from the run's scans.")
     ] = None,
     tracker: Annotated[
-        str | None, typer.Option(metavar="MODULE:NAME", help="A tracker to follow the run's scans now.")
+        str | None,
+        typer.Option(metavar="MODULE:NAME", help="A tracker to run on the scans, as for luxloop run."),
     ] = None,
     scenario: Annotated[
-        str | None, typer.Option(metavar="SCENARIO", help="Whose [grading] and [expect] count, else the run's.")
+        str | None,
+        typer.Option(metavar="SCENARIO", help="Scenario whose [grading] and [expect] replace the run's."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results, else they are only printed.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; if left out, they are only printed.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Grade a run again without simulating: its own tracks, or others of its scans."""
+    """Grade a run again without simulation: its own tracks, or other tracks of its scans."""
     from scenarios.errors import InputError
     from scenarios.files import shipped
     from scenarios.files.expect import check, verdict
@@ -60,7 +62,7 @@ def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tra
 
 
 def _deliver(result: "Result", checks: "list[Check]", out: Path | None, as_json: bool) -> None:
-    """Write the folder if there is to be one, and print the document or the report."""
+    """Write the folder if one is given, and print the document or the report."""
     import json
 
     from scenarios.report import text

@@ -6,10 +6,10 @@ import typer
 
 
 def list_scenarios(
-    folder: Annotated[bool, typer.Option("--folder", help="Print the folder they are in, for pytest.")] = False,
+    folder: Annotated[bool, typer.Option("--folder", help="Print the folder of the files, for pytest.")] = False,
     studies: Annotated[bool, typer.Option("--studies", help="List the studies instead.")] = False,
 ) -> None:
-    """List the scenarios that ship, with a sentence on each."""
+    """List the shipped scenarios with a one-line description each."""
     from rich.console import Console
     from rich.table import Table
 
@@ -18,7 +18,7 @@ def list_scenarios(
     if folder:
         print(shipped.STUDIES if studies else shipped.CATALOG)
         return
-    columns = ("command", "name", "what it asks") if studies else ("family", "name", "what happens")
+    columns = ("command", "name", "question") if studies else ("family", "name", "description")
     table = Table(*columns, box=None, padding=(0, 2, 0, 0), header_style="bold")
     for entry in shipped.study_entries() if studies else shipped.entries():
         table.add_row(*entry)

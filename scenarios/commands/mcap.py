@@ -6,13 +6,15 @@ from typing import Annotated
 import typer
 
 from scenarios.commands.arguments import RunFolder
+from scenarios.commands.extras import require
 
 
 def mcap(
     run: RunFolder,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The .mcap file to write.")],
 ) -> None:
-    """Write a run's recorded scans, their truth and its tracks as MCAP, for tools of ROS 2 and Foxglove."""
+    """Write a run's recorded scans, ground truth and tracks as MCAP, for tools of ROS 2 and Foxglove."""
+    require("mcap", "mcap")
     from scenarios.offline.mcap.export import export
     from scenarios.offline.recorded_run import RecordedRun
 

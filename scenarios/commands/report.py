@@ -7,10 +7,10 @@ import typer
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run, or one with many runs in it.")],
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="The page, else RUN.html.")] = None,
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run, or a folder of many runs.")],
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="The page to write; RUN.html if left out.")] = None,
 ) -> None:
-    """Write the report of a run, or of many, as one HTML file."""
+    """Write the report of one run or many as a single HTML file."""
     from scenarios.report.html import pages
     from scenarios.report.html.run_page import run_page
     from scenarios.report.html.suite_page import find_runs, suite_page

@@ -14,25 +14,26 @@ def run(
     scenario: ScenarioName,
     seed: Seed = None,
     duration: Duration = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results, else runs/SCENARIO-seedN.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; runs/SCENARIO-seedN if left out.")] = None,
     tracker: Tracker = None,
     oracle: Annotated[
         list[Stage] | None,
-        typer.Option(help="Replace this stage of the shipped tracker by the truth; repeat for more."),
+        typer.Option(help="Replace this stage of the shipped tracker with the ground truth; may be repeated."),
     ] = None,
     as_json: AsJson = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
     record_scans: Annotated[
-        bool, typer.Option("--record-scans", help="Keep the scans and their truth with the run, for luxloop grade.")
+        bool,
+        typer.Option("--record-scans", help="Keep scans and ground truth with the run, for luxloop grade."),
     ] = False,
     dataset_to: Annotated[
-        Path | None, typer.Option("--dataset", metavar="DIR", help="Write scans and labels into this new folder, too.")
+        Path | None, typer.Option("--dataset", metavar="DIR", help="Also write scans and labels into this new folder.")
     ] = None,
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
 
-    from scenarios.execute import execute, usual_folder
+    from scenarios.execute import default_folder, execute
     from scenarios.files import shipped
     from scenarios.files.scenario import Scenario
     from scenarios.oracle.device_choice import choose
@@ -41,7 +42,7 @@ def run(
 
     chosen = Scenario.load(shipped.find(scenario), overrides(seed, duration))
     make_device = choose(tracker, oracle or [])
-    out = out or usual_folder(chosen, oracle or [])
+    out = out or default_folder(chosen, oracle or [])
     outcome = execute(
         chosen, make_device, out, record=not no_recording, record_scans=record_scans, dataset_to=dataset_to
     )
@@ -50,7 +51,7 @@ def run(
         print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
     else:
         text.show(outcome.report)
-        print(f"Results are in {out}" + ("" if no_recording else f"; to watch them: luxloop view {out}"))
+        print(f"Results are in {out}" + ("" if no_recording else f"; to view them: luxloop view {out}"))
         if dataset_to:
             print(f"The data set is in {dataset_to}")
     if not result.complete:

@@ -6,9 +6,9 @@ import typer
 
 
 def schema(
-    study: Annotated[bool, typer.Option("--study", help="Of study files instead.")] = False,
+    study: Annotated[bool, typer.Option("--study", help="Print the schema of study files instead.")] = False,
 ) -> None:
-    """Print the JSON schema of scenario files, for editors."""
+    """Print the JSON schema of scenario files, for completion in editors."""
     from scenarios.files.scenario import Scenario, schema_text
     from scenarios.study.study_file import Study
 

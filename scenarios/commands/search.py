@@ -6,34 +6,36 @@ from typing import Annotated
 import typer
 
 from scenarios.commands.arguments import Scheduler, StudyName, Tracker, Workers, worker_count
+from scenarios.commands.extras import require
 
 
 def search(
     study: StudyName,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of what is found, else searches/STUDY.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; searches/STUDY if left out.")] = None,
     tracker: Tracker = None,
 ) -> None:
-    """Look for the smallest disturbance that breaks the tracker, and shrink it to a scenario file.
+    """Search for the smallest disturbance that breaks the tracker, and reduce it to a minimal scenario file.
 
-    Exit with 1 if one is found. A second start repeats no run of an earlier one.
+    Exit with 1 if one is found. A second start reuses the runs of an earlier one.
     """
+    require("search", "search")
     from scenarios.report import text
-    from scenarios.run.device import SHIPPED
-    from scenarios.search.adversary import search as look
+    from scenarios.run.device import SHIPPED, absolute
+    from scenarios.search.adversary import search as find_failure
     from scenarios.study.study_file import Study, find
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("searches") / path.stem
-    found = look(Study.load(path), tracker or SHIPPED, out, _tell, count, scheduler)
+    found = find_failure(Study.load(path), absolute(tracker or SHIPPED), out, _print_now, count, scheduler)
     if found is None:
         return
     text.show(found.outcome.report)
     print(f"{found.file} fails: {found.what}")
-    print(f"To run it: luxloop run {found.file}; to watch it: luxloop view {found.outcome.out}")
+    print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.outcome.out}")
     raise typer.Exit(1)
 
 
-def _tell(line: str) -> None:
+def _print_now(line: str) -> None:
     print(line, flush=True)

@@ -1,4 +1,4 @@
-"""`luxloop sweep` on the command line. What takes long to import is imported where it is needed."""
+"""`luxloop sweep`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from scenarios.commands.arguments import AsJson, Scheduler, StudyName, Tracker, Workers, worker_count
+from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
     from scenarios.study.sweep_runs import Sweep
@@ -15,37 +16,38 @@ def sweep(
     study: StudyName,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results, else sweeps/STUDY.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; sweeps/STUDY if left out.")] = None,
     tracker: Tracker = None,
     keep: Annotated[
-        str | None, typer.Option(metavar="URL", help="Folder or fsspec URL that gets every run's folder, too.")
+        str | None, typer.Option(metavar="URL", help="Folder or fsspec URL that receives every run's folder.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run a study, all combinations with all seeds; started again, it does what is not done yet.
+    """Run a study: all combinations of its parameters with all seeds. A second start continues an interrupted one.
 
-    Exit with 1 if a run ended with an error. That expectations of its scenario fail is what a study is to find out.
+    Exit with 1 if a run ended with an error. Failed expectations are results of a study, not errors.
     """
+    require("sweep", "sweeps")
     import json
 
-    from scenarios.run.device import SHIPPED
+    from scenarios.run.device import SHIPPED, absolute
     from scenarios.study.study_file import Study, find
     from scenarios.study.study_page import report
-    from scenarios.study.sweep_runs import sweep as carry_out
+    from scenarios.study.sweep_runs import sweep as run_study
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
-    done = carry_out(Study.load(path), tracker or SHIPPED, out, count, scheduler, keep)
+    done = run_study(Study.load(path), absolute(tracker or SHIPPED), out, count, scheduler, keep)
     report(done, out)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
     else:
-        print(_told(done, out))
+        print(_summary(done, out))
     raise typer.Exit(1 if (done.rows["status"] == "error").any() else 0)
 
 
 def document(done: "Sweep", out: Path) -> dict[str, Any]:
-    """Return what `--json` prints."""
+    """Return the JSON document of `--json`."""
     from scenarios.study.row_store import RUNS
     from scenarios.study.study_page import REPORT
 
@@ -64,13 +66,13 @@ def document(done: "Sweep", out: Path) -> dict[str, Any]:
 WORDS = {
     "passed": "passed", "failed": "broke an expectation", "incomplete": "ended early", "error": "without a result",
 }  # fmt: skip
-"""For a status."""
+"""Text of each status in the summary."""
 
 
-def _told(done: "Sweep", out: Path) -> str:
-    """Return what a person reads."""
-    told = document(done, out)
-    counts = ", ".join(f"{count} {WORDS[name]}" for name, count in told["status"].items())
+def _summary(done: "Sweep", out: Path) -> str:
+    """Return the summary that is printed without `--json`."""
+    shown = document(done, out)
+    counts = ", ".join(f"{count} {WORDS[name]}" for name, count in shown["status"].items())
     earlier = f" {done.taken_up} of them were there from an earlier start." if done.taken_up else ""
-    lines = [f"{done.count} runs: {counts}.{earlier}", *(f"error: {error}" for error in told["errors"][:5])]
-    return "\n".join([*lines, f"A row per run is in {told['rows']}, curves in {told['report']}"])
+    lines = [f"{done.count} runs: {counts}.{earlier}", *(f"error: {error}" for error in shown["errors"][:5])]
+    return "\n".join([*lines, f"A row per run is in {shown['rows']}, curves in {shown['report']}"])

@@ -1,1 +1,1 @@
-"""Files of scenarios, and how files are read and written."""
+"""Scenario files and their validation, the shipped catalog, and atomic writes."""

@@ -1,4 +1,4 @@
-"""A file that appears as a whole or not at all."""
+"""Atomic file write."""
 
 import os
 import secrets
@@ -9,12 +9,12 @@ from pathlib import Path
 
 @contextmanager
 def create(path: Path) -> Iterator[Path]:
-    """Give a temporary file beside `path` to write; it becomes `path` at the end, and vanishes on any error.
+    """Yield the path of a temporary file beside `path`; rename it to `path` at the end, or delete it on any error.
 
     Raises
     ------
     OSError
-        It cannot be written there.
+        The file cannot be written.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
     try:

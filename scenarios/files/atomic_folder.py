@@ -1,4 +1,4 @@
-"""A folder of results that appears as a whole or not at all."""
+"""Atomic write of a folder of results."""
 
 import os
 import platform
@@ -14,30 +14,30 @@ from scenarios.errors import OutputError
 
 @contextmanager
 def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[Path]:
-    """Give a temporary folder beside `out` to write into; it becomes `out` at the end, and vanishes on any error.
+    """Yield a temporary folder beside `out`; rename it to `out` at the end, or delete it on any error.
 
-    What is at `out` is replaced, unless `refuse` raises. Folders above `out` are made where missing.
+    An earlier folder at `out` is replaced unless `refuse` raises. Missing parent folders are made.
 
     Parameters
     ----------
     out
-        The folder.
+        Final path of the folder; symbolic links are followed.
     option
-        Of the command line that chose it, for complaints.
+        Command-line option that sets `out`, for error messages.
     refuse
-        Raises an OutputError if `out`, whose links are followed, is there and must stay.
+        Raises an OutputError if the folder at `out` exists and must not be replaced.
 
     Raises
     ------
     OutputError
-        `out` cannot be written, or must stay.
+        `out` cannot be written, or must not be replaced.
     """
     out = Path(os.path.realpath(out))
     temporary = _beside(out, "partial")
     missing: list[Path] = []
     try:
         refuse(out)
-        _clear_up_after_killed_runs(out)
+        _remove_leftovers(out)
         missing = [folder for folder in out.parents if not folder.exists()]
         temporary.mkdir(parents=True)
     except OSError as error:
@@ -45,7 +45,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         raise cannot_write(out, option, error) from error
     try:
         yield temporary
-        refuse(out)  # again: somebody may have put something there meanwhile
+        refuse(out)  # again: another process may have written there meanwhile
         _move_into_place(temporary, out)
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -54,17 +54,17 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Whether it is one that `create` gave and never renamed: whoever wrote into it was killed, or still writes."""
+    """Return True for a temporary folder of `create`: its process was killed, or is still writing."""
     return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))
 
 
 def cannot_write(folder: Path, option: str, error: OSError) -> OutputError:
-    """Say why, and what to do."""
+    """Return the error for a folder that cannot be written, with its reason and remedy."""
     return OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder with {option}")
 
 
 def _move_into_place(temporary: Path, out: Path) -> None:
-    """Swap a folder in; the earlier one is out of the way for the blink of a rename only."""
+    """Replace `out` by two renames, and restore the earlier folder if the second one fails."""
     if not out.exists():
         temporary.rename(out)
         return
@@ -79,12 +79,12 @@ def _move_into_place(temporary: Path, out: Path) -> None:
 
 
 def _beside(out: Path, purpose: str) -> Path:
-    """Return a name that nothing has yet, and that tells whose it is."""
+    """Return an unused path beside `out` that names the host and process that own it."""
     return out.with_name(f".{out.name}.{platform.node()}-{os.getpid()}-{secrets.token_hex(4)}.{purpose}")
 
 
-def _clear_up_after_killed_runs(out: Path) -> None:
-    """Remove what nobody will rename any more; put back an earlier run that was moved away and not yet replaced."""
+def _remove_leftovers(out: Path) -> None:
+    """Remove folders of killed processes, and restore an earlier folder that was renamed and not yet replaced."""
     pattern = re.compile(rf"\.{re.escape(out.name)}\.(.*)-(\d{{1,9}})-[0-9a-f]{{8}}\.(partial|earlier)")
     for path in list(out.parent.iterdir()) if out.parent.is_dir() else ():
         if (match := pattern.fullmatch(path.name)) and _is_dead(host=match[1], pid=int(match[2])):
@@ -95,7 +95,10 @@ def _clear_up_after_killed_runs(out: Path) -> None:
 
 
 def _is_dead(host: str, pid: int) -> bool:
-    """Whether a process is clearly dead; one of another computer, or where asking would end it, may well live."""
+    """Return True if a process has ended.
+
+    A process of another host may be alive, as may any on Windows, where `os.kill` would end it.
+    """
     if host != platform.node() or os.name != "posix":
         return False
     try:
@@ -103,12 +106,12 @@ def _is_dead(host: str, pid: int) -> bool:
     except ProcessLookupError:
         return True
     except PermissionError:
-        return False  # it lives, and is somebody else's
+        return False  # alive, of another user
     return False
 
 
 def _remove_empty(folders: list[Path]) -> None:
-    """Take back the folders that were made above the output, innermost first."""
+    """Remove the parent folders that `create` made, innermost first."""
     for folder in folders:
         with suppress(OSError):
             folder.rmdir()

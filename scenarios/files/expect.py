@@ -1,4 +1,4 @@
-"""Expectations of a scenario, and the verdict on them."""
+"""Expectations of a scenario and the verdict on them."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ ExpectationOutcome = Literal["passed", "failed", "known failure", "unexpected pa
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What a metric must keep to; both ends are allowed values."""
+    """Range of allowed values of a metric, both ends included."""
 
     min: float | None = None
     """Smallest value that passes, in the metric's unit."""
     max: float | None = None
     """Largest value that passes, in the metric's unit."""
     unit: str = ""
-    """The metric's unit, for readers; another one than the metric's is refused."""
+    """Unit of the limits, for readers; must be the unit of the metric."""
     need: str = ""
-    """Who needs this value, or where it comes from."""
+    """Requirement or source behind the limit."""
     known_failure: str = ""
-    """Why it does not hold today. It stays in every report, and does not fail the run."""
+    """Reason why the expectation fails today. It is shown in every report, and does not fail the run."""
 
     def __post_init__(self) -> None:
         if self.min is None and self.max is None:
@@ -40,13 +40,13 @@ class Limit:
         return ", ".join(low + high)
 
     def holds(self, value: float) -> bool:
-        """Whether the value keeps to the limit."""
+        """Return True if the value is within the limits."""
         return (self.min is None or value >= self.min) and (self.max is None or value <= self.max)
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One expectation beside what came out."""
+    """An expectation and the measured metric."""
 
     name: str
     limit: Limit
@@ -54,24 +54,24 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """A metric without a value does not hold: what was to be shown was not shown."""
+        """True if the metric has a value within the limits; a metric without a value shows nothing and fails."""
         return self.metric.value is not None and self.limit.holds(self.metric.value)
 
     @property
     def outcome(self) -> ExpectationOutcome:
-        """What came out, in the light of what is known."""
+        """Outcome of the check, considering a known failure."""
         if self.limit.known_failure:
             return "unexpected pass" if self.holds else "known failure"
         return "passed" if self.holds else "failed"
 
 
 def metric_name(name: str) -> str:
-    """Return `name` if there is such a metric.
+    """Return `name` if it is the name of a metric.
 
     Raises
     ------
     ValueError
-        There is none; the message names the closest.
+        It is not; the message names the closest metrics.
     """
     if name not in METRICS:
         close = get_close_matches(name, METRICS, n=3, cutoff=0.5)
@@ -81,26 +81,26 @@ def metric_name(name: str) -> str:
 
 
 def check_unit(name: str, limit: Limit) -> None:
-    """Hold a limit's unit, if it names one, against the metric's.
+    """Check that a limit's unit, if given, is the unit of the metric.
 
     Raises
     ------
     ValueError
-        It is another one.
+        The units differ.
     """
     if limit.unit and limit.unit != METRICS[name]:
-        raise ValueError(f'"{name}".unit = "{limit.unit}": it is in "{METRICS[name]}"; convert the limit')
+        raise ValueError(f'"{name}".unit = "{limit.unit}": the metric is in "{METRICS[name]}"; convert the limit')
 
 
 def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit]) -> list[Check]:
-    """Hold a run's metrics against the expectations, in their order."""
+    """Check the metrics of a run against the expectations, in the order of the expectations."""
     return [Check(name, limit, metrics[name]) for name, limit in expect.items()]
 
 
 def verdict(checks: Iterable[Check], complete: bool) -> RunVerdict:
-    """Say whether no check failed, but for known failures.
+    """Return "passed" if no check failed except known failures.
 
-    An incomplete run shows neither: what is missing could have gone either way.
+    An incomplete run neither passes nor fails, since its missing frames could change the outcome.
     """
     if not complete:
         return "incomplete"

@@ -1,6 +1,6 @@
-"""Scenario files: what may stand in them, and how they are read.
+"""Model and loading of scenario files.
 
-Each stage's settings are that stage's own dataclass; pydantic holds a file against them, unknown keys forbidden.
+Each stage has its own dataclass of settings. pydantic validates a file against them and forbids unknown keys.
 """
 
 import json
@@ -41,7 +41,7 @@ _LONGEST_S = 86_400.0  # a day: a run is kept in memory until it ends
 
 @dataclass(frozen=True, slots=True)
 class RigChoice:
-    """Which rig the ego carries: a shipped one by `name`, or one's own by `file`."""
+    """The rig on the ego: a shipped rig by `name`, or another by `file`."""
 
     name: str | None = None
     """A file of `sensor_model/rigs`, without `.toml`."""
@@ -57,72 +57,72 @@ class RigChoice:
 
 
 class Scenario(BaseModel):
-    """One scenario file."""
+    """A scenario file."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
 
     description: Annotated[str, Field(min_length=1)]
-    """One English sentence: what happens, and what it is for."""
+    """Description of the traffic situation and its purpose, in one English sentence."""
     reason: str = ""
-    """Why it is worth running: who meets this, and what would go unnoticed without it."""
+    """Motivation: where the situation occurs, and which errors only this scenario reveals."""
     suite: Literal["smoke", "full"] = "full"
-    """`smoke` for the few that run on every change; all are part of the full suite."""
+    """`smoke` for the small set that runs on every change; the full suite contains all scenarios."""
     seed: Annotated[int, Field(ge=0, le=_LARGEST_SEED)] = DEFAULT_SEED
-    """Seed of the traffic and of the noise."""
+    """Seed of traffic and noise."""
     duration_s: Annotated[float, Field(gt=0, le=_LONGEST_S)]
     """Simulated time [s]."""
     traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic, Field(discriminator="kind")]
-    """Who simulates the traffic, and what happens in it."""
+    """Traffic simulator, and the traffic it simulates."""
     rig: RigChoice = RigChoice(name="srx_six_lux")
-    """The LIDARs around the ego."""
+    """LIDARs mounted on the ego."""
     sensor: SensorConfig = SensorConfig()
-    """How closely the LIDARs are simulated."""
+    """Fidelity of the LIDAR simulation."""
     noise: NoiseConfig = NoiseConfig()
-    """What is wrong with the points."""
+    """Measurement errors of the points."""
     tracker: TrackerConfig = TrackerConfig()
     """Settings of the tracker that differ from its defaults."""
     control: CruiseConfig | None = None
-    """Who drives the ego; left out, the traffic's own model does. It needs `traffic.ego_control = true`."""
+    """Speed controller of the ego, requires `traffic.ego_control = true`; if left out, the simulator drives the ego."""
     grading: GradingConfig = GradingConfig()
-    """What counts, and when."""
+    """Conditions under which vehicles and tracks are graded."""
     expect: dict[Annotated[str, AfterValidator(metric_name)], Limit] = {}
-    """Limits by metric; a run that exceeds one has failed."""
+    """Limits by metric; a run that violates one fails."""
 
     _path: Path = PrivateAttr()
 
     @field_validator("control")
     @classmethod
-    def _require_an_ego_that_obeys(cls, control: CruiseConfig | None, others: ValidationInfo) -> CruiseConfig | None:
-        traffic = others.data.get("traffic")  # absent if it is wrong itself
+    def _require_ego_control(cls, control: CruiseConfig | None, others: ValidationInfo) -> CruiseConfig | None:
+        traffic = others.data.get("traffic")  # absent if it is itself invalid
         if control and traffic and not getattr(traffic, "ego_control", False):
-            raise ValueError('the ego obeys no speed here; use traffic.kind = "sumo" with ego_control = true')
+            raise ValueError('the ego cannot be controlled; set traffic.kind = "sumo" and ego_control = true')
         return control
 
     @field_validator("expect")
     @classmethod
-    def _require_the_metrics_units(cls, expect: dict[str, Limit]) -> dict[str, Limit]:
+    def _require_metric_units(cls, expect: dict[str, Limit]) -> dict[str, Limit]:
         for name, limit in expect.items():
             check_unit(name, limit)
         return expect
 
     @classmethod
     def load(cls, path: Path, overrides: Mapping[str, Any] | None = None) -> Self:
-        """Read a scenario file, its top-level keys replaced by `overrides`.
+        """Read a scenario file; `overrides` replace its top-level keys.
 
         Raises
         ------
         ScenarioError
-            The file is missing, is not TOML, or has a key that is missing, unknown, or of a wrong type or value.
+            The file is missing or not TOML, or a key is missing, unknown, or of a wrong type or value.
         """
         return cls.of(toml_file.read(path) | dict(overrides or {}), path)
 
     @classmethod
     def of(cls, document: dict[str, Any], path: Path) -> Self:
-        """Make a scenario of what stands in its file, or would.
+        """Make a scenario from the content of its file, which need not exist.
 
-        `path` gives it its name, and its folder is where the paths in it start.
+        `path` sets its name, and the folder that its relative paths start from.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class Scenario(BaseModel):
         if wrong := implausible(document):
             raise ScenarioError(f"{path}: {wrong}")
         try:
-            # By way of JSON, whose strict mode takes lists for tuples and texts for paths, but no "12" for 12.
+            # In strict mode, JSON may give lists for tuples and texts for paths, but not "12" for 12.
             scenario = cls.model_validate_json(json.dumps(document, default=str))
         except ValidationError as error:
             raise ScenarioError(f"{path}: {explain(error, document, cls.model_json_schema())}") from error
@@ -141,20 +141,20 @@ class Scenario(BaseModel):
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the file."""
         return self._path
 
     @property
     def name(self) -> str:
-        """The file's name without its ending."""
+        """File name without `.toml`."""
         return self._path.stem
 
     @property
     def folder(self) -> Path:
-        """Where the paths in the file start."""
+        """Folder that relative paths in the file start from."""
         return self._path.parent
 
 
 def schema_text(model: type[BaseModel] = Scenario) -> str:
-    """The JSON schema of scenario files, or of those of another model, as committed in `scenarios/schema/`."""
+    """Return the JSON schema of scenario files, or of another model, as committed in `scenarios/schema/`."""
     return json.dumps(model.model_json_schema(), indent=2, ensure_ascii=False) + "\n"

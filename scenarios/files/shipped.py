@@ -1,4 +1,4 @@
-"""The scenarios that ship, and how one is found by its name. Light to import: `luxloop list` needs nothing else."""
+"""The shipped scenarios and studies, by name. Fast to import, for `luxloop list`."""
 
 import tomllib
 from difflib import get_close_matches
@@ -11,11 +11,11 @@ CATALOG = Path(__file__).parents[1] / "catalog"
 """`<family>/<name>.toml`."""
 
 STUDIES = Path(__file__).parents[1] / "studies"
-"""`<name>.toml`; the scenarios that some of them start from are in its folder `scenes`."""
+"""`<name>.toml`; base scenarios of some studies are in the subfolder `scenes`."""
 
 
 class Entry(NamedTuple):
-    """One line of `luxloop list`."""
+    """A line of `luxloop list`."""
 
     family: str
     name: str
@@ -23,17 +23,17 @@ class Entry(NamedTuple):
 
 
 def paths() -> dict[str, Path]:
-    """Files of the shipped scenarios by name, in the order of family and name."""
+    """Return the files of the shipped scenarios by name, in the order of family and name."""
     return {path.stem: path for path in sorted(CATALOG.glob("*/*.toml"))}
 
 
 def entries() -> list[Entry]:
-    """Every shipped scenario with its sentence."""
+    """Return every shipped scenario with its description."""
     return [Entry(path.parent.name, name, _document(path)["description"]) for name, path in paths().items()]
 
 
 def study_entries() -> list[Entry]:
-    """Every shipped study, with the command that it is for in the place of a family."""
+    """Return every shipped study; its family is the command that runs it."""
     documents = {name: _document(path) for name, path in studies().items()}
     return [
         Entry("search" if "search" in document else "sweep", name, document["description"])
@@ -42,7 +42,7 @@ def study_entries() -> list[Entry]:
 
 
 def studies() -> dict[str, Path]:
-    """Files of the shipped studies by name."""
+    """Return the files of the shipped studies by name."""
     return {path.stem: path for path in sorted(STUDIES.glob("*.toml"))}
 
 

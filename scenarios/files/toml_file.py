@@ -1,4 +1,4 @@
-"""TOML from people's hands. Light to import: pytest's plug-in reads with it wherever luxloop is installed."""
+"""Reading of TOML files, with errors on one line. Fast to import, for the pytest plug-in."""
 
 import re
 import tomllib
@@ -8,19 +8,19 @@ from typing import Any
 from scenarios.errors import ScenarioError
 
 _DEEP = re.compile(r"(?<![\w-])(?:[\w-]++\s*+\.\s*+){64}")
-"""A dotted key of more parts than anybody writes; tomllib takes minutes over thousands."""
+"""A dotted key of more than 64 parts; tomllib takes minutes to parse one of thousands."""
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Read a scenario file, whatever is in it.
+    """Read the document of a scenario file, without validation.
 
     Raises
     ------
     ScenarioError
-        There is no such file, or it is not TOML.
+        The file does not exist, or is not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")  # some editors begin a file with a byte order mark
+        text = path.read_text(encoding="utf-8-sig")  # some editors write a byte order mark
         if _DEEP.search(text):
             raise RecursionError
         return tomllib.loads(text)
@@ -30,7 +30,7 @@ def read(path: Path) -> dict[str, Any]:
         raise ScenarioError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: not TOML: {error}; correct that line") from error
-    except ValueError as error:  # of Python's own int, from thousands of digits on
-        raise ScenarioError(f"{path}: a number in it is too long; write one of at most 18 digits") from error
+    except ValueError as error:  # from `int`, for more than 4300 digits
+        raise ScenarioError(f"{path}: a number is too long; write at most 18 digits") from error
     except RecursionError as error:
-        raise ScenarioError(f"{path}: tables or lists in it are nested too deeply; take the innermost out") from error
+        raise ScenarioError(f"{path}: tables or lists are nested too deeply; remove the innermost") from error

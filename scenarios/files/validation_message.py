@@ -1,4 +1,4 @@
-"""One line for people from what pydantic finds wrong with a scenario file."""
+"""One-line error messages from pydantic's validation errors."""
 
 import json
 import math
@@ -16,23 +16,24 @@ UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}
 LONGEST_VALUE = 60
 SMALLEST, LARGEST = 1e-12, 1e10
-"""Of numbers other than 0, in whatever unit: no quantity of road traffic lies beyond, and their products are finite."""
+"""Absolute values of numbers other than 0, in any unit. Quantities of road traffic lie within, and their products are
+finite."""
 
 
 def explain(error: ValidationError, document: Json, schema: Json) -> str:
-    """Name the first wrong key, its value and the remedy: `traffic.eggo = "a": unknown key; did you mean ego?`.
+    """Return the first wrong key, its value and the remedy: `traffic.eggo = "a": unknown key; did you mean ego?`.
 
     Parameters
     ----------
     error
-        What validation raised.
+        Error raised by the validation.
     document
-        What was validated.
+        Validated document.
     schema
-        JSON schema of the model, to know which keys there are.
+        JSON schema of the model, for its known keys.
     """
     errors = error.errors(include_url=False)
-    first = _most_telling(errors)
+    first = _most_specific(errors)
     key, kind = _key(first, document), first["type"]
     if kind in MISSING:
         return f"{_dotted(key)} is missing; add it{_choices(key, document, schema)}"
@@ -40,7 +41,7 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
         return f"{_dotted(key)} = {_short(first['input'])}: unknown key; {_known(key, document, schema)}"
     if kind == "union_tag_invalid":
         remedy = f"should be one of {first['ctx']['expected_tags']}"
-    elif kind == "literal_error":  # each alternative of a union expects another
+    elif kind == "literal_error":  # each alternative of a union expects another value
         expected = [error["ctx"]["expected"] for error in errors if error["loc"][-1] == first["loc"][-1]]
         remedy = f"should be {' or '.join(expected)}"
     elif kind == "value_error":
@@ -48,12 +49,12 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
     else:
         remedy = first["msg"].removeprefix("Input ").replace("an object", "a table")
     value = _value(document, key)
-    # A table fails as a whole by a rule over several of its keys; the remedy then names them.
+    # A rule over several keys fails for their table as a whole; its message names the keys.
     return f"{_dotted(key)}: {remedy}" if isinstance(value, dict) else f"{_dotted(key)} = {_short(value)}: {remedy}"
 
 
 def implausible(value: Any, key: Key = ()) -> str:
-    """Name the first number that is too large, too small or none; empty if all are plausible."""
+    """Return a message on the first number that is too large, too small or not finite; empty if all are plausible."""
     if isinstance(value, dict | list):
         children = value.items() if isinstance(value, dict) else enumerate(value)
         return next((wrong for step, child in children if (wrong := implausible(child, (*key, step)))), "")
@@ -63,8 +64,8 @@ def implausible(value: Any, key: Key = ()) -> str:
     return f"{_dotted(key)} = {_short(value)}: should be {size}"
 
 
-def _most_telling(errors: list[ErrorDetails]) -> ErrorDetails:
-    """Leave out alternatives of a union that the file did not mean; prefer a `kind` left out, then a misspelt key."""
+def _most_specific(errors: list[ErrorDetails]) -> ErrorDetails:
+    """Drop errors of union alternatives of another `kind`; prefer a missing `kind`, then an unknown key."""
     wrong_kind = [error for error in errors if error["type"] == "literal_error" and error["loc"][-1] == "kind"]
     others = {error["loc"][:-1] for error in wrong_kind}
     meant = [error for error in errors if not any(error["loc"][: len(loc)] == loc for loc in others)]
@@ -76,7 +77,7 @@ def _lacks_kind(error: ErrorDetails) -> bool:
 
 
 def _key(error: ErrorDetails, document: Json) -> Key:
-    """Where the error is in the file: pydantic's location without the alternatives of unions that it passes."""
+    """Return the key of the error in the file: pydantic's location without the names of union alternatives."""
     key: Key = ()
     for step in error["loc"]:
         if _has(_value(document, key), step):
@@ -117,21 +118,21 @@ def _short(value: Any) -> str:
 
 
 def _known(key: Key, document: Json, schema: Json) -> str:
-    """Tell the key that was probably meant, or else all that could be."""
+    """Return the most similar known keys, or else all known keys."""
     known = sorted({name for table in _tables(key[:-1], document, schema) for name in table["properties"]})
     close = get_close_matches(str(key[-1]), known, n=3)
     return f"did you mean {' or '.join(close)}?" if close else f"known here: {', '.join(known)}"
 
 
 def _choices(key: Key, document: Json, schema: Json) -> str:
-    """The values that a missing key can have, where they are a few fixed ones."""
+    """Return the allowed values of a missing key, if they are fixed."""
     properties = [table["properties"].get(key[-1], {}) for table in _tables(key[:-1], document, schema)]
     values = [json.dumps(choice["const"]) for choice in properties if "const" in choice]
     return f": one of {', '.join(values)}" if values else ""
 
 
 def _tables(key: Key, document: Json, schema: Json) -> list[Json]:
-    """Schemas of the tables that may stand at `key`; where one says its `kind`, of that kind only."""
+    """Return the schemas of the tables allowed at `key`, restricted to the `kind` in the document."""
     nodes = [schema]
     for depth, step in enumerate((*key, None)):
         nodes = [table for node in nodes for table in _alternatives(node, schema["$defs"])]
@@ -142,7 +143,7 @@ def _tables(key: Key, document: Json, schema: Json) -> list[Json]:
 
 
 def _alternatives(node: Json, definitions: Json) -> Iterator[Json]:
-    """Follow references and unions down to plain schemas."""
+    """Resolve references and unions to plain schemas."""
     if "$ref" in node:
         yield from _alternatives(definitions[node["$ref"].rpartition("/")[2]], definitions)
     elif options := node.get("oneOf") or node.get("anyOf"):
@@ -158,7 +159,7 @@ def _is_kind(node: Json, value: Any) -> bool:
 
 
 def _below(node: Json, step: str | int) -> list[Json]:
-    """The schema of one key or item, where there is one."""
+    """Return the schema of one key or item, if it has one."""
     child = node.get("items") if isinstance(step, int) else node.get("properties", {}).get(step)
     child = child or node.get("additionalProperties")
     return [child] if isinstance(child, dict) else []

@@ -82,7 +82,7 @@ class Regrader:
         scans, config = self._run.scans(), self._run.scenario.tracker
         warm_up_device = make_device(config)
         for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
-            device.tell_truth(warm_up_device, frame, truth)
+            device.show_truth(warm_up_device, frame, truth)
             device.step(warm_up_device, scan)
         return self._replay(scans, make_device(config), name, timed=True)
 
@@ -91,7 +91,7 @@ class Regrader:
         stopwatch, trace_hash = Stopwatch(), TraceHash()
         run_grader = grader.Grader(self._grading, Ranging.of(self._run.rig, self._run.scenario.noise))
         for frame, scan, truth in scans:
-            device.tell_truth(tracker, frame, truth)
+            device.show_truth(tracker, frame, truth)
             tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
             run_grader.add(frame, scan, truth, tracks, trace)
             trace_hash.add(frame, scan, truth, tracks)

@@ -123,7 +123,7 @@ class _Beside:
         self._grader = Grader(scenario.grading)
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth) -> None:
-        device.tell_truth(self._device, frame, truth)
+        device.show_truth(self._device, frame, truth)
         self._grader.add(frame, scan, truth, *device.step(self._device, scan))
 
     def finish(self) -> Metrics:

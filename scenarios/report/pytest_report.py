@@ -1,20 +1,20 @@
-"""Writes the suite's report at the end of a pytest session, of all runs of all its workers."""
+"""HTML report of a pytest session, over the runs of all its workers."""
 
 from pathlib import Path
 
 import pytest
 
 FOLDER = "folder"
-"""User property of a test that tells where its run is."""
+"""User property of a test with the folder of its run."""
 
 
 class SuiteReport:
-    """A plug-in of the process that gathers the reports of all tests: the only one, or the workers' controller.
+    """Plug-in of the process that receives the reports of all tests: of xdist's processes, the controller.
 
     Parameters
     ----------
     out
-        The page.
+        The page to write.
     """
 
     def __init__(self, out: Path) -> None:
@@ -23,7 +23,7 @@ class SuiteReport:
         self._broken: list[tuple[str, str]] = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note where a run is, or why there is none."""
+        """Collect the folder of a run, or the error that prevented it."""
         if report.when != "call" or ".toml::" not in report.nodeid:
             return
         folder = dict(report.user_properties).get(FOLDER)
@@ -33,7 +33,7 @@ class SuiteReport:
             self._broken.append((report.nodeid, report.longreprtext))
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Write the page, and say where it is."""
+        """Write the page and print its path."""
         from scenarios.report.html import pages
         from scenarios.report.html.suite_page import Broken, suite_page
 

@@ -1,1 +1,1 @@
-"""The run loop and what it needs."""
+"""The run loop, the device under test and the run folder."""

@@ -1,9 +1,15 @@
-"""The device under test: what the run loop asks of a tracker, and how one is named on the command line."""
+"""The device under test: its interface to the run loop, and how it is loaded from the command line."""
 
+import hashlib
 import importlib
+import importlib.util
 import sys
-from collections.abc import Callable
+import sysconfig
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,84 +23,95 @@ from tracker.tracker import TrackerConfig
 
 SHIPPED = "tracker.tracker:Tracker"
 
+OWN_PACKAGES = ("scenarios", "sensor_model", "sim", "tracker")
+"""Top-level packages of luxloop. A folder of the user with such a name cannot be imported beside them."""
+
+_file_of_module: dict[str, Path] = {}
+"""Files that trackers were loaded from, by the name of the module made of each."""
+
 
 class Device(Protocol):
-    """A tracker. It sees scans only, one at a time, in order; it is made anew for every run.
+    """A tracker. It receives scans only, one at a time and in order; every run makes a new one.
 
-    `Tracks` of a tracker without a bank of models have one-hot `model_probability` and equal `model_position_odom`.
-    Without a `StepTrace` its fits are not graded and `fit.*` does not apply.
+    `Tracks` of a tracker without several motion models have one-hot `model_probability` and equal
+    `model_position_odom`. Without a `StepTrace` its fits are not graded and `fit.*` does not apply.
     """
 
     def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
-        """Take in one scan and return what is tracked after it."""
+        """Process one scan and return the tracks after it."""
         ...
 
 
 class Oracle(Device, Protocol):
-    """A device that is told the truth before each scan: to test the grader with, or to stand in for a stage.
+    """A device that receives the ground truth before each scan: to test the grader, or to replace a stage.
 
-    A tracker has no `see_truth`; the report of a run names its device, so that no oracle passes for one.
+    A tracker has no `see_truth`. The report names the device of a run, so an oracle cannot be mistaken for a tracker.
     """
 
     def see_truth(self, frame: WorldFrame, truth: ScanTruth) -> None:
-        """Take in the truth of the scan that comes next."""
+        """Take the ground truth of the next scan."""
         ...
 
 
 DeviceFactory = Callable[[TrackerConfig], Device]
-"""Gets the `[tracker]` table of the scenario. It is called once more than there are runs: a throw-away device
-compiles what it compiles before the clock starts."""
+"""Makes a device from the `[tracker]` table of the scenario. Every run calls it twice: the first device only compiles
+the kernels before the clock starts."""
 
 
 def load(spec: str) -> DeviceFactory:
-    """Import a tracker from `MODULE:NAME`; modules of the current folder count.
+    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`.
+
+    `MODULE` may be in the current folder, `FILE.py` may import modules of its own folder. Both folders are searched
+    after all installed packages.
 
     Raises
     ------
     DeviceError
-        There is no such module, no such name in it, or it cannot be called.
+        The module or file does not exist or cannot be imported, has no such name, or the name cannot be called.
     """
-    module_name, colon, name = spec.partition(":")
-    if not (colon and name and module_name) or module_name.startswith("."):
-        raise DeviceError(f"--tracker {spec}: should be MODULE:NAME, as in {SHIPPED}")
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        module = importlib.import_module(module_name)
-    except ModuleNotFoundError as error:
-        if error.name is None or not f"{module_name}.".startswith(f"{error.name}."):
-            raise  # the module is there, and it is one of its own imports that is not
-        raise DeviceError(f"--tracker {spec}: no module {error.name} on the Python path or in {here}") from error
+    place, _, name = spec.rpartition(":")
+    is_file = place.endswith(".py")
+    if not (place and name) or (place.startswith(".") and not is_file):
+        raise DeviceError(f"--tracker {spec}: should be MODULE:NAME or FILE.py:NAME, as in {SHIPPED}")
+    module = _load_file(Path(place), spec) if is_file else _load_module(place, spec)
     factory: Any = getattr(module, name, None)
     if not callable(factory):
         problem = "is not callable" if hasattr(module, name) else "is not there"
-        raise DeviceError(f"--tracker {spec}: {name} {problem} in {module_name}; name a class with step(scan)")
+        raise DeviceError(f"--tracker {spec}: {name} {problem} in {place}; name a class with step(scan)")
     return factory  # type: ignore[no-any-return]
 
 
+def absolute(spec: str) -> str:
+    """Return `FILE.py:NAME` with an absolute path, for workers that run elsewhere; `MODULE:NAME` is unchanged."""
+    place, colon, name = spec.rpartition(":")
+    return f"{Path(place).absolute()}{colon}{name}" if place.endswith(".py") else spec
+
+
 def name_of(make_device: DeviceFactory) -> str:
-    """`MODULE:NAME` of a class or function; what else makes devices says itself what they are."""
+    """Return `MODULE:NAME` or `FILE.py:NAME` of a class or function, or else the text of the factory itself."""
     name = getattr(make_device, "__qualname__", None)
-    return f"{make_device.__module__}:{name}" if name else str(make_device)
+    if name is None:
+        return str(make_device)
+    file = _file_of_module.get(make_device.__module__)
+    return f"{file or make_device.__module__}:{name}"
 
 
-def tell_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
-    """Let an oracle see the truth of the scan that comes next; trackers hear nothing."""
+def show_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
+    """Pass the ground truth of the next scan to an oracle; a tracker does not receive it."""
     see_truth = getattr(device, "see_truth", None)
     if see_truth is not None:
         see_truth(frame, truth)
 
 
 def step(device: Device, scan: Scan) -> tuple[Tracks, StepTrace | None]:
-    """Give the device one scan; the trace is None if it does not tell.
+    """Pass one scan to the device; the trace is None if the device returns tracks only.
 
     Raises
     ------
     DeviceError
-        It returned something else than tracks, or two tracks of one id, on which no metric has a meaning.
+        The device returned something else than tracks, or two tracks with one id, for which no metric is defined.
     """
-    name = f"{type(device).__module__}:{type(device).__qualname__}"
+    name = name_of(type(device))
     trace: StepTrace | None = None
     match device.step(scan):
         case Tracks() as tracks:
@@ -107,6 +124,74 @@ def step(device: Device, scan: Scan) -> tuple[Tracks, StepTrace | None]:
     if (twice := ids[1:][ids[1:] == ids[:-1]]).size:
         raise DeviceError(
             f"{name}.step gave id {twice[0]} to two tracks of the scan at {scan.time:.2f} s; give each its own "
-            "(luxloop check-tracker tells more)"
+            "(luxloop check-tracker shows more)"
         )
     return tracks, trace
+
+
+def _load_module(module_name: str, spec: str) -> ModuleType:
+    here = _search_last(Path.cwd())
+    try:
+        with _one_line_errors(spec):
+            return importlib.import_module(module_name)
+    except DeviceError as error:
+        missing = error.__cause__.name if isinstance(error.__cause__, ModuleNotFoundError) else None
+        if missing is None or not f"{module_name}.".startswith(f"{missing}."):
+            raise  # the module exists, and one of its own imports fails
+        package = module_name.partition(".")[0]
+        remedy = f"; {package} is a package of luxloop, name a file of yours as FILE.py:NAME"
+        hint = remedy if package in OWN_PACKAGES else ""
+        message = f"--tracker {spec}: no module {missing} on the Python path or in {here}{hint}"
+        raise DeviceError(message) from error.__cause__
+
+
+def _load_file(path: Path, spec: str) -> ModuleType:
+    """Import a file under a name that cannot collide with a package; once per process."""
+    if not path.is_file():
+        raise DeviceError(f"--tracker {spec}: no file {path}; give the path of a Python file")
+    path = path.resolve()
+    name = f"tracker_file_{path.stem}_{hashlib.blake2b(str(path).encode(), digest_size=4).hexdigest()}"
+    if name in sys.modules:
+        return sys.modules[name]
+    found = importlib.util.spec_from_file_location(name, path)
+    assert found is not None
+    assert found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    _search_last(path.parent)
+    sys.modules[name] = module  # before it is executed: dataclasses look their module up
+    try:
+        with _one_line_errors(spec):
+            found.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    _file_of_module[name] = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+    return module
+
+
+def _search_last(folder: Path) -> str:
+    """Append a folder to the Python path: its modules must not hide installed packages that are imported later."""
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+    return str(folder)
+
+
+@contextmanager
+def _one_line_errors(spec: str) -> Iterator[None]:
+    """Turn an error while the user's module is imported into one line that names file and line."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        reason = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
+        raise DeviceError(f"--tracker {spec}: {_place_of(error)}{type(error).__name__}: {reason}") from error
+
+
+def _place_of(error: BaseException) -> str:
+    """Return "FILE, line N: " of the user's code that raised an error, empty if no such code was reached."""
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename}, line {error.lineno}: "
+    libraries = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith("<")]
+    frames = [frame for frame in frames if frame.filename != __file__]
+    own = [frame for frame in frames if not frame.filename.startswith(libraries)] or frames
+    return f"{own[-1].filename}, line {own[-1].lineno}: " if own else ""

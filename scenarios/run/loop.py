@@ -42,22 +42,22 @@ def run(
     Parameters
     ----------
     scenario
-        What to run.
+        The scenario to run.
     make_device
         Makes the tracker, see `scenarios.run.device`.
     record_to
-        File of the recording; without it there is none.
+        File of the recording; None records nothing.
     export
-        Is shown every frame, for a data set.
+        Called with every frame, to write a data set.
 
     Raises
     ------
     ScenarioError
-        What the scenario names does not exist or is out of range.
+        The scenario names a file or object that does not exist, or a value out of range.
     SimulatorFailedError, TrafficEndedError
-        There was not a single frame. Traffic that fails or ends later makes an incomplete result.
+        The traffic failed or ended before the first frame. If it does later, the result is incomplete.
     DeviceError
-        The tracker returned no tracks.
+        The tracker returned something else than tracks.
     """
     rig = _rig(scenario)
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
@@ -75,7 +75,7 @@ def run(
                 for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
                     frame = stopwatch.time("sim", source.step)
                     scan, truth = stopwatch.time("sensor", lidar.scan, frame)
-                    device.tell_truth(tracker, frame, truth)
+                    device.show_truth(tracker, frame, truth)
                     tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
                     grade = grader.add(frame, scan, truth, tracks, trace)
                     trace_hash.add(frame, scan, truth, tracks)
@@ -107,7 +107,7 @@ def run(
 
 
 def _rig(scenario: Scenario) -> Rig:
-    """Read the rig; its file is named in complaints, and so is the scenario that asked for it."""
+    """Read the rig. Errors name its file and the scenario."""
     try:
         return load_rig(str(scenario.rig), scenario.folder)
     except RigError as error:
@@ -116,7 +116,7 @@ def _rig(scenario: Scenario) -> Rig:
 
 
 def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
-    """Make the traffic source of a scenario, with a range that covers the unit that sees farthest."""
+    """Make the traffic source of a scenario, which delivers actors up to the longest range of any LIDAR."""
     range_m = max(mount.model.range_max_m for mount in rig.mounts)
     return make_source(scenario.traffic, scenario.folder, range_m)
 
@@ -124,7 +124,7 @@ def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
 def _drives(
     scenario: Scenario, rig: Rig, driver: TrackDriver | None, frames: int
 ) -> tuple[dict[str, SafetyLog], TrafficError | None]:
-    """Drive again, by the truth. Return both drives, and why the second ended early if it did."""
+    """Repeat the drive with ground truth. Return both drives, and the reason why the second one ended early, if any."""
     if not (scenario.control and driver):
         return {}, None
     by_truth = SafetyLog()
@@ -139,7 +139,7 @@ def _drives(
 
 
 def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
-    """Start the traffic; the source does not know which file it was asked by, so a complaint is told with its name."""
+    """Start the traffic. Errors of the source get the path of the scenario file, which the source does not know."""
     try:
         return source.reset(scenario.seed)
     except TrafficInputError as error:
@@ -153,7 +153,7 @@ def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles) 
 
 
 def _lidar(rig: Rig, scenario: Scenario, dt: float, obstacles: Obstacles) -> Lidar:
-    """Mount the LIDARs; they scan once a frame, so that the traffic must step at their pace."""
+    """Mount the LIDARs. They scan once per frame, so the time step of the traffic must be the scan period."""
     if not math.isclose(dt * rig.scan_rate_hz, 1.0):
         raise ScenarioError(
             f"{scenario.path}: traffic steps {dt} s, but rig {scenario.rig} scans at {rig.scan_rate_hz} Hz; "
@@ -170,5 +170,5 @@ def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
 
 
 def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
-    """Everything that the run followed, defaults and the rig's files filled in."""
+    """Return the whole configuration of the run, including defaults and the content of the rig files."""
     return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}

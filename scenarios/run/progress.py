@@ -1,4 +1,4 @@
-"""Progress bars, of a run and of many: on standard error, and only where that is a terminal."""
+"""Progress bars of one run and of many, on standard error and only in a terminal."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from rich.text import Text
 
 
 class _RealTimeFactor(ProgressColumn):
-    """Simulated over elapsed time of the last frames."""
+    """Ratio of simulated to elapsed time over the last frames."""
 
     def __init__(self, dt: float) -> None:
         super().__init__()
@@ -30,9 +30,9 @@ class _RealTimeFactor(ProgressColumn):
 
 
 def frames(count: int, dt: float, name: str) -> Iterator[int]:
-    """Yield 0 to `count` - 1 and show how far it has come; frames are `dt` [s] apart.
+    """Yield 0 to `count` - 1 and show the progress; frames are `dt` [s] apart.
 
-    A run in a thread, as on a sweep's worker, shows nothing: whoever started it has a bar of his own.
+    A run in a thread, as on a worker of a sweep, shows no bar: the sweep shows one.
     """
     console = Console(stderr=True)
     shown = console.is_terminal and threading.current_thread() is threading.main_thread()
@@ -46,14 +46,14 @@ def frames(count: int, dt: float, name: str) -> Iterator[int]:
 
 @contextmanager
 def runs(name: str, count: int, done: int = 0) -> Iterator[Callable[[int], None]]:
-    """Show how many of `count` runs are done, and for how long the others will still take.
+    """Show how many of `count` runs are done, and the estimated remaining time.
 
-    Gives a function that takes how many more are.
+    Yields a function that takes the number of newly finished runs.
     """
     console = Console(stderr=True)
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("runs"),
-        TimeElapsedColumn(), TextColumn("still"), TimeRemainingColumn(),
+        TimeElapsedColumn(), TextColumn("remaining"), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(name, total=count, completed=done)

@@ -1,7 +1,7 @@
-"""The folder a run leaves behind. It appears as a whole or not at all; a run that ended early says so in it.
+"""The folder of a run, written atomically. A run that ended early is marked in `result.json`.
 
 - `result.json`: metrics, verdict, trace hash, effective config, versions
-- `report.txt`: what was printed
+- `report.txt`: the printed report
 - `tables/*.parquet`: per-frame tables
 - `recording.rrd`: for `luxloop view`, unless switched off
 - `scans/`: a data set, see `scenarios.dataset.writer`, if asked for
@@ -30,24 +30,24 @@ SCANS = "scans"
 
 
 def create(out: Path) -> AbstractContextManager[Path]:
-    """Give a temporary folder to write into; it becomes `out`, and replaces an earlier run there.
+    """Yield a temporary folder that becomes `out` at the end and replaces an earlier run there.
 
     Raises
     ------
     OutputError
-        `out` cannot be written, or is something else than an earlier run.
+        `out` cannot be written, or holds something else than an earlier run.
     """
-    return atomic_folder.create(out, "--out", _refuse_to_replace_what_is_no_run)
+    return atomic_folder.create(out, "--out", _refuse_to_replace_other_files)
 
 
 @contextmanager
 def scans(folder: Path) -> Iterator[dataset.DatasetWriter]:
-    """Give a writer of the run's scans; `folder` is the temporary one.
+    """Yield a writer of the run's scans; `folder` is the temporary folder.
 
     Raises
     ------
     OutputError
-        The disk is full, or the like.
+        The folder cannot be written, for instance because the disk is full.
     """
     try:
         (folder / SCANS).mkdir()
@@ -58,7 +58,7 @@ def scans(folder: Path) -> Iterator[dataset.DatasetWriter]:
 
 
 def document(result: Result, checks: list[Check]) -> dict[str, Any]:
-    """Everything of a result but its tables, for JSON; a metric that does not apply is null, with the reason."""
+    """Return a result without its tables, for JSON; a metric that does not apply is null, with the reason."""
     return {
         "scenario": result.scenario,
         "seed": result.seed,
@@ -78,12 +78,12 @@ def document(result: Result, checks: list[Check]) -> dict[str, Any]:
 
 
 def write(folder: Path, result: Result, checks: list[Check], report: str) -> None:
-    """Write all but the recording.
+    """Write all files except the recording.
 
     Raises
     ------
     OutputError
-        The disk is full, or the like.
+        The folder cannot be written, for instance because the disk is full.
     """
     try:
         text = json.dumps(document(result, checks), indent=2, ensure_ascii=False, allow_nan=False)
@@ -91,7 +91,7 @@ def write(folder: Path, result: Result, checks: list[Check], report: str) -> Non
         (folder / TABLES).mkdir()
         for name, table in result.tables.items():
             table.to_parquet(folder / TABLES / f"{name}.parquet", index=False)
-        (folder / RESULT).write_text(text + "\n", encoding="utf-8")  # last: where it is, all is
+        (folder / RESULT).write_text(text + "\n", encoding="utf-8")  # last: marks the folder as complete
     except OSError as error:
         raise atomic_folder.cannot_write(folder, "--out", error) from error
 
@@ -119,15 +119,15 @@ def read(folder: Path) -> Result:
             versions=document["versions"],
         )
     except FileNotFoundError as error:
-        raise _no_run(folder) from error
+        raise _not_a_run(folder) from error
     except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-        # What is no JSON, and what is no Parquet, is a ValueError.
+        # Malformed JSON and Parquet raise a ValueError.
         why = "the run in it is damaged, or of another version of luxloop; run the scenario again"
         raise OutputError(f"{folder}: {why}") from error
 
 
 def found_in(folder: Path) -> list[Path]:
-    """Every run in a folder and below it, or the one that it is itself, by path; what killed runs left is none."""
+    """Return all run folders at and below `folder`, sorted by path, without the temporary folders of killed runs."""
     found = sorted(path.parent for path in folder.rglob(RESULT))
     return [run for run in found if not any(part.startswith(".") for part in run.relative_to(folder).parts)]
 
@@ -141,19 +141,19 @@ def recording(folder: Path) -> Path:
         The run has none, or the folder holds no run.
     """
     if not (folder / RESULT).is_file():
-        raise _no_run(folder)
+        raise _not_a_run(folder)
     path = folder / RECORDING
     if not path.is_file():
         raise OutputError(f"{folder}: no {RECORDING} in it; run the scenario again without --no-recording")
     return path
 
 
-def _no_run(folder: Path) -> OutputError:
+def _not_a_run(folder: Path) -> OutputError:
     return OutputError(f"{folder}: no {RESULT} of a run in it; give a folder that luxloop run wrote")
 
 
 def _metric(metric: Metric) -> dict[str, Any]:
-    """The reason is told only where there is no value."""
+    """Return the JSON of a metric; the reason is left out if it is empty."""
     return {key: value for key, value in asdict(metric).items() if key != "reason" or value}
 
 
@@ -162,10 +162,10 @@ def _read_metric(document: dict[str, Any]) -> Metric:
     return Metric(**{**document, "interval": tuple(interval) if interval else None})
 
 
-def _refuse_to_replace_what_is_no_run(out: Path) -> None:
+def _refuse_to_replace_other_files(out: Path) -> None:
     if out.is_dir():
         names = {path.name for path in out.iterdir()}
         if names and not {RESULT} <= names <= {RESULT, REPORT, RECORDING, TABLES, SCANS}:
-            raise OutputError(f"{out}: holds other things than a run; choose a new or an empty folder with --out")
+            raise OutputError(f"{out}: holds other files than those of a run; choose another with --out")
     elif out.exists():
         raise OutputError(f"{out}: is a file; choose another folder with --out")

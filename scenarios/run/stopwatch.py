@@ -1,4 +1,4 @@
-"""How long each stage takes, frame by frame."""
+"""Computation time of each stage, frame by frame."""
 
 import time
 from collections import defaultdict
@@ -11,13 +11,13 @@ from scenarios.grading.metric_names import METRICS, TIMED_STAGES
 from scenarios.result import Metric
 
 Arguments = ParamSpec("Arguments")
-Answer = TypeVar("Answer")
+Value = TypeVar("Value")
 
 RECORDING = "recording"
 
 
 class Stopwatch:
-    """Times the stages of a loop by name, and the loop itself from its first stage to its last."""
+    """Timer of the stages of a loop by name, and of the loop from its first stage to its last."""
 
     def __init__(self) -> None:
         self._stage_s: dict[str, list[float]] = defaultdict(list)
@@ -25,19 +25,19 @@ class Stopwatch:
         self._end_s = 0.0
 
     def time(
-        self, stage: str, call: Callable[Arguments, Answer], *args: Arguments.args, **kwargs: Arguments.kwargs
-    ) -> Answer:
-        """Call, time it, and return the answer; a call that raises is not counted."""
+        self, stage: str, call: Callable[Arguments, Value], *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Value:
+        """Call a function, record its duration and return its value; a call that raises is not counted."""
         begin = time.perf_counter()
         if self._begin_s is None:
             self._begin_s = begin
-        answer = call(*args, **kwargs)
+        value = call(*args, **kwargs)
         self._end_s = time.perf_counter()
         self._stage_s[stage].append(self._end_s - begin)
-        return answer
+        return value
 
     def stage(self, stage: str) -> dict[str, Metric]:
-        """`perf.*` of one stage."""
+        """Return `perf.*` of one stage [ms]."""
         taken_s = self._stage_s[stage]
         values = {
             f"perf.{stage}_ms_p{quantile}": 1e3 * float(np.percentile(taken_s, quantile)) for quantile in (50, 99)
@@ -45,9 +45,9 @@ class Stopwatch:
         return {name: Metric(value, METRICS[name], len(taken_s)) for name, value in values.items()}
 
     def metrics(self, frames: int, dt: float) -> dict[str, Metric]:
-        """`perf.*` of a loop over `frames` frames that are `dt` apart [s].
+        """Return `perf.*` of a loop over `frames` frames that are `dt` apart [s].
 
-        The real-time factor is of the whole loop, grading and hashing included, recording left out.
+        The real-time factor covers the whole loop, including grading and hashing, without recording.
         """
         stages = {name: metric for stage in TIMED_STAGES for name, metric in self.stage(stage).items()}
         loop_s = self._end_s - (self._begin_s or 0.0) - sum(self._stage_s[RECORDING])

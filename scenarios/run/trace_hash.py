@@ -1,4 +1,4 @@
-"""One hash over all records of a run (frames, scans, their truth, tracks), to say whether two runs did the same."""
+"""Hash over all records of a run (frames, scans, ground truth, tracks), to compare two runs bit by bit."""
 
 import hashlib
 import struct
@@ -9,13 +9,13 @@ import numpy as np
 
 
 class TraceHash:
-    """Grows record by record; equal hashes mean bit-identical records in the same order."""
+    """Incremental hash of records; equal hashes mean bit-identical records in the same order."""
 
     def __init__(self) -> None:
         self._hash = hashlib.blake2b(digest_size=16)
 
     def add(self, *records: Any) -> None:
-        """Take in dataclasses of arrays, numbers, None and further dataclasses, field by field.
+        """Hash dataclasses of arrays, numbers, None and further dataclasses, field by field.
 
         Raises
         ------
@@ -27,14 +27,14 @@ class TraceHash:
                 self._add_value(field.name, getattr(record, field.name))
 
     def hexdigest(self) -> str:
-        """32 hexadecimal digits."""
+        """Return the hash as 32 hexadecimal digits."""
         return self._hash.hexdigest()
 
     def _add_value(self, name: str, value: Any) -> None:
         if is_dataclass(value):
             self.add(value)
         elif isinstance(value, np.ndarray):
-            # Name, type and shape go in too: no bytes can move from one field to the next unnoticed.
+            # Name, type and shape separate the fields: bytes that move from one field to the next change the hash.
             self._hash.update(f"{name}{value.dtype.str}{value.shape}".encode())
             self._hash.update(np.ascontiguousarray(value).tobytes())
         elif isinstance(value, int | float):

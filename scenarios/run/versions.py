@@ -1,4 +1,4 @@
-"""Versions of what can change a result. Light to import."""
+"""Versions of the packages that can change a result. Fast to import."""
 
 import platform
 from functools import cache
@@ -11,5 +11,5 @@ Versions = dict[str, str]
 
 @cache
 def installed() -> Versions:
-    """Versions by name, of what is installed here."""
+    """Return the installed versions by package name, Python's first."""
     return {"python": platform.python_version(), **{package: version(package) for package in PACKAGES}}

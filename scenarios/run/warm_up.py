@@ -1,4 +1,4 @@
-"""Compile the kernels before the clock starts: numba does so when they are first called."""
+"""Warm-up: compile the numba kernels, by calling them once, before the time measurement starts."""
 
 import numpy as np
 
@@ -11,22 +11,22 @@ from sensor_model.sensor_config import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 FRAMES = 3
-"""Enough for a track to be started, followed and confirmed or not."""
+"""Enough to start, update and confirm a track."""
 
 
-def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, throw_away: Device) -> None:
-    """Let a LIDAR and a device that nobody uses again see one car for a few frames."""
+def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, unused: Device) -> None:
+    """Run a LIDAR and a device, neither of them used again, on one car for a few frames."""
     wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
     lidar = Lidar(rig, noise, sensor, seed=0, obstacles=Obstacles.from_polygons([wall], [3.0]))
     for index in range(FRAMES):
         frame = _car_ahead(index)
         scan, truth = lidar.scan(frame)
-        device.tell_truth(throw_away, frame, truth)
-        device.step(throw_away, scan)
+        device.show_truth(unused, frame, truth)
+        device.step(unused, scan)
 
 
 def _car_ahead(index: int) -> WorldFrame:
-    """A car that turns off, 8 m in front of a standing ego."""
+    """Return a frame with a turning car, 8 m in front of a standing ego."""
     ego = Ego(
         pose_world=np.zeros(3),
         velocity_world=np.zeros(2),

@@ -1,4 +1,4 @@
-"""The command line: exit codes, one line for every mistake, nothing left behind, the same trace everywhere."""
+"""The command line: exit codes, errors on one line, no files left by failed runs, the same trace in every process."""
 
 import json
 import os
@@ -6,12 +6,12 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from support import short_run
+from support.processes import children_of, is_dead, until
 
 from scenarios.cli import main
 from scenarios.files import shipped
@@ -35,7 +35,7 @@ HIGHWAY = 'description = "x"\nduration_s = 1\n[traffic]\nkind = "highway-env"\ne
 
 
 @pytest.fixture(autouse=True)
-def _in_an_own_folder(tmp_path, monkeypatch):
+def _in_a_folder_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
 
@@ -45,7 +45,7 @@ def tree(folder="."):
 
 
 @pytest.mark.parametrize(
-    ("files", "arguments", "code", "complaint"),
+    ("files", "arguments", "code", "message"),
     [
         ({}, ["missing.toml"], 2, "missing.toml: No such file or directory; give a readable file or a name"),
         ({}, ["rng"], 2, "rng: no such scenario; did you mean ring"),
@@ -55,10 +55,10 @@ def tree(folder="."):
         ({"a.toml": SUMO}, ["a.toml", "--duration", "-2"], 2, "a.toml: duration_s = -2.0: should be greater than 0"),
         ({"a.toml": SUMO}, ["a.toml"], 2, "ego.rou.xml: no such file"),
         (
-            {"a.toml": SUMO.replace(":ego", ":nobody"), "ego.rou.xml": f"<routes>{EGO}</routes>"},
+            {"a.toml": SUMO.replace(":ego", ":absent"), "ego.rou.xml": f"<routes>{EGO}</routes>"},
             ["a.toml"],
             2,
-            'a.toml: traffic: ego = "vehicle:nobody" did not enter',
+            'a.toml: traffic: ego = "vehicle:absent" did not enter',
         ),
         (
             {
@@ -85,7 +85,7 @@ def tree(folder="."):
         ({"a.toml": short_run.TEXT + "[rig]\nname = 'r'"}, ["a.toml"], 2, "no such rig file"),
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f/run"], 2, "f/run: cannot write there"),
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f"], 2, "f: is a file"),
-        ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "."], 2, "holds other things than a run"),
+        ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "."], 2, "holds other files than those of a run"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "n" * 300], 2, "cannot write there (File name too long)"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--tracker", "mine:Tracker"], 2, "no module mine on the Python path"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--seed", "one"], 2, "Invalid value for '--seed'"),
@@ -112,7 +112,7 @@ def tree(folder="."):
         ({"a.toml": short_run.TEXT + "[noise.rain]\nrate_mm_per_h = -1"}, ["a.toml"], 2, "a.toml: noise.rain"),
     ],
 )
-def test_a_mistake_is_one_line_on_standard_error_and_leaves_nothing(files, arguments, code, complaint, capfd):
+def test_bad_input_is_one_line_on_standard_error_and_leaves_no_files(files, arguments, code, message, capfd):
     for name, text in files.items():
         Path(name).write_text(text, encoding="utf-8")
     before = tree()
@@ -121,19 +121,19 @@ def test_a_mistake_is_one_line_on_standard_error_and_leaves_nothing(files, argum
     assert out == ""
     assert err.startswith("luxloop: error: ")
     assert err.count("\n") == 1
-    assert complaint in err
+    assert message in err
     assert tree() == before
 
 
-def test_an_output_folder_that_cannot_be_written_is_found_out_before_simulating(capfd):
-    """The traffic is wrong as well; the complaint is about what comes first."""
-    Path("a.toml").write_text(SUMO.replace("vehicle:ego", "vehicle:nobody"))
+def test_an_output_folder_that_cannot_be_written_is_an_error_before_the_simulation(capfd):
+    """The traffic is wrong as well; the error is of the folder, which is checked first."""
+    Path("a.toml").write_text(SUMO.replace("vehicle:ego", "vehicle:absent"))
     Path("file").write_text("")
     assert main(["run", "a.toml", "--out", "file/run"]) == 2
     assert "file/run: cannot write there" in capfd.readouterr().err
 
 
-def test_a_run_prints_its_report_and_leaves_a_whole_folder(capfd):
+def test_a_run_prints_its_report_and_writes_its_folder(capfd):
     short_run.write(Path())
     assert main(["run", "short.toml", "--seed", "9"]) == 0
     out, err = capfd.readouterr()
@@ -146,7 +146,7 @@ def test_a_run_prints_its_report_and_leaves_a_whole_folder(capfd):
     assert Path("runs/short-seed9/report.txt").read_text() in out + "\n"
 
 
-def test_json_is_the_result_and_nothing_else(capfd):
+def test_json_prints_the_result_only(capfd):
     short_run.write(Path())
     assert main(["run", "short.toml", "--json", "--no-recording", "--out", "here"]) == 0
     out, err = capfd.readouterr()
@@ -174,14 +174,14 @@ def test_a_failed_expectation_exits_with_1_and_keeps_the_run(limit, capfd):
     assert json.loads(Path("runs/short-seed4/result.json").read_text())["verdict"] == "failed"
 
 
-def test_an_expectation_on_what_does_not_apply_fails(capfd):
+def test_an_expectation_on_a_metric_without_a_value_fails(capfd):
     short_run.write(Path(), short_run.TEXT + '[expect]\n"mma.switch_latency_frames" = {max = 1000}')
     assert main(["run", "short.toml", "--no-recording"]) == 1
     assert "FAILED: 0 of 1 expectations hold" in capfd.readouterr().out
 
 
 def break_at(frame, error, monkeypatch):
-    """Let scripted traffic come to an end before its frame of this number."""
+    """End scripted traffic with an error at a frame."""
 
     class Breaking(ScriptedSource):
         played = 0
@@ -192,7 +192,7 @@ def break_at(frame, error, monkeypatch):
             self.played += 1
             return super().step()
 
-    monkeypatch.setattr("scenarios.run.loop.ScriptedSource", Breaking)
+    monkeypatch.setattr("sim.factory.ScriptedSource", Breaking)
 
 
 ENDS = pytest.mark.parametrize(
@@ -201,8 +201,8 @@ ENDS = pytest.mark.parametrize(
 
 
 @ENDS
-def test_without_a_single_frame_there_is_nothing_to_keep(error, code, monkeypatch, capfd):
-    """An ego that is gone before it is seen is a mistake in the scenario."""
+def test_a_run_without_a_frame_leaves_no_folder(error, code, monkeypatch, capfd):
+    """Traffic that ends before the first frame is an error of the scenario."""
     break_at(0, error, monkeypatch)
     short_run.write(Path())
     before = tree()
@@ -212,8 +212,8 @@ def test_without_a_single_frame_there_is_nothing_to_keep(error, code, monkeypatc
 
 
 @ENDS
-def test_a_run_that_breaks_off_keeps_what_it_has_and_has_not_passed(error, code, monkeypatch, capfd):
-    """All that it was to show holds over the frames that there are; those that are missing might be the hard ones."""
+def test_a_run_that_ends_early_keeps_its_frames_and_does_not_pass(error, code, monkeypatch, capfd):
+    """Its expectation holds over its frames; the missing ones could be the hard ones."""
     break_at(4, error, monkeypatch)
     short_run.write(Path(), short_run.TEXT + '[expect]\n"track.mota" = {max = 1}')
     assert main(["run", "short.toml", "--json", "--out", "here"]) == code
@@ -221,15 +221,15 @@ def test_a_run_that_breaks_off_keeps_what_it_has_and_has_not_passed(error, code,
     assert_kept(Path("here"), json.loads(out), frames=4)
     assert set(run_folder.read(Path("here")).tables["truth"]["frame"]) == set(range(4))
     assert json.loads(out)["simulator_failed"] is (code == 3)
-    said = " ".join(str(error).split()).removesuffix(".")
-    assert err.startswith(f"luxloop: error: {said}; ")
+    reason = " ".join(str(error).split()).removesuffix(".")
+    assert err.startswith(f"luxloop: error: {reason}; ")
     assert err.endswith("; the 4 frames until then are in here, marked incomplete\n")
     assert err.count("\n") == 1
 
 
 def assert_kept(folder, document, frames):
-    """An incomplete run of so many frames: result, report, tables and recording say the same."""
-    assert document["verdict"] == "incomplete"  # whatever its expectations say of the part that was run
+    """Check that result, report, tables and recording agree on an incomplete run of a number of frames."""
+    assert document["verdict"] == "incomplete"  # even if its expectations hold over these frames
     assert document["complete"] is False
     assert document["ended_early"]
     assert document["frames"] == frames > 0
@@ -241,7 +241,7 @@ def assert_kept(folder, document, frames):
     assert subprocess.run(rerun, capture_output=True, check=False).returncode == 0
 
 
-def test_a_report_of_an_incomplete_run_is_printed_and_the_line_comes_beside_it(monkeypatch, capfd):
+def test_an_incomplete_run_prints_its_report_and_an_error_line(monkeypatch, capfd):
     break_at(4, TrafficEndedError("the ego left"), monkeypatch)
     short_run.write(Path())
     assert main(["run", "short.toml", "--no-recording"]) == 1
@@ -249,7 +249,7 @@ def test_a_report_of_an_incomplete_run_is_printed_and_the_line_comes_beside_it(m
     assert "INCOMPLETE: 0 of 0 expectations hold so far; it ended early: the ego left" in out
     assert "Results are in runs/short-seed4" in out
     assert err == (
-        "luxloop: error: the ego left; give the ego a longer way, or the run a shorter --duration; "
+        "luxloop: error: the ego left; give the ego a longer route, or the run a shorter --duration; "
         "the 4 frames until then are in runs/short-seed4, marked incomplete\n"
     )
 
@@ -263,7 +263,7 @@ class Tracker:
 """
 
 
-def test_ctrl_c_leaves_nothing_but_a_line(capfd):
+def test_ctrl_c_prints_a_line_and_leaves_no_files(capfd):
     short_run.write(Path())
     Path("impatient.py").write_text(INTERRUPTED)
     before = tree()
@@ -272,8 +272,8 @@ def test_ctrl_c_leaves_nothing_but_a_line(capfd):
     assert tree() == before
 
 
-def test_ctrl_c_that_numba_turns_into_another_error_is_still_one(capfd):
-    """It comes so when a kernel is just being loaded."""
+def test_ctrl_c_that_numba_turns_into_another_error_is_recognised(capfd):
+    """numba does so while it loads a kernel."""
     interrupted = INTERRUPTED.replace("raise KeyboardInterrupt", "raise SystemError from KeyboardInterrupt()")
     short_run.write(Path())
     Path("loading.py").write_text(interrupted)
@@ -281,7 +281,7 @@ def test_ctrl_c_that_numba_turns_into_another_error_is_still_one(capfd):
     assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
 
 
-def test_an_error_of_our_own_keeps_its_traceback():
+def test_an_unknown_error_keeps_its_traceback():
     short_run.write(Path())
     Path("broken.py").write_text(INTERRUPTED.replace("KeyboardInterrupt", "ZeroDivisionError"))
     before = tree()
@@ -290,12 +290,12 @@ def test_an_error_of_our_own_keeps_its_traceback():
     assert tree() == before
 
 
-def test_view_wants_a_run_with_a_recording(capfd):
+def test_view_needs_a_run(capfd):
     assert main(["view", "nowhere"]) == 2
     assert "no result.json of a run in it" in capfd.readouterr().err
 
 
-def test_list_tells_every_scenario_with_its_family(capfd):
+def test_list_prints_every_scenario_with_its_family(capfd):
     assert main(["list"]) == 0
     out = capfd.readouterr().out
     for entry in shipped.entries():
@@ -303,7 +303,7 @@ def test_list_tells_every_scenario_with_its_family(capfd):
         assert entry.family in out
 
 
-def test_list_tells_every_study_with_its_command(capfd):
+def test_list_prints_every_study_with_its_command(capfd):
     assert main(["list", "--studies"]) == 0
     out = capfd.readouterr().out
     for command, study in (("sweep", "occlusion"), ("search", "lost-behind-wall")):
@@ -311,14 +311,14 @@ def test_list_tells_every_study_with_its_command(capfd):
     assert all(name in out for name in shipped.studies())
 
 
-def test_without_arguments_it_helps(capfd, monkeypatch):
+def test_without_arguments_it_prints_the_help(capfd, monkeypatch):
     monkeypatch.setattr("sys.argv", ["luxloop"])
     assert main() == 0
     assert "Usage: luxloop" in capfd.readouterr().out
 
 
 def luxloop(*arguments, **environment):
-    """The real command, in a process of its own."""
+    """Run the installed command in a process of its own."""
     command = [str(Path(sys.executable).with_name("luxloop")), *arguments]
     return subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=False)
 
@@ -326,8 +326,8 @@ def luxloop(*arguments, **environment):
 LATE = '<vehicle id="late" depart="10"><route edges="south_in north_out"/></vehicle>'
 
 
-def test_a_sumo_error_in_mid_run_ends_it_there(tmp_path):
-    """SUMO reads routes as it goes: it comes upon the unknown edge when the vehicle before it departs."""
+def test_a_sumo_error_during_the_run_ends_it_early(tmp_path):
+    """SUMO reads routes step by step: it meets the unknown edge when the previous vehicle departs."""
     (tmp_path / "ego.rou.xml").write_text(f"<routes>{EGO}{LATE}{LOST}</routes>")
     (tmp_path / "a.toml").write_text(SUMO.replace("= 1\n", "= 20\n") + 'options = { route-steps = "1" }')
     run = luxloop("run", "a.toml", "--json")
@@ -340,8 +340,8 @@ def test_a_sumo_error_in_mid_run_ends_it_there(tmp_path):
     assert run.stderr.count("\n") == 1
 
 
-def test_an_ego_that_arrives_before_the_end_is_told(tmp_path):
-    """It is put 30 m before the end of its only edge."""
+def test_an_ego_that_arrives_early_is_an_error_line(tmp_path):
+    """The ego starts 30 m before the end of its only edge."""
     ego = '<vehicle id="ego" depart="0" departPos="-30" departSpeed="10"><route edges="north_out"/></vehicle>'
     (tmp_path / "ego.rou.xml").write_text(f"<routes>{ego}</routes>")
     (tmp_path / "a.toml").write_text(SUMO.replace("= 1\n", "= 20\n"))
@@ -353,10 +353,11 @@ def test_an_ego_that_arrives_before_the_end_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("scenario", ["sumo-crossing", "cruise-on-tracks"])
-def test_a_run_outlives_its_simulator(scenario, tmp_path):
-    """Traffic that runs ahead of the loop, and traffic that waits for its commands."""
+def test_a_run_survives_the_death_of_its_simulator(scenario, tmp_path):
+    """With traffic that is computed ahead of the loop, and with traffic that waits for its commands."""
     with running(scenario, "--duration", "600", "--json", "--out", "here") as run:
-        os.kill(simulator_of(run), signal.SIGKILL)
+        (simulator,) = children_of(run.pid)
+        os.kill(simulator, signal.SIGKILL)
         out, err = run.communicate(timeout=60)
     assert run.returncode == 3
     assert_kept(tmp_path / "here", json.loads(out), json.loads(out)["frames"])
@@ -368,9 +369,9 @@ def test_a_run_outlives_its_simulator(scenario, tmp_path):
 
 
 def test_ctrl_c_in_a_terminal_ends_run_and_simulator_with_one_line(tmp_path):
-    """A terminal sends it to both processes."""
+    """A terminal sends the signal to both processes."""
     with running("sumo-crossing", "--duration", "600", "--out", "here") as run:
-        simulator = simulator_of(run)
+        (simulator,) = children_of(run.pid)
         os.killpg(run.pid, signal.SIGINT)
         assert run.communicate(timeout=60) == ("", "luxloop: error: interrupted; nothing was written\n")
     assert run.returncode == 130
@@ -378,18 +379,18 @@ def test_ctrl_c_in_a_terminal_ends_run_and_simulator_with_one_line(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_run_that_is_killed_takes_its_simulator_along_and_leaves_nothing_that_looks_whole(tmp_path):
+def test_the_simulator_of_a_killed_run_ends_and_no_result_is_left(tmp_path):
     with running("sumo-crossing", "--duration", "600", "--out", "here") as run:
-        simulator = simulator_of(run)
+        (simulator,) = children_of(run.pid)
         run.kill()
-    until(lambda: state_of(simulator) in ("Z", "gone"))
+    until(lambda: is_dead(simulator))
     assert [path.suffix for path in tmp_path.iterdir()] == [".partial"]
     assert list(tmp_path.rglob("result.json")) == []
 
 
 @contextmanager
 def running(*arguments):
-    """The real command in a process group of its own, once it has recorded frames."""
+    """Yield the installed command in a process group of its own, once it has recorded frames."""
     command = [str(Path(sys.executable).with_name("luxloop")), "run", *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, start_new_session=True, **pipes) as run:
@@ -400,36 +401,7 @@ def running(*arguments):
             run.kill()
 
 
-def simulator_of(run):
-    """Number of the only process that a run has started."""
-    (child,) = [int(path.name) for path in Path("/proc").glob("[0-9]*") if parent_of(path.name) == run.pid]
-    return child
-
-
-def parent_of(pid):
-    return int(stat_of(pid)[1]) if stat_of(pid) else None
-
-
-def state_of(pid):
-    return stat_of(pid)[0] if stat_of(pid) else "gone"
-
-
-def stat_of(pid):
-    """State, parent and so on, as the kernel tells them; nothing of a process that is gone."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    except (FileNotFoundError, ProcessLookupError):
-        return []
-
-
-def until(condition, patience_s=60.0):
-    end = time.monotonic() + patience_s
-    while not condition():
-        assert time.monotonic() < end, "it never came to that"
-        time.sleep(0.05)
-
-
-def test_help_and_list_are_quick_because_they_import_nothing_heavy():
+def test_list_imports_no_slow_package():
     code = "import sys; from scenarios.cli import main; main(['list']); print(*sys.modules)"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     heavy = {"numpy", "pandas", "numba", "libsumo", "highway_env", "rerun", "trackeval"}
@@ -437,7 +409,7 @@ def test_help_and_list_are_quick_because_they_import_nothing_heavy():
 
 
 def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd):
-    """SUMO hands out its vehicles in dicts and sets keyed by their names."""
+    """SUMO returns its vehicles in dicts and sets keyed by their names."""
     arguments = ("run", "sumo-crossing", "--duration", "1", "--no-recording", "--json")
     runs = [luxloop(*arguments, PYTHONHASHSEED=seed) for seed in ("1", "2")]
     assert main(list(arguments)) in (0, 1)
@@ -448,7 +420,7 @@ def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd):
     assert json.loads(capfd.readouterr().out)["trace_hash"] != documents[0]["trace_hash"]
 
 
-def test_the_real_command_hands_on_its_exit_code():
+def test_the_installed_command_returns_its_exit_code():
     run = luxloop("run", "missing.toml")
     assert (run.returncode, run.stdout) == (2, "")
     assert run.stderr.startswith("luxloop: error: missing.toml")

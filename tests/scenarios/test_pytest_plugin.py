@@ -1,4 +1,4 @@
-"""pytest on a user's own folder of scenarios: what it says, what it writes, and that its workers agree."""
+"""pytest on a folder of scenarios: messages, JUnit file, run folders, and equal results on all workers."""
 
 import os
 import re
@@ -67,12 +67,12 @@ class Blind(Tracker):
 
 
 class Session(NamedTuple):
-    """What pytest left."""
+    """Results of a pytest session."""
 
     code: int
     out: str
     cases: dict[str, ET.Element]
-    """Test cases by their file, without its ending, and name."""
+    """Test cases by file and name."""
 
 
 def session(folder: Path, *arguments: str) -> Session:
@@ -92,7 +92,7 @@ def properties(case: ET.Element) -> dict[str, str]:
 
 def write_suite(folder: Path) -> Path:
     (folder / "pytest.ini").write_text("[pytest]\n")
-    (folder / "unit.toml").write_text("[unit]\nrange_max_m = 3\n")  # TOML, and no scenario
+    (folder / "unit.toml").write_text("[unit]\nrange_max_m = 3\n")  # not a scenario
     for name, text in SUITE.items():
         path = folder / f"{name}.toml"
         path.parent.mkdir(exist_ok=True)
@@ -110,7 +110,7 @@ def suite(folder):
     return session(folder, "-n", "1", "-rxX")
 
 
-def test_every_scenario_is_a_case_and_says_what_came_out(suite):
+def test_every_scenario_is_a_case_with_its_outcome(suite):
     failed = {name.rpartition("/")[2] for name, case in suite.cases.items() if case.find("failure") is not None}
     skipped = {name.rpartition("/")[2] for name, case in suite.cases.items() if case.find("skipped") is not None}
     assert len(suite.cases) == len(SUITE)
@@ -121,15 +121,15 @@ def test_every_scenario_is_a_case_and_says_what_came_out(suite):
     assert "XPASS better.toml::better-seed4 - track.mota: it was bad once" in suite.out
 
 
-def test_a_case_has_its_figures_as_properties(suite, folder):
-    told = properties(suite.cases["fails.toml/fails-seed4"])
+def test_a_case_has_its_metrics_as_properties(suite, folder):
+    recorded = properties(suite.cases["fails.toml/fails-seed4"])
     run = run_folder.read(folder / "runs" / "fails-seed4")
-    assert told["seed"] == "4"
-    assert told["trace_hash"] == run.trace_hash
-    assert float(told["fit.best.heading_abs_mean_deg"]) == run.metrics["fit.best.heading_abs_mean_deg"].value
-    assert told["mma.switch_latency_frames"] == "n/a"
-    assert told["folder"] == "runs/fails-seed4"
-    assert set(told) == {"seed", "trace_hash", "folder", *run.config["expect"]}
+    assert recorded["seed"] == "4"
+    assert recorded["trace_hash"] == run.trace_hash
+    assert float(recorded["fit.best.heading_abs_mean_deg"]) == run.metrics["fit.best.heading_abs_mean_deg"].value
+    assert recorded["mma.switch_latency_frames"] == "n/a"
+    assert recorded["folder"] == "runs/fails-seed4"
+    assert set(recorded) == {"seed", "trace_hash", "folder", *run.config["expect"]}
 
 
 def test_a_failure_names_metric_value_limit_need_and_worst_frames(suite, folder):
@@ -146,7 +146,7 @@ def test_a_failure_names_metric_value_limit_need_and_worst_frames(suite, folder)
 
 
 def test_the_commands_of_a_failure_run(suite, folder, monkeypatch, capfd):
-    """The one runs it again and records it, the other finds that recording."""
+    """The first repeats the run with a recording, the second shows that recording."""
     monkeypatch.chdir(folder)
     text = suite.cases["fails.toml/fails-seed4"].find("failure").text
     again, view = [shlex.split(line) for line in re.findall(r"^    (luxloop .*)$", text, re.MULTILINE)]
@@ -159,15 +159,15 @@ def test_the_commands_of_a_failure_run(suite, folder, monkeypatch, capfd):
 
 
 @pytest.mark.parametrize(
-    ("case", "complaint"),
+    ("case", "message"),
     [
         ("broken.toml/broken", 'broken.toml: seed = "four": should be a valid integer'),
         ("torn.toml/torn-seed1", "torn.toml: not TOML: "),
     ],
 )
-def test_a_malformed_file_fails_alone_with_one_line(suite, folder, case, complaint):
+def test_a_malformed_file_fails_alone_with_one_line(suite, folder, case, message):
     text = suite.cases[case].find("failure").text
-    assert text.startswith(f"{folder}/{complaint}")
+    assert text.startswith(f"{folder}/{message}")
     assert "\n" not in text
     assert "Traceback" not in suite.out
 
@@ -180,7 +180,7 @@ def test_files_of_one_name_have_folders_of_their_own(suite, folder):
 
 
 def test_workers_and_order_change_no_trace(suite, tmp_path):
-    """Two workers, shuffled, elsewhere: SUMO, highway-env and scripted traffic are the same to the last bit."""
+    """Two workers, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
     (write_suite(tmp_path) / "conftest.py").write_text(SHUFFLE)
     other = session(tmp_path, "-n", "2", "-v")
     order = re.findall(r"\] (?:PASSED|FAILED|XFAIL|XPASS) (\S+)::", other.out)
@@ -210,16 +210,16 @@ def test_another_tracker_on_two_seeds_and_the_first_failure_ends_it(tmp_path):
         (["-m", "smoke"], {"holds.toml::holds-seed4"}),
         (["-m", "full", "-k", "twin"], {"left/twin.toml::twin-seed4", "right/twin.toml::twin-seed4"}),
         (["-k", "holds", "--luxloop-seeds", "3"], {f"holds.toml::holds-seed{seed}" for seed in (4, 5, 6)}),
-        (["unit.toml"], {"unit.toml::unit-seed1"}),  # what was named itself is no oversight
+        (["unit.toml"], {"unit.toml::unit-seed1"}),  # a file that is named is run in any case
     ],
 )
-def test_what_is_chosen(folder, arguments, chosen):
+def test_markers_options_and_names_select_the_tests(folder, arguments, chosen):
     run = session(folder, "--collect-only", "-q", *arguments)
     assert {line for line in run.out.splitlines() if "::" in line} == chosen
 
 
 @pytest.mark.parametrize("count", ["0", "-1", "some"])
-def test_a_suite_of_no_seeds_is_refused(folder, count):
+def test_a_suite_without_seeds_is_refused(folder, count):
     run = session(folder, "--luxloop-seeds", count)
     assert run.code == pytest.ExitCode.USAGE_ERROR
     assert f"'{count}' should be a whole number, 1 or more" in run.out

@@ -1,4 +1,4 @@
-"""The page on regression tests and the workflows: what they type is there, and collects what it says."""
+"""The page on regression tests and the workflows: their options and commands exist, and markers select the suites."""
 
 import os
 import re
@@ -34,25 +34,25 @@ def pytest_help():
 
 
 def runs(workflow):
-    """Every command that a workflow types."""
+    """Return every command of a workflow."""
     return [shlex.split(line) for line in re.findall(r"run: (.+)$", workflow, flags=re.MULTILINE)]
 
 
 @pytest.mark.parametrize("suite", ["smoke", "full"])
-def test_the_marks_collect_the_suites(suite):
+def test_the_markers_select_the_suites(suite):
     out = pytest_says(str(shipped.CATALOG), "--collect-only", "-q", "-m", suite)
     loaded = [Scenario.load(path) for path in shipped.paths().values()]
     wanted = {scenario.name for scenario in loaded if suite in ("full", scenario.suite)}
     assert {Path(line.partition("::")[0]).stem for line in out.splitlines() if "::" in line} == wanted
 
 
-def test_every_option_that_is_typed_or_told_is_there(pytest_help):
+def test_the_documented_options_are_those_of_the_plug_in(pytest_help):
     options = set(re.findall(r"--luxloop-[\w-]+", TEXT + WORKFLOW.read_text(encoding="utf-8")))
     assert options == set(re.findall(r"--luxloop-[\w-]+", pytest_help))
     assert {"smoke", "full"} <= set(re.findall(r"@pytest\.mark\.(\w+)", pytest_says("--markers")))
 
 
-def test_the_workflow_that_is_given_is_a_dozen_lines_that_run():
+def test_the_example_workflow_is_short_and_uses_existing_commands():
     assert len(GIVEN.splitlines()) <= 18
     assert GIVEN.count("\t") == 0
     programs = [words[:2] for words in runs(GIVEN)]
@@ -61,7 +61,7 @@ def test_the_workflow_that_is_given_is_a_dozen_lines_that_run():
     assert programs[2][1] in COMMANDS
 
 
-def test_our_own_workflow_runs_what_ci_runs():
+def test_the_workflow_of_luxloop_runs_the_ci_script():
     assert runs(WORKFLOW.read_text(encoding="utf-8")) == [[".ci/run"]]
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
     targets = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)[1].split()

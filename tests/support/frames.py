@@ -253,7 +253,7 @@ def grade_run(scene, tracker, ego=still, config=None, trace=None):
     grades = []
     for index, (bodies, frame) in enumerate(zip(scene, make_frames(scene, ego), strict=True)):
         scan, truth = observe(frame, bodies, ego(index)[1])
-        device.tell_truth(tracker, frame, truth)
+        device.show_truth(tracker, frame, truth)
         answer = tracker.step(scan)
         tracks = answer if isinstance(answer, Tracks) else answer[0]
         grades.append(grader.add(frame, scan, truth, tracks, trace(frame, truth) if trace else None))

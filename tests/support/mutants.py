@@ -1,4 +1,4 @@
-"""Scenario files with one thing wrong in each, or two: what people, editors and merges make of a good one."""
+"""Scenario files with one or two errors each, as typing, editors and merges produce them."""
 
 import copy
 import json
@@ -21,9 +21,9 @@ from scenarios.grading.metric_names import METRICS
 
 ORIGINALS = tuple(path for folder in (shipped.CATALOG, EXAMPLES) for path in sorted(folder.rglob("*.toml")))
 SHORT_S = 0.16
-"""[s] Two frames."""
+"""Duration of two frames [s]."""
 LONGEST_S = 86_400.0
-"""[s] Of a run, a day; to take longer is a mistake that is to be told."""
+"""Longest allowed duration of a run [s], a day; a longer one is an error."""
 
 MODEST = (0, -1, 1, 3, 0.5, 90, -180, 1000, 1e-6, 1e6, 1e-12, 1e10, -1e10, 1e12, 2**31, 0.999999)
 NUMBERS = (*MODEST, 1e-300, 1e300, -1e300, 2**63 - 1, -(2**63), math.nan, math.inf)
@@ -35,23 +35,23 @@ Key = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Mutant:
-    """A broken file."""
+    """A mutated file."""
 
     original: Path
     content: bytes
     keys: tuple[str, ...]
-    """What a complaint is to name one of; nothing where more than one thing was mutated."""
+    """Names of which the error message must contain one; empty if two keys or the text were mutated."""
     how: str
 
 
 def mutant(number: int) -> Mutant:
-    """Mutant of this number, always the same. It runs two frames, unless its duration itself was mutated."""
+    """Return the mutant of this number, always the same. It runs two frames unless its duration is mutated."""
     rng = random.Random(number)
     original = ORIGINALS[number % len(ORIGINALS)]
     if rng.random() < 0.2:
         how = rng.choice(OF_TEXT)
         return Mutant(original, how(rng, short_text(original)), (), how.__name__)
-    document = copy.deepcopy(_whole(original) if rng.random() < 0.5 else _read(original))
+    document = copy.deepcopy(_with_defaults(original) if rng.random() < 0.5 else _read(original))
     ways = rng.choices(OF_KEYS, k=rng.choice((1, 1, 1, 1, 2)))
     done = [(way.__name__, *way(rng, document)) for way in ways]
     duration = document.get("duration_s")
@@ -61,13 +61,13 @@ def mutant(number: int) -> Mutant:
 
 
 def short_text(original: Path) -> str:
-    """Text of a file, its duration two frames."""
+    """Return the text of a file, with a duration of two frames."""
     text = original.read_text(encoding="utf-8")
     return re.sub(r"^duration_s = .*$", f"duration_s = {SHORT_S}", text, count=1, flags=re.MULTILINE)
 
 
 def toml(document: dict[str, Any]) -> str:
-    """Write a document, tables inline."""
+    """Return a document as TOML, with inline tables."""
     return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in document.items())
 
 
@@ -91,8 +91,8 @@ def _read(original: Path) -> dict[str, Any]:
 
 
 @cache
-def _whole(original: Path) -> dict[str, Any]:
-    """The file with all defaults written out, so that every key there is gets mutated."""
+def _with_defaults(original: Path) -> dict[str, Any]:
+    """Return the document with all defaults, so that every existing key is mutated."""
     return _without_none(Scenario.load(original).model_dump(mode="json"))
 
 
@@ -110,7 +110,7 @@ def _keys(value: Any, above: Key = ()) -> Iterator[Key]:
 
 
 def _pick(rng: random.Random, document: dict[str, Any]) -> tuple[Any, Key]:
-    """A random key, and the table or list that it is in."""
+    """Return a random key, and the table or list that contains it."""
     key = rng.choice(list(_keys(document)) or [("seed",)])
     place = document
     for step in key[:-1]:
@@ -119,7 +119,7 @@ def _pick(rng: random.Random, document: dict[str, Any]) -> tuple[Any, Key]:
 
 
 def _names(key: Key) -> tuple[str, ...]:
-    """The last name in a key (of an item of a list, the list's), and that of its table, if that is within another."""
+    """Return the last name in a key (for an item of a list, the list's), and that of its table if it is nested."""
     names = [step for step in key if isinstance(step, str)]
     return tuple(names[-2:] if len(names) > 2 else names[-1:])
 
@@ -149,19 +149,19 @@ def _replace(rng, document):
 
 
 def _number(rng, document):
-    """Another number where there was one."""
+    """Replace a number by another one."""
     for _ in range(100):
         place, key = _pick(rng, document)
         if type(place[key[-1]]) in (int, float):
-            as_it_was = type(place[key[-1]])
+            number_type = type(place[key[-1]])
             value = rng.choice([*MODEST, *NUMBERS, -place[key[-1]], place[key[-1]] * 1e6])
-            place[key[-1]] = as_it_was(value) if math.isfinite(value) and abs(value) < 2**63 else value
+            place[key[-1]] = number_type(value) if math.isfinite(value) and abs(value) < 2**63 else value
             return _names(key), f"{key} = {place[key[-1]]!r:.60}"
     return _replace(rng, document)
 
 
 def _text(rng, document):
-    """Another text where there was one."""
+    """Replace a text by another one."""
     for _ in range(100):
         place, key = _pick(rng, document)
         if isinstance(place[key[-1]], str):
@@ -171,7 +171,7 @@ def _text(rng, document):
 
 
 def _retype(rng, document):
-    """The same value as a text, or in a list."""
+    """Give the value as a text, or in a list or table."""
     place, key = _pick(rng, document)
     value = place[key[-1]]
     place[key[-1]] = rng.choice([str(value), [value], {"value": value}])
@@ -179,7 +179,7 @@ def _retype(rng, document):
 
 
 def _move(rng, document):
-    """A key in another table."""
+    """Move a key to another table."""
     place, key = _pick(rng, document)
     value = place.pop(key[-1])
     tables = [table for table in [document, *document.values()] if isinstance(table, dict)]
@@ -188,7 +188,7 @@ def _move(rng, document):
 
 
 def _expect(rng, document):
-    """A limit on some metric, or on none."""
+    """Set a limit on a metric, or on an unknown one."""
     name = rng.choice([*METRICS, "track.hotta", "hota", "", "fit.best", "fit..iou_mean", "track.Überholt"])
     limit = {end: rng.choice(NUMBERS) for end in rng.sample(["min", "max", "unit", "mox"], rng.randrange(4))}
     document["expect"] = {name: limit}
@@ -198,11 +198,11 @@ def _expect(rng, document):
 OF_KEYS = (_drop, _misspell, _replace, _number, _number, _number, _number, _text, _retype, _move, _expect)
 
 
-def _cut(rng, text):
+def _truncate(rng, text):
     return text.encode()[: rng.randrange(len(text))]
 
 
-def _no_utf8(rng, text):
+def _invalid_utf8(rng, text):
     raw, at = text.encode(), rng.randrange(len(text))
     return raw[:at] + rng.choice([b"\xff", b"\xc3\x28", b"\x80", b"\xed\xa0\x80", b"\xfe\xff"]) + raw[at:]
 
@@ -215,7 +215,7 @@ def _byte_order_mark(_, text):
     return b"\xef\xbb\xbf" + text.encode()
 
 
-def _one_byte_else(rng, text):
+def _change_byte(rng, text):
     raw = bytearray(text.encode())
     raw[rng.randrange(len(raw))] = rng.choice([0, 9, 10, 13, *b'"=[]{}#.,\\ x7-', 127])
     return bytes(raw)
@@ -225,25 +225,25 @@ def _line(rng, lines):
     return rng.choice([i for i, line in enumerate(lines) if line.strip()])
 
 
-def _line_twice(rng, text):
+def _repeat_line(rng, text):
     lines = text.splitlines(keepends=True)
     at = _line(rng, lines)
     return "".join([*lines[:at], lines[at], *lines[at:]]).encode()
 
 
-def _line_away(rng, text):
+def _remove_line(rng, text):
     lines = text.splitlines(keepends=True)
     del lines[_line(rng, lines)]
     return "".join(lines).encode()
 
 
-def _line_elsewhere(rng, text):
+def _move_line(rng, text):
     lines = text.splitlines(keepends=True)
     lines.insert(rng.randrange(len(lines)), lines.pop(_line(rng, lines)))
     return "".join(lines).encode()
 
 
-def _conflict(rng, text):
+def _merge_conflict(rng, text):
     lines = text.splitlines(keepends=True)
     at = _line(rng, lines)
     return "".join(
@@ -251,7 +251,7 @@ def _conflict(rng, text):
     ).encode()
 
 
-def _deep(rng, text):
+def _nest_deeply(rng, text):
     depth = rng.choice([50, 500, 100_000])
     deep = rng.choice(
         ["x = " + "[" * depth + "]" * depth, "x = " + "{a=" * depth + "1" + "}" * depth, ".".join("a" * depth) + " = 1"]
@@ -259,7 +259,7 @@ def _deep(rng, text):
     return f"{deep}\n{text}".encode()
 
 
-def _odd_value(rng, text):
+def _unusual_value(rng, text):
     value = rng.choice(
         [
             "9" * 5000,
@@ -286,6 +286,6 @@ def _carriage_returns(_, text):
 
 
 OF_TEXT = (
-    _cut, _no_utf8, _utf16, _byte_order_mark, _one_byte_else, _one_byte_else, _line_twice, _line_away, _line_elsewhere,
-    _conflict, _deep, _odd_value, _empty, _carriage_returns,
+    _truncate, _invalid_utf8, _utf16, _byte_order_mark, _change_byte, _change_byte, _repeat_line, _remove_line,
+    _move_line, _merge_conflict, _nest_deeply, _unusual_value, _empty, _carriage_returns,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""A scenario of ten frames: a car drives past a standing ego, another stands, a wall hides nothing."""
+"""A scenario of ten frames: a car drives past a standing ego, another stands, and a wall occludes neither."""
 
 import tempfile
 from functools import cache
@@ -42,7 +42,7 @@ def write(folder: Path, text: str = TEXT, name: str = "short") -> Path:
 
 
 def run(text: str = TEXT, factory=None, record_to: Path | None = None, **overrides: object) -> Result:
-    """Run a scenario by its text, on the shipped tracker unless another is given."""
+    """Run a scenario given as text, with the shipped tracker by default."""
     with tempfile.TemporaryDirectory() as folder:
         scenario = Scenario.load(write(Path(folder), text), overrides)
         return loop.run(scenario, factory or device.load(device.SHIPPED), record_to)
@@ -50,5 +50,5 @@ def run(text: str = TEXT, factory=None, record_to: Path | None = None, **overrid
 
 @cache
 def result() -> Result:
-    """The short scenario, run once for all tests that only look at it."""
+    """Return the result of the short scenario, computed once for all tests that do not change it."""
     return run()

@@ -93,7 +93,9 @@ SUMO = 'description = "x"\nduration_s = 1\ntraffic = { kind = "sumo", net = "n",
 @pytest.mark.parametrize("text", [short_run.TEXT, SUMO])
 def test_control_of_an_uncontrollable_ego_is_a_one_line_error(tmp_path, text):
     path = short_run.write(tmp_path, text + '\n[control]\nkind = "cruise"\nset_speed_mps = 20.0\n')
-    with pytest.raises(ScenarioError, match=r"short\.toml: control: the ego obeys no speed.*ego_control") as error:
+    with pytest.raises(
+        ScenarioError, match=r"short\.toml: control: the ego cannot be controlled.*ego_control"
+    ) as error:
         Scenario.load(path)
     assert "\n" not in str(error.value)
 

@@ -1,11 +1,11 @@
-"""Files that appear as a whole or not at all."""
+"""Atomic file writes."""
 
 import pytest
 
 from scenarios.files import atomic_file
 
 
-def test_it_is_there_at_the_end_only_and_replaces_what_was(tmp_path):
+def test_the_file_is_replaced_at_the_end_only(tmp_path):
     path = tmp_path / "page.html"
     path.write_text("before")
     with atomic_file.create(path) as temporary:
@@ -21,7 +21,7 @@ def fail(path):
         raise KeyError
 
 
-def test_an_error_leaves_what_was_and_nothing_else(tmp_path):
+def test_an_error_keeps_the_earlier_file_and_leaves_no_other(tmp_path):
     path = tmp_path / "page.html"
     path.write_text("before")
     with pytest.raises(KeyError):

@@ -1,4 +1,4 @@
-"""Whatever is wrong with a scenario file: it runs, or there is one clear line and nothing half-written."""
+"""Mutated scenario files: each runs, or is refused with one clear line and without partial output."""
 
 import json
 import signal
@@ -14,8 +14,8 @@ from scenarios.cli import main
 from scenarios.files.expect import RunVerdict
 from scenarios.run import run_folder
 
-PATIENCE_S = 60.0
-"""Far above the second that two frames take, for machines that are busy or compile first."""
+TIMEOUT_S = 60.0
+"""Timeout, far above the second that two frames take, for busy machines and compilation."""
 LONGEST_LINE = 1050
 OUT = Path("out")
 FAST, ALL = 100, 1000
@@ -24,7 +24,7 @@ NUMBERS = [pytest.param(n, marks=[] if n < FAST else pytest.mark.slow) for n in 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """A copy of the folders that scenarios stand in, without the scenarios."""
+    """A copy of the folders of the scenarios, without the scenarios."""
     root = tmp_path_factory.mktemp("library")
     for original in mutants.ORIGINALS:
         folder = root / original.parent.relative_to(ROOT)
@@ -36,24 +36,24 @@ def library(tmp_path_factory):
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_mutant_runs_or_is_told_in_one_line(number, library, tmp_path, monkeypatch, capfd):
+def test_a_mutant_runs_or_is_refused_in_one_line(number, library, tmp_path, monkeypatch, capfd):
     mutant = mutants.mutant(number)
     file = library / mutant.original.parent.relative_to(ROOT) / f"mutant-{number}.toml"
     file.write_bytes(mutant.content)
     monkeypatch.chdir(tmp_path)
-    with no_longer_than(PATIENCE_S), warnings.catch_warnings():
-        warnings.simplefilter("error")  # one that is printed would be a second line
+    with time_limit(TIMEOUT_S), warnings.catch_warnings():
+        warnings.simplefilter("error")  # a printed warning would be a second line
         code = main(["run", str(file), "--no-recording", "--json", "--out", str(OUT)])
     out, err = capfd.readouterr()
     if OUT.exists():
-        assert_whole(code, out, err)
+        assert_complete(code, out, err)
     else:
-        assert_told(code, out, err, file, mutant)
+        assert_refused(code, out, err, file, mutant)
     assert [path.name for path in Path().iterdir()] in ([], [OUT.name])
 
 
-def assert_whole(code: int, out: str, err: str):
-    """A run is in its folder, and what is on standard output is the same."""
+def assert_complete(code: int, out: str, err: str):
+    """Check that the folder holds a run, and that standard output agrees with it."""
     document = json.loads(out)
     verdict: RunVerdict = document["verdict"]
     assert run_folder.read(OUT).trace_hash == document["trace_hash"]
@@ -61,8 +61,8 @@ def assert_whole(code: int, out: str, err: str):
     assert err.count("\n") == (verdict == "incomplete")
 
 
-def assert_told(code: int, out: str, err: str, file: Path, mutant: mutants.Mutant):
-    """What is wrong is told in one line that names the file and the key."""
+def assert_refused(code: int, out: str, err: str, file: Path, mutant: mutants.Mutant):
+    """Check that one line names the file and the key."""
     assert code in (2, 3), mutant.how
     assert out == ""
     assert err.startswith(f"luxloop: error: {file}: ")
@@ -73,8 +73,8 @@ def assert_told(code: int, out: str, err: str, file: Path, mutant: mutants.Mutan
 
 
 @contextmanager
-def no_longer_than(seconds: float):
-    """Raise what nobody catches; again and again, for where it is raised it may be dropped."""
+def time_limit(seconds: float):
+    """Raise an error that no handler catches, and repeat it every second: some callbacks drop exceptions."""
 
     def give_up(*_):
         raise HangError(f"after {seconds} s")
@@ -89,11 +89,11 @@ def no_longer_than(seconds: float):
 
 
 class HangError(BaseException):
-    """It takes too long."""
+    """The time limit is exceeded."""
 
 
-def test_mutants_are_of_every_sort_and_of_every_file():
-    """A mutator that had lost its variety would prove nothing."""
+def test_mutants_cover_every_mutation_and_every_file():
+    """Without variety of the mutants, the test above would show nothing."""
     some = [mutants.mutant(number) for number in range(FAST)]
     assert {mutant.original for mutant in some} == set(mutants.ORIGINALS)
     assert len({mutant.content for mutant in some}) == FAST

@@ -1,4 +1,4 @@
-"""Scenario files: what ships loads, what is wrong is told in one line, the committed schema is current."""
+"""Scenario files: shipped files load, errors are one line, the committed schema is current."""
 
 import json
 from pathlib import Path
@@ -39,7 +39,7 @@ def load(folder: Path, text: str, **overrides: object) -> Scenario:
     return Scenario.load(path, overrides)
 
 
-def test_defaults_are_filled_in_and_whole_numbers_will_do(tmp_path):
+def test_defaults_are_filled_in_and_integers_are_accepted_as_floats(tmp_path):
     scenario = load(tmp_path, VALID)
     assert (scenario.name, scenario.folder) == ("written", tmp_path)
     assert (scenario.seed, scenario.duration_s, str(scenario.rig)) == (DEFAULT_SEED, 3.0, "srx_six_lux")
@@ -47,7 +47,7 @@ def test_defaults_are_filled_in_and_whole_numbers_will_do(tmp_path):
     assert scenario.traffic.routes == ["a.rou.xml"]
 
 
-def test_overrides_replace_what_the_file_says_and_are_checked_like_it(tmp_path):
+def test_overrides_replace_keys_of_the_file_and_are_validated(tmp_path):
     assert load(tmp_path, "seed = 5\n" + VALID, seed=7, duration_s=2.5).seed == 7
     with pytest.raises(ScenarioError, match=r"duration_s = -1\.0: should be greater than 0"):
         load(tmp_path, VALID, duration_s=-1.0)
@@ -61,7 +61,7 @@ def test_stage_settings_reach_their_stage(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "complaint"),
+    ("text", "message"),
     [
         (VALID.replace("= 3", '= "3"'), 'duration_s = "3": should be a valid number'),
         (VALID.replace("= 3", "= true"), "duration_s = true: should be a valid number"),
@@ -93,14 +93,14 @@ def test_stage_settings_reach_their_stage(tmp_path):
         (SCRIPTED + "kind = 'tram'", "traffic.actor[0].kind = \"tram\": should be 'car', 'suv'"),
         (SCRIPTED + "size_m = [1, 2]", "traffic.actor[0].size_m[2] is missing; add it"),
         (SCRIPTED + "size_m = [1, 2, -1]", "traffic.actor[0]: size_m takes a positive length, width and height"),
-        # the alternatives of a union must not be mixed up
+        # errors are of the alternative of the union that the file names
         (SCRIPTED.replace("= 5", "= ''"), 'traffic.actor[0].motion[0].speed_mps = "": should be a valid number'),
         (SCRIPTED.replace("speed_mps", "speed"), "traffic.actor[0].motion[0].speed = 5: unknown key; did you mean sp"),
         (
             SCRIPTED.replace('"straight"', '"strait"'),
             "traffic.actor[0].motion[0].kind = \"strait\": should be 'static' or",
         ),
-        # nor may a motion be taken for whichever its keys fit
+        # the kind of a motion is not guessed from its keys
         (
             SCRIPTED.replace('kind = "straight", ', ""),
             'traffic.actor[0].motion[0].kind is missing; add it: one of "static", "spin", "straight", "arc"',
@@ -110,38 +110,38 @@ def test_stage_settings_reach_their_stage(tmp_path):
         ("a\n", "not TOML: Expected '=' after a key in a key/value pair (at line 1, column 2)"),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line_that_names_file_key_value_and_remedy(tmp_path, text, complaint):
+def test_an_error_is_one_line_with_file_key_value_and_remedy(tmp_path, text, message):
     with pytest.raises(ScenarioError) as raised:
         load(tmp_path, text)
-    message = str(raised.value)
-    assert message.startswith(f"{tmp_path / 'written.toml'}: {complaint}")
-    assert "\n" not in message
+    printed = str(raised.value)
+    assert printed.startswith(f"{tmp_path / 'written.toml'}: {message}")
+    assert "\n" not in printed
 
 
-def test_a_long_value_does_not_drown_the_message(tmp_path):
+def test_a_long_value_is_cut_in_the_message(tmp_path):
     with pytest.raises(ScenarioError) as raised:
         load(tmp_path, VALID.replace("= 3", f"= {list(range(1000))}"))
     assert len(str(raised.value)) < len(str(tmp_path)) + 150
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path):
+def test_a_file_that_cannot_be_read_is_an_error(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b'description = "caf\xe9"')
-    for name, complaint in {
+    for name, message in {
         "missing.toml": "No such file",
         ".": "Is a directory",
         "latin.toml": "not UTF-8",
     }.items():
-        with pytest.raises(ScenarioError, match=complaint):
+        with pytest.raises(ScenarioError, match=message):
             Scenario.load(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", shipped.paths())
-def test_every_shipped_scenario_loads_and_tells_what_it_is_for(name):
+def test_every_shipped_scenario_loads_and_has_a_description(name):
     scenario = Scenario.load(shipped.find(name))
     assert scenario.description.endswith(".")
 
 
-def test_every_shipped_scenario_can_fail():
+def test_every_shipped_scenario_has_expectations():
     assert [name for name, path in shipped.paths().items() if not Scenario.load(path).expect] == []
 
 
@@ -149,14 +149,14 @@ def test_no_two_shipped_scenarios_share_a_name():
     assert len(shipped.paths()) == len(list(shipped.CATALOG.glob("*/*.toml"))) >= 6
 
 
-def test_an_unknown_name_gets_close_ones_and_a_path_is_taken_as_it_is():
+def test_an_unknown_name_suggests_close_ones_and_a_path_is_kept():
     with pytest.raises(ScenarioError, match="sumo-crosing: no such scenario; did you mean sumo-crossing"):
         shipped.find("sumo-crosing")
     assert shipped.find("elsewhere/own.toml") == Path("elsewhere/own.toml")
 
 
 def test_the_committed_schema_is_current():
-    """Else: `luxloop schema > scenarios/schema/scenario.schema.json`."""
+    """To update it: `luxloop schema > scenarios/schema/scenario.schema.json`."""
     assert SCHEMA.read_text(encoding="utf-8") == schema_text()
 
 

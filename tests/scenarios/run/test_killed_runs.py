@@ -1,4 +1,4 @@
-"""A run that is killed leaves nothing that passes for a run, whatever it was at, and nothing in the way of the next."""
+"""Runs killed in any phase: they leave no folder that reads as a run, and the next run removes their files."""
 
 import hashlib
 import os
@@ -18,16 +18,16 @@ from scenarios.run import run_folder
 LUXLOOP = str(Path(sys.executable).with_name("luxloop"))
 RUNS, OUT, TEMPORARY = Path("runs"), Path("runs/here"), Path("temporary")
 EARLIER, KILLED = 1, 2
-"""Seeds of the run that is there already and of those that are killed over it."""
+"""Seeds of the earlier run and of the runs that are killed while they replace it."""
 
 PHASES = {"starts": "", "drives": ".*-{pid}-*.partial", "writes": ".*-{pid}-*.partial/report.txt"}
-"""What a run is at, with what appears when it begins to."""
+"""Phases of a run, with the file that appears when each begins."""
 MOMENTS = 4
-"""In each phase, of each scenario: 24 in all."""
+"""Kills in each phase of each scenario: 24 in all."""
 
 
 @pytest.fixture(autouse=True)
-def _in_an_own_folder(tmp_path, monkeypatch):
+def _in_a_folder_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     TEMPORARY.mkdir()
     short_run.write(Path())
@@ -41,7 +41,7 @@ def _in_an_own_folder(tmp_path, monkeypatch):
         pytest.param("sumo-crossing", [*PHASES] * MOMENTS, marks=pytest.mark.slow),
     ],
 )
-def test_a_killed_run_leaves_no_folder_that_passes_for_a_run(scenario, phases):
+def test_a_killed_run_leaves_no_folder_that_reads_as_a_run(scenario, phases):
     lasts = finish(start(scenario, EARLIER))
     earlier = files(OUT)
     found = []
@@ -59,14 +59,14 @@ def test_a_killed_run_leaves_no_folder_that_passes_for_a_run(scenario, phases):
 
 
 def start(scenario: str, seed: int) -> subprocess.Popen:
-    """Start the real command on ten frames."""
+    """Start the installed command on ten frames."""
     command = [LUXLOOP, "run", scenario, "--seed", str(seed), "--duration", "0.8", "--out", str(OUT)]
     environment = {**os.environ, "TMPDIR": str(TEMPORARY.absolute())}
     return subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def finish(run: subprocess.Popen) -> dict[str, float]:
-    """Let it end by itself, and return how long it was at what [s]."""
+    """Wait for the end of a run, and return the duration of each phase [s]."""
     began = []
     for phase in PHASES:
         until(lambda phase=phase: is_at(run, phase), pause_s=0.001)
@@ -77,7 +77,7 @@ def finish(run: subprocess.Popen) -> dict[str, float]:
 
 
 def kill(run: subprocess.Popen, phase: str, delay_s: float) -> None:
-    """Kill it so long after it began with something; its simulator dies with it."""
+    """Kill a run some time after a phase began, and wait for the end of its simulator."""
     until(lambda: is_at(run, phase), pause_s=0.001)
     time.sleep(delay_s)
     simulators = children_of(run.pid)
@@ -87,19 +87,19 @@ def kill(run: subprocess.Popen, phase: str, delay_s: float) -> None:
 
 
 def is_at(run: subprocess.Popen, phase: str) -> bool:
-    """Whether a run has come to a phase, or is past it all."""
+    """Return True if a run has reached a phase or has ended."""
     sign = PHASES[phase].format(pid=run.pid)
     return not sign or any(RUNS.glob(sign)) or run.poll() is not None
 
 
 def files(folder: Path) -> dict[str, str]:
-    """What is in every file below a folder, byte for byte."""
+    """Return the hash of every file below a folder."""
     found = [path for path in sorted(folder.rglob("*")) if path.is_file()]
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in found}
 
 
 def facts(folder: Path) -> object:
-    """What two runs of the same seed have in common to the last bit; nothing if it is no run."""
+    """Return the content of a run that is bit-identical for the same seed; None if the folder holds no run."""
     try:
         result = run_folder.read(folder)
     except OutputError:

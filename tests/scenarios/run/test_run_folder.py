@@ -1,4 +1,4 @@
-"""The run folder appears whole or not at all, and reads back as what was written."""
+"""The run folder: atomic write, reading back, replacement and leftovers of killed runs."""
 
 import json
 import os
@@ -75,7 +75,7 @@ def test_the_json_has_the_documented_shape(tmp_path):
     }
 
 
-def test_folders_above_are_made_and_taken_back_when_the_run_fails(tmp_path):
+def test_parent_folders_are_made_and_removed_again_if_the_run_fails(tmp_path):
     with pytest.raises(ZeroDivisionError):
         fail(tmp_path / "a" / "b" / "run", ZeroDivisionError)
     assert names(tmp_path) == []
@@ -83,7 +83,7 @@ def test_folders_above_are_made_and_taken_back_when_the_run_fails(tmp_path):
     assert names(tmp_path / "a" / "b") == ["run"]
 
 
-def test_an_interrupted_run_leaves_the_earlier_one_as_it_was(tmp_path):
+def test_an_interrupted_run_keeps_the_earlier_one(tmp_path):
     write_run(tmp_path / "run")
     with pytest.raises(KeyboardInterrupt):
         fail(tmp_path / "run", KeyboardInterrupt)
@@ -109,8 +109,8 @@ def kill_a_run(out, *when):
     assert subprocess.run([sys.executable, "-c", KILLED, out, *when], check=False).returncode == -signal.SIGKILL
 
 
-def test_what_a_killed_run_left_is_no_run_and_goes_with_the_next(tmp_path):
-    """Also from beside an earlier run, which stays until it is replaced."""
+def test_the_next_run_removes_the_folder_of_a_killed_one(tmp_path):
+    """The earlier run stays until it is replaced."""
     for _ in range(2):
         kill_a_run(tmp_path / "run")
         left = [name for name in names(tmp_path) if name != "run"]
@@ -121,7 +121,7 @@ def test_what_a_killed_run_left_is_no_run_and_goes_with_the_next(tmp_path):
         assert names(tmp_path) == ["run"]
 
 
-def test_a_run_that_was_killed_while_it_took_its_place_left_an_earlier_one_that_goes_too(tmp_path):
+def test_the_next_run_removes_a_replaced_run_that_a_killed_one_left(tmp_path):
     write_run(tmp_path / "run")
     kill_a_run(tmp_path / "run", "after it was renamed")
     assert len(names(tmp_path)) == 2
@@ -129,8 +129,8 @@ def test_a_run_that_was_killed_while_it_took_its_place_left_an_earlier_one_that_
     assert names(tmp_path) == ["run"]
 
 
-def test_an_earlier_run_that_was_moved_away_is_put_back(tmp_path):
-    """A run was killed between its two renames: the next one puts the earlier run back, and fails itself."""
+def test_an_earlier_run_is_restored_after_a_kill_between_the_two_renames(tmp_path):
+    """The next run restores the earlier one, and then fails."""
     write_run(tmp_path / f".run.{platform.node()}-{dead_process()}-0123abcd.earlier")
     with pytest.raises(ZeroDivisionError):
         fail(tmp_path / "run", ZeroDivisionError)
@@ -147,8 +147,8 @@ def test_an_earlier_run_that_was_moved_away_is_put_back(tmp_path):
         ".run.{host}-{dead}-0123abcd.mine",
     ],
 )
-def test_what_may_still_be_written_or_is_not_ours_stays(name, tmp_path):
-    """Of a process that lives, of another computer that has the same folder, of another run, of somebody else."""
+def test_temporary_folders_of_others_stay(name, tmp_path):
+    """Those of a running process, of another host with the same file system, of another run, of another program."""
     name = name.format(host=platform.node(), alive=os.getpid(), dead=dead_process())
     (tmp_path / name).mkdir()
     write_run(tmp_path / "run")
@@ -156,7 +156,7 @@ def test_what_may_still_be_written_or_is_not_ours_stays(name, tmp_path):
 
 
 def dead_process():
-    """Number of a process that has just ended."""
+    """Return the number of a process that has just ended."""
     process = subprocess.Popen([sys.executable, "-c", ""])
     process.wait()
     return process.pid
@@ -170,18 +170,21 @@ def test_an_earlier_run_is_replaced_as_a_whole(tmp_path):
     assert "recording.rrd" not in names(tmp_path / "run")
 
 
-def test_what_is_no_run_is_not_replaced(tmp_path):
+def test_other_files_are_not_replaced(tmp_path):
     (tmp_path / "thesis.tex").write_text("three years of work")
-    for out, complaint in {tmp_path: "holds other things than a run", tmp_path / "thesis.tex": "is a file"}.items():
-        with pytest.raises(OutputError, match=complaint), run_folder.create(out):
-            pytest.fail("must be found out before anything is run")
+    for out, message in {
+        tmp_path: "holds other files than those of a run",
+        tmp_path / "thesis.tex": "is a file",
+    }.items():
+        with pytest.raises(OutputError, match=message), run_folder.create(out):
+            pytest.fail("the error must come before the run")
     assert names(tmp_path) == ["thesis.tex"]
 
 
 def test_a_run_with_a_note_in_it_is_not_replaced(tmp_path):
     write_run(tmp_path / "run")
     (tmp_path / "run" / "note.txt").write_text("why car 7 is lost")
-    with pytest.raises(OutputError, match="holds other things than a run"):
+    with pytest.raises(OutputError, match="holds other files than those of a run"):
         write_run(tmp_path / "run")
 
 
@@ -191,10 +194,10 @@ def test_an_empty_folder_may_become_the_run(tmp_path):
     assert run_folder.read(tmp_path / "run").seed == 3
 
 
-def test_a_folder_that_cannot_be_made_is_found_out_before_the_run(tmp_path):
+def test_a_folder_that_cannot_be_made_is_an_error_before_the_run(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot write there"), run_folder.create(tmp_path / "file" / "run"):
-        pytest.fail("must be found out before anything is run")
+        pytest.fail("the error must come before the run")
     assert names(tmp_path) == ["file"]
 
 
@@ -206,7 +209,7 @@ def test_a_link_to_a_run_stays_a_link(tmp_path):
     assert names(tmp_path) == ["latest", "run"]
 
 
-def test_what_is_no_run_does_not_read(tmp_path):
+def test_reading_another_folder_is_an_error(tmp_path):
     with pytest.raises(OutputError, match=r"no result\.json of a run in it"):
         run_folder.read(tmp_path)
     (tmp_path / "result.json").write_text('{"another": "tool"}')
@@ -214,13 +217,13 @@ def test_what_is_no_run_does_not_read(tmp_path):
         run_folder.read(tmp_path)
 
 
-def test_a_run_without_recording_says_how_to_get_one(tmp_path):
+def test_a_run_without_recording_is_an_error_with_a_remedy(tmp_path):
     write_run(tmp_path / "run")
     with pytest.raises(OutputError, match="without --no-recording"):
         run_folder.recording(tmp_path / "run")
 
 
-def test_runs_are_found_wherever_they_are_but_not_what_killed_ones_left(tmp_path):
+def test_runs_are_found_at_any_depth_without_those_that_were_killed(tmp_path):
     for place in ("street-seed1", "urban/street-seed2", "urban/.street-seed3.host-1-00000000.partial"):
         write_run(tmp_path / place)
     assert run_folder.found_in(tmp_path) == [tmp_path / "street-seed1", tmp_path / "urban" / "street-seed2"]

@@ -1,0 +1,27 @@
+"""Optional packages, by the extra of luxloop that installs them."""
+
+from importlib.util import find_spec
+
+from scenarios.errors import InputError
+
+EXTRAS = {
+    "sweeps": ("dask", "distributed", "fsspec"),
+    "search": ("dask", "distributed", "fsspec", "optuna", "tomli_w"),
+    "mcap": ("mcap", "mcap_ros2"),
+}
+"""Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.replay`; `tests` and
+`docs` serve other programs than luxloop."""
+
+
+def require(command: str, extra: str) -> None:
+    """Check that the packages of an extra are installed, before a command starts.
+
+    Raises
+    ------
+    InputError
+        A package is missing.
+    """
+    for package in EXTRAS[extra]:
+        if find_spec(package) is None:
+            remedy = f"pip install 'luxloop[{extra}]'"
+            raise InputError(f"luxloop {command} needs {package}, which is not installed: {remedy}")
