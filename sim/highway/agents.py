@@ -85,10 +85,10 @@ def controlled_action(env: Any, name: str, action: Any) -> Any:
     multi_agent = isinstance(env.action_space, Tuple)
     space = env.action_space[0] if multi_agent else env.action_space
     try:
-        own = np.asarray(action, dtype=space.dtype) if isinstance(space, Box) else action
+        ego_action = np.asarray(action, dtype=space.dtype) if isinstance(space, Box) else action
     except (TypeError, ValueError):
-        own = None
-    if own is None or not space.contains(own):
+        ego_action = None
+    if ego_action is None or not space.contains(ego_action):
         shown = " ".join(str(action).split())
         raise TrafficInputError(f"action = {shown} is not among {name}'s actions, {space}; choose one of these")
-    return (own, *idle_action(env)[1:]) if multi_agent else own
+    return (ego_action, *idle_action(env)[1:]) if multi_agent else ego_action

@@ -75,8 +75,10 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
         curvature = 2.0 * float(heading[0] * aim[1] - heading[1] * aim[0]) / float(aim @ aim)
         square = max(self.speed, SLOW) ** 2
         before = math.tan(self.action["steering"]) / self.LENGTH
-        most, change = LATERAL_ACCELERATION_MAX / square, LATERAL_JERK / square / SIMULATION_HZ
-        curvature = float(np.clip(np.clip(curvature, -most, most), before - change, before + change))
+        curvature_max, curvature_step = LATERAL_ACCELERATION_MAX / square, LATERAL_JERK / square / SIMULATION_HZ
+        curvature = float(
+            np.clip(np.clip(curvature, -curvature_max, curvature_max), before - curvature_step, before + curvature_step)
+        )
         return math.atan(self.LENGTH * curvature)
 
     def predict_trajectory_constant_speed(self, times: Floats) -> tuple[list[Floats], list[float]]:

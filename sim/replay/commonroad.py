@@ -114,9 +114,9 @@ def _area(occupancy: Any) -> Any:
 
 def _road_user(obstacle: Any, types: Mapping[str, ReplayType]) -> RoadUser:
     word = "trailer-truck" if hasattr(obstacle.obstacle_shape, "trailer_dims") else _word(obstacle)
-    kind, usual = kind_and_size(word, {**ROAD_USERS, **types})
+    kind, default_size = kind_and_size(word, {**ROAD_USERS, **types})
     rear, right, front, left = _box(obstacle)
-    return RoadUser(str(obstacle.obstacle_id), kind, (front - rear, left - right, usual[2]))
+    return RoadUser(str(obstacle.obstacle_id), kind, (front - rear, left - right, default_size[2]))
 
 
 def _street(scenario: Any) -> list[Prism]:

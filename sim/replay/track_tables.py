@@ -51,11 +51,11 @@ def _csv(path: Path) -> Any:
     """Read a CSV file; empty cells become NaN, ids and kinds remain text."""
     import pandas as pd
 
-    there = _require_columns([str(name).strip() for name in pd.read_csv(path, nrows=0).columns])
+    columns = _require_columns([str(name).strip() for name in pd.read_csv(path, nrows=0).columns])
     text = dict.fromkeys(("id", "kind"), str)
     # pandas' markers of missing values, such as "NA" and "None", are valid ids
     table = pd.read_csv(path, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
-    return table.rename(columns=str.strip)[there]
+    return table.rename(columns=str.strip)[columns]
 
 
 def _parquet(path: Path) -> Any:

@@ -82,13 +82,13 @@ class Trajectories:
 
         Interpolates by cubic Hermite polynomials; the pose is constant beyond the ends.
         """
-        here = np.searchsorted(self.key, _key(trajectory, np.array(time), self.clock), side="right") - 1
-        here = np.clip(here, self.first[trajectory], np.maximum(self.last[trajectory] - 1, self.first[trajectory]))
-        there = np.minimum(here + 1, self.last[trajectory])
-        h = np.where(there > here, self.time[there] - self.time[here], 1.0)[:, None]
-        s = np.clip((time - self.time[here])[:, None] / h, 0.0, 1.0)
-        start, end = self.pose[here], self.pose[there]
-        rate, end_rate = self.rate[here], self.rate[there]
+        before = np.searchsorted(self.key, _key(trajectory, np.array(time), self.clock), side="right") - 1
+        before = np.clip(before, self.first[trajectory], np.maximum(self.last[trajectory] - 1, self.first[trajectory]))
+        after = np.minimum(before + 1, self.last[trajectory])
+        h = np.where(after > before, self.time[after] - self.time[before], 1.0)[:, None]
+        s = np.clip((time - self.time[before])[:, None] / h, 0.0, 1.0)
+        start, end = self.pose[before], self.pose[after]
+        rate, end_rate = self.rate[before], self.rate[after]
         pose = start + s * h * rate + s**2 * (3 * (end - start) - h * (2 * rate + end_rate))
         pose += s**3 * (h * (rate + end_rate) - 2 * (end - start))
         slope = (1 - s) * (1 - 3 * s) * rate + s * (3 * s - 2) * end_rate + 6 * s * (1 - s) * (end - start) / h

@@ -117,5 +117,5 @@ class ScriptedSource:
 
     def _jitter(self, seed: int, number: int) -> Floats:
         rng = actor_rng(seed, number, _JITTER_STREAM)
-        most = np.array([self._config.jitter_m, self._config.jitter_m, math.radians(self._config.jitter_deg)])
-        return most * rng.uniform(-1.0, 1.0, size=3)
+        limit = np.array([self._config.jitter_m, self._config.jitter_m, math.radians(self._config.jitter_deg)])
+        return limit * rng.uniform(-1.0, 1.0, size=3)

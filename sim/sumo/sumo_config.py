@@ -38,7 +38,7 @@ class SumoTraffic:
     parking_fill: float = 0.0
     """Share of the places of parking areas that are occupied by parked cars, 0 to 1."""
     building_height_m: float = 10.0
-    """[m] Height of polygons without a height of their own."""
+    """[m] Default height of polygons without a parameter `height`."""
     redraw_default_sizes: bool = True
     """Replace vehicles and people of exactly SUMO's default size by random sizes of their class, drawn by the seed: no
     longer and no wider, with the same front bumper. Types with an explicit size, and the ego, keep theirs."""

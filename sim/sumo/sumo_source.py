@@ -124,12 +124,12 @@ class SumoSource:
 
     def _await_vehicles(self, until: float) -> None:
         """Step SUMO until enough vehicles are around the ego."""
-        wanted, simulation, count_max = self._config.min_vehicles, self._sumo.simulation, 0
-        while (count := self._reader.vehicles_in_range()) < wanted:
+        required, simulation, count_max = self._config.min_vehicles, self._sumo.simulation, 0
+        while (count := self._reader.vehicles_in_range()) < required:
             count_max = max(count_max, count)
             if simulation.getTime() >= until or self._ego in simulation.getArrivedIDList():
                 raise TrafficInputError(
-                    f'min_vehicles = {wanted}: ego "{self._ego}" had at most {count_max} around it until '
+                    f'min_vehicles = {required}: ego "{self._ego}" had at most {count_max} around it until '
                     f"{simulation.getTime():.0f} s on SUMO's clock; lower it, or raise max_wait_s"
                 )
             self._sumo.simulationStep()

@@ -90,9 +90,9 @@ def test_ids_are_sorted_and_never_reused(runs):
         actors = frame.actors
         assert (np.diff(actors.id) > 0).all()
         for row in range(len(actors)):
-            who = (str(actors.name[row]), actors.kind[row], *actors.size[row], actors.reflectivity[row])
-            assert known.setdefault(int(actors.id[row]), who) == who
-    names = [who[0] for who in known.values()]
+            properties = (str(actors.name[row]), actors.kind[row], *actors.size[row], actors.reflectivity[row])
+            assert known.setdefault(int(actors.id[row]), properties) == properties
+    names = [properties[0] for properties in known.values()]
     assert len(set(names)) == len(names) > 0
 
 

@@ -176,7 +176,7 @@ def _straight(path, distance, last):
 
 
 def _steady(path, other, other_present, last, straight):
-    """Return the last known steps (N, 3), turn included; from the other side of the window where there is none."""
+    """Return the last known steps (N, 3), turn included; from the other side of the window if necessary."""
     body = np.arange(path.shape[1])
     step = path[last, body] - path[np.maximum(last - 1, 0), body]
     turned_around = np.where(other_present[1, :, None], path[0] - other[1], straight)

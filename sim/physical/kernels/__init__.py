@@ -1,1 +1,1 @@
-"""The truth layer's arithmetic, body by body: after a simulator's step, numpy's many calls on few bodies are dear."""
+"""Kernels of the truth layer, one body at a time: many numpy calls on few bodies would be slower."""

@@ -119,13 +119,13 @@ def _follow_step(
     if abs(steer) <= STEERING:
         distance_behind = lag * max(speed, SLOW) if moving else along_error
         catch_up_speed = clamp(CATCH_UP * distance_behind, max(CATCH_UP_SHARE * speed, CATCH_UP_LEAST))
-    wanted, speed_max = max(speed * math.cos(angle) + catch_up_speed, 0.0), _speed_limit(target, speed)
+    speed_target, speed_max = max(speed * math.cos(angle) + catch_up_speed, 0.0), _speed_limit(target, speed)
     if not moving:
-        wanted = catch_up_speed if catch_up_speed > CREEP else 0.0
+        speed_target = catch_up_speed if catch_up_speed > CREEP else 0.0
     feedforward = 0.0
-    if moving and angle == steer and wanted < speed_max:
+    if moving and angle == steer and speed_target < speed_max:
         feedforward = target[4] * cos + target[5] * sin + across * state[YAW_RATE]
-    step_body(state, min(wanted, speed_max), curvature, feedforward, front_offset, limit_offset, yaw_rate_max, dt)
+    step_body(state, min(speed_target, speed_max), curvature, feedforward, front_offset, limit_offset, yaw_rate_max, dt)
 
 
 @njit(cache=True)
@@ -151,13 +151,13 @@ def _interpolate_trail(trail: Floats, first_frame: int, frame: int, ago: float, 
     Before the first and after the last known frame, the path is extrapolated by its derivatives.
     """
     length = len(trail)
-    wanted = frame - ago / dt
+    position = frame - ago / dt
     first = max(first_frame, frame - length + 1)
-    before = min(max(math.floor(wanted), first), max(frame - 1, first))
-    s = min(max(wanted - before, 0.0), min(frame - before, 1))
+    before = min(max(math.floor(position), first), max(frame - 1, first))
+    s = min(max(position - before, 0.0), min(frame - before, 1))
     start = trail[before % length]
     end = trail[(before + 1) % length]
-    rest = (wanted - before - s) * dt
+    rest = (position - before - s) * dt
     for c in range(2):
         place = (
             (1 + 2 * s) * (1 - s) * (1 - s) * start[c]

@@ -48,7 +48,7 @@ def yaw_rate_limit(speed: float, front_offset: float, yaw_rate_max: float) -> fl
 @njit(cache=True)
 def step_body(
     state: Floats,
-    speed_wanted: float,
+    speed_target: float,
     curvature: float,
     feedforward: float,
     front_offset: float,
@@ -62,7 +62,7 @@ def step_body(
     ----------
     state
         (10,) state of the body; written.
-    speed_wanted
+    speed_target
         Target speed [m/s].
     curvature
         Target curvature of the rear axle's path [1/m], positive to the left.
@@ -73,7 +73,7 @@ def step_body(
     dt
         Length of the step [s].
     """
-    speed, acceleration = _next_speed(state, speed_wanted, feedforward, dt)
+    speed, acceleration = _next_speed(state, speed_target, feedforward, dt)
     yaw_rate, yaw_acceleration = _next_yaw_rate(
         state, curvature, speed, yaw_rate_limit(speed, front_offset, yaw_rate_max), limit_offset, dt
     )
@@ -90,17 +90,17 @@ def step_body(
 
 
 @njit(cache=True)
-def _next_speed(state: Floats, wanted: float, feedforward: float, dt: float) -> tuple[float, float]:
+def _next_speed(state: Floats, target: float, feedforward: float, dt: float) -> tuple[float, float]:
     """Return speed [m/s] and acceleration [m/s^2] after a step towards a target speed."""
     before = state[ACCELERATION]
     expected = state[SPEED] + 0.5 * (before + feedforward) * dt
     across = min(state[SPEED] * abs(state[YAW_RATE]), GRIP)
     # limited by tyre grip, and such that the brake can be released before standstill within the jerk limit
     acceleration_min = -min(math.sqrt(GRIP**2 - across**2), math.sqrt(JERK * state[SPEED]))
-    acceleration = min(max(feedforward + (wanted - expected) / SETTLING_S, acceleration_min), ACCELERATION_MAX)
+    acceleration = min(max(feedforward + (target - expected) / SETTLING_S, acceleration_min), ACCELERATION_MAX)
     acceleration = before + clamp(acceleration - before, JERK * dt)
     speed = state[SPEED] + 0.5 * (before + acceleration) * dt
-    if speed <= 0 or (wanted == 0 and speed < STANDING):
+    if speed <= 0 or (target == 0 and speed < STANDING):
         return 0.0, 0.0
     return speed, acceleration
 
@@ -119,8 +119,8 @@ def _next_yaw_rate(
         swing = min(max(room, 0.1), SWING)
     acceleration_max = min(LATERAL_JERK / max(speed, 1.0), swing / reach)
     # limited such that the yaw acceleration can return to 0 within the jerk limit when the target yaw rate is reached
-    wanted = clamp(error / STEERING_S, min(acceleration_max, math.sqrt(2 * jerk * abs(error))))
-    acceleration = state[YAW_ACCELERATION] + clamp(wanted - state[YAW_ACCELERATION], jerk * dt)
+    target = clamp(error / STEERING_S, min(acceleration_max, math.sqrt(2 * jerk * abs(error))))
+    acceleration = state[YAW_ACCELERATION] + clamp(target - state[YAW_ACCELERATION], jerk * dt)
     free = state[YAW_RATE] + 0.5 * (state[YAW_ACCELERATION] + acceleration) * dt
     yaw_rate = clamp(free, limit)
     if yaw_rate != free:

@@ -27,7 +27,7 @@ ON = {
 OWN = {"description", "reason", "suite", "noise", "expect"}
 """Keys that may differ between the files."""
 EVERY = 6
-"""One frame of this number is scanned."""
+"""Stride: one of this number of frames is scanned."""
 
 
 def path(name):

@@ -15,7 +15,7 @@ from sensor_model.truth import View
 from sim.world import Kind, Mode
 
 EVERY = 5
-"""One frame of this number is scanned: vehicles are visible for seven seconds, and neighbouring frames are similar."""
+"""Stride of scanned frames: vehicles are visible for seven seconds, and neighbouring frames are similar."""
 
 
 @pytest.fixture(scope="module")

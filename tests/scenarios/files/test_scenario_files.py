@@ -92,8 +92,8 @@ def test_stage_settings_reach_their_stage(tmp_path):
         (VALID + "[expect]\n'track.hota' = 1", 'expect."track.hota" = 1: should be a table'),
         (SCRIPTED + "kind = 'tram'", "traffic.actor[0].kind = \"tram\": should be 'car', 'suv'"),
         (SCRIPTED + "size_m = [1, 2]", "traffic.actor[0].size_m[2] is missing; add it"),
-        (SCRIPTED + "size_m = [1, 2, -1]", "traffic.actor[0]: size_m takes a positive length, width and height"),
-        # errors are of the alternative of the union that the file names
+        (SCRIPTED + "size_m = [1, 2, -1]", "traffic.actor[0]: size_m needs a positive length, width and height"),
+        # the alternatives of a union must not be mixed up
         (SCRIPTED.replace("= 5", "= ''"), 'traffic.actor[0].motion[0].speed_mps = "": should be a valid number'),
         (SCRIPTED.replace("speed_mps", "speed"), "traffic.actor[0].motion[0].speed = 5: unknown key; did you mean sp"),
         (

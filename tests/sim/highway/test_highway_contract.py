@@ -68,12 +68,12 @@ def test_every_environment_runs_200_frames_under_idm(highway, env):
     for before, after in pairwise(seen):
         check_motion(before, after, source.dt)
     check_ids(seen)
-    way = np.hypot(*(seen[-1].ego.pose_world - seen[0].ego.pose_world)[:2])
+    distance = np.hypot(*(seen[-1].ego.pose_world - seen[0].ego.pose_world)[:2])
     if env.startswith("parking"):
-        assert way == 0.0
+        assert distance == 0.0
         assert not seen[-1].ego.velocity_world.any()
     else:
-        assert way > 10.0
+        assert distance > 10.0
 
 
 def check_frame(frame):

@@ -35,13 +35,13 @@ def member(kind=Kind.CAR, size=SIZE):
     return roster.add("it", kind, size, "it")
 
 
-def driven(fronts, yaws, speeds, config=LATE, who=None, rolling=True):
+def driven(fronts, yaws, speeds, config=LATE, road_user=None, rolling=True):
     """Return the kinematics of one body from its raw fronts (T, 2), yaws (T,) and speeds (T,), frame by frame."""
-    who = who or member()
-    back = 0.5 * who.size[0] * np.column_stack([np.cos(yaws), np.sin(yaws)]) * rolling
+    road_user = road_user or member()
+    back = 0.5 * road_user.size[0] * np.column_stack([np.cos(yaws), np.sin(yaws)]) * rolling
     layer, out = PhysicalTruth(DT, config, rolling=rolling), []
     for centre, yaw, speed in zip(np.asarray(fronts, float) - back, yaws, speeds, strict=True):
-        layer.push(RawFrame([who], np.array([[*centre, yaw]]), np.array([speed], dtype=float)))
+        layer.push(RawFrame([road_user], np.array([[*centre, yaw]]), np.array([speed], dtype=float)))
         while settled := layer.pop():
             out.append(settled[1])
     layer.end()
@@ -225,9 +225,9 @@ def test_a_stopped_body_is_exactly_still():
 
 def test_a_corner_of_the_lane_is_rounded():
     turn, speed, count = math.radians(30), 9.0, 120
-    way = speed * DT * np.arange(count) - 45.0
-    fronts = np.where(way[:, None] < 0, [[1.0, 0.0]], [[math.cos(turn), math.sin(turn)]]) * way[:, None]
-    yaws = np.where(way < 0, 0.0, turn)
+    distance = speed * DT * np.arange(count) - 45.0
+    fronts = np.where(distance[:, None] < 0, [[1.0, 0.0]], [[math.cos(turn), math.sin(turn)]]) * distance[:, None]
+    yaws = np.where(distance < 0, 0.0, turn)
     out = driven(fronts, yaws, np.full(count, speed))
     assert np.hypot(*column(out, "acceleration_world").T).max() < 6.0
     assert np.abs(column(out, "deviation")).max() < 0.7
@@ -260,10 +260,10 @@ def test_output_is_feasible_for_any_input(seed, step_m, ahead, kind):
     """Poses are noise. Accelerations and jerks may be somewhat larger than with simulated traffic, which
     test_motion_limits.py limits to 10 m/s^2 and 60 m/s^3."""
     length = {Kind.CAR: 4.6, Kind.BUS: 12.0, Kind.MOTORCYCLE: 2.1, Kind.PEDESTRIAN: 0.21}[kind]
-    rng, who = np.random.default_rng(seed), member(kind, (length, 1.0, 1.5))
+    rng, road_user = np.random.default_rng(seed), member(kind, (length, 1.0, 1.5))
     fronts = np.cumsum(rng.normal(0.0, step_m, (60, 2)), axis=0)
     yaws, speeds = rng.uniform(-np.pi, np.pi, 60), rng.uniform(0.0, 40.0, 60) * rng.integers(0, 2, 60)
-    out = driven(fronts, yaws, speeds, LATE if ahead else AT_ONCE, who)[1:]
+    out = driven(fronts, yaws, speeds, LATE if ahead else AT_ONCE, road_user)[1:]
     pose, velocity = column(out, "pose_world"), column(out, "velocity_world")
     acceleration = column(out, "acceleration_world")
     u = np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])])
@@ -285,7 +285,7 @@ def test_members_appear_and_leave_in_the_frames_of_the_input():
     layer, settled = PhysicalTruth(DT, LATE, rolling=True), []
     for n in range(100):
         there = [one, two] if 20 <= n < 50 else [one]
-        pose = np.array([[n * DT * 8.0, 10.0 * who.id, 0.0] for who in there])
+        pose = np.array([[n * DT * 8.0, 10.0 * road_user.id, 0.0] for road_user in there])
         layer.push(RawFrame(there, pose, np.full(len(there), 8.0)))
         settled += filter(None, [layer.pop()])
     layer.end()
@@ -298,10 +298,10 @@ def test_members_appear_and_leave_in_the_frames_of_the_input():
 
 
 def test_frames_are_delivered_as_soon_as_the_look_ahead_allows():
-    layer, who = PhysicalTruth(DT, PhysicalConfig(lookahead_s=0.4), rolling=True), member()
+    layer, road_user = PhysicalTruth(DT, PhysicalConfig(lookahead_s=0.4), rolling=True), member()
     came = []
     for n in range(12):
-        layer.push(RawFrame([who], np.array([[n * 1.0, 0.0, 0.0]]), np.array([12.5])))
+        layer.push(RawFrame([road_user], np.array([[n * 1.0, 0.0, 0.0]]), np.array([12.5])))
         came.append(sum(1 for _ in iter(layer.pop, None)))
     assert came == [0] * 5 + [1] * 7
 
@@ -309,10 +309,10 @@ def test_frames_are_delivered_as_soon_as_the_look_ahead_allows():
 def test_rows_are_reused_for_hundreds_of_successive_members():
     roster, layer = Roster(1), PhysicalTruth(DT, AT_ONCE, rolling=True)
     for n in range(300):
-        who = roster.add(n, Kind.CAR, SIZE)
-        layer.push(RawFrame([who], np.array([[5.0, float(n), 0.3]]), np.array([0.0])))
+        road_user = roster.add(n, Kind.CAR, SIZE)
+        layer.push(RawFrame([road_user], np.array([[5.0, float(n), 0.3]]), np.array([0.0])))
         ((there, motion),) = [layer.pop()]
-        assert there == [who]
+        assert there == [road_user]
         assert motion.pose_world[0] == pytest.approx([5.0, n, 0.3])
 
 
@@ -333,7 +333,7 @@ def test_an_articulated_ego_is_rigid():
     """The ego record has no articulation angle; the rig is on the tractor."""
     ego = Roster(1).add("ego", Kind.TRAILER_TRUCK, (LONG, 2.55, 4.0))
     fronts, yaws, speeds, _ = scripted([Arc("arc", 5.0, 25.0)], 100)
-    assert not column(driven(fronts, yaws, speeds, who=ego), "articulation").any()
+    assert not column(driven(fronts, yaws, speeds, road_user=ego), "articulation").any()
 
 
 @pytest.mark.parametrize("keys", [{"smoothing_s": -0.1}, {"lane_change_s": 0.0}, {"lookahead_s": -1.0}])

@@ -62,11 +62,13 @@ def test_a_round_trip_through_sumo_preserves_poses(tmp_path):
     for (time, _, name), (x, y, angle, length) in written.items():
         yaw = np.pi / 2 - np.radians(angle)
         centre = np.array([x - length / 2 * np.cos(yaw), y - length / 2 * np.sin(yaw)])
-        (life,) = (row for row, user in enumerate(trajectories.user) if read.users[user].name == name)
-        pose, _ = trajectories.at(np.array([life]), time)
+        (trajectory,) = (row for row, user in enumerate(trajectories.user) if read.users[user].name == name)
+        pose, _ = trajectories.at(np.array([trajectory]), time)
         assert pose[0, :2] == pytest.approx(centre, abs=0.02)
         assert np.cos(pose[0, 2] - yaw) == pytest.approx(1.0, abs=1e-6)
-        turned = max(turned, np.ptp(trajectories.pose[trajectories.first[life] : trajectories.last[life] + 1, 2]))
+        turned = max(
+            turned, np.ptp(trajectories.pose[trajectories.first[trajectory] : trajectories.last[trajectory] + 1, 2])
+        )
     assert turned > 1.0, "no vehicle has turned a corner yet"
     kinds = {user.name[0]: (user.kind, user.size) for user in read.users}
     assert kinds["a"] == (Kind.CAR, (4.25, 1.8, 1.45))

@@ -51,8 +51,8 @@ def test_ids_are_sorted_and_never_reused(run):
         actors = frame.actors
         assert (np.diff(actors.id) > 0).all()
         for row, number in enumerate(actors.id.tolist()):
-            who = (str(actors.name[row]), int(actors.kind[row]), *actors.size[row], actors.reflectivity[row])
-            assert known.setdefault(number, who) == who
+            properties = (str(actors.name[row]), int(actors.kind[row]), *actors.size[row], actors.reflectivity[row])
+            assert known.setdefault(number, properties) == properties
     assert len(known) > 10
 
 
@@ -68,8 +68,8 @@ def test_all_values_are_finite(run):
 def test_no_actor_jumps_across_the_map(run):
     for before, after in pairwise(run.frames):
         _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
-        way = after.actors.pose_world[new, :2] - before.actors.pose_world[old, :2]
-        assert (np.hypot(*way.T) <= FASTEST * run.dt).all()
+        step = after.actors.pose_world[new, :2] - before.actors.pose_world[old, :2]
+        assert (np.hypot(*step.T) <= FASTEST * run.dt).all()
         assert (np.hypot(*(after.ego.pose_world - before.ego.pose_world)[:2]) <= FASTEST * run.dt).all()
 
 
