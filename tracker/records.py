@@ -25,6 +25,9 @@ MODELS = ("stationary", "cv", "ca")
 NOT_USED = -1
 """`Segments.label` of points in no segment."""
 
+NO_TRACK = -1
+"""`StepTrace.track_id` of boxes without a track."""
+
 
 class Status(IntEnum):
     """Life of a track."""

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from tracker import merging as union
 from tracker.arrays import Bools, Floats
@@ -44,6 +45,26 @@ class DetectorConfig:
     baselines: BaselineConfig = field(default_factory=BaselineConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
     shadow: SuppressionConfig = field(default_factory=SuppressionConfig)
+
+
+class BoxDetector(Protocol):
+    """Detection stage of a tracker: scans in, boxes out."""
+
+    def check(self, scan: Scan) -> None:
+        """Raise ValueError for a scan that `step` does not accept. The detector stays unchanged."""
+
+    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+        """Detect the vehicles in a scan.
+
+        Parameters
+        ----------
+        scan
+            Later than all scans before.
+        movers
+            Known vehicles at the scan's time, to compensate for their motion during the sweep.
+        long
+            Known vehicles that are longer than a car, whose pieces form one segment.
+        """
 
 
 class Detector:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tracker.arrays import Floats, Ints
 from tracker.bounds import require_within
-from tracker.detection.kernels.segments import FACES, LINES, PAPER, link_segments
+from tracker.detection.kernels.segments import FACES, LINES, PAPER, FaceLimits, LineLimits, link_segments
 from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold
 from tracker.records import Linkage, Segments
@@ -96,15 +96,19 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
         offset,
         uniforms(config.seed, config.points_max, config.samples_per_point),
         VARIANTS[config.variant],
-        config.tau_m,
-        config.locality,
-        config.length_min_m,
-        math.sin(math.radians(config.turn_min_deg)),
-        np.array([config.range_std_m, config.flatness_m]),
-        config.gate,
-        config.curve_depth_m,
-        config.curve_beyond_m,
-        math.radians(config.pitch_deg),
+        LineLimits(
+            tau=config.tau_m,
+            locality=config.locality,
+            length_min=config.length_min_m,
+            turn_min=math.sin(math.radians(config.turn_min_deg)),
+        ),
+        FaceLimits(
+            noise=np.array([config.range_std_m, config.flatness_m]),
+            gate=config.gate,
+            depth_max=config.curve_depth_m,
+            beyond_max=config.curve_beyond_m,
+            pitch=math.radians(config.pitch_deg),
+        ),
     )
     line = np.full(len(segments.label), -1, dtype=np.int64)
     line[order] = label

@@ -163,7 +163,7 @@ class Filters:
         self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
 
 
-def bank(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
+def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
     """One filter per model, from a first observation (2,) [m] of covariance (2, 2) [m^2]."""
     count = len(MODELS)
     spread = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])

@@ -86,7 +86,7 @@ class Hypotheses:
     """(T, B, 2) whether the near end along and across that heading is where the vehicle ends."""
 
 
-def pair(tracks: Predictions, seen: Observations, config: HypothesisConfig) -> Hypotheses:
+def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfig) -> Hypotheses:
     """Read each of B boxes as each of T tracks: the track's heading tells length from width, and front from rear."""
     turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
     heading = seen.heading + turns * QUARTER

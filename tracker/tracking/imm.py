@@ -38,15 +38,15 @@ class FilterpyImm:
         """Mean (6,) and covariance (6, 6) of the mixture."""
         return np.asarray(self._imm.x), np.asarray(self._imm.P)
 
-    def predict(self, step: Motion) -> None:
+    def predict(self, motion: Motion) -> None:
         """Mix the models and move on by one time step."""
         imm = self._imm
-        imm.M = mma.transitions(self.filters, step.dt, self._config)
+        imm.M = mma.transitions(self.filters, motion.dt, self._config)
         # filterpy does this with the last scan's M; here it depends on the state, and time passes unseen, too.
         imm.cbar = imm.mu @ imm.M
         imm.omega = imm.mu[:, None] * imm.M / imm.cbar
         imm.mu = imm.cbar
-        for kf, transition, noise in zip(imm.filters, step.models.transition, step.models.noise, strict=True):
+        for kf, transition, noise in zip(imm.filters, motion.models.transition, motion.models.noise, strict=True):
             kf.F, kf.Q = transition, noise
         imm.predict()
 
@@ -64,8 +64,8 @@ class FilterpyImm:
         for kf in (*self._imm.filters, self._imm):
             kf.x[:2] += offset
 
-    def loosen(self, covariance: Floats) -> None:
-        """Know the tracked point worse by (2, 2) [m^2]."""
+    def inflate(self, covariance: Floats) -> None:
+        """Add (2, 2) [m^2] to the covariance of the tracked point."""
         for kf in (*self._imm.filters, self._imm):
             kf.P[:2, :2] += covariance
 

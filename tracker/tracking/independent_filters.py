@@ -5,14 +5,14 @@ import numpy as np
 from tracker.arrays import Floats
 from tracker.geometry import mahalanobis
 from tracker.records import MODELS
-from tracker.tracking.filters import FilterConfig, Step, bank
+from tracker.tracking.filters import FilterConfig, Step, initial_filters
 
 
 class IndependentFilters:
     """The filters of a bank that do not talk."""
 
     def __init__(self, position: Floats, covariance: Floats, config: FilterConfig) -> None:
-        self.filters = bank(position, covariance, config)
+        self.filters = initial_filters(position, covariance, config)
         self.nis = np.full(len(MODELS), np.nan)
         """(M,) squared innovations over their covariances, NaN when not seen."""
 
@@ -27,7 +27,7 @@ class IndependentFilters:
         self.nis, _ = mahalanobis(residual, self.filters.covariance[:, :2, :2] + covariance)
         self.filters.correct(residual, covariance)
 
-    def loosen(self, covariance: Floats) -> None:
+    def inflate(self, covariance: Floats) -> None:
         """Know the place less well, by a covariance (2, 2) [m^2]."""
         self.filters.covariance[:, :2, :2] += covariance
 

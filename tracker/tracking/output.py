@@ -24,7 +24,10 @@ def report(tracks: list[Track]) -> Tracks:
     """One row per track, oldest first."""
     states = [state(track) for track in tracks]
     count, models = len(tracks), len(MODELS)
-    alone_covariance = [track.alone.filters.covariance[:, :2, :2] + track.offset_covariance for track in tracks]
+    independent = [track.independent.filters for track in tracks]
+    covariance = [
+        own.covariance[:, :2, :2] + track.offset_covariance for own, track in zip(independent, tracks, strict=True)
+    ]
     return Tracks(
         id=np.array([track.id for track in tracks], dtype=np.int64),
         status=np.array([track.status for track in tracks], dtype=np.uint8),
@@ -32,9 +35,11 @@ def report(tracks: list[Track]) -> Tracks:
         covariance=np.array([cov for _, cov in states]).reshape(count, REPORTED_DIM, REPORTED_DIM),
         model_probability=np.array([track.bank.probability for track in tracks]).reshape(count, models),
         model=np.array([track.model for track in tracks], dtype=np.int64),
-        model_position_odom=np.array([track.alone.filters.mean[:, :2] for track in tracks]).reshape(count, models, 2),
+        model_position_odom=np.array([track.independent.filters.mean[:, :2] for track in tracks]).reshape(
+            count, models, 2
+        ),
         corner_sign=np.array([track.corner_sign for track in tracks], dtype=np.int64).reshape(count, 2),
         size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=np.array(alone_covariance).reshape(count, models, 2, 2),
-        model_nis=np.array([track.alone.nis for track in tracks]).reshape(count, models),
+        model_covariance_odom=np.array(covariance).reshape(count, models, 2, 2),
+        model_nis=np.array([track.independent.nis for track in tracks]).reshape(count, models),
     )

@@ -36,7 +36,7 @@ class TrackObservation:
     """(2,) the corner to track from now on."""
 
 
-def sighting(pairing: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
+def track_observation(pairing: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
     """Box `b`, read as an observation of track `t`."""
     return TrackObservation(
         misfit=pairing.misfit[t, b],
@@ -51,7 +51,7 @@ def sighting(pairing: Hypotheses, seen: Observations, t: int, b: int) -> TrackOb
     )
 
 
-def first_sighting(
+def first_observation(
     seen: Observations, b: int, turns: int, usual: Floats, config: HypothesisConfig
 ) -> tuple[TrackObservation, Floats]:
     """Box `b` as the first sighting of a track, and the corner (2,) to follow [m].

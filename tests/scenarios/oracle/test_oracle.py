@@ -17,7 +17,8 @@ from scenarios.files.scenario import Scenario
 from scenarios.grading.metric_names import CAUSES
 from scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
 from scenarios.oracle.device_choice import OracleFactory, choose
-from scenarios.oracle.oracle_model import ToldBank, certain
+from scenarios.oracle.oracle_context import OracleContext
+from scenarios.oracle.oracle_model_selection import OracleModelSelection, certain
 from scenarios.oracle.oracle_tracker import OracleTracker
 from scenarios.oracle.oracle_truth import Truth
 from scenarios.oracle.stage import Stage
@@ -26,7 +27,7 @@ from scenarios.run import device, loop
 from sensor_model.truth import NO_ACTOR
 from tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from tracker.tracker import TrackerConfig
-from tracker.tracking.filters import FilterConfig, bank, motion
+from tracker.tracking.filters import FilterConfig, motion
 from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.mma import MmaConfig
 
@@ -328,19 +329,22 @@ def test_the_first_id_of_an_actor_outlives_its_track():
     assert [track.id for track in tracks] == [6, 5, 3]
 
 
-def test_a_bank_that_is_told_the_mode_believes_no_residual():
-    """Its other filters start from the told one's, and a vehicle that stands for minutes breaks no logarithm."""
-    told = ToldBank(bank(np.zeros(2), 0.01 * np.eye(2), FilterConfig()), MmaConfig())
-    told.tell(0)
+def test_an_oracle_bank_selects_the_true_mode_regardless_of_residuals():
+    """Mixing starts the other filters from the selected one, and minutes of standing keep all logarithms finite."""
+    frame = world_frame(0, [Body(3, 12.0, 0.0)])
+    context = OracleContext()
+    context.truth = replace(Truth.of(frame, observe(frame, [Body(3, 12.0, 0.0)])[1]), mode={3: 0})
+    oracle_bank = OracleModelSelection(FilterConfig(), MmaConfig(), context).new_bank(np.zeros(2), 0.01 * np.eye(2))
+    oracle_bank.actor = 3
+    oracle_bank.select()
     for _ in range(5000):
-        told.predict(motion(0.08, FilterConfig()))
-        told.tell(0)
-        told.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
-        assert told.probability.argmax() == 0
-    np.testing.assert_array_equal(told.probability, certain(0))
-    told.tell(None)
-    told.predict(motion(0.08, FilterConfig()))
-    assert told.probability[0] < certain(0)[0]
+        oracle_bank.predict(motion(0.08, FilterConfig()))
+        oracle_bank.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
+        assert oracle_bank.probability.argmax() == 0
+    np.testing.assert_array_equal(oracle_bank.probability, certain(0))
+    oracle_bank.actor = NO_ACTOR
+    oracle_bank.predict(motion(0.08, FilterConfig()))
+    assert oracle_bank.probability[0] < certain(0)[0]
 
 
 def test_the_column_that_a_true_fit_takes_is_the_refined_one():

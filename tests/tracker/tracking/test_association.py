@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from support.seen import corners, observe_boxes
 
 from tracker.tracking.association import AssociationConfig, assign, score
-from tracker.tracking.hypotheses import HypothesisConfig, Predictions, pair, shows_end
+from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise, shows_end
 
 CONFIG, READING = AssociationConfig(), HypothesisConfig()
 CAR = (4.6, 1.8)
@@ -33,7 +33,7 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
 
 def associate(tracks, seen):
     """Pairs (track, box) of one round."""
-    return assign(*score(tracks, pair(tracks, seen, READING), seen, CONFIG))
+    return assign(*score(tracks, hypothesise(tracks, seen, READING), seen, CONFIG))
 
 
 def best_by_brute_force(cost, admissible):
@@ -74,7 +74,7 @@ def test_nothing_outside_the_gate_is_paired():
 def test_a_box_means_the_same_however_its_sides_are_named(quarters):
     pose = (10.0, 4.0, 0.3)
     tracks = expecting(pose, (-1, -1))
-    reading = pair(tracks, observe_boxes(pose, CAR, quarters=quarters), READING)
+    reading = hypothesise(tracks, observe_boxes(pose, CAR, quarters=quarters), READING)
     assert reading.heading[0, 0] == pytest.approx(0.3)
     assert reading.size[0, 0] == pytest.approx(CAR)
     assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
@@ -85,7 +85,7 @@ def test_another_nearest_corner_is_followed_and_measures_the_tracked_one_a_known
     """The car has passed: its front left is tracked, its rear left is now far nearer."""
     pose = (6.0, -3.0, 0.0)
     tracks = expecting(pose, (1, 1))
-    reading = pair(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), READING)
+    reading = hypothesise(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), READING)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
     assert reading.misfit[0, 0, 0] == pytest.approx([0.2, -0.1])
 
@@ -105,7 +105,7 @@ def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, m
     depth = 0.1
     seen = observe_boxes((piece[0], piece[1] + 0.9 - depth / 2, 0.0), (2.0, depth))
     seen = dataclasses.replace(seen, corner_sign=np.array([(-1, 1)]))
-    reading = pair(tracks, seen, READING)
+    reading = hypothesise(tracks, seen, READING)
     assert reading.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
     along, across = np.diag(reading.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
     assert along == pytest.approx(READING.end_std_m**2)
@@ -136,7 +136,7 @@ def test_cut_ends_are_named_with_the_heading():
     for quarters in range(4):
         seen = observe_boxes(pose, CAR, quarters=quarters)
         cut = np.roll([False, True, False, False], -quarters)[None]
-        reading = pair(tracks, dataclasses.replace(seen, cut=cut), READING)
+        reading = hypothesise(tracks, dataclasses.replace(seen, cut=cut), READING)
         assert reading.whole[0, 0].tolist() == [True, False]
 
 
@@ -160,7 +160,7 @@ def test_the_tracked_corner_is_kept_while_another_is_hardly_nearer():
     """Straight ahead both rear corners are equally near: the track must not hop between them."""
     pose = (12.0, 0.05, 0.0)
     tracks = expecting(pose, (-1, 1))
-    reading = pair(tracks, observe_boxes(pose, CAR), READING)
+    reading = hypothesise(tracks, observe_boxes(pose, CAR), READING)
     assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
 
 
@@ -198,4 +198,4 @@ def test_the_leading_end_of_a_car_that_comes_out_from_behind_something_tells_its
     front = 5.0 + CAR[0] / 2
     seen = observe_boxes((front - 1.2 + 0.9, -2.15, 0.0), (1.8, 0.1))
     seen = dataclasses.replace(seen, corner_sign=np.array([(1, 1)]))
-    assert pair(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)
+    assert hypothesise(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)

@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from tracker.tracking.filters import FilterConfig, Filters, bank, heading_filter, integrator, motion, process_noise
+from tracker.tracking.filters import (
+    FilterConfig,
+    Filters,
+    heading_filter,
+    initial_filters,
+    integrator,
+    motion,
+    process_noise,
+)
 
 CONFIG = FilterConfig()
 R = np.array([[0.1**2, 0.003], [0.003, 0.2**2]])
@@ -10,7 +18,7 @@ P0 = np.diag([0.04, 0.04])
 
 
 def started(position=(1.0, 2.0)):
-    return bank(np.array(position), P0, CONFIG)
+    return initial_filters(np.array(position), P0, CONFIG)
 
 
 def filterpy_twins(filters):

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal, multivariate_t
 
 from tracker.tracking import mma
-from tracker.tracking.filter_bank import build
 from tracker.tracking.filters import FilterConfig, Filters, motion
 from tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
+from tracker.tracking.model_selection import BankSelection
 
 CONFIG = MmaConfig()
 DT = 0.08
@@ -98,7 +98,7 @@ def drive(acceleration, method="mma", seed=1, noise_m=0.02):
     Returns the errors (K,) of what is believed, those of the filter of constant velocity, and the models (K,).
     """
     rng, config = np.random.default_rng(seed), MmaConfig(method=method)
-    bank = build(np.zeros(2), R, FilterConfig(), config)
+    bank = BankSelection(FilterConfig(), config).new_bank(np.zeros(2), R)
     x, speed, errors, cv_errors, models = 0.0, 10.0, [], [], []
     for a in acceleration:
         x, speed = x + speed * DT + 0.5 * a * DT**2, speed + a * DT
@@ -135,7 +135,7 @@ def test_imm_and_mma_agree_where_one_model_is_sure():
 
 def test_a_measurement_far_out_leaves_finite_probabilities():
     for method in ("mma", "imm", "paper"):
-        bank = build(np.zeros(2), R, FilterConfig(), MmaConfig(method=method))
+        bank = BankSelection(FilterConfig(), MmaConfig(method=method)).new_bank(np.zeros(2), R)
         bank.predict(motion(DT, FilterConfig()))
         bank.observe(np.full((3, 2), 1e4), R)
         assert np.isfinite(bank.probability).all()
@@ -151,15 +151,15 @@ def test_bad_settings_are_refused():
 
 @pytest.mark.parametrize("method", ["mma", "imm"])
 def test_a_point_known_worse_is_corrected_and_its_speed_is_not(method):
-    """Half a metre of error that was no motion: without `loosen` the filters would take it for a speed of metres."""
+    """A corner error of half a metre is not motion: without `inflate` the filters estimate a speed of several m/s."""
     config = MmaConfig(method=method, tail_dof=1e9)
-    followed = build(np.zeros(2), R, FilterConfig(), config)
+    followed = BankSelection(FilterConfig(), config).new_bank(np.zeros(2), R)
     step = motion(DT, FilterConfig())
     for k in range(20):
         followed.predict(step)
         followed.observe(np.array([8.0 * DT * (k + 1), 0.0]) - followed.filters.mean[:, :2], R)
     followed.predict(step)
-    followed.loosen(np.eye(2) * 0.5**2)
+    followed.inflate(np.eye(2) * 0.5**2)
     before = followed.filters.mean.copy()
     followed.observe(np.array([0.5, 0.0]) + before[CV, :2] - before[:, :2], R)
     change = (followed.filters.mean - before)[CV]

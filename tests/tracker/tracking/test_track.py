@@ -1,30 +1,31 @@
-import dataclasses
-
 import numpy as np
 import pytest
 from support.seen import observe_boxes
 
 from tracker.records import MODELS, Status
-from tracker.tracker import predict
 from tracker.tracking import orientation
+from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.corner_error import CornerConfig
 from tracker.tracking.extent import ExtentConfig, TypicalSize
 from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.hypotheses import HypothesisConfig, pair
+from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from tracker.tracking.mma import MmaConfig
+from tracker.tracking.model_selection import BankSelection
 from tracker.tracking.orientation import OrientationConfig
 from tracker.tracking.output import report
-from tracker.tracking.track import CornerConfig, LifeConfig, Track, TrackConfig
-from tracker.tracking.track_observation import first_sighting, sighting
+from tracker.tracking.track import Track
+from tracker.tracking.track_arrays import predictions
+from tracker.tracking.track_config import TrackConfig
+from tracker.tracking.track_observation import first_observation, track_observation
 
 DT = 0.08
 CAR = np.array([4.7, 1.8])
-LIFE = LifeConfig()
+LIFE, MMA = TrackLifeConfig(), MmaConfig()
 SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
 """Of the corner of every box, along x as along y."""
 STEP = motion(DT, FilterConfig())
 CONFIG = TrackConfig(
     FilterConfig(),
-    MmaConfig(),
     ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
     OrientationConfig(),
     CornerConfig(),
@@ -32,13 +33,14 @@ CONFIG = TrackConfig(
 )
 
 
-def start(pose, forward=None, size=CAR, config=CONFIG):
+def start(pose, forward=None, size=CAR, mma=MMA):
     """A track of a vehicle that is taken to face as the ego does, `forward`."""
     forward = pose[2] if forward is None else forward
     seen = observe_boxes(pose, size)
-    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, config.orientation)
-    first, corner = first_sighting(seen, 0, turns, CAR, HypothesisConfig())
-    return Track(0, corner, first, forward, config)
+    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, CONFIG.orientation)
+    first, corner = first_observation(seen, 0, turns, CAR, HypothesisConfig())
+    bank = BankSelection(CONFIG.filters, mma).new_bank(corner, first.covariance)
+    return Track(0, corner, first, forward, CONFIG, bank)
 
 
 def follow(track, poses, rng=None, size=CAR):
@@ -48,7 +50,7 @@ def follow(track, poses, rng=None, size=CAR):
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
         seen = observe_boxes(np.asarray(pose) + noise, size)
         track.predict(STEP)
-        track.update(sighting(pair(predict([track]), seen, HypothesisConfig()), seen, 0, 0))
+        track.update(track_observation(hypothesise(predictions([track]), seen, HypothesisConfig()), seen, 0, 0))
         track.settle()
         centers.append(report([track]).center_odom[0])
     return np.array(centers)
@@ -88,7 +90,7 @@ def test_a_vehicle_that_has_driven_keeps_its_direction_while_it_stands():
     follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
     x = 20.0 - 8.0 * DT * 15
     follow(track, [(x, 3.5, np.pi)] * 20)
-    track._resize(np.array([2.0, 0.5]))
+    track._size.resize(np.array([2.0, 0.5]), track._heading.oriented_hits)
     follow(track, [(x, 3.5, np.pi)] * 3)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 
@@ -181,8 +183,7 @@ def test_the_rear_of_a_standing_car_that_comes_into_view_does_not_turn_it():
 
 @pytest.mark.parametrize("method", ["mma", "imm", "paper"])
 def test_every_method_reports_a_consistent_record(method):
-    config = dataclasses.replace(CONFIG, mma=MmaConfig(method=method))
-    track = start((20.0, 3.5, 0.0), config=config)
+    track = start((20.0, 3.5, 0.0), mma=MmaConfig(method=method))
     follow(track, straight((20.0, 3.5, 0.0), 8.0, 25), np.random.default_rng(1))
     record = report([track])
     assert record.mean[0, 2] == pytest.approx(8.0, abs=0.5)
@@ -200,14 +201,14 @@ def test_the_lone_models_owe_nothing_to_the_bank():
     speed, x = 12.0, 20.0
     for _ in range(40):
         x, speed = x + speed * DT, speed - 3.0 * DT
-        before = track.alone.filters.mean.copy(), track.alone.filters.covariance.copy()
+        before = track.independent.filters.mean.copy(), track.independent.filters.covariance.copy()
         follow(track, [(x, 3.5, 0.0)])
         twin = Filters(*before)
         twin.predict(STEP.models)
         seen = observe_boxes((x, 3.5, 0.0), CAR)
         twin.correct(seen.corner[0] - twin.mean[:, :2], seen.covariance[0, :2, :2])
-    assert track.alone.filters.mean == pytest.approx(twin.mean, abs=0.02)
-    assert track.alone.filters.mean[1, 0] - track.position[0] > 0.05
+    assert track.independent.filters.mean == pytest.approx(twin.mean, abs=0.02)
+    assert track.independent.filters.mean[1, 0] - track.position[0] > 0.05
 
 
 def test_nees_is_chi_square_for_an_error_that_lasts():
