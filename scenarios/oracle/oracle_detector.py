@@ -50,9 +50,9 @@ class OracleDetector(Detector):
 
     def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
         """Fit rectangles and add the true ones."""
-        gone = ~oracle_outliers.left_of((linkage.line != oracle_outliers.REMOVED) & (segments.label >= 0), segments)
-        candidates = super().fit(scan, segments, oracle_outliers.stand_in(linkage, segments, gone))
-        candidates = oracle_outliers.without(candidates, gone)
+        gone = ~oracle_outliers.has_points((linkage.line != oracle_outliers.REMOVED) & (segments.label >= 0), segments)
+        candidates = super().fit(scan, segments, oracle_outliers.with_placeholder_lines(linkage, segments, gone))
+        candidates = oracle_outliers.without_rectangles(candidates, gone)
         if Stage.FIT not in self._stages:
             return candidates
         return fit.select(candidates, fit.rectangles(scan, segments, self.truth))
@@ -60,4 +60,4 @@ class OracleDetector(Detector):
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
         """Make boxes of rectangles; true rectangles get a small covariance."""
         boxes = super().box(scan, segments, linkage, candidates, cut_off)
-        return fit.made_sure(boxes, self.truth.boxed_owner(segments)) if Stage.FIT in self._stages else boxes
+        return fit.with_exact(boxes, self.truth.boxed_owner(segments)) if Stage.FIT in self._stages else boxes

@@ -99,7 +99,7 @@ def kernel_sum(place, reach):
     return np.sum(np.maximum(0.0, 1.0 - (distance / reach) ** 2) ** 2, axis=1) - 1.0
 
 
-def company(place, reach, bins):
+def local_density(place, reach, bins):
     """The same, the kernel taken between bins' nodes: each place is split between the two around it, by nearness."""
     at = (place - place.min()) * bins / reach
     node = np.arange(np.ceil(at.max()) + 2)
@@ -114,7 +114,7 @@ def misalignment(points, heading, ray, reach, flatness, bins):
     density = []
     for normal in ([np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]):
         sharpness = np.hypot(reach * np.dot(normal, ray), flatness)
-        density.append(company(points @ normal, sharpness, bins) / sharpness)
+        density.append(local_density(points @ normal, sharpness, bins) / sharpness)
     return -np.mean(np.log(1.0 + reach * np.maximum(*density)))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracker.merging import MergeConfig, Pieces, claim, hull, one_vehicle
+from tracker.merging import MergeConfig, Pieces, hull, merge_segments, one_vehicle
 from tracker.records import Segments
 from tracker.tracking.footprint import Footprint
 
@@ -61,14 +61,14 @@ def test_all_that_lies_in_a_vehicle_is_one_segment():
     points = np.array(car + cab + half + trailer + loose)
     segments = Segments(label=np.array([0, 0, 1, 1, 2, 2, 3, 3, -1]), count=4)
     whole = pieces((7.6, 3.0, 0.0, 15.2, 2.5))
-    united = claim(points, segments, whole, CONFIG)
+    united = merge_segments(points, segments, whole, CONFIG)
     assert united.count == 3
     assert united.label.tolist() == [0, 0, 1, 1, 2, 2, 1, 1, -1]
 
 
 def test_a_vehicle_out_of_sight_claims_nothing():
     segments = Segments(label=np.array([0, 1]), count=2)
-    united = claim(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)), CONFIG)
+    united = merge_segments(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)), CONFIG)
     assert united.label.tolist() == [0, 1]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
-from tracker.geometry import spread, variance_along
+from tracker.geometry import rotated_covariance, variance_along
 from tracker.tracking import orientation
 from tracker.tracking.track_observation import TrackObservation
 
@@ -50,7 +50,7 @@ class CornerError:
 
     def covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the error in the odometry frame [m^2]."""
-        return spread(self.variance, heading)
+        return rotated_covariance(self.variance, heading)
 
     def released(self, seen: TrackObservation, heading: float) -> Floats:
         """(2, 2) covariance of the past error that an exact observation removes [m^2].
@@ -58,7 +58,7 @@ class CornerError:
         The filters add it to their own: the correction that follows is no motion of the vehicle.
         """
         past = self.variance - variance_along(seen.covariance, heading)
-        return spread(np.where(seen.exact, np.maximum(past, 0.0), 0.0), heading)
+        return rotated_covariance(np.where(seen.exact, np.maximum(past, 0.0), 0.0), heading)
 
     def observe(self, exact: Bools, covariance: Floats, heading: float) -> None:
         """Update by an observation with covariance (2, 2) [m^2] that is `exact` (2,) along and across."""

@@ -1,4 +1,4 @@
-"""Living tracks as the flat `Tracks` record."""
+"""Conversion of tracks to the `Tracks` record."""
 
 import numpy as np
 
@@ -8,11 +8,11 @@ from tracker.tracking.filters import STATE_DIM
 from tracker.tracking.track import Track
 
 REPORTED_DIM = 8
-"""The filters' state, then heading and yaw rate."""
+"""State of the filters, then heading and yaw rate."""
 
 
 def state(track: Track) -> tuple[Floats, Floats]:
-    """State (8,) and covariance (8, 8) in the order of (6); what the selected model sets to zero is zero."""
+    """Return state (8,) and covariance (8, 8) in the order of (6); states that the selected model omits are zero."""
     mean, covariance = np.zeros(REPORTED_DIM), np.zeros((REPORTED_DIM, REPORTED_DIM))
     mean[:STATE_DIM], covariance[:STATE_DIM, :STATE_DIM] = track.bank.estimate
     mean[STATE_DIM:], covariance[STATE_DIM:, STATE_DIM:] = track.yaw_state
@@ -21,7 +21,7 @@ def state(track: Track) -> tuple[Floats, Floats]:
 
 
 def report(tracks: list[Track]) -> Tracks:
-    """One row per track, oldest first."""
+    """Return one row per track, oldest first."""
     states = [state(track) for track in tracks]
     count, models = len(tracks), len(MODELS)
     independent = [track.independent.filters for track in tracks]

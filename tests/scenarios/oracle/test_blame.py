@@ -128,7 +128,7 @@ def test_figures_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, cap
                 raise TrafficEndedError("the ego left")
             return super().step()
 
-    monkeypatch.setattr("scenarios.run.loop.ScriptedSource", Breaking)
+    monkeypatch.setattr("sim.factory.ScriptedSource", Breaking)
     assert main(["blame", "short.toml", "--json"]) == 1
     out, err = capfd.readouterr()
     assert json.loads(out)["ended_early"] == "the ego left"

@@ -229,9 +229,9 @@ def test_nothing_but_noise_is_no_vehicle():
     linkage = oracle_outliers.link(real, segments, noise, on_owner)
     assert linkage.line.tolist() == [0, 1, -1, -1, -1, -1]
     assert linkage.heading.tolist() == [0.3, 0.0]
-    gone = ~oracle_outliers.left_of((linkage.line >= 0) & (segments.label >= 0), segments)
+    gone = ~oracle_outliers.has_points((linkage.line >= 0) & (segments.label >= 0), segments)
     assert gone.tolist() == [False, True]
-    assert oracle_outliers.stand_in(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
+    assert oracle_outliers.with_placeholder_lines(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
 
 
 WET = """\
@@ -303,12 +303,13 @@ def test_a_box_that_is_a_cars_length_off_is_misread():
     )  # fmt: skip
     assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
     flags = np.zeros((1, 2, 2), dtype=bool)
-    pairing = Hypotheses(
+    hypotheses = Hypotheses(
         heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), whole=flags, misfit=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
-        covariance=np.zeros((1, 2, 2, 2)), silence=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)), exact=flags,
+        covariance=np.zeros((1, 2, 2, 2)), ambiguity=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)),
+        exact=flags,
     )  # fmt: skip
-    assert oracle_association.leads_away(predictions, pairing, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
-    assert oracle_association.leads_away(predictions, pairing, np.full((1, 2), np.nan)).tolist() == [[False, False]]
+    assert oracle_association.leads_away(predictions, hypotheses, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
+    assert oracle_association.leads_away(predictions, hypotheses, np.full((1, 2), np.nan)).tolist() == [[False, False]]
 
 
 def test_the_largest_box_of_a_new_actor_starts_a_track():

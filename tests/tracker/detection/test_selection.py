@@ -51,12 +51,12 @@ def test_range_noise_does_not_blur_a_side_that_the_beam_grazes():
 
 def test_a_line_off_by_half_the_reach_counts_nine_sixteenths():
     """(1 - (1/2)^2)^2 for the kernel, on the nodes of the bins, where the estimate is exact."""
-    assert company(np.array([0.0, 0.04, 4.0])) == pytest.approx([0.5625, 0.5625, 0.0])
+    assert local_density(np.array([0.0, 0.04, 4.0])) == pytest.approx([0.5625, 0.5625, 0.0])
 
 
-def company(place):
+def local_density(place):
     out = np.empty(len(place))
-    kernels.company(place, 0.08, out)
+    kernels.local_density(place, 0.08, out)
     return out
 
 
@@ -87,8 +87,8 @@ def test_one_point_decides_nothing():
 def test_company_equals_its_slow_twin(seed, count):
     """The bins are the kernel seen through a window a quarter of its reach wide."""
     place = np.random.default_rng(seed).normal(0.0, 0.5, count)
-    np.testing.assert_allclose(company(place), naive_fit.company(place, 0.08, bins=4), atol=1e-9)
-    np.testing.assert_allclose(company(place), naive_fit.kernel_sum(place, 0.08), atol=0.1 * count**0.5)
+    np.testing.assert_allclose(local_density(place), naive_fit.local_density(place, 0.08, bins=4), atol=1e-9)
+    np.testing.assert_allclose(local_density(place), naive_fit.kernel_sum(place, 0.08), atol=0.1 * count**0.5)
 
 
 @settings(deadline=None, max_examples=40)

@@ -11,7 +11,7 @@ from tracker.detection.kernels.corners import best_corner
 from tracker.detection.kernels.faces import excess, fit_corner
 from tracker.detection.kernels.lines import find_lines, fit_line, largest_clusters, settle
 from tracker.detection.kernels.linkage import agglomerate, hypotheses, preferences
-from tracker.detection.kernels.outline import judge
+from tracker.detection.kernels.outline import label_body
 
 FACES, LINES, PAPER = 0, 1, 2
 """Variants of `LinkageConfig.variant`."""
@@ -89,8 +89,8 @@ def link_segments(
         if variant == FACES:
             corner = best_corner(segment, sample, cluster, tau, noise, gate, depth_max, beyond_max, length_min)
             wide = gate * excess(segment, fit_corner(segment, corner, noise, gate)[0], noise, tau)
-            corner, surety = fit_corner(segment, corner, noise, wide)
-            member = judge(segment, corner, surety, noise, wide, depth_max, beyond_max, faces.pitch)
+            corner, certainty = fit_corner(segment, corner, noise, wide)
+            member = label_body(segment, corner, certainty, noise, wide, depth_max, beyond_max, faces.pitch)
             dominant = corner[0]
         else:
             found = (
