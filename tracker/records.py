@@ -64,7 +64,7 @@ class Linkage:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """One rectangle per segment and method: `METHODS`, then `BASELINES`, which are NaN if switched off."""
+    """Rectangles by segment and method: `METHODS`, then `BASELINES`, which are NaN if switched off."""
 
     heading: Floats
     """(S, M) in [0, pi/2), ego frame; the heading of a rectangle is modulo a quarter turn."""

@@ -31,7 +31,7 @@ from tracker.tracking.track_observation import track_observation
 
 @dataclass(frozen=True, slots=True)
 class TrackerConfig(DetectorConfig):
-    """One section per stage: the sections of detection, then those of tracking."""
+    """Settings of the tracker, one section per stage: the sections of detection, then those of tracking."""
 
     reading: HypothesisConfig = field(default_factory=HypothesisConfig)
     association: AssociationConfig = field(default_factory=AssociationConfig)

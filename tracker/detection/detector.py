@@ -30,7 +30,7 @@ CLOCK_DIGITS = 9
 
 @dataclass(frozen=True, slots=True)
 class DetectorConfig:
-    """One section per stage of detection."""
+    """Settings of detection, one section per stage."""
 
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
     sweep: DeskewConfig = field(default_factory=DeskewConfig)

@@ -14,12 +14,12 @@ class PreprocessConfig:
 
     drop_flags: tuple[str, ...] = ("clutter", "ground", "dirt")
     """Names of `PointFlag`: points with any of them are dropped. A common driver (AutonomouStuff ibeo_core) drops
-    "transparent" points, but that flag only means another echo behind: bumpers have it where the beam also hits the
-    rear window, edges where there is a wall behind the vehicle."""
+    "transparent" points, too, but that flag only means another echo behind: bumpers have it where the beam also hits
+    the rear window, edges where there is a wall behind the vehicle."""
     first_echo_only: bool = False
     """Drop second and third echoes. Off: behind a raindrop or the ground, the second echo is the vehicle."""
     inside_depth_m: float = 3.0
-    """A later echo at most this far behind another echo of its beam, and no wider, is dropped [m]: it is from inside the
+    """A later echo at most this far behind another echo of its beam, and no wider, is dropped [m]: it is inside the
     same vehicle, or from its glass over the hood. A wider echo is a vehicle behind spray. 0 keeps all."""
     ground_z_max_m: float = 0.15
     """Lower points are ground [m]. This is the ground clearance of a car, so only tyres are lost; the lowest layer,
@@ -69,7 +69,7 @@ def finite(scan: Scan) -> Bools:
 
 
 def masked(scan: Scan) -> Scan:
-    """Return the scan with 0 for place and time of points that are not finite, which nobody can compute with."""
+    """Return the scan with position and time 0 for non-finite points."""
     whole = finite(scan)
     if whole.all():
         return scan

@@ -116,9 +116,9 @@ class Motion:
     dt: float
     """[s]."""
     models: Step
-    """One filter per model, 6 states."""
+    """Step of M filters of 6 states, one per model."""
     heading: Step
-    """One filter, heading and yaw rate."""
+    """Step of one filter of heading and yaw rate."""
 
 
 @lru_cache(maxsize=8)

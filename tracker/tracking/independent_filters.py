@@ -9,7 +9,7 @@ from tracker.tracking.filters import FilterConfig, Step, initial_filters
 
 
 class IndependentFilters:
-    """One filter per model without mixing."""
+    """Filters of all models without mixing."""
 
     def __init__(self, position: Floats, covariance: Floats, config: FilterConfig) -> None:
         self.filters = initial_filters(position, covariance, config)

@@ -1,4 +1,4 @@
-"""One tracked vehicle: filters, tracked corner, heading, size and status."""
+"""Tracked vehicle: filters, tracked corner, heading, size and status."""
 
 import numpy as np
 

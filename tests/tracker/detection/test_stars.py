@@ -1,4 +1,4 @@
-"""T-linkage on its own field's terms: the stars of Magri and Fusiello, linked by what links cars."""
+"""T-linkage on the benchmark of Magri and Fusiello: stars, with the kernels for cars."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def confusion(truth, label):
 
 
 @pytest.mark.parametrize(("outliers", "at_most", "original"), [(0, 0.06, 0.062), (250, 0.11, 0.139)])
-def test_stars_are_told_apart(outliers, at_most, original):
+def test_the_lines_of_stars_are_separated(outliers, at_most, original):
     """Five chords of the unit circle, 50 points each, sigma 0.0075, and outliers even in [-1, 1]^2; 20 seeds.
 
     Misclassified are points with a wrong label, lines matched one to one, outliers a class of their own. The original
