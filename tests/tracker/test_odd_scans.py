@@ -113,7 +113,7 @@ def test_a_dense_cluster_of_a_hundred_thousand_points_is_fitted(baselines):
 def test_a_time_that_does_not_increase_is_rejected_and_the_tracker_continues(at):
     """A late or repeated scan would be compared with later predictions, or count twice."""
     tracker, before = followed()
-    message = rf"scan of {at} s is not later than the one before, of 0\.4 s; leave it out, or use a new tracker"
+    message = rf"scan of {at} s is not later than the one before, of 0\.4 s; drop it, or use a new tracker"
     with pytest.raises(ValueError, match=message):
         tracker.step(Scan.from_points(at, CAR + 1.0))
     after, _ = tracker.step(Scan.from_points(6 * DT, CAR))

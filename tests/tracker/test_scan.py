@@ -53,10 +53,10 @@ def test_no_points(nothing):
         ({"ego_pose_odom": [1.0, 2.0, np.nan]}, "ego_pose_odom at 0.0 s is"),
         ({"time": np.inf}, "time is inf"),
         ({"time_offset": [0.0]}, r"time_offset has shape \(1,\); give one value, or one for each of the 2 points"),
-        ({"layer": 0.5}, "layer holds what is no uint8; give whole numbers from 0 to 255"),
-        ({"unit": [0, 256]}, "unit holds what is no uint8"),
-        ({"echo": np.nan}, "echo holds what is no uint8"),
-        ({"flags": -1}, "flags holds what is no uint16; give whole numbers from 0 to 65535"),
+        ({"layer": 0.5}, "layer holds values outside uint8; give whole numbers from 0 to 255"),
+        ({"unit": [0, 256]}, "unit holds values outside uint8"),
+        ({"echo": np.nan}, "echo holds values outside uint8"),
+        ({"flags": -1}, "flags holds values outside uint16; give whole numbers from 0 to 65535"),
     ],
 )
 def test_invalid_values_raise_a_named_error(values, message):

@@ -38,7 +38,7 @@ class AssociationConfig:
 
 
 def score(
-    tracks: Predictions, pairing: Hypotheses, seen: Observations, config: AssociationConfig
+    tracks: Predictions, hypotheses: Hypotheses, seen: Observations, config: AssociationConfig
 ) -> tuple[Floats, Bools]:
     """Return the cost (T, B) of each pair, and a mask (T, B) of boxes inside the gate (5) of any probable model.
 
@@ -47,24 +47,26 @@ def score(
     the vehicle, costs more, so that the better of two boxes at one place is chosen.
     """
     view = config.view_std_m**2 * np.eye(2)
-    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None] + view  # B = H P H' + R
-    squared, determinant = mahalanobis(pairing.misfit, spread)
+    innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view  # B = H P H' + R
+    squared, determinant = mahalanobis(hypotheses.misfit, innovation)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     likely = tracks.probability[:, None] >= config.gate_probability_min
     inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
-    shape = shape_cost(tracks, pairing, seen.covariance[:, 2, 2], config)
+    shape = shape_cost(tracks, hypotheses, seen.covariance[:, 2, 2], config)
     return np.asarray(shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)), inside
 
 
-def shape_cost(tracks: Predictions, pairing: Hypotheses, heading_variance: Floats, config: AssociationConfig) -> Floats:
+def shape_cost(
+    tracks: Predictions, hypotheses: Hypotheses, heading_variance: Floats, config: AssociationConfig
+) -> Floats:
     """(T, B) squared normalised differences of heading and of size, each up to a limit.
 
     Only a box longer or wider than the vehicle costs: a smaller one may be truncated. The boxes' headings have
     variances (B,) [rad^2].
     """
-    turn = pairing.heading - tracks.heading[:, None]
+    turn = hypotheses.heading - tracks.heading[:, None]
     variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
-    excess = np.maximum(pairing.size - tracks.size[:, None], 0.0) / config.growth_std_m
+    excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / config.growth_std_m
     limit = config.oddity_max
     return np.asarray(np.minimum(turn**2 / variance, limit) + np.minimum(np.sum(excess**2, axis=2), limit))
 

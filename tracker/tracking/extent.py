@@ -69,13 +69,13 @@ class ExtentConfig:
     """A side is known to exist completely if this share of it was seen."""
 
 
-def remember(seen: Floats, observed: Floats, whole: Bools, sights: Ints, config: ExtentConfig) -> Floats:
+def remember(seen: Floats, observed: Floats, whole: Bools, whole_views: Ints, config: ExtentConfig) -> Floats:
     """Return the remembered extents (2,) along and across the heading after one more observation (2,) [m].
 
     A vehicle is at least as large as its visible part. A side that is not `whole` (2,) may be longer, so a short
-    observation of it has no effect. `sights` (2,) counts earlier observations of either side as a whole.
+    observation of it has no effect. `whole_views` (2,) counts earlier observations of either side as a whole.
     """
-    gain = np.maximum(config.growth / (1 + sights), config.settled)
+    gain = np.maximum(config.growth / (1 + whole_views), config.settled)
     gain = np.where(observed > seen, gain, np.where(seen_whole(observed, whole, config), 0.5 * gain, 0.0))
     return np.asarray(seen + gain * (observed - seen))
 
@@ -134,26 +134,26 @@ def car_sized(seen: Floats, config: ExtentConfig) -> bool:
     return bool(seen.max() <= config.large_length_min_m and seen.min() <= config.large_width_min_m)
 
 
-def classify(seen: Floats, sights: Ints, hits: int, config: ExtentConfig) -> TypicalSize:
+def classify(seen: Floats, whole_views: Ints, hits: int, config: ExtentConfig) -> TypicalSize:
     """Return the class of a vehicle with seen extents (2,) along and across the heading [m].
 
-    `sights` (2,) counts observations of either side as a whole; `hits` counts observations since the direction of
+    `whole_views` (2,) counts observations of either side as a whole; `hits` counts observations since the direction of
     motion confirmed the heading: without it, the rear of a car may be taken for the side of a motorcycle.
     """
     length, width = seen
-    if length > config.large_length_min_m or (width > config.large_width_min_m and sights[1] > 0):
+    if length > config.large_length_min_m or (width > config.large_width_min_m and whole_views[1] > 0):
         return config.large
     narrow = length < config.small_length_max_m and width < config.small_width_max_m
     return config.small if narrow and hits >= config.small_from_hits else config.car
 
 
-def complete(seen: Floats, sights: Ints, usual: TypicalSize, config: ExtentConfig) -> Floats:
+def complete(seen: Floats, whole_views: Ints, usual: TypicalSize, config: ExtentConfig) -> Floats:
     """(2,) length and width [m]: the seen extents, or the typical ones where too little was seen.
 
-    `sights` (2,) counts observations of either side as a whole.
+    `whole_views` (2,) counts observations of either side as a whole.
     """
     enough = seen[0] >= config.length_seen_share * usual.length_m
-    enough |= seen[0] > config.length_min_m and sights[0] >= config.sights_min
+    enough |= seen[0] > config.length_min_m and whole_views[0] >= config.sights_min
     length = seen[0] + usual.rounding_m if enough else usual.length_m
     return np.array([length, max(seen[1], usual.width_m)])
 

@@ -124,11 +124,11 @@ class Motion:
 @lru_cache(maxsize=8)
 def motion(dt: float, config: FilterConfig) -> Motion:
     """Return equations (7), (8) and (9) for a time step `dt` [s]; cached, because scans have a constant period."""
-    axes, spread = np.eye(2), spreads(config)
+    axes, prior = np.eye(2), prior_variances(config)
     transition, noise = np.zeros((2, len(MODELS), 3, 3))
     for m, order in enumerate(range(1, len(MODELS) + 1)):
         transition[m, :order, :order] = integrator(order, dt)
-        noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, spread))
+        noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, prior))
         noise[m, :order, :order] = process_noise(order, dt, density(order, config))
     turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
     return Motion(
@@ -138,7 +138,7 @@ def motion(dt: float, config: FilterConfig) -> Motion:
     )
 
 
-def spreads(config: FilterConfig) -> Floats:
+def prior_variances(config: FilterConfig) -> Floats:
     """(3,) prior variance of position, velocity and acceleration in models that omit them."""
     return np.square([0.0, config.starting_speed_std_mps, config.manoeuvre_std_mps2])
 
@@ -160,8 +160,8 @@ class Filters:
     def correct(self, residual: Floats, noise: Floats) -> None:
         """Correct by innovations (K, m) of the first m states, with measurement noise (m, m)."""
         measured = residual.shape[-1]
-        spread = self.covariance[:, :measured, :measured] + noise
-        gain = np.linalg.solve(spread, self.covariance[:, :measured]).swapaxes(-1, -2)
+        innovation = self.covariance[:, :measured, :measured] + noise
+        gain = np.linalg.solve(innovation, self.covariance[:, :measured]).swapaxes(-1, -2)
         self.mean = self.mean + (gain @ residual[..., None])[..., 0]
         self.covariance = self.covariance - gain @ self.covariance[:, :measured]
         self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
@@ -170,8 +170,8 @@ class Filters:
 def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
     """Return one filter per model, from a first observation (2,) [m] with covariance (2, 2) [m^2]."""
     count = len(MODELS)
-    spread = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
-    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(spread), np.eye(2)), (count, 1, 1))
+    prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
+    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(prior), np.eye(2)), (count, 1, 1))
     mean[:, :2], variance[:, :2, :2] = position, covariance
     return Filters(mean, variance)
 

@@ -78,11 +78,11 @@ def transitions(filters: Filters, dt: float, config: MmaConfig) -> Floats:
 
 def slow(filters: Filters, limit_mps: float) -> Floats:
     """(M,) probability by each filter that the speed along its direction of motion is below the limit."""
-    velocity, spread = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
+    velocity, covariance = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
     speed = np.hypot(*velocity.T)
     moves = speed[:, None] > NO_SPEED_MPS
-    way = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
-    std = np.sqrt(np.einsum("mi,mij,mj->m", way, spread, way))
+    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
+    std = np.sqrt(np.einsum("mi,mij,mj->m", direction, covariance, direction))
     return np.asarray(ndtr((limit_mps - speed) / std) - ndtr((-limit_mps - speed) / std))
 
 
@@ -96,9 +96,9 @@ def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, 
     prior = flow.sum(axis=0)
     share = flow / prior
     mean = share.T @ filters.mean
-    off = filters.mean[:, None] - mean
-    spread = filters.covariance[:, None] + off[..., :, None] * off[..., None, :]
-    return Filters(mean, np.einsum("ij,ijkl->jkl", share, spread)), prior
+    difference = filters.mean[:, None] - mean
+    second_moment = filters.covariance[:, None] + difference[..., :, None] * difference[..., None, :]
+    return Filters(mean, np.einsum("ij,ijkl->jkl", share, second_moment)), prior
 
 
 def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, float]:

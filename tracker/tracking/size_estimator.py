@@ -15,13 +15,13 @@ class SizeEstimator:
 
     def __init__(self, first: Floats, config: ExtentConfig) -> None:
         self._config = config
-        self._whole_sights = np.zeros(2, dtype=np.int64)
+        self._whole_views = np.zeros(2, dtype=np.int64)
         self.resize(first, oriented_hits=0)
 
     @property
     def seen_whole(self) -> Bools:
         """(2,) mask of length and width that were seen from end to end at least once."""
-        return np.asarray(self._whole_sights > 0)
+        return np.asarray(self._whole_views > 0)
 
     @property
     def known(self) -> Floats:
@@ -30,19 +30,19 @@ class SizeEstimator:
 
     def observe(self, observed: Floats, whole: Bools, oriented_hits: int) -> None:
         """Update by observed extents (2,) [m], with a mask (2,) of those truncated at neither end."""
-        seen = extent.remember(self.seen, observed, whole, self._whole_sights, self._config)
-        self._whole_sights += extent.seen_whole(observed, whole, self._config)
+        seen = extent.remember(self.seen, observed, whole, self._whole_views, self._config)
+        self._whole_views += extent.seen_whole(observed, whole, self._config)
         self.resize(seen, oriented_hits)
 
     def resize(self, seen: Floats, oriented_hits: int) -> None:
         """Set the seen extents (2,) [m] and complete them by priors."""
         self.seen = seen
         """(2,) seen length and width [m]."""
-        usual = extent.classify(seen, self._whole_sights, oriented_hits, self._config)
-        self.size = extent.complete(seen, self._whole_sights, usual, self._config)
+        usual = extent.classify(seen, self._whole_views, oriented_hits, self._config)
+        self.size = extent.complete(seen, self._whole_views, usual, self._config)
         """(2,) length and width, unseen parts from priors [m]."""
 
     def turn(self, quarters: int, oriented_hits: int) -> None:
         """Rename the sides for a heading turned by `quarters`."""
-        self._whole_sights = self._whole_sights[:: -1 if quarters % 2 else 1].copy()
+        self._whole_views = self._whole_views[:: -1 if quarters % 2 else 1].copy()
         self.resize(orientation.turn_size(self.seen, quarters), oriented_hits)

@@ -22,11 +22,11 @@ NEVER = np.zeros(2, dtype=np.int64)
 
 def seen(*observations):
     """Remembered extents after observations ((along, across), mask of whole sides)."""
-    extent, sights = np.array(observations[0][0], dtype=float), NEVER
+    extent, whole_views = np.array(observations[0][0], dtype=float), NEVER
     for observed, whole in observations[1:]:
         observed, whole = np.array(observed, dtype=float), np.array(whole)
-        extent = remember(extent, observed, whole, sights, CONFIG)
-        sights = sights + seen_whole(observed, whole, CONFIG)
+        extent = remember(extent, observed, whole, whole_views, CONFIG)
+        whole_views = whole_views + seen_whole(observed, whole, CONFIG)
     return extent
 
 
