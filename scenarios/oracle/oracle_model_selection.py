@@ -76,9 +76,9 @@ class ActorRecorder:
         managed = self._management.manage(tracks, seen, track_id, forward, models)
         self._context.add_tracks(track_id)
         for track, actor in zip(managed, self._context.track_actor(managed).tolist(), strict=True):
-            if isinstance(track.bank, OracleBank):
-                track.bank.actor = actor
-                track.bank.select()
+            if isinstance(track.corner.bank, OracleBank):
+                track.corner.bank.actor = actor
+                track.corner.bank.select()
         return managed
 
 

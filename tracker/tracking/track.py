@@ -1,19 +1,18 @@
-"""Tracked vehicle: filters, tracked corner, heading, size and status."""
+"""Tracked vehicle: tracked corner, heading, size and status."""
 
 import numpy as np
 
-from tracker.arrays import Floats, Ints
+from tracker.arrays import Floats
 from tracker.geometry import rotate
 from tracker.records import Status
-from tracker.tracking import extent, orientation
+from tracker.tracking import extent
 from tracker.tracking.confirmation import Confirmation
-from tracker.tracking.corner_error import CornerError
+from tracker.tracking.corner_estimator import CornerEstimator
 from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.footprint import Footprint
 from tracker.tracking.heading_estimator import HeadingEstimator
-from tracker.tracking.independent_filters import IndependentFilters
-from tracker.tracking.mma import CA, STATIONARY
+from tracker.tracking.mma import CA
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
@@ -47,15 +46,12 @@ class Track:
     ) -> None:
         self.id = track_id
         self.status = Status.TENTATIVE
-        self.bank = bank
-        self.independent = IndependentFilters(position, first.covariance, config.filters)
-        self.corner_sign = first.corner_sign
         self.hits = 1
         self.unseen_s = 0.0
         self._config = config
         self._heading = HeadingEstimator(first, position, forward, config)
         self._size = SizeEstimator(first.size, config.extent)
-        self._corner_error = CornerError(first, self.heading, self._unseen_size, config.corner)
+        self.corner = CornerEstimator(position, first, self.heading, self._unseen_size, config, bank)
         self._confirmation = Confirmation(config.life, config.extent, self.footprint)
         self._confirmation.count(first, self.seen_size)
 
@@ -85,19 +81,14 @@ class Track:
         return self._size.known
 
     @property
-    def model(self) -> int:
-        """Index of the selected model: the highest score of (12)."""
-        return int(np.argmax(self.bank.probability))
-
-    @property
     def offset_covariance(self) -> Floats:
         """(2, 2) covariance of the time-correlated error, odometry frame [m^2]."""
-        return self._corner_error.covariance(self.heading)
+        return self.corner.offset_covariance(self.heading)
 
     @property
     def covariance(self) -> Floats:
         """(2, 2) covariance of the tracked corner [m^2]."""
-        return np.asarray(self.bank.estimate[1][:2, :2] + self.offset_covariance)
+        return self.corner.covariance(self.heading)
 
     @property
     def seen(self) -> bool:
@@ -110,24 +101,6 @@ class Track:
         return self.status is Status.CONFIRMED and self.seen
 
     @property
-    def position(self) -> Floats:
-        """(2,) tracked corner [m]."""
-        return self.bank.estimate[0][:2].copy()
-
-    @property
-    def velocity(self) -> Floats:
-        """(2,) velocity [m/s], zero if the stationary model is selected."""
-        return np.zeros(2) if self.model == STATIONARY else self.bank.estimate[0][2:4]
-
-    @property
-    def course(self) -> float | None:
-        """Direction of motion [rad], None for a vehicle that may be stationary."""
-        if self.model == STATIONARY:
-            return None
-        mean, covariance = self.bank.estimate
-        return orientation.course(mean[2:4], covariance[2:4, 2:4], self._config.orientation)
-
-    @property
     def long(self) -> bool:
         """True if the vehicle is longer than a car."""
         return extent.long(self.seen_size, self._config.extent)
@@ -135,7 +108,7 @@ class Track:
     @property
     def footprint(self) -> Footprint:
         """Area that was seen to be covered by the vehicle, starting at the tracked corner."""
-        middle = self.position - rotate(0.5 * self.corner_sign * self.seen_size, self.heading)
+        middle = self.corner.position - rotate(0.5 * self.corner.sign * self.seen_size, self.heading)
         return Footprint(middle, self.heading, self.seen_size)
 
     def predict(self, motion: Motion) -> None:
@@ -143,9 +116,8 @@ class Track:
 
         Only the constant acceleration model lets a vehicle turn: the others set its yaw rate to zero.
         """
-        self._heading.predict(motion.heading, turning=self.model == CA)
-        self.bank.predict(motion)
-        self.independent.predict(motion.models)
+        self._heading.predict(motion.heading, turning=self.corner.model == CA)
+        self.corner.predict(motion)
         self.unseen_s += motion.dt
         life = self._config.life
         if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
@@ -153,15 +125,18 @@ class Track:
 
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
-        self._update_filters(seen)
+        self.corner.observe(seen, self.heading)
         self._heading.observe(seen.heading, seen.heading_variance)
         self.hits += 1
         self.unseen_s = 0.0
         self._size.observe(seen.size, seen.whole, self._heading.oriented_hits)
-        self._change_corner(seen.corner_sign)
+        if (seen.corner_sign != self.corner.sign).any():
+            offset = self.corner.change_corner(seen.corner_sign, self.size, self._unseen_size, self.heading)
+            self._heading.shift(offset)
         self._confirmation.count(seen, self.seen_size)
         self._confirmation.check_motion(seen, self.footprint)
-        self._turn(self._heading.turns_to_front(self.course, self.position, self.seen_size, self._size.seen_whole))
+        course, position = self.corner.course, self.corner.position
+        self._turn(self._heading.turns_to_front(course, position, self.seen_size, self._size.seen_whole))
 
     def absorb(self, low: Floats, high: Floats) -> None:
         """Extend the track to a box that contains it.
@@ -169,9 +144,10 @@ class Track:
         `low` and `high` are the corners (2,) of that box relative to the centre of the seen part, along and across the
         heading [m].
         """
-        corner = np.where(self.corner_sign > 0, high, low)
-        own = 0.5 * self.corner_sign * self.seen_size
-        self._shift(rotate(corner - own, self.heading))
+        own = 0.5 * self.corner.sign * self.seen_size
+        offset = rotate(np.where(self.corner.sign > 0, high, low) - own, self.heading)
+        self.corner.shift(offset)
+        self._heading.shift(offset)
         self._size.resize(high - low, self._heading.oriented_hits)
 
     def settle(self) -> None:
@@ -195,35 +171,10 @@ class Track:
         """(2,) part of length and width that is not known to exist [m]."""
         return self.size - self.known_size
 
-    def _update_filters(self, seen: TrackObservation) -> None:
-        """Correct the filters and the time-correlated error of the tracked corner."""
-        measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
-        released = self._corner_error.released(seen, self.heading)
-        self.bank.inflate(released)
-        self.independent.inflate(released)
-        covariance = self.bank.observe(seen.misfit, seen.covariance)
-        self._corner_error.observe(seen.exact, covariance, self.heading)
-        self.independent.observe(measured, covariance)
-
-    def _change_corner(self, corner_sign: Ints) -> None:
-        """Move the state along the known sides to another corner, so that the vehicle does not jump."""
-        changes = corner_sign != self.corner_sign
-        if changes.any():
-            self._shift(rotate(0.5 * (corner_sign - self.corner_sign) * self.size, self.heading))
-            self._corner_error.change_corner(changes, self._unseen_size)
-            self.corner_sign = corner_sign
-
-    def _shift(self, offset: Floats) -> None:
-        """Track another point, (2,) [m] away from the current one."""
-        self.bank.shift(offset)
-        self.independent.shift(offset)
-        self._heading.shift(offset)
-
     def _turn(self, quarters: int) -> None:
         """Describe the same box by a heading turned by `quarters`."""
         if quarters == 0:
             return
         self._heading.turn(quarters)
-        self.corner_sign = orientation.turn_sign(self.corner_sign, quarters)
-        self._corner_error.turn(quarters)
+        self.corner.turn(quarters)
         self._size.turn(quarters, self._heading.oriented_hits)

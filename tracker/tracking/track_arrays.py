@@ -14,9 +14,9 @@ from tracker.tracking.track import Track
 
 def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
     """Return tracked corners (T, 2) [m], headings (T,) [rad] and the signs (T, 2) of these corners."""
-    corner = np.reshape([track.position for track in tracks], (-1, 2))
+    corner = np.reshape([track.corner.position for track in tracks], (-1, 2))
     heading = np.array([track.heading for track in tracks])
-    return corner, heading, np.array([track.corner_sign for track in tracks], dtype=np.int64).reshape(-1, 2)
+    return corner, heading, np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(-1, 2)
 
 
 def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
@@ -28,7 +28,7 @@ def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
 
 def velocities(tracks: Sequence[Track]) -> Floats:
     """(T, 2) velocities [m/s]."""
-    return np.reshape([track.velocity for track in tracks], (-1, 2))
+    return np.reshape([track.corner.velocity for track in tracks], (-1, 2))
 
 
 def within(points: Floats, tracks: Sequence[Track]) -> Bools:
@@ -51,17 +51,17 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
 def predictions(tracks: Sequence[Track]) -> Predictions:
     """Return the predicted states of T tracks; T may be 0."""
     count, models = len(tracks), len(MODELS)
-    filters = [track.bank.filters for track in tracks]
+    filters = [track.corner.bank.filters for track in tracks]
     corner_covariance = np.reshape([bank.covariance[:, :2, :2] for bank in filters], (count, models, 2, 2))
     offset = np.reshape([track.offset_covariance for track in tracks], (count, 1, 2, 2))
     return Predictions(
         position=np.reshape([bank.mean[:, :2] for bank in filters], (count, models, 2)),
         velocity=np.reshape([bank.mean[:, 2:4] for bank in filters], (count, models, 2)),
         covariance=corner_covariance + offset,
-        probability=np.reshape([track.bank.probability for track in tracks], (count, models)),
+        probability=np.reshape([track.corner.bank.probability for track in tracks], (count, models)),
         heading=np.array([track.heading for track in tracks]),
         heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
         size=np.reshape([track.size for track in tracks], (count, 2)),
         known_size=np.reshape([track.known_size for track in tracks], (count, 2)),
-        corner_sign=np.array([track.corner_sign for track in tracks], dtype=np.int64).reshape(count, 2),
+        corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
     )

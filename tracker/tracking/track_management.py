@@ -73,7 +73,7 @@ class TrackManager:
 
     def merge(self, tracks: Sequence[Track]) -> None:
         """Merge tracks that follow pieces of one vehicle; the track with more observations stays."""
-        fast = [t for t in tracks if t.seen and np.hypot(*t.velocity) >= self._merging.speed_min_mps]
+        fast = [t for t in tracks if t.seen and np.hypot(*t.corner.velocity) >= self._merging.speed_min_mps]
         ranked = sorted(fast, key=lambda track: (not track.confirmed_now, -track.hits))
         seen = pieces(ranked)
         for a, b in combinations(range(len(ranked)), 2):

@@ -67,10 +67,10 @@ def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
     first = (-20.0, 3.5, 0.0)
     track = start(first)
     poses = straight(first, 10.0, 60)
-    first_corner = tuple(track.corner_sign)
+    first_corner = tuple(track.corner.sign)
     centers = follow(track, poses)
     assert first_corner == (1, -1)
-    assert tuple(track.corner_sign) == (-1, -1)
+    assert tuple(track.corner.sign) == (-1, -1)
     assert np.abs(centers - poses[:, :2])[10:].max() < 0.03
 
 
@@ -152,7 +152,7 @@ def test_the_model_that_fits_the_motion_is_selected(motion, model):
     chosen = []
     for pose in poses:
         follow(track, [pose], rng)
-        chosen.append(track.model)
+        chosen.append(track.corner.model)
     assert np.mean(np.array(chosen[20:]) == model) > 0.6
 
 
@@ -201,14 +201,14 @@ def test_independent_models_are_not_affected_by_mixing():
     speed, x = 12.0, 20.0
     for _ in range(40):
         x, speed = x + speed * DT, speed - 3.0 * DT
-        before = track.independent.filters.mean.copy(), track.independent.filters.covariance.copy()
+        before = track.corner.independent.filters.mean.copy(), track.corner.independent.filters.covariance.copy()
         follow(track, [(x, 3.5, 0.0)])
         twin = Filters(*before)
         twin.predict(STEP.models)
         seen = observe_boxes((x, 3.5, 0.0), CAR)
         twin.correct(seen.corner[0] - twin.mean[:, :2], seen.covariance[0, :2, :2])
-    assert track.independent.filters.mean == pytest.approx(twin.mean, abs=0.02)
-    assert track.independent.filters.mean[1, 0] - track.position[0] > 0.05
+    assert track.corner.independent.filters.mean == pytest.approx(twin.mean, abs=0.02)
+    assert track.corner.independent.filters.mean[1, 0] - track.corner.position[0] > 0.05
 
 
 def test_nees_is_chi_square_for_a_time_correlated_error():
@@ -220,7 +220,7 @@ def test_nees_is_chi_square_for_a_time_correlated_error():
         for pose in straight((20.0, 3.5, 0.0), 6.0, 25):
             noise = np.append(constant + rng.normal(0, SEEN_STD_M, 2), 0.0)
             follow(track, [pose + noise])
-        corner = pose[:2] + 0.5 * track.corner_sign * CAR
-        off = track.position - corner
+        corner = pose[:2] + 0.5 * track.corner.sign * CAR
+        off = track.corner.position - corner
         nees.append(off @ np.linalg.solve(track.covariance, off))
     assert np.mean(nees) == pytest.approx(2.0, abs=0.7)  # of a chi-square with 2 degrees: mean 2, std of the mean 0.26
