@@ -76,7 +76,7 @@ def fit_corner(points, corner, noise, gate, rounds=2):
             depth, _, std = depths(points, corner[k], noise)
             ratio[k] = np.abs(depth) / std
         member = np.where(ratio.min(axis=0) < gate, ratio.argmin(axis=0), -1)
-        rows, mean, certainty = [], {}, np.zeros((2, 3))
+        rows, mean, uncertainty = [], {}, np.zeros((2, 3))
         for k in real:
             on, weight = member == k, 1.0 / depths(points, corner[k], noise)[2] ** 2
             if not on.any():
@@ -85,25 +85,25 @@ def fit_corner(points, corner, noise, gate, rounds=2):
             mean[k] = np.average(points[on], axis=0, weights=weight[on])
             row = (points[on] - mean[k]) * np.sqrt(weight[on, None])
             rows.append(row if k == 0 else row[:, ::-1] * [1.0, -1.0])
-            certainty[k, 1:] = 1.0 / weight[on].sum(), np.sum(row**2)
+            uncertainty[k, 1:] = 1.0 / weight[on].sum(), np.sum(row**2)
         x, y = np.linalg.svd(np.concatenate(rows))[2][0]
         for k in mean:
             normal = np.array([-y, x]) if k == 0 else np.array([x, y])
             normal *= np.sign(normal @ corner[k, :2])
             corner[k] = [*normal, -normal @ mean[k]]
-            certainty[k, 0] = mean[k] @ [normal[1], -normal[0]]
-    order = [1, 0] if certainty[1, 2] > certainty[0, 2] else [0, 1]
-    certainty[:, 2] = 1.0 / certainty[:, 2].sum()
-    return corner[order], certainty[order]
+            uncertainty[k, 0] = mean[k] @ [normal[1], -normal[0]]
+    order = [1, 0] if uncertainty[1, 2] > uncertainty[0, 2] else [0, 1]
+    uncertainty[:, 2] = 1.0 / uncertainty[:, 2].sum()
+    return corner[order], uncertainty[order]
 
 
-def label_body(points, corner, certainty, noise, gate, depth_max, beyond_max, pitch):
+def label_body(points, corner, uncertainty, noise, gate, depth_max, beyond_max, pitch):
     """Face of each body point."""
     n, real = len(points), [k for k in range(2) if corner[k].any()]
     depth, place, std = np.full((2, n), np.inf), np.zeros((2, n)), np.ones((2, n))
     for k in real:
         depth[k], place[k], std[k] = depths(points, corner[k], noise)
-        std[k] = np.sqrt(std[k] ** 2 + certainty[k, 1] + (place[k] - certainty[k, 0]) ** 2 * certainty[k, 2])
+        std[k] = np.sqrt(std[k] ** 2 + uncertainty[k, 1] + (place[k] - uncertainty[k, 0]) ** 2 * uncertainty[k, 2])
     ratio = np.abs(depth) / std
     member = np.where(ratio.min(axis=0) < gate, ratio.argmin(axis=0), -1)
     ends = [

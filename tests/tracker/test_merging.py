@@ -55,7 +55,7 @@ def test_separate_vehicles_are_not_merged(other):
 
 
 def test_segments_inside_a_vehicle_are_merged():
-    """Two pieces of it, a car beside it, something half inside, and points of no segment."""
+    """Two pieces of a vehicle, a car beside it, an object half inside, and points of no segment."""
     cab, trailer = [[13.0, 1.8], [14.0, 1.8]], [[1.0, 1.8], [9.0, 1.7]]
     car, half, loose = [[5.0, -1.0], [8.0, -1.0]], [[15.1, 4.0], [19.0, 4.0]], [[5.0, 3.0]]
     points = np.array(car + cab + half + trailer + loose)

@@ -1,5 +1,7 @@
 """The complete tracker on scans of the synthetic rig."""
 
+import copy
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -119,3 +121,43 @@ def test_equal_scans_give_equal_tracks():
     assert len(runs[0]) >= 2
     for field in ("id", "mean", "covariance", "model_probability", "size"):
         np.testing.assert_array_equal(getattr(runs[0], field), getattr(runs[1], field))
+
+
+class NoAssociation:
+    """An associator that assigns no box."""
+
+    def associate(self, tracks, predictions, hypotheses, seen):
+        assert len(predictions.heading) == len(tracks)
+        assert hypotheses.heading.shape == (len(tracks), len(seen))
+        return []
+
+
+class NoManagement:
+    """A track management that starts no tracks."""
+
+    def manage(self, tracks, *_):
+        return list(tracks)
+
+
+def test_stages_are_replaced_by_objects():
+    """Without association no track is confirmed; without track management there is none."""
+    scans = [scan for _, scan in drive(6, ego_mps=10.0, actors=[car(15.0, 0.0, 10.0)])]
+    unassociated, unmanaged = Tracker(associator=NoAssociation()), Tracker(track_management=NoManagement())
+    for scan in scans:
+        tracks, trace = unassociated.step(scan)
+        assert len(trace.boxes) == 1
+        assert len(unmanaged.step(scan)[0]) == 0
+    assert len(tracks) >= 1
+    assert len(confirmed(tracks)) == 0
+
+
+def test_a_copied_tracker_continues_like_the_original():
+    scans = [scan for _, scan in drive(10, ego_mps=10.0, actors=[car(15.0, 0.0, 12.0)])]
+    tracker = Tracker()
+    for scan in scans[:5]:
+        tracker.step(scan)
+    copies = [copy.deepcopy(tracker), pickle.loads(pickle.dumps(tracker))]
+    for scan in scans[5:]:
+        expected = tracker.step(scan)[0]
+        for other in copies:
+            np.testing.assert_array_equal(other.step(scan)[0].mean, expected.mean)

@@ -140,18 +140,22 @@ def test_faces_equal_the_reference(seed):
     twin = naive_faces.best_corner(points, clusters, points, config.tau_m, *limits, config.length_min_m)
     np.testing.assert_allclose(found, twin, atol=1e-9)
 
-    found, certainty = faces.fit_corner(points, found, noise, config.gate)
-    twin, twin_certainty = naive_faces.fit_corner(points, twin, noise, config.gate)
+    found, uncertainty = faces.fit_corner(points, found, noise, config.gate)
+    twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, config.gate)
     np.testing.assert_allclose(found, twin, atol=1e-6)
-    np.testing.assert_allclose(certainty[found.any(axis=1)], twin_certainty[found.any(axis=1)], rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(
+        uncertainty[found.any(axis=1)], twin_uncertainty[found.any(axis=1)], rtol=1e-5, atol=1e-6
+    )
 
     wide = faces.excess(points, found, noise, config.tau_m)
     assert wide == pytest.approx(naive_faces.excess(points, found, noise, config.tau_m))
 
     height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
     for cloud in (points, np.hstack([points, height])):
-        label = outline.label_body(cloud, found, certainty, *limits, np.deg2rad(config.pitch_deg))
-        np.testing.assert_array_equal(label, naive_faces.label_body(cloud, found, certainty, *limits, np.deg2rad(0.25)))
+        label = outline.label_body(cloud, found, uncertainty, *limits, np.deg2rad(config.pitch_deg))
+        np.testing.assert_array_equal(
+            label, naive_faces.label_body(cloud, found, uncertainty, *limits, np.deg2rad(0.25))
+        )
 
 
 @settings(deadline=None, max_examples=50)

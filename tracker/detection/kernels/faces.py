@@ -113,7 +113,7 @@ def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tu
     -------
     corner
         (2, 3).
-    certainty
+    uncertainty
         (2, 3) mean place of each face [m], variance of its depth there [m^2], and variance of the common direction
         [rad^2].
     """
@@ -132,14 +132,14 @@ def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tu
             else:
                 corner[k] = 0.0
     information = moment[:, 3] + moment[:, 5]
-    certainty = np.empty((2, 3))
+    uncertainty = np.empty((2, 3))
     for k in range(2):
-        certainty[k, 0] = corner[k, 1] * moment[k, 1] - corner[k, 0] * moment[k, 2]
-        certainty[k, 1] = 1.0 / max(moment[k, 0], 1e-9)
-        certainty[k, 2] = 1.0 / max(information.sum(), 1e-9)
+        uncertainty[k, 0] = corner[k, 1] * moment[k, 1] - corner[k, 0] * moment[k, 2]
+        uncertainty[k, 1] = 1.0 / max(moment[k, 0], 1e-9)
+        uncertainty[k, 2] = 1.0 / max(information.sum(), 1e-9)
     if information[1] > information[0]:
-        return corner[::-1].copy(), certainty[::-1].copy()
-    return corner, certainty
+        return corner[::-1].copy(), uncertainty[::-1].copy()
+    return corner, uncertainty
 
 
 @njit(cache=True)

@@ -19,8 +19,8 @@ HALVINGS = 7
 def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     """(N, M) distance of points to the side of a rectangle along their line, moved to the median of the line.
 
-    Line g has points offset[g] to offset[g + 1] and candidate headings (G, M). The side is the
-    direction of the rectangle across which the points spread less.
+    Line g has points offset[g] to offset[g + 1] and candidate headings (G, M). The side has the direction of the
+    rectangle across which the points spread less.
     """
     distance = np.empty((len(points), heading.shape[1]))
     for g in range(len(offset) - 1):
@@ -38,7 +38,7 @@ def local_density(place: Floats, reach: float, out: Floats) -> None:
     """Write the kernel density of the other points at each point's place to `out`.
 
     A point at distance d counts (1 - (d / reach)^2)^2, a kernel with a standard deviation of 0.38 reach; the point
-    at d = 0 does not count. Each place is interpolated between the two bins around it, for writing and reading, so that
+    itself does not count. Each place is interpolated between the two bins around it, for writing and reading, so that
     the estimate is continuous and needs no sorting.
     """
     low, pitch = place.min(), reach / BINS_PER_REACH

@@ -30,7 +30,7 @@ MIRROR_GATE = 4.0
 
 
 @njit(cache=True)
-def face_depths(points: Floats, corner: Floats, certainty: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+def face_depths(points: Floats, corner: Floats, uncertainty: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
     """Return depths behind both faces, places along them, and standard deviations that include those of the faces.
 
     All are (2, N). The depth of a face is most certain at its centre. Depths behind a missing face are infinite.
@@ -40,7 +40,7 @@ def face_depths(points: Floats, corner: Floats, certainty: Floats, noise: Floats
     for k in range(2):
         if exists(corner[k]):
             depth[k], place[k], std[k] = depths(points, corner[k], noise)
-            std[k] = np.sqrt(std[k] ** 2 + certainty[k, 1] + (place[k] - certainty[k, 0]) ** 2 * certainty[k, 2])
+            std[k] = np.sqrt(std[k] ** 2 + uncertainty[k, 1] + (place[k] - uncertainty[k, 0]) ** 2 * uncertainty[k, 2])
     return depth, place, std
 
 
@@ -140,7 +140,7 @@ def drop_mirrors(height: Floats, label: Ints, depth: Floats, place: Floats, std:
 def label_body(
     points: Floats,
     corner: Floats,
-    certainty: Floats,
+    uncertainty: Floats,
     noise: Floats,
     gate: float,
     depth_max: float,
@@ -152,7 +152,7 @@ def label_body(
     Outliers are -1: points outside a face are mirrors or neighbours, points deep inside are seen through or over the
     body.
     """
-    depth, place, std = face_depths(points, corner, certainty, noise)
+    depth, place, std = face_depths(points, corner, uncertainty, noise)
     label, outside = on_faces(depth, place, std, gate, depth_max, beyond_max)
     unseen_sides(points, corner, depth, place, label, outside, gate * noise[1], pitch, depth_max)
     label[outside == 1] = -1

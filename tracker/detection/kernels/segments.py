@@ -89,8 +89,8 @@ def link_segments(
         if variant == FACES:
             corner = best_corner(segment, sample, cluster, tau, noise, gate, depth_max, beyond_max, length_min)
             wide = gate * excess(segment, fit_corner(segment, corner, noise, gate)[0], noise, tau)
-            corner, certainty = fit_corner(segment, corner, noise, wide)
-            member = label_body(segment, corner, certainty, noise, wide, depth_max, beyond_max, faces.pitch)
+            corner, uncertainty = fit_corner(segment, corner, noise, wide)
+            member = label_body(segment, corner, uncertainty, noise, wide, depth_max, beyond_max, faces.pitch)
             dominant = corner[0]
         else:
             found = (
