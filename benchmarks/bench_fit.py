@@ -1,4 +1,4 @@
-"""T-linkage of one car of 150 points."""
+"""Time of T-linkage for a car of 150 points."""
 
 import time
 from typing import Any
@@ -13,7 +13,7 @@ REPEATS = 300
 
 
 def car_points() -> np.ndarray:
-    """Noisy points on the rear and the left side of a car 12 m ahead, and three on its mirror."""
+    """Return noisy points on the rear and the left side of a car 12 m ahead, and three on its mirror."""
     rng = np.random.default_rng(0)
     rear = np.stack([np.full(45, 12.0), np.linspace(-4.0, -2.2, 45)], axis=1)
     side = np.stack([np.linspace(12.0, 16.7, 102), np.full(102, -2.2)], axis=1)

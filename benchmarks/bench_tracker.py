@@ -1,4 +1,4 @@
-"""One step of the tracker with four vehicles in view, the paper's own load."""
+"""Time of a tracker step with four vehicles in view, the load of the paper."""
 
 import time
 from pathlib import Path
@@ -19,7 +19,7 @@ PLACES_M = ((12.0, 0.0), (20.0, 3.5), (-15.0, -3.5), (9.0, -7.0))
 
 
 def rows() -> dict[str, dict[str, Any]]:
-    """Median over a scripted scene that stands still."""
+    """Return the median over a stationary scripted scene."""
     rig = load_rig("srx_six_lux", Path())
     traffic = ScriptedTraffic(
         kind="scripted",

@@ -1,10 +1,10 @@
-"""Bounds of settings."""
+"""Range checks of settings."""
 
 
 def require_within(settings: object, low: float, high: float, *names: str) -> None:
-    """Raise a ValueError for the first of the named settings that is not `low` to `high`.
+    """Raise a ValueError for the first of the named settings outside `low` to `high`.
 
-    What is far beyond any road would be lost to rounding in a covariance, and end as a number that is none.
+    The ranges exclude values for which the rounding errors of a covariance end in NaN.
     """
     for name in names:
         value = getattr(settings, name)

@@ -9,7 +9,7 @@ QUARTER = np.pi / 2
 
 
 def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
-    """Turn vectors (..., 2) by angles (...)."""
+    """Rotate vectors (..., 2) by angles (...)."""
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vector[..., 0], vector[..., 1]
     turned = np.empty((*np.broadcast_shapes(x.shape, np.shape(angle)), 2))
@@ -19,9 +19,9 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
 
 
 def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:
-    """(P, B) whether points (P, 2) lie inside the boxes with centre (B, 2), heading (B,) and size (B, 2)."""
-    own_frame = rotate(points[:, None] - center, -heading)
-    return np.asarray(np.all(np.abs(own_frame) <= 0.5 * size, axis=2))
+    """(P, B) mask of points (P, 2) inside boxes with centre (B, 2), heading (B,) and size (B, 2)."""
+    box_frame = rotate(points[:, None] - center, -heading)
+    return np.asarray(np.all(np.abs(box_frame) <= 0.5 * size, axis=2))
 
 
 def wrap(angle: float) -> float:
@@ -30,37 +30,38 @@ def wrap(angle: float) -> float:
 
 
 def fold(heading: Floats) -> Floats:
-    """Headings in [0, pi/2), as a rectangle's is known; the remainder of a tiny negative angle rounds to pi/2."""
+    """Headings modulo a quarter turn, in [0, pi/2)."""
+    # The remainder of a tiny negative angle rounds to pi/2.
     remainder = np.mod(heading, QUARTER)
     return np.asarray(np.where(remainder < QUARTER, remainder, 0.0))
 
 
-def reach(size: Floats, turn: float) -> Floats:
-    """(2,) how far a box of size (2,) extends along and across a heading that it is turned against."""
+def projected_size(size: Floats, turn: float) -> Floats:
+    """(2,) extent of a box of size (2,) along and across a heading that differs from its own by `turn` [rad]."""
     cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
     return np.asarray(np.array([[cos, sin], [sin, cos]]) @ size)
 
 
-def spread(variance: Floats, heading: float) -> Floats:
-    """(2, 2) covariance of variances (2,) along and across a heading."""
+def rotated_covariance(variance: Floats, heading: float) -> Floats:
+    """(2, 2) covariance with variances (2,) along and across a heading."""
     (along, across), cos, sin = variance, np.cos(heading), np.sin(heading)
     mixed = cos * sin * (along - across)
     return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
 
 
 def variance_along(covariance: Floats, heading: float) -> Floats:
-    """(2,) variances along and across a heading, of a covariance (2, 2)."""
+    """(2,) variances of a covariance (2, 2) along and across a heading."""
     cos, sin = np.cos(heading), np.sin(heading)
     axes = np.array([[cos, sin], [-sin, cos]])
     return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes))
 
 
-def mahalanobis(residual: Floats, spread: Floats) -> tuple[Floats, Floats]:
-    """Squared Mahalanobis distance (...) of residuals (..., 2), and the determinant (...) of their spread (..., 2, 2).
+def mahalanobis(residual: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+    """Squared Mahalanobis distance (...) of residuals (..., 2), and determinant (...) of their covariance (..., 2, 2).
 
-    Written out for two dimensions: the general inverse is several times slower on many small matrices.
+    Closed form for two dimensions: the general inverse is several times slower on many small matrices.
     """
     x, y = residual[..., 0], residual[..., 1]
-    xx, xy, yy = spread[..., 0, 0], spread[..., 0, 1], spread[..., 1, 1]
+    xx, xy, yy = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     determinant = xx * yy - xy**2
     return (yy * x**2 - 2 * xy * x * y + xx * y**2) / determinant, determinant

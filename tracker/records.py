@@ -1,7 +1,9 @@
-"""Records between the tracker's stages. Angles are radians, counter-clockwise; N points, S segments, T tracks.
+"""Records that the stages of the tracker exchange.
+
+Angles are in radians, counter-clockwise. N is the number of points, S of segments, B of boxes, T of tracks.
 
 A box's heading points along one of its sides; its sides are `size` = (along heading, across heading).
-A corner is named by its signs in the box's frame: (+1, +1) is front left, (-1, +1) rear left, and so on.
+A corner is identified by its signs in the box's frame: (+1, +1) is front left, (-1, +1) rear left, and so on.
 """
 
 from dataclasses import dataclass
@@ -14,10 +16,10 @@ from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import rotate
 
 METHODS = ("area", "closeness", "variance", "tlinkage", "refined")
-"""Where a candidate heading comes from, in the order of `Candidates`' second axis."""
+"""Methods of candidate headings, in the order of the second axis of `Candidates`."""
 
 BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "autoware")
-"""Methods that are measured for comparison and never selected: the rest of that axis, see `tracker.baselines`."""
+"""Methods for comparison, never selected: the rest of that axis, see `tracker.detection.baselines`."""
 
 MODELS = ("stationary", "cv", "ca")
 """The filters of the bank, equations (7), (8) and (9), in the order of every per-model axis."""
@@ -25,86 +27,90 @@ MODELS = ("stationary", "cv", "ca")
 NOT_USED = -1
 """`Segments.label` of points in no segment."""
 
+NO_TRACK = -1
+"""`StepTrace.track_id` of boxes without a track."""
+
 
 class Status(IntEnum):
-    """Life of a track."""
+    """Status of a track."""
 
     TENTATIVE = 0
     CONFIRMED = 1
     COASTING = 2
-    """Confirmed before, not seen now: kept for re-association."""
+    """Confirmed before and not observed now: kept for re-association."""
     DEAD = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segments:
-    """Points grouped into things."""
+    """Groups of points that belong to one object each."""
 
     label: Ints
     """(N,) segment of each scan point, 0 to count - 1, or `NOT_USED`."""
     count: int
+    """Number of segments S."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linkage:
-    """T-linkage's verdict on the points, algorithm 1."""
+    """Lines and outliers of T-linkage, algorithm 1."""
 
     line: Ints
-    """(N,) which line of its segment a point belongs to, 0 the dominant one; -1 for outliers and unused points. Numbers
-    may be missing: of a vehicle's faces 1 is the other seen one, from 2 on are points along unseen ones."""
+    """(N,) line of its segment that a point belongs to, 0 for the dominant one, -1 for outliers and unused points.
+    Numbers may be missing: 1 is the second visible face of a vehicle, 2 and up are points along unseen faces."""
     heading: Floats
     """(S,) direction of the dominant line, in [0, pi/2)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidates:
-    """One rectangle per segment and method: `METHODS`, and after them `BASELINES`, NaN where these are switched off."""
+    """Rectangles by segment and method: `METHODS`, then `BASELINES`, which are NaN if switched off."""
 
     heading: Floats
-    """(S, M) in [0, pi/2), ego frame; a rectangle's heading is known modulo a quarter turn."""
+    """(S, M) in [0, pi/2), ego frame; the heading of a rectangle is modulo a quarter turn."""
     center_ego: Floats
     """(S, M, 2) [m]."""
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) what the selection compares, in the unit of `selection.variant`; NaN for baselines."""
+    """(S, M) cost of the selection, in the unit of `selection.variant`; NaN for baselines."""
     best: Ints
     """(S,) method of the lowest cost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Boxes:
-    """The selected rectangle of each segment that looks like a vehicle (B <= S of them)."""
+    """Selected rectangles of the B <= S segments of vehicle size."""
 
     segment: Ints
-    """(B,) the segment it was fitted to."""
+    """(B,) segment that the box was fitted to."""
     center_ego: Floats
     """(B, 2) [m]."""
     heading: Floats
     """(B,) in [0, pi/2), ego frame."""
     size: Floats
-    """(B, 2) seen extent along and across heading [m]."""
+    """(B, 2) visible extent along and across heading [m]."""
     corner_ego: Floats
-    """(B, 2) the corner nearest to the ego [m]."""
+    """(B, 2) corner nearest to the ego [m]."""
     corner_sign: Ints
-    """(B, 2) which corner that is, signs in the box's frame."""
+    """(B, 2) signs of that corner in the box's frame."""
     covariance: Floats
     """(B, 3, 3) of corner x, corner y [m] and heading [rad], ego frame."""
     support: Ints
     """(B,) points on the fitted lines."""
     time_offset: Floats
-    """(B,) when it was where it is, after the scan's time [s]: mean over these points."""
+    """(B,) time of the box minus time of the scan [s]: mean over these points."""
     cut: Bools
-    """(B, 2, 2) whether it may go on, unseen, beyond its low and its high end along and across heading."""
+    """(B, 2, 2) mask of truncated ends, low and high, along and across heading: the vehicle may extend beyond them."""
     flat: Bools
-    """(B,) whether it has one side only, where a second one would be in plain view were it a vehicle, or is but a part
-    of something larger."""
+    """(B,) mask of boxes with a single side where a vehicle would show a second one, or that are a part of a larger
+    object."""
 
     def __len__(self) -> int:
         return len(self.segment)
 
     def subset(self, index: Ints | Bools) -> "Boxes":
-        """Only the boxes of `index`."""
+        """Return the boxes of `index`."""
         return Boxes(
             self.segment[index],
             self.center_ego[index],
@@ -122,7 +128,7 @@ class Boxes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
-    """What the tracker reports: one row per living track, in the odometry frame.
+    """Output of the tracker: one row per reported track, in the odometry frame.
 
     State (6): x, y, vx, vy, ax, ay, heading, yaw rate, where x, y is the tracked corner.
     """
@@ -140,29 +146,29 @@ class Tracks:
     model: Ints
     """(T,) the selected model."""
     model_position_odom: Floats
-    """(T, len(MODELS), 2) the tracked corner by each model alone [m]."""
+    """(T, len(MODELS), 2) tracked corner by each independent model [m]."""
     corner_sign: Ints
-    """(T, 2) which corner of the vehicle is tracked, signs in the vehicle's frame (x forward, y left)."""
+    """(T, 2) signs of the tracked corner in the vehicle's frame (x forward, y left)."""
     size: Floats
     """(T, 2) length, width [m]."""
     model_covariance_odom: Floats | None = None
-    """(T, len(MODELS), 2, 2) of that corner by each model alone [m^2]; None from a tracker that does not tell."""
+    """(T, len(MODELS), 2, 2) covariance of that corner [m^2]; None if the tracker does not report it."""
     model_nis: Floats | None = None
     """(T, len(MODELS)) normalised innovation squared of each model's corner in this frame, 2 degrees of freedom; NaN
-    where it was not updated, None from a tracker that does not tell."""
+    for tracks that were not updated, None if the tracker does not report it."""
 
     def __len__(self) -> int:
         return len(self.id)
 
     @property
     def center_odom(self) -> Floats:
-        """(T, 2) box centre: half the box away from the tracked corner [m]."""
+        """(T, 2) box centre [m]."""
         return self.mean[:, :2] - rotate(0.5 * self.corner_sign * self.size, self.mean[:, 6])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """All that the fitting half made of a scan."""
+    """Results of the detection stages for one scan."""
 
     segments: Segments
     linkage: Linkage
@@ -172,7 +178,7 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StepTrace(Detection):
-    """Everything between scan and tracks, for the grader, the recorder and tests."""
+    """Intermediate results of one step, for the grader, the recorder and tests."""
 
     track_id: Ints
-    """(B,) the track each box was given to or started."""
+    """(B,) id of the track that each box updated or started, `NO_TRACK` for none."""

@@ -1,4 +1,4 @@
-"""The tracker's input contract: one sweep of all units, as the rig's fusion box delivers it.
+"""Input contract of the tracker: one sweep of all units, as delivered by the rig's fusion unit.
 
 Ego frame: origin at the ego's box centre on the ground, x forward, y left, z up.
 Odometry frame: fixed to the ground, starts as the ego frame of the first scan.
@@ -21,29 +21,29 @@ COLUMNS: dict[str, np.dtype[Any]] = {
     "echo_pulse_width": np.dtype(np.float32),
     "flags": np.dtype(np.uint16),
 }
-"""What a scan tells of each point beside its place, and the type it comes in."""
+"""Columns of a scan beside the position of each point, with their types."""
 
 
 class PointFlag(IntFlag):
-    """What the unit itself says of a point (IBEO LUX scan 0x2202, flags byte)."""
+    """Flags that a unit sets on a point (IBEO LUX scan 0x2202, flags byte)."""
 
     TRANSPARENT = 0x01
     """The beam has another echo behind this one."""
     CLUTTER = 0x02
-    """It came from the air: rain, spray, dust."""
+    """An echo from the air: rain, spray, dust."""
     GROUND = 0x04
     DIRT = 0x08
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """Points of one sweep of the whole rig. No ids: truth never enters the tracker.
+    """Points of one sweep of the whole rig. It has no actor ids: ground truth never enters the tracker.
 
     Echoes of one beam follow one another, the nearest first.
     """
 
     time: float
-    """[s] at the frame's clock."""
+    """[s] on the clock of the rig."""
     ego_pose_odom: Floats
     """(3,) x [m], y [m], yaw [rad] of the ego frame in the odometry frame."""
     points_ego: Floats32
@@ -78,15 +78,15 @@ class Scan:
         echo_pulse_width: npt.ArrayLike = 0.0,
         flags: npt.ArrayLike = 0,
     ) -> "Scan":
-        """Make a scan of points (N, 3) and a pose (3,), whatever arrays, lists or types they come in.
+        """Make a scan of points (N, 3) and a pose (3,), given as arrays or lists of any numeric type.
 
-        What is known of each point is an array (N,), or one value for all; by default they are first echoes without a
-        flag, of one unit and one layer, all of the scan's time. Without a pose the ego stands still.
+        The attributes of points are arrays (N,), or one value for all. By default points are first echoes without
+        flags, of one unit and one layer, at the scan's time. Without a pose the ego is stationary.
 
         Raises
         ------
         ValueError
-            Something has another shape, or a number that its type in the record cannot hold.
+            A shape is wrong, or a value is outside the range of its type in the record.
         """
         points = np.array(points_ego, dtype=np.float32, ndmin=1)
         if points.shape == (0,):
@@ -98,9 +98,9 @@ class Scan:
         return scan
 
     def check(self) -> None:
-        """Raise ValueError for a record that breaks the contract: shapes, types, and a time and pose that are numbers.
+        """Raise ValueError for a record that breaks the contract: wrong shapes or types, or a non-finite time or pose.
 
-        Floats may be of any width, whole numbers too. Points need not be finite.
+        Floats and integers may be of any width. Points need not be finite.
         """
         if not np.isfinite(self.time):
             raise ValueError(f"time is {self.time}; give the clock's seconds")
@@ -108,7 +108,7 @@ class Scan:
         if not np.isfinite(self.ego_pose_odom).all():
             raise ValueError(
                 f"ego_pose_odom at {self.time} s is {self.ego_pose_odom}; give x [m], y [m] and yaw [rad], "
-                "carried on from the last ones where odometry fails"
+                "extrapolated from the last poses where odometry fails"
             )
         count = np.shape(self.points_ego)[:1]
         _require("points_ego", self.points_ego, (*count, 3), "f")
@@ -117,7 +117,7 @@ class Scan:
 
 
 def _require(name: str, values: object, shape: tuple[int, ...], kinds: str) -> None:
-    """Raise ValueError for what is no array of this shape and kind of number."""
+    """Raise ValueError for a value that is not an array of this shape and kind of number."""
     array = values if isinstance(values, np.ndarray) else None
     if array is None or array.shape != shape or array.dtype.kind not in kinds:
         found = type(values).__name__ if array is None else f"{array.dtype} {array.shape}"
@@ -126,13 +126,13 @@ def _require(name: str, values: object, shape: tuple[int, ...], kinds: str) -> N
 
 
 def _column(name: str, values: npt.ArrayLike, count: int) -> npt.NDArray[Any]:
-    """Return (count,) values in the type of a column, one for all points if only one is given."""
+    """Return (count,) values in the type of a column; a single value applies to all points."""
     given, dtype = np.asarray(values), COLUMNS[name]
     if given.shape not in ((), (count,)):
         raise ValueError(f"{name} has shape {given.shape}; give one value, or one for each of the {count} points")
-    with np.errstate(invalid="ignore"):  # NaN among whole numbers: it is told below
+    with np.errstate(invalid="ignore"):  # NaN in an integer column: reported below
         column = np.full(count, given).astype(dtype)
     if dtype.kind == "u" and np.any(column != given):
         largest = 2 ** (8 * dtype.itemsize) - 1
-        raise ValueError(f"{name} holds what is no {dtype}; give whole numbers from 0 to {largest}")
+        raise ValueError(f"{name} holds values outside {dtype}; give whole numbers from 0 to {largest}")
     return np.asarray(column)

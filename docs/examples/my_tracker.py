@@ -1,4 +1,4 @@
-"""A tracker of one's own, as small as they come: a patch of points is a car, the nearest patch is the same car.
+"""Minimal example of a tracker: a patch of points is a car, and the nearest patch in the next scan is the same car.
 
 luxloop run docs/examples/my-first.toml --tracker docs.examples.my_tracker:PatchTracker
 """
@@ -13,19 +13,19 @@ CAR_M = np.array([4.6, 1.8])
 
 
 class PatchTracker:
-    """Boxes of a car's size, as the ego is turned; good for straight roads only."""
+    """Boxes of a car's size with the heading of the ego; suitable for straight roads only."""
 
     def __init__(self, config):
         del config  # the scenario's [tracker] table: settings of the shipped tracker
         self.ids, self.centers, self.born = np.empty(0, int), np.empty((0, 2)), 0
 
     def step(self, scan):
-        """Take in one scan and return the tracks, in the odometry frame."""
+        """Process one scan and return the tracks, in the odometry frame."""
         ids, centers = self.follow(scan.points_ego, scan.ego_pose_odom)
         return as_tracks(ids, centers, scan.ego_pose_odom[2])
 
     def follow(self, points_ego, ego_pose_odom):
-        """Ids and centres of the cars among points (N, 3), in the odometry frame."""
+        """Return ids and centres of the cars in points (N, 3), in the odometry frame."""
         x, y, yaw = ego_pose_odom
         turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
         centers = cars(points_ego) @ turn.T + (x, y)
@@ -33,7 +33,7 @@ class PatchTracker:
         return self.ids, centers
 
     def ids_of(self, centers):
-        """Ids of the cars that were nearest in the last scan, nearest pairs first, each taken once; else new ones."""
+        """Return the ids of the nearest cars of the last scan, nearest pairs first, each used once, or new ids."""
         ids = np.zeros(len(centers), int)
         distance = np.linalg.norm(centers[:, None] - self.centers, axis=2)
         while distance.size and distance.min() < REACH_M:
@@ -47,7 +47,7 @@ class PatchTracker:
 
 
 def cars(points_ego):
-    """(T, 2) centres of car-sized patches in the ego frame [m]; their near edges are where the points are."""
+    """(T, 2) centres of car-sized patches in the ego frame [m]; the near edges are at the points."""
     points = points_ego[(points_ego[:, 2] > 0.2) & (np.abs(points_ego[:, :2]) < RANGE_M).all(axis=1), :2]
     cell = ((points + RANGE_M) / CELL_M).astype(int)
     grid = np.zeros((int(2 * RANGE_M / CELL_M),) * 2, bool)
@@ -63,7 +63,7 @@ def cars(points_ego):
 
 
 def as_tracks(ids, centers, yaw):
-    """Fill in the record; the corner that is tracked is the rear right one, and no motion is estimated."""
+    """Return the record; the tracked corner is the rear right one, and motion is not estimated."""
     count = len(ids)
     corner_sign = np.tile([-1, -1], (count, 1))
     to_corner = -0.5 * CAR_M @ np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])

@@ -1,9 +1,9 @@
-"""Tracks the vehicles in a recording of LIDAR points. It needs the package `tracker` alone, no simulator.
+"""Track the vehicles in a recording of LIDAR points. This needs only the package `tracker`, not the simulator.
 
 python docs/examples/track_csv.py docs/examples/points.csv
 
-A row is a point: time of its scan [s], its place in the ego frame [m], and the ego's pose in the odometry frame
-[m, m, rad]. Rows of a scan stand together, scans in the order of time.
+A row is a point: time of its scan [s], its position in the ego frame [m], and the pose of the ego in the odometry frame
+[m, m, rad]. Rows are sorted by scan and time.
 """
 
 import sys
@@ -18,7 +18,7 @@ from tracker.tracker import Tracker
 
 TIME, POINT, POSE = 0, slice(1, 4), slice(4, 7)
 EVERY = 10
-"""Scans from one printed to the next."""
+"""Interval of printed scans."""
 
 
 def scans(path):
@@ -30,7 +30,7 @@ def scans(path):
 
 
 def show(scan, boxes, tracks):
-    """Print what was fitted to the points of a scan, in the ego frame, and who is tracked, in the odometry frame."""
+    """Print the boxes of a scan in the ego frame, and the tracks in the odometry frame."""
     print(f"{scan.time:.2f} s: {len(scan)} points, {len(boxes)} boxes, {len(tracks)} tracks")
     print("  box    x [m]   y [m]  heading [deg]  seen [m]")
     for b, (x, y) in enumerate(boxes.center_ego):
@@ -47,7 +47,7 @@ def show(scan, boxes, tracks):
 
 
 def main(path):
-    """Track, and print every tenth scan's result."""
+    """Track and print the result of every tenth scan."""
     tracker = Tracker()
     for number, scan in enumerate(scans(path), start=1):
         tracks, trace = tracker.step(scan)

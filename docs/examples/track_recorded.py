@@ -1,4 +1,4 @@
-"""Tracks a recorded run from outside: scans come from Parquet files, tracks go into a CSV file.
+"""Track a recorded run: read scans from Parquet files and write tracks to a CSV file.
 
 luxloop run docs/examples/my-first.toml --record-scans --out recorded
 python docs/examples/track_recorded.py recorded tracks.csv
@@ -16,7 +16,7 @@ POSE = ["odom_x_m", "odom_y_m", "odom_yaw_rad"]
 
 
 def main(run, out):
-    """Follow the scans of a run, and write a row per track and frame."""
+    """Track the scans of a run and write a row per track and frame."""
     scans = pd.read_parquet(Path(run, "scans", "scans.parquet")).set_index("frame")
     points = pd.read_parquet(Path(run, "scans", "points.parquet"), columns=["frame", *PLACE])
     tracker, tracks = PatchTracker(None), []

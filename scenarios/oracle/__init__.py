@@ -1,14 +1,15 @@
-"""Oracles: the shipped tracker with the truth in the place of one stage, or of several.
+"""Oracles: the shipped tracker with ground truth in place of one or several stages.
 
-What a metric gains by it is what the stage costs, given the others as they are. Mind what that means:
+The gain of a metric by an oracle is the cost of that stage, given the other stages. Interpretation:
 
-- A metric that grades a stage itself becomes ideal by the stage's own truth; what it costs shows in the tracks.
-- A later stage's truth hides what earlier ones did to it: a true fit needs no outlier removal. Gains do not add up.
-- The stages after an oracle were tuned to the real stage's mistakes, and some of these happen to make up for others: a
-  gain may be negative.
-- A segment that holds parts of two vehicles is the one's that owns most of it. Fit, association and model take it so.
-- What is no stage here is nobody's: preprocessing, the sweep's correction, belief in tracks, their sizes and their end.
-- The truth knows actors. On walls and on nothing every stage goes on as it is.
+- A metric that grades a stage is ideal with the oracle of that stage; the cost of the stage shows in the tracks.
+- The oracle of a later stage hides errors of earlier ones: a true fit needs no outlier removal. Gains do not add up.
+- The stages after an oracle were tuned to the errors of the real stage, and some errors compensate others: a gain may
+  be negative.
+- A segment with parts of two vehicles belongs to the owner of most of it, in the oracles of fit, association and model.
+- Some parts of the tracker have no oracle: preprocessing, deskewing, track confirmation, size estimation, termination.
+- Ground truth covers actors. Points on walls and clutter are processed by the real stages.
 
-Each stage's file says what its truth is. Nothing of this is known in `tracker/`: its classes are subclassed from here.
+The file of each stage documents its ground truth. `tracker/` does not know about oracles: they are objects passed to
+`Tracker`.
 """

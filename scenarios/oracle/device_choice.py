@@ -1,4 +1,4 @@
-"""How oracles are made: one device for any number of stages."""
+"""Choice of the device under test by command line options."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from tracker.tracker import TrackerConfig
 
 @dataclass(frozen=True, slots=True)
 class OracleFactory:
-    """Makes devices in which the truth replaces these stages; a `scenarios.run.device.DeviceFactory`."""
+    """Factory of trackers with oracles for these stages; a `scenarios.run.device.DeviceFactory`."""
 
     stages: Sequence[Stage]
 
     def __call__(self, config: TrackerConfig) -> OracleTracker:
-        """Make one.
+        """Return a new tracker.
 
         Raises
         ------
@@ -32,18 +32,19 @@ class OracleFactory:
 
 
 def choose(tracker: str | None, stages: Sequence[Stage]) -> DeviceFactory:
-    """Return what makes the device that a command line asks for.
+    """Return the factory of the device that the command line options select.
 
     Raises
     ------
     DeviceError
-        It asks for stages of another tracker than the shipped one, or for one that cannot be loaded.
+        Oracles are combined with another tracker than the shipped one, or the tracker cannot be loaded.
     """
     if not stages:
         return device.load(tracker or device.SHIPPED)
     if tracker not in (None, device.SHIPPED):
         asked = ", ".join(stages)
         raise DeviceError(
-            f"--oracle {asked}: oracles replace stages of the shipped tracker, not of {tracker}; leave one of both out"
+            f"--oracle {asked}: oracles replace stages of the shipped tracker, not of {tracker}; "
+            "omit --oracle or --tracker"
         )
     return OracleFactory(stages)

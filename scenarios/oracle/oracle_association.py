@@ -1,58 +1,123 @@
-"""The truth for association: a box goes to a track of the actor that it is of, without a gate about the prediction.
+"""Oracle for data association: a box updates a track of the actor that owns it, regardless of the gate.
 
-A new actor gets a track. Where an actor is seen in pieces, they and their tracks are matched by the real stage, and
-made one by the real union; tracks of different actors are neither united nor exclude each other. What is left of an
-actor's tracks keeps the id of the first. For how long a track waits is no matter of association (`[tracker.life]`): an
-actor whose tracks have died is a new one. Boxes of nobody, such as walls, are for tracks of nobody, by the real stage.
+A new actor gets a track. Where an actor is seen in pieces, the tracker's own association matches the pieces with the
+tracks of that actor, and its own merging makes one track of them. Tracks of different actors are neither merged nor
+treated as duplicates. The surviving track of an actor keeps the first id. The coasting time is not part of association
+(`[tracker.life]`): an actor whose tracks were terminated counts as new. Boxes without an actor, such as walls, are
+matched with tracks without an actor by the tracker's own association.
 
-The gate also guards against boxes that are misread: a rear that is taken for a front is a car's length off. So does the
-truth: out of the gate a box is left alone if it would take its track away from the vehicle.
+The gate also protects from misread boxes: a rear that is taken for a front moves a track by a car's length. The oracle
+does the same: it ignores a box outside the gate that would move the track away from its vehicle.
 """
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from scenarios.arrays import Bools, Floats, Ints
+from scenarios.oracle.oracle_context import OracleContext
 from sensor_model.truth import NO_ACTOR
 from tracker.records import Status
+from tracker.tracking.associator import PairScore
 from tracker.tracking.hypotheses import Hypotheses, Predictions
+from tracker.tracking.model_selection import ModelSelection
+from tracker.tracking.observations import Observations
 from tracker.tracking.track import Track
+from tracker.tracking.track_management import TrackManager
 
 AWAY_M = 0.5
-"""By so much a right box may take a track away from its vehicle [m]: corners are rounded, and sizes are guessed."""
+"""Limit on how far a correct box may move a track away from its vehicle [m]: corners are rounded, sizes are guessed."""
+
+
+class OracleScore:
+    """Cost of the tracker's own association, with a gate by the true owners of boxes; a `PairScore`."""
+
+    def __init__(self, score: PairScore, context: OracleContext) -> None:
+        self._score = score
+        self._context = context
+
+    def __call__(
+        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+    ) -> tuple[Floats, Bools]:
+        """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
+        cost, in_gate = self._score(tracks, predictions, hypotheses, seen)
+        context, actor = self._context, self._context.track_actor(tracks)
+        true_center = context.truth.center_odom(actor, context.ego_pose_odom)
+        misread = leads_away(predictions, hypotheses, true_center)
+        return cost, admissible(actor, context.box_actor, in_gate, misread)
+
+
+class OracleTrackManager:
+    """Track management that knows the actor of each track and box; a `TrackManagement`."""
+
+    def __init__(self, manager: TrackManager, context: OracleContext) -> None:
+        self._manager = manager
+        self._context = context
+
+    def manage(
+        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+    ) -> list[Track]:
+        """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
+        context, manager = self._context, self._manager
+        manager.settle(tracks)
+        for group in self._by_actor(tracks):
+            manager.merge(group)
+        self._remove_duplicates(tracks)
+        for group in self._by_actor(tracks):
+            hand_over_id(group)
+        free = manager.newcomers(tracks, seen, track_id)
+        followed = context.track_actor([track for track in tracks if track.status is not Status.DEAD])
+        new = newcomers(context.box_actor, context.support, followed, free)
+        return [*tracks, *manager.start(new, seen, track_id, forward, models)]
+
+    def _remove_duplicates(self, tracks: Sequence[Track]) -> None:
+        """Remove duplicates among the tracks of each actor, and tracks without an actor inside any other."""
+        for group in self._by_actor(tracks):
+            self._manager.remove_duplicates(group)
+        status = [track.status for track in tracks]
+        self._manager.remove_duplicates(tracks)
+        for track, before, actor in zip(tracks, status, self._context.track_actor(tracks).tolist(), strict=True):
+            track.status = track.status if actor == NO_ACTOR else before
+
+    def _by_actor(self, tracks: Sequence[Track]) -> Iterator[list[Track]]:
+        """Yield the tracks of each actor."""
+        track_actor = self._context.track_actor(tracks)
+        for actor in np.unique(track_actor[track_actor != NO_ACTOR]):
+            yield [track for track, own in zip(tracks, track_actor.tolist(), strict=True) if own == actor]
 
 
 def admissible(track_actor: Ints, box_actor: Ints, in_gate: Bools, misread: Bools) -> Bools:
-    """(T, B) whether a track may have a box, by the actors (T,) and (B,) of both.
+    """(T, B) mask of pairs of a track and a box that have the same actor, (T,) and (B,).
 
-    Of an actor's tracks those that have the box `in_gate` (T, B) may have it; if none has, all that do not `misread` it
-    (T, B).
+    Of the tracks of an actor, those with the box `in_gate` (T, B) are admissible. If there is none, all are that do not
+    `misread` (T, B) the box.
     """
     same = track_actor[:, None] == box_actor
     out_of_all_gates = ~(same & in_gate).any(axis=0) & (box_actor != NO_ACTOR)
     return np.asarray(same & (in_gate | (out_of_all_gates & ~misread)))
 
 
-def leads_away(predictions: Predictions, pairing: Hypotheses, true_center: Floats) -> Bools:
-    """(T, B) whether a box would take a track away from where its vehicle is, (T, 2) in the odometry frame [m]."""
+def leads_away(predictions: Predictions, hypotheses: Hypotheses, true_center: Floats) -> Bools:
+    """(T, B) mask of boxes that would move a track away from the true centre (T, 2) of its vehicle, odometry [m]."""
     each, model = np.arange(len(true_center)), predictions.probability.argmax(axis=1)
-    off = predictions.selected - predictions.to_corner - true_center
-    off_by_box = off[:, None] + pairing.misfit[each, :, model]
-    return np.asarray(np.linalg.norm(off_by_box, axis=2) > np.linalg.norm(off, axis=1)[:, None] + AWAY_M)
+    error = predictions.selected - predictions.to_corner - true_center
+    error_by_box = error[:, None] + hypotheses.misfit[each, :, model]
+    return np.asarray(np.linalg.norm(error_by_box, axis=2) > np.linalg.norm(error, axis=1)[:, None] + AWAY_M)
 
 
 def newcomers(box_actor: Ints, support: Ints, followed: Ints, free: Bools) -> Bools:
-    """(B,) whether a box starts a track: the largest of each actor not `followed` yet, and those that are `free`.
+    """(B,) mask of boxes that start a track: the largest of each actor not `followed` yet, and those that are `free`.
 
     Parameters
     ----------
     box_actor
-        (B,) actor of each box, `NO_ACTOR` for nobody's.
+        (B,) actor of each box, `NO_ACTOR` for none.
     support
         (B,) points of each box.
     followed
         Ids of actors that have a track.
     free
-        (B,) whether the real stage would start one.
+        (B,) mask of boxes that start a track by the tracker's own management.
     """
     largest_first = np.argsort(-support, kind="stable")
     _, first = np.unique(box_actor[largest_first], return_index=True)
@@ -60,8 +125,8 @@ def newcomers(box_actor: Ints, support: Ints, followed: Ints, free: Bools) -> Bo
     return np.asarray(free | (largest & (box_actor != NO_ACTOR) & ~np.isin(box_actor, followed)))
 
 
-def hand_over_id(tracks: list[Track]) -> None:
-    """Let the oldest id among the tracks of one actor go on, if the track that bears it has just died."""
+def hand_over_id(tracks: Sequence[Track]) -> None:
+    """Give the oldest id among the tracks of one actor to its best surviving track."""
     living = [track for track in tracks if track.status is not Status.DEAD]
     if living:
         first, heir = min(tracks, key=lambda track: track.id), max(living, key=lambda track: track.hits)

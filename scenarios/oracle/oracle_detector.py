@@ -1,9 +1,10 @@
-"""The fitting half with the truth in the place of stages."""
+"""Detection with oracles in place of stages."""
 
-from scenarios.arrays import Bools, Floats, Ints
+from scenarios.arrays import Bools
 from scenarios.grading.ownership import NO_ACTOR_ROW
 from scenarios.oracle import oracle_fit as fit
 from scenarios.oracle import oracle_outliers, oracle_segmentation
+from scenarios.oracle.oracle_context import OracleContext
 from scenarios.oracle.oracle_truth import Truth
 from scenarios.oracle.stage import Stage
 from tracker.detection.deskew import Movers
@@ -14,29 +15,26 @@ from tracker.scan import Scan
 
 
 class OracleDetector(Detector):
-    """A detector that is told the truth before each scan; stages that are not replaced are the real ones."""
+    """A detector that knows the ground truth of each scan. Stages without an oracle are those of `Detector`."""
 
-    truth: Truth
-    """Of the scan that comes next."""
-    ego_pose_odom: Floats
-    """(3,) of the last scan."""
-    found: Detection
-    """What was found in it."""
-    box_actor: Ints
-    """(B,) id of the actor that each box of it was fitted to, `NO_ACTOR` where to none."""
-
-    def __init__(self, config: DetectorConfig | None, stages: frozenset[Stage]) -> None:
+    def __init__(self, config: DetectorConfig | None, stages: frozenset[Stage], context: OracleContext) -> None:
         super().__init__(config)
         self._stages = stages
+        self._context = context
+
+    @property
+    def truth(self) -> Truth:
+        """Ground truth of the current scan."""
+        return self._context.truth
 
     def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
-        """Fit a box to every vehicle in a scan, and remember what was found."""
-        self.ego_pose_odom, self.found = scan.ego_pose_odom, super().step(scan, movers, long)
-        self.box_actor = self.truth.actor_id[self.truth.owner_row(self.found.segments)[self.found.boxes.segment]]
-        return self.found
+        """Detect the vehicles in a scan and record the owners of their boxes."""
+        found = super().step(scan, movers, long)
+        self._context.add_detection(scan.ego_pose_odom, found)
+        return found
 
     def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
-        """Group points, by the truth those on actors."""
+        """Group points, those on actors by the ground truth."""
         if Stage.SEGMENTATION not in self._stages:
             return super().segment(scan, keep, long)
         row = self.truth.point_row
@@ -44,22 +42,22 @@ class OracleDetector(Detector):
         return oracle_segmentation.actors_first(row, keep, rest, self.config.segmentation.points_min)
 
     def link(self, scan: Scan, segments: Segments) -> Linkage:
-        """Tell lines from outliers, those by the truth."""
+        """Separate lines from outliers, the outliers by the ground truth."""
         if Stage.OUTLIERS not in self._stages:
             return super().link(scan, segments)
         real, truth = super().link, self.truth
         return oracle_outliers.link(lambda clean: real(scan, clean), segments, truth.noise, truth.on_owner(segments))
 
     def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
-        """Fit rectangles, and have the true ones among them."""
-        gone = ~oracle_outliers.left_of((linkage.line != oracle_outliers.REMOVED) & (segments.label >= 0), segments)
-        candidates = super().fit(scan, segments, oracle_outliers.stand_in(linkage, segments, gone))
-        candidates = oracle_outliers.without(candidates, gone)
+        """Fit rectangles and add the true ones."""
+        gone = ~oracle_outliers.has_points((linkage.line != oracle_outliers.REMOVED) & (segments.label >= 0), segments)
+        candidates = super().fit(scan, segments, oracle_outliers.with_placeholder_lines(linkage, segments, gone))
+        candidates = oracle_outliers.without_rectangles(candidates, gone)
         if Stage.FIT not in self._stages:
             return candidates
         return fit.select(candidates, fit.rectangles(scan, segments, self.truth))
 
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
-        """Make boxes of rectangles, and tell that true ones are exact."""
+        """Make boxes of rectangles; true rectangles get a small covariance."""
         boxes = super().box(scan, segments, linkage, candidates, cut_off)
-        return fit.made_sure(boxes, self.truth.boxed_owner(segments)) if Stage.FIT in self._stages else boxes
+        return fit.with_exact(boxes, self.truth.boxed_owner(segments)) if Stage.FIT in self._stages else boxes

@@ -1,10 +1,10 @@
-"""The truth for fitting: a vehicle's segment gets the true rectangle, as far as the vehicle is in view.
+"""Oracle for fitting: the segment of a vehicle gets the true rectangle of the visible part of the vehicle.
 
-Its heading is the true one, and so is every end that the clean points reach. Where what hides the vehicle cuts it off,
-or all is on one side, the rectangle ends where they do, as the real stage's does: how long a vehicle is that shows its
-rear is for the track to say. What kind of box that makes, and whether it is one, is left to the real stage.
+The rectangle has the true heading, and the true ends where clean points reach them. Where an occluder truncates the
+vehicle, or a single side is visible, the rectangle ends at the points, like that of the real stage: the length of a
+vehicle that shows its rear is estimated by the track. The real stage decides if the rectangle becomes a box.
 
-A segment of nobody, of a pedestrian or cyclist, or of a truck that is bent keeps the real fit.
+Segments without an owner, of pedestrians and cyclists, and of articulated trucks in a bend keep the real fit.
 """
 
 import math
@@ -20,21 +20,21 @@ from tracker.records import METHODS, Boxes, Candidates, Segments
 from tracker.scan import Scan
 
 BEST = METHODS.index("refined")
-"""The method whose column the truth takes; the others stay as they are, to be graded."""
+"""Column of `METHODS` that the true rectangle replaces; other columns are unchanged, to be graded."""
 END_MARGIN_M = 0.5
-"""Points this near to an end show it [m]: corners are rounded by 0.25 to 0.4, beams at 40 m are 0.17 apart."""
+"""Points this near to an end show that end [m]: corners are rounded by 0.25 to 0.4, beams at 40 m are 0.17 apart."""
 CORNER_STD_M, HEADING_STD_RAD = 0.01, math.radians(0.1)
-"""Of boxes that are exact: as near to nothing as filters can do with."""
+"""Standard deviations of exact boxes: the smallest that keep the filters stable."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueRectangles:
-    """The visible rectangles of K segments."""
+    """Visible rectangles of K segments."""
 
     segment: Ints
-    """(K,)."""
+    """(K,) segment of each rectangle."""
     heading: Floats
-    """(K,) ego frame, in [0, pi/2), as rectangles have it."""
+    """(K,) ego frame, in [0, pi/2)."""
     center_ego: Floats
     """(K, 2) [m]."""
     size: Floats
@@ -42,18 +42,18 @@ class TrueRectangles:
 
 
 def rectangles(scan: Scan, segments: Segments, truth: Truth) -> TrueRectangles:
-    """Find the visible rectangle of every segment that a vehicle owns.
+    """Return the visible rectangle of every segment that a vehicle owns.
 
-    `scan` holds the points where the tracker has put them for the scan's time; what time offset is left, the true
-    velocity makes up for. A vehicle without a clean point is where its noise is.
+    `scan` contains the deskewed points; the true velocity compensates for the remaining time offsets. The rectangle of
+    a vehicle without a clean point is that of its noise.
     """
     owner = truth.owner_row(segments)
     segment = np.flatnonzero(truth.boxed_owner(segments))
     boxes = truth.boxes_ego[owner[segment]]
     own = np.flatnonzero(truth.on_owner(segments) & truth.boxed[truth.point_row])
     clean = own[~truth.noise[own]]
-    lone = np.bincount(segments.label[clean], minlength=segments.count) == 0
-    used = np.append(clean, own[lone[segments.label[own]]])
+    only_noise = np.bincount(segments.label[clean], minlength=segments.count) == 0
+    used = np.append(clean, own[only_noise[segments.label[own]]])
     row = np.searchsorted(segment, segments.label[used])
     way = truth.velocity_ego[truth.point_row[used]] * scan.time_offset[used, None]
     low, high = visible(turned(scan.points_ego[used, :2] - way - boxes[row, :2], -boxes[row, 2]), row, boxes[:, 3:])
@@ -64,9 +64,9 @@ def rectangles(scan: Scan, segments: Segments, truth: Truth) -> TrueRectangles:
 
 
 def visible(points: Floats, row: Ints, size: Floats) -> tuple[Floats, Floats]:
-    """Low and high corner (K, 2) of what points (P, 2) show of boxes (K, 2), in the boxes' own frames [m].
+    """Return the low and high corner (K, 2) of the part of boxes (K, 2) that points (P, 2) show, box frames [m].
 
-    `row` (P,) says which box a point is of; each has one at least.
+    `row` (P,) is the box of each point; each box has at least one.
     """
     low, high = np.full_like(size, np.inf), np.full_like(size, -np.inf)
     np.minimum.at(low, row, points)
@@ -78,7 +78,7 @@ def visible(points: Floats, row: Ints, size: Floats) -> tuple[Floats, Floats]:
 
 
 def select(candidates: Candidates, true: TrueRectangles) -> Candidates:
-    """Put the true rectangles among the candidates, and select them."""
+    """Replace the candidates of column `BEST` by the true rectangles and select them."""
 
     def with_truth(column: Floats, values: Floats | float) -> Floats:
         changed = column.copy()
@@ -96,12 +96,12 @@ def select(candidates: Candidates, true: TrueRectangles) -> Candidates:
     )
 
 
-def made_sure(boxes: Boxes, exact: Bools) -> Boxes:
-    """Give boxes of segments that are `exact` (S,) the covariance of such, and the scan's own time."""
-    sure = exact[boxes.segment]
+def with_exact(boxes: Boxes, exact: Bools) -> Boxes:
+    """Return the boxes with a small covariance and the time of the scan for segments that are `exact` (S,)."""
+    is_exact = exact[boxes.segment]
     covariance = np.diag([CORNER_STD_M**2, CORNER_STD_M**2, HEADING_STD_RAD**2])
     return replace(
         boxes,
-        covariance=np.where(sure[:, None, None], covariance, boxes.covariance),
-        time_offset=np.where(sure, 0.0, boxes.time_offset),
+        covariance=np.where(is_exact[:, None, None], covariance, boxes.covariance),
+        time_offset=np.where(is_exact, 0.0, boxes.time_offset),
     )

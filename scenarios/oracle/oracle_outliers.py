@@ -1,10 +1,10 @@
-"""The truth for outlier removal: in a vehicle's segment the noise is removed, and nothing else of the vehicle.
+"""Oracle for outlier removal: in the segment of a vehicle exactly the noise is removed.
 
-Which lines the points that stay are on is told by the real stage, which does not see the noise; those that it would
-remove are put on a line of their own, which tells no heading but counts for the sides. Points of something else in the
-segment, a neighbour or a wall, are segmentation's mistake: they stay or go as the real stage says.
+The real stage assigns the remaining points to lines, without the noise. Points of the vehicle that it would remove get
+a separate line, which has no effect on the heading but counts for the sides. Points of other objects in the segment, a
+neighbour or a wall, are errors of segmentation: the real stage decides on them.
 
-A segment of nothing but noise is gone: it has no rectangle and makes no box.
+A segment that contains only noise gets no rectangle and no box.
 """
 
 from collections.abc import Callable
@@ -20,40 +20,40 @@ REMOVED = -1
 
 
 def link(real: Callable[[Segments], Linkage], segments: Segments, noise: Bools, on_owner: Bools) -> Linkage:
-    """Remove the noise, and let the real stage link what is left.
+    """Remove the noise, and link the remaining points by the real stage.
 
     Parameters
     ----------
     real
-        Links the points of segments.
+        The real stage.
     noise
-        (N,) which points are noise.
+        (N,) mask of noise.
     on_owner
-        (N,) which points lie on the actor that owns their segment.
+        (N,) mask of points on the owner of their segment.
     """
     clean = Segments(np.where(noise, NOT_USED, segments.label), segments.count)
-    left = left_of(clean.label != NOT_USED, segments)
-    linkage = real(keep_only(clean, left))
+    remaining = has_points(clean.label != NOT_USED, segments)
+    linkage = real(keep_only(clean, remaining))
     heading = np.zeros(segments.count)
-    heading[left] = linkage.heading
+    heading[remaining] = linkage.heading
     wrongly_removed = on_owner & ~noise & (linkage.line == REMOVED)
     own_line = linkage.line.max(initial=0) + 1
     return Linkage(np.where(wrongly_removed, own_line, linkage.line), heading)
 
 
-def left_of(points: Bools, segments: Segments) -> Bools:
-    """(S,) whether any of the `points` (N,) is left of a segment."""
+def has_points(points: Bools, segments: Segments) -> Bools:
+    """(S,) mask of segments that contain at least one point of the mask `points` (N,)."""
     return np.bincount(segments.label[points], minlength=segments.count) > 0
 
 
-def stand_in(linkage: Linkage, segments: Segments, gone: Bools) -> Linkage:
-    """Put the points of segments that are `gone` (S,) on a line after all: what fits them cannot do without."""
+def with_placeholder_lines(linkage: Linkage, segments: Segments, gone: Bools) -> Linkage:
+    """Put the points of segments that are `gone` (S,) on a line, because the fit needs one."""
     of_gone = np.append(gone, False)[segments.label]
     return replace(linkage, line=np.where(of_gone, 0, linkage.line))
 
 
-def without(candidates: Candidates, gone: Bools) -> Candidates:
-    """Take the rectangles of segments that are `gone` (S,) away: no number, no box."""
+def without_rectangles(candidates: Candidates, gone: Bools) -> Candidates:
+    """Set the rectangles of segments that are `gone` (S,) to NaN, so that they get no box."""
     return replace(
         candidates,
         heading=np.where(gone[:, None], np.nan, candidates.heading),

@@ -1,8 +1,8 @@
-"""The truth for segmentation: all points that are left of an actor after preprocessing are one segment.
+"""Oracle for segmentation: all points of an actor after preprocessing are one segment.
 
-Background memory and the union of a vehicle's pieces, parts of the real stage, have nothing to do with actors then.
-Points on no actor are grouped by the real stage, among themselves: whether a wall or a cloud of spray is a vehicle is
-for later stages to say, as it is without the oracle. Too small segments are dropped as always.
+Background removal and the merging of pieces, parts of the real stage, do not apply to actors. The real stage groups the
+points on no actor: later stages decide if a wall or a cloud of spray is a vehicle, as without the oracle. Segments with
+too few points are dropped.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from tracker.records import NOT_USED, Segments
 
 
 def actors_first(point_row: Ints, keep: Bools, rest: Segments, points_min: int) -> Segments:
-    """Make a segment of each actor, for the points to `keep` (N,), and put the segments of the `rest` after them.
+    """Make a segment of each actor, of the points to `keep` (N,), and append the segments of the `rest`.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def actors_first(point_row: Ints, keep: Bools, rest: Segments, points_min: int) 
     rest
         Segments of the points on no actor.
     points_min
-        Smaller ones are dropped.
+        Segments of actors with fewer points are dropped.
     """
     own = keep & (point_row != NO_ACTOR_ROW)
     count = int(point_row.max(initial=NO_ACTOR_ROW)) + 1

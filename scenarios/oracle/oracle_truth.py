@@ -1,4 +1,4 @@
-"""The truth of one scan, as oracles ask for it."""
+"""Ground truth of one scan, for oracles."""
 
 from dataclasses import dataclass
 
@@ -14,31 +14,31 @@ from sim.world import WorldFrame
 from tracker.records import Segments
 
 USUAL = GradingConfig()
-"""Who owns a segment, and which trucks are bent, is as the grader has it by default."""
+"""Default limits of the grader, for the ownership of segments and the bend of articulated trucks."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Truth:
-    """The truth of a scan of N points with A actors; in arrays by row the last row, -1, is nobody's."""
+    """Ground truth of a scan of N points with A actors; the last row, -1, of arrays by row means no actor."""
 
     actor_id: Ints
     """(A + 1,) id of each actor, and `NO_ACTOR`."""
     point_row: Ints
     """(N,) row of the actor each point lies on, -1 for none."""
     noise: Bools
-    """(N,) whether a point is what outlier removal should find."""
+    """(N,) mask of noise, which outlier removal should find."""
     boxes_ego: Floats
     """(A, 5) true boxes at the scan's time, ego frame."""
     velocity_ego: Floats
-    """(A, 2) over the ground, along the ego's axes [m/s]."""
+    """(A, 2) velocity over ground, in the axes of the ego frame [m/s]."""
     boxed: Bools
-    """(A + 1,) whether one rectangle describes it: vehicles, but trucks that are bent."""
+    """(A + 1,) mask of actors with a rectangular outline: vehicles other than articulated trucks in a bend."""
     mode: dict[int, int]
     """True `Mode` of each actor by its id."""
 
     @classmethod
     def of(cls, frame: WorldFrame, truth: ScanTruth) -> "Truth":
-        """Look at one frame."""
+        """Return the ground truth of a frame."""
         actors, ego = frame.actors, frame.ego.pose_world
         bent = np.abs(actors.articulation) > np.deg2rad(USUAL.bent_deg)
         return cls(
@@ -52,25 +52,23 @@ class Truth:
         )
 
     def center_odom(self, actor_id: Ints, ego_pose_odom: Floats) -> Floats:
-        """(T, 2) true box centres of actors (T,) in the odometry frame [m], NaN for who is not there."""
+        """(T, 2) true box centres of actors (T,) in the odometry frame [m], NaN for actors that are not present."""
         center = np.full((len(self.actor_id), 2), np.nan)
         center[:-1] = out_of_frame(self.boxes_ego[:, :3], ego_pose_odom)[:, :2]
-        there = np.isin(actor_id, self.actor_id[:-1])
-        row = np.where(there, np.searchsorted(self.actor_id[:-1], actor_id), NO_ACTOR_ROW)
+        present = np.isin(actor_id, self.actor_id[:-1])
+        row = np.where(present, np.searchsorted(self.actor_id[:-1], actor_id), NO_ACTOR_ROW)
         return np.asarray(center[row])
 
     def owner_row(self, segments: Segments) -> Ints:
-        """(S,) row of the actor that owns most points of a segment, -1 where none does."""
-        anyone = np.ones(len(self.boxes_ego), dtype=np.bool_)
-        return Ownership.of(self.point_row, segments, anyone, USUAL.owner_share_min).owner
+        """(S,) row of the actor that owns most points of a segment, -1 for none."""
+        eligible = np.ones(len(self.boxes_ego), dtype=np.bool_)
+        return Ownership.of(self.point_row, segments, eligible, USUAL.owner_share_min).owner
 
     def boxed_owner(self, segments: Segments) -> Bools:
-        """(S,) whether the owner of a segment is one that a rectangle describes."""
+        """(S,) mask of segments whose owner has a rectangular outline."""
         return np.asarray(self.boxed[self.owner_row(segments)])
 
     def on_owner(self, segments: Segments) -> Bools:
-        """(N,) whether a point lies on the actor that owns its segment."""
-        owner = np.append(self.owner_row(segments), NO_ACTOR_ROW)[
-            segments.label
-        ]  # the label of points in no segment is -1
+        """(N,) mask of points on the owner of their segment."""
+        owner = np.append(self.owner_row(segments), NO_ACTOR_ROW)[segments.label]  # points in no segment have label -1
         return np.asarray((owner != NO_ACTOR_ROW) & (owner == self.point_row))

@@ -1,10 +1,10 @@
-"""The stages that have an oracle. Light to import: the command line offers them."""
+"""Stages that have an oracle. Imported by the command line, so without heavy imports."""
 
 from enum import StrEnum
 
 
 class Stage(StrEnum):
-    """A stage of the shipped tracker that the truth can replace, in the order of the data."""
+    """Stages of the shipped tracker that an oracle can replace, in processing order."""
 
     SEGMENTATION = "segmentation"
     OUTLIERS = "outliers"

@@ -1,4 +1,4 @@
-"""Which stage of the tracker costs what: the same scans, with the truth in the place of one stage after the other."""
+"""Cost of each stage of the tracker: grade the same scans with an oracle in place of one stage after the other."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -20,7 +20,7 @@ Metrics = dict[str, Metric]
 
 
 class BlameMetric(NamedTuple):
-    """A metric that stages are blamed by."""
+    """Metric of the comparison of stages."""
 
     name: str
     title: str
@@ -38,7 +38,7 @@ OF_STAGES = (
     BlameMetric("fit.best.heading_abs_mean_deg", "heading [deg]", "less"),
     BlameMetric("fit.best.position_abs_mean_m", "corner [m]", "less"),
 )
-"""What the fitting half is graded by."""
+"""Metrics of detection."""
 
 OF_TRACKS = (
     BlameMetric("mma.mma.moving_target.x_abs_mean_m", "moving x [m]", "less"),
@@ -51,33 +51,33 @@ OF_TRACKS = (
     BlameMetric("track.id_switches", "id switches", "less"),
     BlameMetric("track.occlusion_survival", "survival", "more"),
 )
-"""What the whole tracker is graded by."""
+"""Metrics of the whole tracker."""
 
 BLAME_METRICS = (*OF_STAGES, *OF_TRACKS)
 
 SHOWN_DIGITS = 3
-"""Of differences; smaller ones are none."""
+"""Decimal digits of differences; smaller differences count as 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class Blame:
-    """The shipped tracker beside its oracles."""
+    """Results of the shipped tracker and of its oracles."""
 
     shipped: Result
     by_truth: dict[Stage, Metrics]
-    """Metrics with the truth in the place of one stage."""
+    """Metrics with an oracle for one stage."""
 
-    def gain(self, stage: Stage, headline: BlameMetric) -> float | None:
-        """How much better the truth for a stage makes a metric, in its unit; None where it does not apply to both."""
-        as_is, by_truth = self.shipped.metrics[headline.name].value, self.by_truth[stage][headline.name].value
+    def gain(self, stage: Stage, metric: BlameMetric) -> float | None:
+        """Return the improvement of a metric by the oracle of a stage, in its unit; None if it applies to one only."""
+        as_is, by_truth = self.shipped.metrics[metric.name].value, self.by_truth[stage][metric.name].value
         if as_is is None or by_truth is None:
             return None
-        gain = by_truth - as_is if headline.better == "more" else as_is - by_truth
+        gain = by_truth - as_is if metric.better == "more" else as_is - by_truth
         return round(gain, SHOWN_DIGITS) + 0.0  # no negative zero
 
-    def ranking(self, headline: BlameMetric) -> list[Stage]:
-        """The stages whose truth makes a metric better, the one that gains most first."""
-        gains = {stage: self.gain(stage, headline) or 0.0 for stage in Stage}
+    def ranking(self, metric: BlameMetric) -> list[Stage]:
+        """Return the stages whose oracle improves a metric, largest gain first."""
+        gains = {stage: self.gain(stage, metric) or 0.0 for stage in Stage}
         return sorted((stage for stage in Stage if gains[stage] > 0.0), key=lambda stage: -gains[stage])
 
 
@@ -86,15 +86,15 @@ def find_out(
     shipped: DeviceFactory | None = None,
     make_oracle: Callable[[Sequence[Stage]], DeviceFactory] = OracleFactory,
 ) -> Blame:
-    """Run the shipped tracker, and beside it one oracle for each stage.
+    """Run the shipped tracker and one oracle for each stage.
 
-    All are shown the same scans, unless the tracker drives the ego (`[control]`): what it says then changes what comes
-    next, and each has a simulation to itself.
+    All process the same scans, unless the tracker drives the ego (`[control]`): its tracks then affect the traffic, so
+    each has its own simulation.
 
     Parameters
     ----------
     shipped, make_oracle
-        Other trackers than the shipped one and its oracles, to test blame itself with.
+        Replacements of the shipped tracker and its oracles, for tests of this function.
 
     Raises
     ------
@@ -105,18 +105,18 @@ def find_out(
     if scenario.control:
         result = loop.run(scenario, shipped)
         return Blame(result, {stage: loop.run(scenario, make_oracle([stage])).metrics for stage in Stage})
-    beside = {stage: _Beside(scenario, make_oracle([stage])) for stage in Stage}
+    parallel = {stage: _ParallelDevice(scenario, make_oracle([stage])) for stage in Stage}
 
-    def show(frame: WorldFrame, scan: Scan, truth: ScanTruth, _: FrameGrade) -> None:
-        for oracle in beside.values():
+    def add(frame: WorldFrame, scan: Scan, truth: ScanTruth, _: FrameGrade) -> None:
+        for oracle in parallel.values():
             oracle.add(frame, scan, truth)
 
-    result = loop.run(scenario, shipped, export=show)
-    return Blame(result, {stage: oracle.finish() for stage, oracle in beside.items()})
+    result = loop.run(scenario, shipped, export=add)
+    return Blame(result, {stage: oracle.finish() for stage, oracle in parallel.items()})
 
 
-class _Beside:
-    """A device that is graded on the scans of another one's run."""
+class _ParallelDevice:
+    """Device that is graded on the scans of another device's run."""
 
     def __init__(self, scenario: Scenario, make_device: DeviceFactory) -> None:
         self._device = make_device(scenario.tracker)
@@ -132,11 +132,11 @@ class _Beside:
 
 
 def document(blame: Blame) -> dict[str, Any]:
-    """Everything for JSON: the headlines as shipped and by the truth for each stage, and whom they blame."""
+    """Return the JSON document: metrics of the shipped tracker, metrics of each oracle, and the ranking of stages."""
     result = blame.shipped
 
-    def headlines(metrics: Metrics) -> dict[str, Any]:
-        return {headline.name: asdict(metrics[headline.name]) for headline in BLAME_METRICS}
+    def selected(metrics: Metrics) -> dict[str, Any]:
+        return {metric.name: asdict(metrics[metric.name]) for metric in BLAME_METRICS}
 
     return {
         "scenario": result.scenario,
@@ -145,7 +145,7 @@ def document(blame: Blame) -> dict[str, Any]:
         "complete": result.complete,
         "ended_early": result.ended_early,
         "frames": result.frames,
-        "shipped": headlines(result.metrics),
-        "by_truth": {stage: headlines(metrics) for stage, metrics in blame.by_truth.items()},
-        "ranking": {headline.name: blame.ranking(headline) for headline in BLAME_METRICS},
+        "shipped": selected(result.metrics),
+        "by_truth": {stage: selected(metrics) for stage, metrics in blame.by_truth.items()},
+        "ranking": {metric.name: blame.ranking(metric) for metric in BLAME_METRICS},
     }

@@ -1,7 +1,7 @@
-"""A made-up drive for tests of what comes after the tracker: six vehicles around the ego, tracked without error.
+"""A synthetic drive for tests of grading, recording and export: six vehicles around the ego, tracked without error.
 
-The ego starts far from the world's origin, turned, and drives straight on. Odometry drifts, and the tracks with it.
-Actor 100 + n is followed by track n. Actor 100 is hidden, and its track coasts, while `HIDDEN` holds.
+The ego starts far from the world's origin, rotated, and drives straight. Odometry drifts, and the tracks with it.
+Track n follows actor 100 + n. Actor 100 is hidden, and its track coasts, in the frames of `HIDDEN`.
 """
 
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ TENTATIVE, HIDDEN = range(3), range(10, 20)
 
 
 class Step(NamedTuple):
-    """What the run loop hands to the recorder."""
+    """Records that the run loop passes to the recorder."""
 
     frame: WorldFrame
     scan: Scan
@@ -72,7 +72,7 @@ def drive(frames: int, points: int = 300) -> Iterator[Step]:
 
 
 def turned(xy: Floats, yaw: float) -> Floats:
-    """Turn (N, 2) vectors counter-clockwise."""
+    """Rotate vectors (N, 2) counter-clockwise."""
     cos, sin = np.cos(yaw), np.sin(yaw)
     return xy @ np.array([[cos, sin], [-sin, cos]])
 
@@ -109,12 +109,12 @@ def _actors(place: Floats) -> Actors:
 
 
 def _scan(rng: np.random.Generator, ego_pose_odom: Floats, place: Floats, points: int) -> tuple[Scan, ScanTruth]:
-    """Put points on the vehicles, a quarter of them for a noisy cause, and half as many on nothing."""
+    """Return points on the vehicles, a quarter of them noise, and half as many on no actor."""
     background = points // 3
     actor = rng.integers(0, COUNT, points - background)
     on_actor = place[actor] + 0.5 * SIZE[actor, :2] * rng.uniform(-1.0, 1.0, (len(actor), 2))
-    on_nothing = rng.uniform(-50.0, 50.0, (background, 2))
-    xyz = np.column_stack([np.vstack([on_actor, on_nothing]), rng.uniform(0.2, 1.4, points)])
+    clutter = rng.uniform(-50.0, 50.0, (background, 2))
+    xyz = np.column_stack([np.vstack([on_actor, clutter]), rng.uniform(0.2, 1.4, points)])
     cause = np.where(rng.random(points) < 0.75, Cause.CLEAN, rng.integers(1, len(Cause), points))
     cause[len(actor) :] = Cause.CLEAN
     hits = np.bincount(actor, minlength=COUNT).astype(np.int32)
@@ -163,7 +163,7 @@ def _fits(place_ego: Floats, size: Floats) -> Boxes:
 
 
 def _tracks(place_ego: Floats, ego_pose_odom: Floats, hidden: npt.NDArray[np.bool_], index: int) -> Tracks:
-    """Return tracks 0 to 5 exactly on the actors, each by its front left corner, as drifting odometry has them."""
+    """Return tracks 0 to 5 exactly on the actors, by their front left corners, in the drifting odometry frame."""
     front_left = 0.5 * SIZE[:, :2] * np.where(SPEED < 0, -1.0, 1.0)[:, None]
     mean = np.zeros((COUNT, 8))
     mean[:, :2] = ego_pose_odom[:2] + turned(place_ego + front_left, ego_pose_odom[2])
@@ -185,11 +185,11 @@ def _tracks(place_ego: Floats, ego_pose_odom: Floats, hidden: npt.NDArray[np.boo
 
 def _trace(boxes: Boxes, points: int) -> StepTrace:
     count = len(boxes)
-    nothing: Any = np.zeros((count, len(METHODS)))
+    zeros: Any = np.zeros((count, len(METHODS)))
     return StepTrace(
         segments=Segments(np.full(points, -1), count),
         linkage=Linkage(np.full(points, -1), np.zeros(count)),
-        candidates=Candidates(nothing, nothing[..., None], nothing[..., None], nothing, np.zeros(count, np.int64)),
+        candidates=Candidates(zeros, zeros[..., None], zeros[..., None], zeros, np.zeros(count, np.int64)),
         boxes=boxes,
         track_id=np.arange(count),
     )

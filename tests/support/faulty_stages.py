@@ -11,21 +11,24 @@ from tracker.detection.segmentation import SegmentationConfig, segment
 from tracker.geometry import fold
 from tracker.records import MODELS
 from tracker.tracker import Tracker
+from tracker.tracking.associator import HungarianAssociator, LikelihoodScore
 from tracker.tracking.filter_bank import SelectedBank
+from tracker.tracking.filters import initial_filters
+from tracker.tracking.model_selection import BankSelection
 
 REACH_M = 4.0
 BIAS_RAD = np.radians(5.0)
 
 
 class CoarseSegmentation(Detector):
-    """Takes neighbours for one."""
+    """Merges neighbouring vehicles into one segment."""
 
     def segment(self, scan, keep, _):
         return segment(scan.points_ego, keep, SegmentationConfig(radius_m=REACH_M))
 
 
 class RemovingNothing(Detector):
-    """Takes every outlier for a point on a side."""
+    """Assigns every outlier to a line."""
 
     def link(self, scan, segments):
         linkage = super().link(scan, segments)
@@ -41,47 +44,50 @@ class BiasedFit(Detector):
         return replace(candidates, heading=np.where(np.isfinite(turned), fold(turned), np.nan))
 
 
-class ScrambledAssociation(Tracker):
-    """Gives boxes to tracks only where the gate forbids it, if there is such a track."""
+class ScrambledAssociation(LikelihoodScore):
+    """Inverts the gate for each box that is outside the gate of some track."""
 
-    def _score(self, predictions, pairing, seen):
-        cost, in_gate = super()._score(predictions, pairing, seen)
+    def __call__(self, tracks, predictions, hypotheses, seen):
+        cost, in_gate = super().__call__(tracks, predictions, hypotheses, seen)
         wrong = ~in_gate
         return cost, np.where(wrong.any(axis=0), wrong, in_gate)
 
 
-class ObstinateBank(SelectedBank):
-    """Holds that its vehicle accelerates."""
+class AcceleratingBank(SelectedBank):
+    """Always selects constant acceleration."""
 
     def observe(self, residual, noise):
-        raised = super().observe(residual, noise)
+        covariance = super().observe(residual, noise)
         self.probability = np.eye(len(MODELS))[-1] * (1 - 3e-9) + 1e-9
-        return raised
+        return covariance
 
 
-class AlwaysAccelerating(Tracker):
+class AlwaysAccelerating(BankSelection):
     """Selects one model for all vehicles."""
 
-    def _start(self, seen, track_id, forward):
-        super()._start(seen, track_id, forward)
-        for track in self._tracks:
-            if type(track.bank) is SelectedBank:
-                track.bank = ObstinateBank(track.bank.filters, self.config.mma)
+    def new_bank(self, position, covariance):
+        return AcceleratingBank(initial_filters(position, covariance, self._filters), self._mma)
 
 
 def plant(fault):
-    """The shipped tracker with the fault, and its oracles, as `blame.find_out` takes them."""
-    if issubclass(fault, Detector):
-
-        class Fitting(OracleDetector, fault):
-            """Truth over the fault."""
-
+    """Return factories of the shipped tracker with the fault, and of its oracles, as `find_out` takes them."""
+    if issubclass(fault, LikelihoodScore):
         return (
-            lambda config: Tracker(config, fault(config)),
-            lambda stages: lambda config: OracleTracker(config, stages, Fitting),
+            lambda config: Tracker(
+                config, associator=HungarianAssociator(config.association, fault(config.association))
+            ),
+            lambda stages: lambda config: OracleTracker(config, stages, score=fault(config.association)),
+        )
+    if issubclass(fault, BankSelection):
+        return (
+            lambda config: Tracker(config, model_selection=fault(config.filters, config.mma)),
+            lambda stages: lambda config: OracleTracker(config, stages, models=fault(config.filters, config.mma)),
         )
 
-    class Tracking(OracleTracker, fault):
-        """Truth over the fault."""
+    class FaultyOracleDetector(OracleDetector, fault):
+        """Oracles over the fault."""
 
-    return fault, lambda stages: lambda config: Tracking(config, stages)
+    return (
+        lambda config: Tracker(config, fault(config)),
+        lambda stages: lambda config: OracleTracker(config, stages, FaultyOracleDetector),
+    )

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of `tracker.detection.kernels.faces`, `corners` and `outline`: numpy where the kernel has a loop."""
+"""Reference implementations of `tracker.detection.kernels.faces`, `corners` and `outline`, in plain numpy."""
 
 import itertools
 
@@ -7,7 +7,7 @@ from support import naive_fit
 
 
 def inward(points, line, tau, ego_reach=2.5):
-    """The line with its normal into the body."""
+    """Line with its normal oriented into the body."""
     depth = points[:, :2] @ line[:2] + line[2]
     balance = np.sign(depth[np.abs(depth) > tau]).sum()
     side = balance if abs(line[2]) < ego_reach and balance != 0 else -line[2]
@@ -22,7 +22,7 @@ def depths(points, face, noise):
 
 
 def explained(first, aside, second, gates, depth_max):
-    """Points on a face, less those outside or well inside."""
+    """Points on a face minus those outside or well inside."""
     outside = (first < -gates[0]) | (second < -gates[1])
     on = ~outside & ((first < gates[0]) | (second < gates[1]))
     curved = (aside & (first < depth_max)) | (second < depth_max)
@@ -30,7 +30,7 @@ def explained(first, aside, second, gates, depth_max):
 
 
 def across(points, face, noise, gate, depth_max, beyond_max, length_min):
-    """Best score of a face with one across it, and that one."""
+    """Best score of a face with a perpendicular one, and that face."""
     depth, place, std = depths(points, face, noise)
     turned = np.array([face[1], -face[0], 0.0])
     gates = gate * np.stack([std, depths(points, turned, noise)[2]])
@@ -48,7 +48,7 @@ def across(points, face, noise, gate, depth_max, beyond_max, length_min):
 
 
 def best_corner(points, clusters, sample, tau, noise, gate, depth_max, beyond_max, length_min):
-    """Corner of the cluster (points, the largest first) whose line explains most of the sample."""
+    """Corner of the cluster (points, largest first) whose line explains most of the sample."""
     best, corner = (-np.inf, 0.0), None
     for rank, members in enumerate(clusters):
         line = naive_fit.fit_line(members)
@@ -67,7 +67,7 @@ def best_corner(points, clusters, sample, tau, noise, gate, depth_max, beyond_ma
 
 
 def fit_corner(points, corner, noise, gate, rounds=2):
-    """Heading by singular values of the weighted, centred points of one face and the turned ones of the other."""
+    """Heading by singular values of the weighted, centred points of one face and the rotated ones of the other."""
     corner = corner.copy()
     for _ in range(rounds):
         real = [k for k in range(2) if corner[k].any()]
@@ -76,7 +76,7 @@ def fit_corner(points, corner, noise, gate, rounds=2):
             depth, _, std = depths(points, corner[k], noise)
             ratio[k] = np.abs(depth) / std
         member = np.where(ratio.min(axis=0) < gate, ratio.argmin(axis=0), -1)
-        rows, mean, surety = [], {}, np.zeros((2, 3))
+        rows, mean, uncertainty = [], {}, np.zeros((2, 3))
         for k in real:
             on, weight = member == k, 1.0 / depths(points, corner[k], noise)[2] ** 2
             if not on.any():
@@ -85,25 +85,25 @@ def fit_corner(points, corner, noise, gate, rounds=2):
             mean[k] = np.average(points[on], axis=0, weights=weight[on])
             row = (points[on] - mean[k]) * np.sqrt(weight[on, None])
             rows.append(row if k == 0 else row[:, ::-1] * [1.0, -1.0])
-            surety[k, 1:] = 1.0 / weight[on].sum(), np.sum(row**2)
+            uncertainty[k, 1:] = 1.0 / weight[on].sum(), np.sum(row**2)
         x, y = np.linalg.svd(np.concatenate(rows))[2][0]
         for k in mean:
             normal = np.array([-y, x]) if k == 0 else np.array([x, y])
             normal *= np.sign(normal @ corner[k, :2])
             corner[k] = [*normal, -normal @ mean[k]]
-            surety[k, 0] = mean[k] @ [normal[1], -normal[0]]
-    order = [1, 0] if surety[1, 2] > surety[0, 2] else [0, 1]
-    surety[:, 2] = 1.0 / surety[:, 2].sum()
-    return corner[order], surety[order]
+            uncertainty[k, 0] = mean[k] @ [normal[1], -normal[0]]
+    order = [1, 0] if uncertainty[1, 2] > uncertainty[0, 2] else [0, 1]
+    uncertainty[:, 2] = 1.0 / uncertainty[:, 2].sum()
+    return corner[order], uncertainty[order]
 
 
-def judge(points, corner, surety, noise, gate, depth_max, beyond_max, pitch):
-    """Face of each point that is body."""
+def label_body(points, corner, uncertainty, noise, gate, depth_max, beyond_max, pitch):
+    """Face of each body point."""
     n, real = len(points), [k for k in range(2) if corner[k].any()]
     depth, place, std = np.full((2, n), np.inf), np.zeros((2, n)), np.ones((2, n))
     for k in real:
         depth[k], place[k], std[k] = depths(points, corner[k], noise)
-        std[k] = np.sqrt(std[k] ** 2 + surety[k, 1] + (place[k] - surety[k, 0]) ** 2 * surety[k, 2])
+        std[k] = np.sqrt(std[k] ** 2 + uncertainty[k, 1] + (place[k] - uncertainty[k, 0]) ** 2 * uncertainty[k, 2])
     ratio = np.abs(depth) / std
     member = np.where(ratio.min(axis=0) < gate, ratio.argmin(axis=0), -1)
     ends = [
@@ -123,7 +123,7 @@ def judge(points, corner, surety, noise, gate, depth_max, beyond_max, pitch):
     for k, sign in itertools.product(real, (1.0, -1.0)):
         along = sign * np.array([corner[k, 1], -corner[k, 0]])
         if len(real) == 2 and along @ corner[1 - k, :2] < 0:
-            continue  # at this end stands the other face: its inside is the other way
+            continue  # the other face is at this end
         seen = sign * place[k, (label == k) & ~outside]
         if len(seen) == 0 or np.ptp(seen) < 1.0:
             continue
@@ -143,7 +143,7 @@ def judge(points, corner, surety, noise, gate, depth_max, beyond_max, pitch):
 
 
 def drop_mirrors(height, label, depth, place, std):
-    """Take feet of mirrors away."""
+    """Remove the bases of mirrors."""
     sure = (label < 0) & (depth > -0.35) & (depth < -4.0 * std) & (height > 0.75)
     done = np.zeros(len(label), bool)
     for i in np.flatnonzero(sure):
@@ -155,7 +155,7 @@ def drop_mirrors(height, label, depth, place, std):
 
 
 def excess(points, corner, noise, tau):
-    """Median distance from the nearer face over what normal noise gives, at least 1."""
+    """Median distance from the nearer face, relative to that of normal noise, at least 1."""
     real = [depths(points, face, noise) for face in corner if face.any()]
     ratios = [np.where(np.abs(depth) < tau, np.abs(depth) / std, np.inf) for depth, _, std in real]
     on = np.min(ratios, axis=0)

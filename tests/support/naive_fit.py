@@ -1,4 +1,4 @@
-"""Slow, obvious twins of `tracker.detection.kernels`: every pair, every matrix, numpy where the kernel has a loop."""
+"""Reference implementations of `tracker.detection.kernels`: exhaustive searches in plain numpy."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def connected(points, radius):
-    """Lowest index of each point's chain, by flooding over all pairs."""
+    """Lowest index of each point's component, by flood fill over all pairs."""
     distance = np.linalg.norm(points[:, None] - points[None], axis=2)
     joined = distance <= np.maximum(radius[:, None], radius[None])
     root = np.full(len(points), -1)
@@ -45,7 +45,7 @@ def tanimoto(p, q):
 
 
 def agglomerate(table):
-    """Algorithm 1 to the letter: search all pairs for the least distance, merge, start again."""
+    """Algorithm 1 literally: search all pairs for the least distance, merge, repeat."""
     clusters = {i: [i] for i in range(table.shape[1])}
     preference = {i: table[:, i] for i in clusters}
     while True:
@@ -71,7 +71,7 @@ def assign(points, lines, tau):
 
 
 def nearer_side(projection):
-    """Distances to the edge, lower or upper, that has them smaller in norm (Zhang 2017)."""
+    """Distances to the lower or upper edge, whichever has the smaller norm (Zhang 2017)."""
     below, above = projection - projection.min(), projection.max() - projection
     return above if np.linalg.norm(above) <= np.linalg.norm(below) else below
 
@@ -87,7 +87,7 @@ def criteria(points, angle, floor):
 
 
 def side_distances(points, heading):
-    """Distance of one line's points to the nearer direction of a rectangle, through their median."""
+    """Distance of a line's points to the side of a rectangle along the line, through their median."""
     along, across = points @ [np.cos(heading), np.sin(heading)], points @ [-np.sin(heading), np.cos(heading)]
     place = across if np.var(across) <= np.var(along) else along
     return np.abs(place - np.median(place))
@@ -99,8 +99,8 @@ def kernel_sum(place, reach):
     return np.sum(np.maximum(0.0, 1.0 - (distance / reach) ** 2) ** 2, axis=1) - 1.0
 
 
-def company(place, reach, bins):
-    """The same, the kernel taken between bins' nodes: each place is split between the two around it, by nearness."""
+def local_density(place, reach, bins):
+    """The same sum, with each place interpolated between the two nodes around it."""
     at = (place - place.min()) * bins / reach
     node = np.arange(np.ceil(at.max()) + 2)
     share = np.maximum(0.0, 1.0 - np.abs(at[:, None] - node))
@@ -110,16 +110,16 @@ def company(place, reach, bins):
 
 
 def misalignment(points, heading, ray, reach, flatness, bins):
-    """Minus the mean log of one plus the company along the heading or across it, whichever is denser."""
+    """Minus the mean log of one plus the higher of the densities along and across the heading."""
     density = []
     for normal in ([np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]):
         sharpness = np.hypot(reach * np.dot(normal, ray), flatness)
-        density.append(company(points @ normal, sharpness, bins) / sharpness)
+        density.append(local_density(points @ normal, sharpness, bins) / sharpness)
     return -np.mean(np.log(1.0 + reach * np.maximum(*density)))
 
 
 def chance(count, support, share):
-    """Expected lines with `support` of `count` scattered points near them, every pair of points a line."""
+    """Expected lines with `support` of `count` scattered points near them, for lines through every pair of points."""
     others, hits = count - 2, support - 2
     tail = [math.comb(others, j) * share**j * (1 - share) ** (others - j) for j in range(hits, others + 1)]
     return math.comb(count, 2) * math.fsum(tail)

@@ -1,4 +1,4 @@
-"""Sequences as trackeval takes them, drawn at random."""
+"""Random sequences in the format of trackeval."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ FRAMES = 12
 
 
 def random_sequence(seed, vehicles, tracks):
-    """Vehicles and tracks that come and go, with overlaps that often lie right on one of HOTA's limits."""
+    """Vehicles and tracks that appear and disappear, with overlaps that often equal a threshold of HOTA."""
     rng = np.random.default_rng(seed)
 
-    def some(count):
+    def subset(count):
         return np.flatnonzero(rng.random(count) < 0.7)
 
-    gt, seen = [some(vehicles) for _ in range(FRAMES)], [some(tracks) for _ in range(FRAMES)]
-    gt[0], seen[0] = np.arange(vehicles), np.arange(tracks)  # everyone is there once, as in a run
+    gt, seen = [subset(vehicles) for _ in range(FRAMES)], [subset(tracks) for _ in range(FRAMES)]
+    gt[0], seen[0] = np.arange(vehicles), np.arange(tracks)  # every id occurs, as in a run
     overlap = [np.round(rng.random((len(g), len(s))) * 20) / 20 for g, s in zip(gt, seen, strict=True)]
     return {
         "num_timesteps": FRAMES,

@@ -1,4 +1,4 @@
-"""The fitting half of the tracker, stage after stage, on bare points."""
+"""The stages of detection on arrays of points."""
 
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ def one_segment(count):
 
 
 def fit_points(points, segments=None, linkage=None, rectangle=None, choice=None, box=None, cut_off=None):
-    """Fit points (N, 2), all kept, with the given configs or the defaults; `cut_off` (N,) as by `ends`."""
+    """Fit points (N, 2), all kept, with the given or default configs; `cut_off` (N,) marks truncated points."""
     if segments is None:
         segments = segmentation.segment(points, np.ones(len(points), bool), segmentation.SegmentationConfig())
     linked = tlinkage.link(points, segments, linkage or tlinkage.LinkageConfig())

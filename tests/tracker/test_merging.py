@@ -1,9 +1,9 @@
-"""One vehicle seen in pieces, and vehicles that only follow each other."""
+"""Merging of the pieces of a vehicle, and separate vehicles that follow each other."""
 
 import numpy as np
 import pytest
 
-from tracker.merging import MergeConfig, Pieces, claim, hull, one_vehicle
+from tracker.merging import MergeConfig, Pieces, hull, merge_segments, one_vehicle
 from tracker.records import Segments
 from tracker.tracking.footprint import Footprint
 
@@ -48,31 +48,31 @@ def test_a_side_and_a_rear_that_meet_in_a_blind_corner_are_one_vehicle():
         pieces((10.0, 3.0, 0.0, 4.5, 1.8), (0.0, 3.0, 0.0, 4.5, 1.8), speed=12.0),
         pieces(CAB, (5.0, 3.0, 0.4, 10.0, 0.1)),
     ],
-    ids=["a queue that crawls", "another speed", "speeds not known yet", "next lane", "20 m", "half a second", "bent"],
+    ids=["slow queue", "another speed", "few observations", "next lane", "20 m", "half a second", "articulated"],
 )
-def test_others_are_not(other):
+def test_separate_vehicles_are_not_merged(other):
     assert not one_vehicle(other, 0, 1, CONFIG)
 
 
-def test_all_that_lies_in_a_vehicle_is_one_segment():
-    """Two pieces of it, a car beside it, something half inside, and points of no segment."""
+def test_segments_inside_a_vehicle_are_merged():
+    """Two pieces of a vehicle, a car beside it, an object half inside, and points of no segment."""
     cab, trailer = [[13.0, 1.8], [14.0, 1.8]], [[1.0, 1.8], [9.0, 1.7]]
     car, half, loose = [[5.0, -1.0], [8.0, -1.0]], [[15.1, 4.0], [19.0, 4.0]], [[5.0, 3.0]]
     points = np.array(car + cab + half + trailer + loose)
     segments = Segments(label=np.array([0, 0, 1, 1, 2, 2, 3, 3, -1]), count=4)
     whole = pieces((7.6, 3.0, 0.0, 15.2, 2.5))
-    united = claim(points, segments, whole, CONFIG)
-    assert united.count == 3
-    assert united.label.tolist() == [0, 0, 1, 1, 2, 2, 1, 1, -1]
+    merged = merge_segments(points, segments, whole, CONFIG)
+    assert merged.count == 3
+    assert merged.label.tolist() == [0, 0, 1, 1, 2, 2, 1, 1, -1]
 
 
-def test_a_vehicle_out_of_sight_claims_nothing():
+def test_a_vehicle_outside_the_scan_merges_no_segments():
     segments = Segments(label=np.array([0, 1]), count=2)
-    united = claim(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)), CONFIG)
-    assert united.label.tolist() == [0, 1]
+    merged = merge_segments(np.array([[0.0, 0.0], [5.0, 0.0]]), segments, pieces((90.0, 0.0, 0.0, 12.0, 2.5)), CONFIG)
+    assert merged.label.tolist() == [0, 1]
 
 
-def test_a_wall_that_comes_into_view_does_not_leave_its_place():
+def test_a_wall_that_comes_into_view_overlaps_its_first_footprint():
     first = Footprint(np.array([0.0, 5.0]), 0.0, np.array([4.0, 0.1]))
     assert not Footprint(np.array([8.0, 5.0]), 0.0, np.array([20.0, 0.1])).clear_of(first).any()
     assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([4.5, 0.1])).clear_of(first).tolist() == [True, False]

@@ -1,4 +1,4 @@
-"""The tracker's input made from plain arrays."""
+"""Scans made from plain arrays."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from tracker.scan import COLUMNS, PointFlag, Scan
 POINTS = [[5.0, 1.0, 0.5], [6.0, 1.0, 0.5]]
 
 
-def test_defaults_are_one_standing_unit_s_first_echoes():
+def test_defaults_are_first_echoes_of_one_unit_on_a_stationary_ego():
     scan = Scan.from_points(3, POINTS)
     assert (scan.time, scan.ego_pose_odom.tolist(), len(scan)) == (3.0, [0.0, 0.0, 0.0], 2)
     assert scan.points_ego.tolist() == POINTS
@@ -17,7 +17,7 @@ def test_defaults_are_one_standing_unit_s_first_echoes():
         assert getattr(scan, name).tolist() == [0, 0]
 
 
-def test_columns_are_converted_and_one_value_stands_for_all():
+def test_columns_are_converted_and_a_single_value_applies_to_all_points():
     scan = Scan.from_points(
         0.0, POINTS, [1, 2, 0.5], layer=[0.0, 3.0], unit=2, flags=PointFlag.GROUND, time_offset=[0, 1]
     )
@@ -29,8 +29,8 @@ def test_columns_are_converted_and_one_value_stands_for_all():
     assert scan.ego_pose_odom.dtype == np.float64
 
 
-def test_a_scan_is_its_own():
-    """Later changes of the caller's arrays must not reach the tracker, which remembers the last pose."""
+def test_a_scan_copies_its_arrays():
+    """Later changes of the caller's arrays must not affect the tracker, which stores the last pose."""
     points, pose, unit = np.ones((2, 3), np.float32), np.zeros(3), np.zeros(2, np.uint8)
     scan = Scan.from_points(0.0, points, pose, unit=unit)
     points[0], pose[0], unit[0] = 9.0, 5.0, 7
@@ -53,12 +53,12 @@ def test_no_points(nothing):
         ({"ego_pose_odom": [1.0, 2.0, np.nan]}, "ego_pose_odom at 0.0 s is"),
         ({"time": np.inf}, "time is inf"),
         ({"time_offset": [0.0]}, r"time_offset has shape \(1,\); give one value, or one for each of the 2 points"),
-        ({"layer": 0.5}, "layer holds what is no uint8; give whole numbers from 0 to 255"),
-        ({"unit": [0, 256]}, "unit holds what is no uint8"),
-        ({"echo": np.nan}, "echo holds what is no uint8"),
-        ({"flags": -1}, "flags holds what is no uint16; give whole numbers from 0 to 65535"),
+        ({"layer": 0.5}, "layer holds values outside uint8; give whole numbers from 0 to 255"),
+        ({"unit": [0, 256]}, "unit holds values outside uint8"),
+        ({"echo": np.nan}, "echo holds values outside uint8"),
+        ({"flags": -1}, "flags holds values outside uint16; give whole numbers from 0 to 65535"),
     ],
 )
-def test_what_does_not_fit_is_told(values, message):
+def test_invalid_values_raise_a_named_error(values, message):
     with pytest.raises(ValueError, match=message):
         Scan.from_points(**{"time": 0.0, "points_ego": POINTS, **values})

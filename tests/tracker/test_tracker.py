@@ -1,5 +1,7 @@
-"""The whole tracker on scans of the synthetic rig: what its stages do together."""
+"""The complete tracker on scans of the synthetic rig."""
 
+import copy
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -46,8 +48,8 @@ def confirmed(tracks):
 
 
 @pytest.mark.parametrize("lane_m", [3.5, -3.5])
-def test_an_overtaking_car_keeps_one_id_and_its_place(lane_m):
-    """It passes from far behind to far ahead, so that every corner is the nearest once."""
+def test_an_overtaking_car_keeps_its_id_and_position(lane_m):
+    """It passes from far behind to far ahead, so that several corners are the nearest in turn."""
     tracker, ids = Tracker(), set()
     for frame, scan in drive(120, ego_mps=10.0, actors=[car(-30.0, lane_m, speed_mps=16.0)]):
         tracks, _ = tracker.step(scan)
@@ -63,7 +65,7 @@ def test_an_overtaking_car_keeps_one_id_and_its_place(lane_m):
     assert tracks.mean[confirmed(tracks)[0], 2] == pytest.approx(16.0, abs=0.4)
 
 
-def test_an_oncoming_car_faces_the_way_it_drives():
+def test_an_oncoming_car_has_the_heading_of_its_motion():
     tracker = Tracker()
     for _, scan in drive(30, ego_mps=10.0, actors=[car(55.0, 3.5, speed_mps=12.0, yaw_deg=180.0)]):
         tracks, _ = tracker.step(scan)
@@ -74,7 +76,7 @@ def test_an_oncoming_car_faces_the_way_it_drives():
 
 @pytest.mark.parametrize(("motion", "agree"), [("all", True), ("none", True), ("ego", False)])
 def test_two_units_agree_on_the_rear_of_a_car_that_keeps_its_distance(motion, agree):
-    """At 25 m/s they see it 0.3 m apart over the ground, and as far from the ego: one correction needs the other."""
+    """At 25 m/s either uncompensated motion would separate their measurements by 0.3 m."""
     tracker, rear_x = Tracker(TrackerConfig(sweep=DeskewConfig(motion=motion))), []
     for frame, scan in drive(30, ego_mps=25.0, actors=[car(20.0, 0.0, speed_mps=25.0)]):
         _, trace = tracker.step(scan)
@@ -84,8 +86,8 @@ def test_two_units_agree_on_the_rear_of_a_car_that_keeps_its_distance(motion, ag
     assert np.mean(rear_x) == pytest.approx(20.0 - 4.7 / 2, abs=0.1 if agree else 0.3)
 
 
-def test_a_wall_and_what_is_left_of_it_behind_traffic_are_no_vehicles():
-    """A truck drives up between the ego and the wall and cuts the view of it into pieces of a vehicle's length."""
+def test_a_partly_occluded_wall_is_not_confirmed():
+    """A truck between the ego and the wall occludes it, which leaves pieces of a vehicle's length."""
     truck = car(-50.0, 4.0, speed_mps=10.0, kind="truck", name="truck")
     tracker, followed = Tracker(), set()
     for frame, scan in drive(70, actors=[truck], obstacles=[LONG_WALL]):
@@ -97,8 +99,8 @@ def test_a_wall_and_what_is_left_of_it_behind_traffic_are_no_vehicles():
     assert len(followed) <= 2
 
 
-def test_the_corner_of_a_house_that_comes_into_view_is_no_vehicle():
-    """The ego drives along a street of houses; at each gap more and more of the next one's corner is seen."""
+def test_the_corner_of_a_house_that_comes_into_view_is_not_confirmed():
+    """The ego drives along a street of houses; at each gap more and more of the next corner comes into view."""
     houses = [
         ScriptedObstacle(corners_m=[(x, 9.0), (x + 14.0, 9.0), (x + 14.0, 30.0), (x, 30.0)], height_m=8.0)
         for x in (-20.0, 2.0, 24.0, 46.0)
@@ -110,7 +112,7 @@ def test_the_corner_of_a_house_that_comes_into_view_is_no_vehicle():
     assert frames_with_any <= 6
 
 
-def test_same_scans_same_tracks():
+def test_equal_scans_give_equal_tracks():
     scans = [scan for _, scan in drive(15, ego_mps=10.0, actors=[car(15.0, 0.0, 12.0), car(20.0, 3.5, 9.0)])]
     runs = []
     for _ in range(2):
@@ -119,3 +121,43 @@ def test_same_scans_same_tracks():
     assert len(runs[0]) >= 2
     for field in ("id", "mean", "covariance", "model_probability", "size"):
         np.testing.assert_array_equal(getattr(runs[0], field), getattr(runs[1], field))
+
+
+class NoAssociation:
+    """An associator that assigns no box."""
+
+    def associate(self, tracks, predictions, hypotheses, seen):
+        assert len(predictions.heading) == len(tracks)
+        assert hypotheses.heading.shape == (len(tracks), len(seen))
+        return []
+
+
+class NoManagement:
+    """A track management that starts no tracks."""
+
+    def manage(self, tracks, *_):
+        return list(tracks)
+
+
+def test_stages_are_replaced_by_objects():
+    """Without association no track is confirmed; without track management there is none."""
+    scans = [scan for _, scan in drive(6, ego_mps=10.0, actors=[car(15.0, 0.0, 10.0)])]
+    unassociated, unmanaged = Tracker(associator=NoAssociation()), Tracker(track_management=NoManagement())
+    for scan in scans:
+        tracks, trace = unassociated.step(scan)
+        assert len(trace.boxes) == 1
+        assert len(unmanaged.step(scan)[0]) == 0
+    assert len(tracks) >= 1
+    assert len(confirmed(tracks)) == 0
+
+
+def test_a_copied_tracker_continues_like_the_original():
+    scans = [scan for _, scan in drive(10, ego_mps=10.0, actors=[car(15.0, 0.0, 12.0)])]
+    tracker = Tracker()
+    for scan in scans[:5]:
+        tracker.step(scan)
+    copies = [copy.deepcopy(tracker), pickle.loads(pickle.dumps(tracker))]
+    for scan in scans[5:]:
+        expected = tracker.step(scan)[0]
+        for other in copies:
+            np.testing.assert_array_equal(other.step(scan)[0].mean, expected.mean)

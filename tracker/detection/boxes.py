@@ -1,7 +1,8 @@
-"""Selected rectangles of vehicle size, with the corner nearest to the ego and how well the points fix it."""
+"""Boxes: selected rectangles of vehicle size, with their nearest corner and its covariance."""
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,37 +14,66 @@ from tracker.records import Boxes, Candidates, Linkage, Segments
 CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
 """Signs of a rectangle's corners in its own frame."""
 HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
-"""Of a heading spread evenly over a quarter turn: what is known of it without points."""
+"""Standard deviation of a heading with a uniform distribution over a quarter turn, the prior without points [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoxConfig:
-    """What a vehicle may measure, and how exact its points are."""
+    """Size limits of vehicles, and accuracy of their points."""
 
     longer_max_m: float = 20.0
-    """Longest rectangle taken for a vehicle [m]: a trailer truck measures 16.5, a bendy bus 17.9."""
+    """Maximum length of a vehicle [m]: a trailer truck measures 16.5, an articulated bus 17.9."""
     shorter_max_m: float = 2.8
-    """The same for its shorter side [m]: a truck measures 2.55; mirrors stick out of its lines and do not count."""
+    """Maximum of the shorter side [m]: a truck measures 2.55; mirrors protrude from its lines and do not count."""
     longer_min_m: float = 0.5
-    """Smaller things are no vehicles [m]: a motorcycle is 0.7 wide. One side alone may be all that is seen."""
+    """Minimum of the longer side [m]: a motorcycle is 0.7 wide, and a single side may be all that is visible."""
     noise_std_m: float = 0.03
-    """Spread of points about a side [m]: range noise and the layers' different biases."""
+    """Standard deviation of points about a side [m]: range noise and the biases of the layers."""
     end_std_m: float = 0.3
-    """Where a side ends, when no points lie on the side next to it [m]: its rounded corner, the beams' spacing."""
+    """Standard deviation of the end of a side without points on the adjacent side [m]: rounded corner, beam spacing."""
     depth_min_m: float = 0.6
-    """A side of which less is seen is not seen [m]: rounded corners take 0.25 to 0.4."""
+    """Minimum visible extent of a side [m]: rounded corners take 0.25 to 0.4."""
     end_view_min_rad: float = math.radians(20.0)
-    """An end is in plain view from this far beyond the line along it: a car's front then spans 0.6 m or more."""
+    """Minimum view angle of an end, from the line along it: the front of a car then spans at least 0.6 m."""
     unit_offset_m: float = 2.5
-    """No unit is farther from the ego's centre [m]: what this centre sees from farther beyond, all units do."""
+    """Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units."""
     stray_m: float = 0.5
-    """Points beyond a side by more are no mirrors: those stick out by 0.2 m, at either end [m]."""
+    """Maximum protrusion of mirrors, both sides together [m]: each protrudes by 0.2."""
     cut_margin_m: float = 0.3
-    """A box is cut off at an end when it is at a point this near to it [m]: corners are rounded by 0.25 to 0.4."""
+    """An end is truncated if a truncated point is this near to it [m]: corners are rounded by 0.25 to 0.4."""
 
     def __post_init__(self) -> None:
         if min(self.noise_std_m, self.end_std_m) <= 0.0:
             raise ValueError("noise_std_m and end_std_m must be above 0")
+
+
+class Selected(NamedTuple):
+    """Best rectangles of B segments."""
+
+    segment: Ints
+    """(B,) segment of each."""
+    center: Floats
+    """(B, 2) ego frame [m]."""
+    heading: Floats
+    """(B,) ego frame [rad]."""
+    size: Floats
+    """(B, 2) along and across heading [m]."""
+
+    def into_frame(self, points: Floats, box: Ints) -> Floats:
+        """(P, 2) points in the frames of their boxes (P,) [m]."""
+        return rotate(points - self.center[box], -self.heading[box])
+
+
+def vehicle_sized(candidates: Candidates, config: BoxConfig) -> Selected:
+    """Return the best rectangle of each segment, without those that are not of vehicle size."""
+    each = np.arange(len(candidates.best))
+    center, heading, size = (
+        field[each, candidates.best] for field in (candidates.center_ego, candidates.heading, candidates.size)
+    )
+    shorter, longer = size.min(axis=1), size.max(axis=1)
+    fits = (longer <= config.longer_max_m) & (longer >= config.longer_min_m) & (shorter <= config.shorter_max_m)
+    kept = np.flatnonzero(fits)
+    return Selected(kept, center[kept], heading[kept], size[kept])
 
 
 def build(
@@ -55,32 +85,33 @@ def build(
     cut_off: Bools,
     config: BoxConfig,
 ) -> Boxes:
-    """Boxes of the segments of points (N, 2 or more columns), seen at (N,), whose best rectangle is a vehicle's.
+    """Return the boxes of segments whose best rectangle has the size of a vehicle.
 
-    A view of one side alone gives a box with one tiny side, left so.
+    A view of a single side gives a box with one tiny side.
+
+    Parameters
+    ----------
+    points_ego
+        (N, 2 or more columns) [m].
+    time_offset
+        (N,) time of each point minus time of the scan [s].
+    cut_off
+        (N,) mask of points at truncated ends.
     """
-    each = np.arange(segments.count)
-    center, heading, size = (
-        field[each, candidates.best] for field in (candidates.center_ego, candidates.heading, candidates.size)
-    )
-    shorter, longer = size.min(axis=1), size.max(axis=1)
-    fits = (longer <= config.longer_max_m) & (longer >= config.longer_min_m) & (shorter <= config.shorter_max_m)
-    kept = np.flatnonzero(fits)
-    center, heading, size = center[kept], heading[kept], size[kept]
+    rectangles = vehicle_sized(candidates, config)
+    kept, center, heading, size = rectangles.segment, rectangles.center, rectangles.heading, rectangles.size
     corner, sign = nearest_corner(center, heading, size)
-
-    used = np.flatnonzero(linkage.line >= 0)  # of the segments that are kept
-    used = used[fits[segments.label[used]]]
+    of_box = np.append(np.isin(np.arange(segments.count), kept), False)[segments.label]  # unused points have label -1
+    used = np.flatnonzero((linkage.line >= 0) & of_box)
     used = used[np.argsort(segments.label[used], kind="stable")]
     box = np.searchsorted(kept, segments.label[used])
     support = np.bincount(box, minlength=len(kept))
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
-    from_center = rotate(points - center[box], -heading[box])
-    cut = cut_ends(from_center[cut_off[used]], box[cut_off[used]], size, config)
-    held = np.flatnonzero(np.append(fits, False)[segments.label])  # outliers, too; the label of unused points is -1
-    owner = np.searchsorted(kept, segments.label[held])
-    away = np.asarray(points_ego[held, :2], dtype=np.float64) - center[owner]
-    larger = strays(rotate(away, -heading[owner]), owner, size, config)
+    cut = cut_ends(rectangles.into_frame(points, box)[cut_off[used]], box[cut_off[used]], size, config)
+    members = np.flatnonzero(of_box)  # with outliers
+    owner = np.searchsorted(kept, segments.label[members])
+    member_points = np.asarray(points_ego[members, :2], dtype=np.float64)
+    larger = strays(rectangles.into_frame(member_points, owner), owner, size, config)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -97,7 +128,7 @@ def build(
 
 
 def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
-    """(B, 2, 2) whether a point (P, 2) where the box was cut off, in the box's frame, is at its low or high end."""
+    """(B, 2, 2) mask of ends, low and high, with a truncated point; points (P, 2) are in the frames of their boxes."""
     cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
     for end, sign in enumerate((-1, 1)):
         point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
@@ -106,10 +137,10 @@ def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) ->
 
 
 def strays(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
-    """(B,) whether points (P, 2) of a segment, in its box's frame, lie farther about than those of its vehicle do.
+    """(B,) mask of boxes whose segment is larger than a vehicle; points (P, 2) are in the frames of their boxes.
 
-    Windows are seen behind a side as deep as the vehicle is wide, and mirrors stick out; the wall beside the corner
-    of a house goes on for metres.
+    Windows lie behind a side by up to the width of the vehicle, and mirrors protrude; the wall beside the corner of a
+    house continues for metres.
     """
     low, high = np.full_like(size, np.inf), np.full_like(size, -np.inf)
     np.minimum.at(low, box, from_center)
@@ -118,7 +149,7 @@ def strays(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> B
 
 
 def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
-    """(B,) whether there is but one side, where it ends in plain view, and the ego looks at that end from beyond it."""
+    """(B,) mask of boxes with a single side and an end that is not truncated, where the ego would see a second side."""
     to_ego = rotate(-corner, -heading)
     beyond = np.hypot(*corner.T)[:, None] * math.sin(config.end_view_min_rad)
     faces_ego = sign * to_ego > np.maximum(beyond, config.unit_offset_m)
@@ -129,7 +160,7 @@ def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, 
 
 
 def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:
-    """(B, 2) corner nearest to the ego [m], and (B, 2) its signs in the box's frame."""
+    """Return the corner (B, 2) nearest to the ego [m], and its signs (B, 2) in the box's frame."""
     corners = center[:, None] + rotate(0.5 * CORNERS * size[:, None], heading[:, None])
     nearest = np.argmin(np.hypot(corners[..., 0], corners[..., 1]), axis=1)
     return corners[np.arange(len(center)), nearest], CORNERS[nearest]
@@ -138,9 +169,10 @@ def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Float
 def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfig) -> Floats:
     """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, by least squares on both sides.
 
-    In the box's frame, from its corner, a point at (u, 0) on one side moves off it by dy + u * dheading when the box
-    moves by (dx, dy) and turns about the corner, a point at (0, v) on the other by dx - v * dheading. These
-    rows, over the noise, sum up to the information matrix, on top of what is known without points.
+    In the box's frame, with its origin at the corner: when the box moves by (dx, dy) and turns about the corner, the
+    residual of a point at (u, 0) on one side changes by dy + u * dheading, that of a point at (0, v) on the other side
+    by dx - v * dheading. The sum of the outer products of these rows over the noise, plus the prior, is the information
+    matrix.
     """
     u, v = rotate(from_corner, -heading[box]).T
     lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)

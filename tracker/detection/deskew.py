@@ -1,9 +1,9 @@
-"""A sweep takes time: points are moved to where their things are at the scan's time.
+"""Deskew: move the points of a sweep to the positions of their objects at the scan's time.
 
-A point comes in the vehicle's frame of the moment when its beam was fired. Until the scan's time the ego moves, which
-odometry tells; the thing may move too, which only a track of it can tell. Traffic ahead shows why the one needs the
-other: two units that meet there at 30 degrees off their axes fire at the car 13 ms apart. It keeps its distance, so
-that the points agree as they come; moved by the ego's 25 m/s alone, they show two rears 0.3 m apart.
+A point is measured in the ego frame at the time of its beam. Odometry compensates for ego motion until the scan's time;
+the motion of the object is known from its track only. Both are needed: two units that meet 30 degrees off their axes
+measure the car ahead 13 ms apart. If it keeps its distance, the raw points agree; ego motion compensation alone, at
+25 m/s, makes two rears 0.3 m apart.
 """
 
 from dataclasses import dataclass, replace
@@ -13,20 +13,18 @@ import numpy as np
 
 from tracker.arrays import Floats, Floats32, Ints
 from tracker.geometry import inside, rotate, wrap
-from tracker.records import Segments
+from tracker.records import NO_TRACK, Segments
 from tracker.scan import Scan
-
-NOBODY = -1
 
 
 @dataclass(frozen=True, slots=True)
 class DeskewConfig:
-    """Whose motion during the sweep is made up for."""
+    """Motion that is compensated during the sweep."""
 
     motion: Literal["none", "ego", "all"] = "all"
-    """`none`: points are taken as they come. `ego`: the ego's alone, as if all others stood. `all`: the tracks' too."""
+    """`none`: raw points. `ego`: ego motion only, as if all objects were stationary. `all`: ego and track motion."""
     margin_m: float = 0.5
-    """How far outside a track's box the middle of its points may lie [m]: points are on its sides."""
+    """Margin around a track's box for the centre of its points [m]: points are on its sides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,16 +42,16 @@ class Movers:
 
 
 class EgoMotion:
-    """Knows from the last two scans how the ego moves."""
+    """Ego motion compensation by the poses of the last two scans."""
 
     def __init__(self, config: DeskewConfig) -> None:
         self._config = config
         self._last: tuple[float, Floats] | None = None
 
     def undo(self, scan: Scan) -> Scan:
-        """Return the scan with its points as from the ego frame at the scan's time. The first comes as it is.
+        """Return the scan with its points in the ego frame at the scan's time. The first scan is returned unchanged.
 
-        Time offsets are left only where the motion of the targets is still to be made up for.
+        Time offsets are kept only if the motion of targets remains to be compensated.
         """
         last, self._last = self._last, (scan.time, scan.ego_pose_odom)
         points, tau = scan.points_ego, scan.time_offset
@@ -63,10 +61,10 @@ class EgoMotion:
 
 
 def twist(then: Floats, now: Floats, dt: float) -> tuple[Floats, float]:
-    """Velocity (2,) [m/s] in the body's frame and yaw rate [rad/s] that lead in `dt` [s] from one pose (3,) to another.
+    """Return the velocity (2,) [m/s] in the body frame and yaw rate [rad/s] between two poses (3,) `dt` [s] apart.
 
-    A body whose velocity is constant in its own frame runs on an arc. Half the turn lies between its heading and the
-    chord, which is shorter than the way by sin(x) / x, x being half the turn.
+    A body with constant velocity in its own frame moves on an arc. The chord is at half the turn x from its heading,
+    and shorter than the arc by the factor sin(x) / x.
     """
     turn = wrap(float(now[2] - then[2]))
     chord = rotate(now[:2] - then[:2], -(then[2] + 0.5 * turn))
@@ -74,11 +72,11 @@ def twist(then: Floats, now: Floats, dt: float) -> tuple[Floats, float]:
 
 
 def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> Floats32:
-    """(N, 3) points that a body of that twist sees `tau` (N,) later [s], in its frame of now."""
+    """(N, 3) points measured `tau` (N,) [s] later by a body with that twist, in its current frame [m]."""
     half = 0.5 * yaw_rate * tau
     cos, sin = np.cos(half), np.sin(half)
     chord = 2.0 * sin / yaw_rate if yaw_rate else tau
-    # turned by half the angle, moved along the chord, which lies there, and turned by the other half
+    # Rotate by half the angle, move along the chord, and rotate by the other half.
     x = cos * points[:, 0] - sin * points[:, 1] + chord * velocity[0]
     y = sin * points[:, 0] + cos * points[:, 1] + chord * velocity[1]
     still = points.copy()
@@ -87,16 +85,16 @@ def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> F
 
 
 def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewConfig) -> Scan:
-    """Return the scan with the points of each track where they are at the scan's time, and no time offset left.
+    """Return the scan with the points of each track moved to the scan's time, without time offsets.
 
-    A segment whose middle lies in a track's box moves with that track; all other points keep place and time offset.
+    A segment whose centre lies in the box of a track moves with that track; other points keep position and time offset.
     """
     if not len(movers.heading) or not segments.count:
         return scan
     middle = _middle(scan.points_ego, segments)
     owner = _owner(rotate(middle, scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2], movers, config)
-    mover = np.append(owner, NOBODY)[segments.label]  # the label of points in no segment is -1
-    followed = np.flatnonzero(mover != NOBODY)
+    mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
+    followed = np.flatnonzero(mover != NO_TRACK)
     way = rotate(movers.velocity, -scan.ego_pose_odom[2])[mover[followed]] * scan.time_offset[followed, None]
     points, tau = scan.points_ego.copy(), scan.time_offset.copy()
     points[followed, :2] -= way
@@ -112,8 +110,8 @@ def _middle(points: Floats32, segments: Segments) -> Floats:
 
 
 def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:
-    """(S,) the track in whose box each middle (S, 2) lies, the nearest if there are several, `NOBODY` if none."""
+    """(S,) track whose box contains each centre (S, 2), the nearest of several, `NO_TRACK` for none."""
     held = inside(middle, movers.center, movers.heading, movers.size + 2 * config.margin_m)
     x, y = (middle[:, None, axis] - movers.center[:, axis] for axis in (0, 1))
     nearest = np.where(held, x * x + y * y, np.inf).argmin(axis=1)
-    return np.where(held.any(axis=1), nearest, NOBODY)
+    return np.where(held.any(axis=1), nearest, NO_TRACK)

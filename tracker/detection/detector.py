@@ -1,12 +1,12 @@
-"""The fitting half of the tracker: from one scan to the boxes of the vehicles in it."""
+"""Detection: from one scan to the boxes of the vehicles in it."""
 
 import math
 from dataclasses import dataclass, field
+from typing import Protocol
 
-from tracker import merging as union
+from tracker import merging
 from tracker.arrays import Bools, Floats
-from tracker.detection import boxes, preprocess, rectangles, segmentation, selection, tlinkage
-from tracker.detection import truncation as ends
+from tracker.detection import boxes, preprocess, rectangles, segmentation, selection, tlinkage, truncation
 from tracker.detection.background import Background, BackgroundConfig
 from tracker.detection.baselines import columns
 from tracker.detection.baselines.baseline_config import BaselineConfig
@@ -25,12 +25,12 @@ from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
 from tracker.scan import Scan
 
 CLOCK_DIGITS = 9
-"""Scans are told apart to the nanosecond; the rest of a difference of times is rounding."""
+"""Decimal digits of times [s]: differences below a nanosecond are rounding errors."""
 
 
 @dataclass(frozen=True, slots=True)
 class DetectorConfig:
-    """One section per stage of the fitting half."""
+    """Settings of detection, one section per stage."""
 
     preprocess: PreprocessConfig = field(default_factory=PreprocessConfig)
     sweep: DeskewConfig = field(default_factory=DeskewConfig)
@@ -46,11 +46,31 @@ class DetectorConfig:
     shadow: SuppressionConfig = field(default_factory=SuppressionConfig)
 
 
-class Detector:
-    """Finds vehicles in scan after scan; it remembers how the ego moves and where walls are, but no vehicle.
+class BoxDetector(Protocol):
+    """Detection stage of a tracker: scans in, boxes out."""
 
-    A tracker of another kind makes one and calls `step`: all that follows its boxes may then be its own. Each of the
-    stages `segment`, `link`, `fit` and `box` may be replaced by a subclass.
+    def check(self, scan: Scan) -> None:
+        """Raise ValueError for a scan that `step` does not accept. The detector stays unchanged."""
+
+    def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
+        """Detect the vehicles in a scan.
+
+        Parameters
+        ----------
+        scan
+            Later than all scans before.
+        movers
+            Known vehicles at the scan's time, to compensate for their motion during the sweep.
+        long
+            Known vehicles that are longer than a car, whose pieces form one segment.
+        """
+
+
+class Detector:
+    """Vehicle detection in a sequence of scans. Its memory is the motion of the ego and the position of walls.
+
+    Other trackers use it by calling `step`, and process its boxes themselves. Subclasses may replace each of the stages
+    `segment`, `link`, `fit` and `box`.
     """
 
     def __init__(self, config: DetectorConfig | None = None) -> None:
@@ -60,21 +80,31 @@ class Detector:
         self._time = -math.inf
 
     def check(self, scan: Scan) -> None:
-        """Raise ValueError for a scan that `step` would not take: malformed, or not later than the one before."""
+        """Raise ValueError for a scan that `step` does not accept: malformed, or not later than the one before."""
         scan.check()
         if round(scan.time - self._time, CLOCK_DIGITS) <= 0.0:
             raise ValueError(
                 f"the scan of {scan.time} s is not later than the one before, of {self._time} s; "
-                "leave it out, or use a new tracker for another recording"
+                "drop it, or use a new tracker for another recording"
             )
 
     def step(self, scan: Scan, movers: Movers | None = None, long: Pieces | None = None) -> Detection:
-        """Fit a box to every vehicle in a scan.
+        """Detect the vehicles in a scan.
 
-        `movers` are the vehicles known so far, where they should be at the scan's time: points on them are moved by
-        their motion during the sweep. Without them only the ego's own motion is made up for. `long` are those that are
-        longer than a car, in the odometry frame: all that is seen in the box of one is one segment. Odd scans are
-        treated as in `tracker.tracker.Tracker.step`, and the same are refused with a ValueError.
+        Parameters
+        ----------
+        scan
+            Later than all scans before; see `tracker.tracker.Tracker.step` for scans with few or invalid points.
+        movers
+            Known vehicles, predicted to the scan's time, to compensate for their motion during the sweep. Without them
+            only ego motion is compensated.
+        long
+            Known vehicles that are longer than a car, odometry frame; all points inside one of them form one segment.
+
+        Raises
+        ------
+        ValueError
+            As `check`.
         """
         self.check(scan)
         self._time = scan.time
@@ -85,20 +115,20 @@ class Detector:
         segments = self.segment(scan, keep, long)
         if movers is not None:
             scan = undo_targets(scan, segments, movers, config.sweep)
-        cut_off = ends.cut_off(swept, keep, segments, config.ends)
+        cut_off = truncation.cut_off(swept, keep, segments, config.ends)
         linkage = self.link(scan, segments)
         candidates = self.fit(scan, segments, linkage)
         return Detection(segments, linkage, candidates, self.box(scan, segments, linkage, candidates, cut_off))
 
     def segment(self, scan: Scan, keep: Bools, long: Pieces | None) -> Segments:
-        """Group the points to `keep` (N,) into things that may be vehicles: walls are dropped, pieces of one united."""
+        """Group the points to `keep` (N,) into segments; remove walls and merge the pieces of long vehicles."""
         segments = segmentation.segment(scan.points_ego, keep, self.config.segmentation)
         points_odom = into_odom(scan)
         segments = self._background.remove(points_odom, segments)
-        return segments if long is None else union.claim(points_odom, segments, long, self.config.union)
+        return segments if long is None else merging.merge_segments(points_odom, segments, long, self.config.union)
 
     def link(self, scan: Scan, segments: Segments) -> Linkage:
-        """Tell lines from outliers in every segment."""
+        """Separate lines from outliers in every segment."""
         return tlinkage.link(scan.points_ego, segments, self.config.linkage)
 
     def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
@@ -109,7 +139,7 @@ class Detector:
         return columns.append(points, segments, linkage, candidates, config.baselines)
 
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
-        """Make boxes of the best rectangles that are a vehicle's, of things that go on beyond points `cut_off` (N,)."""
+        """Make boxes of the best rectangles of vehicle size; `cut_off` (N,) is the mask of points at truncated ends."""
         fitted = boxes.build(
             scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes
         )

@@ -1,4 +1,4 @@
-"""Which points of a scan are worth fitting: off the ground, off the ego, near enough, and not disowned by the unit."""
+"""Preprocessing: drop points on the ground, on the ego, out of range, or flagged by the unit."""
 
 from dataclasses import dataclass, replace
 
@@ -10,34 +10,34 @@ from tracker.scan import PointFlag, Scan
 
 @dataclass(frozen=True, slots=True)
 class PreprocessConfig:
-    """Limits of what is kept."""
+    """Limits of the points to keep."""
 
     drop_flags: tuple[str, ...] = ("clutter", "ground", "dirt")
-    """Names of `PointFlag`: points that carry any of them are dropped. A common driver (AutonomouStuff ibeo_core) drops
-    "transparent" ones too, but all the flag says is that the beam went on to something behind: a bumper has it wherever
-    the same beam also meets the rear window, an edge wherever there is a wall behind the vehicle."""
+    """Names of `PointFlag`: points with any of them are dropped. A common driver (AutonomouStuff ibeo_core) drops
+    "transparent" points, too, but that flag only means another echo behind: bumpers have it where the beam also hits
+    the rear window, edges where there is a wall behind the vehicle."""
     first_echo_only: bool = False
-    """Drop second and third echoes. Off: behind a raindrop or the ground the second one is the vehicle."""
+    """Drop second and third echoes. Off: behind a raindrop or the ground, the second echo is the vehicle."""
     inside_depth_m: float = 3.0
-    """A later echo at most this far behind another of its beam, and no wider, is dropped [m]: it comes from inside the
-    same vehicle, or from its glass over the hood. A wider one is a vehicle behind spray. 0 keeps all."""
+    """A later echo at most this far behind another echo of its beam, and no wider, is dropped [m]: it is inside the
+    same vehicle, or from its glass over the hood. A wider echo is a vehicle behind spray. 0 keeps all."""
     ground_z_max_m: float = 0.15
-    """Lower points are ground [m]. A car's ground clearance, so nothing but tyres is lost; a level lowest layer,
-    1.2 degrees down and 0.8 high, reports its ground echoes no higher than a quarter of its mounting height."""
+    """Lower points are ground [m]. This is the ground clearance of a car, so only tyres are lost; the lowest layer,
+    1.2 degrees down and mounted at 0.8, reports ground echoes up to a quarter of its mounting height."""
     range_max_m: float = 60.0
-    """Farther points are dropped [m], from the ego's centre."""
+    """Maximum range from the ego's centre [m]."""
     own_length_m: float = 4.83
-    """Length of the ego's body, centred on the ego frame: points in it are its own [m]."""
+    """Length of the ego's body, centred on the ego frame [m]; points inside the body are dropped."""
     own_width_m: float = 1.91
-    """Its width [m]."""
+    """Width of the ego's body [m]."""
     own_margin_m: float = 0.1
-    """How far outside its body a point still is the ego's own [m]."""
+    """Margin around the ego's body [m]."""
 
     def __post_init__(self) -> None:
         unknown = [name for name in self.drop_flags if name.upper() not in PointFlag.__members__]
         if unknown:
             known = ", ".join(name.lower() for name in PointFlag.__members__)
-            raise ValueError(f"drop_flags: {unknown[0]!r} is no point flag; choose from {known}")
+            raise ValueError(f"drop_flags: {unknown[0]!r} is not a point flag; choose from {known}")
         if self.inside_depth_m < 0.0:
             raise ValueError(f"inside_depth_m is {self.inside_depth_m}; give a depth in metres, or 0 for none")
         if self.range_max_m <= 0.0:
@@ -45,7 +45,7 @@ class PreprocessConfig:
 
 
 def keep(scan: Scan, config: PreprocessConfig) -> Bools:
-    """(N,) whether each point takes part in the fitting; points whose place or time is not finite never do."""
+    """(N,) mask of points to keep; points with a non-finite position or time are always dropped."""
     x, y, z = scan.points_ego.T
     drop = sum(PointFlag[name.upper()] for name in set(config.drop_flags))
     outside = (np.abs(x) > 0.5 * config.own_length_m + config.own_margin_m) | (
@@ -69,7 +69,7 @@ def finite(scan: Scan) -> Bools:
 
 
 def masked(scan: Scan) -> Scan:
-    """Return the scan with 0 for place and time of points that are not finite, which nobody can compute with."""
+    """Return the scan with position and time 0 for non-finite points."""
     whole = finite(scan)
     if whole.all():
         return scan
@@ -78,10 +78,9 @@ def masked(scan: Scan) -> Scan:
 
 
 def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:
-    """(N,) whether a point of the `kept` (N,) ones is an echo right behind a stronger one of them on the same beam.
+    """(N,) mask of echoes close behind a stronger one of the same beam, both of the `kept` (N,) points.
 
-    Echoes of a beam follow one another in the scan; they are known by unit, layer and time. The stronger an echo, the
-    wider it is.
+    Echoes of a beam are adjacent in the scan and have the same unit, layer and time. Stronger echoes are wider.
     """
     found = np.zeros(len(scan), dtype=np.bool_)
     behind = np.flatnonzero(kept[1:] & kept[:-1] & (scan.echo[1:] > 0)) + 1

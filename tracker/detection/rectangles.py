@@ -1,4 +1,4 @@
-"""Candidate rectangles of a segment: a heading by each method, and the sides of its lines along it."""
+"""Candidate rectangles of segments: a heading by each method, and the extents of its lines."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -14,38 +14,38 @@ from tracker.geometry import fold, rotate
 from tracker.records import Linkage, Segments
 
 RANGE_STD = 0.025
-"""[m] Of a LUX's range, along the beam."""
+"""Standard deviation of a LUX range, along the beam [m]."""
 FLATNESS_STD = 0.01
-"""[m] Of a side's points across it for all other reasons, see `SelectionConfig.flatness_m`."""
+"""Standard deviation of points across a side for all other reasons [m], see `SelectionConfig.flatness_m`."""
 SIDE_SIGMA = 2.4
-"""Of 20 to 100 points the outermost is 2 to 2.6 standard deviations off the side, and another as far inside."""
+"""Half-width of a side in standard deviations: of 20 to 100 points the outermost is 2 to 2.6 off."""
 
 
 @dataclass(frozen=True, slots=True)
 class RectangleConfig:
-    """How the three criteria of Zhang 2017 search a heading."""
+    """Heading search by the three criteria of Zhang 2017."""
 
     step_deg: float = 1.0
-    """Spacing of the headings tried first [deg]."""
+    """Step of the heading grid [deg]."""
     halvings: int = 5
-    """Halvings of that step around the best heading: five make it 1/32. 0 for the bare grid, as published."""
+    """Halvings of that step around the best heading: five give 1/32. 0 for the grid only, as published."""
     closeness_floor_m: float = 0.01
-    """d0: nearer points count no more for closeness [m]."""
+    """Lower limit d0 of a distance in the closeness criterion [m]."""
     points: Literal["all", "lines"] = "all"
-    """Which points the criteria judge: all of the segment, as published, or those on its lines."""
+    """Points of the criteria: `all` of the segment, as published, or those on its `lines`."""
 
     def __post_init__(self) -> None:
         if not 0.01 <= self.step_deg <= 45.0:
             raise ValueError(f"step_deg is {self.step_deg}; give a step of 0.01 to 45 degrees")
         if not 0 <= self.halvings <= 30:
-            raise ValueError(f"halvings is {self.halvings}; give 0 for the bare grid, or up to 30")
+            raise ValueError(f"halvings is {self.halvings}; give 0 for the grid only, or up to 30")
         if self.closeness_floor_m <= 0.0:
             raise ValueError(f"closeness_floor_m is {self.closeness_floor_m}; give a positive distance in metres")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rectangles:
-    """S segments times M methods: all of `METHODS` but the refined one, which selection adds with the costs."""
+    """Rectangles of S segments by M methods: `METHODS` without `refined`, which selection adds with the costs."""
 
     heading: Floats
     """(S, M) in [0, pi/2), ego frame."""
@@ -60,11 +60,11 @@ def fit(
 ) -> Rectangles:
     """Fit a rectangle per method to every segment of points (N, 2 or more columns).
 
-    Headings are judged by all points, which makes the criteria sensitive to a mirror, as published. The sides
-    are always measured on the points on lines, so that a mirror or a window does not blow a rectangle up.
+    The criteria use all points by default, which makes them sensitive to mirrors, as published. The sides are always
+    measured on the points on lines, so that a mirror or a window does not enlarge the rectangle.
     """
-    judged = linkage.line >= 0 if config.points == "lines" else np.ones(len(points_ego), bool)
-    points, offset = _by_segment(points_ego, segments, judged)
+    selected = linkage.line >= 0 if config.points == "lines" else np.ones(len(points_ego), bool)
+    points, offset = _by_segment(points_ego, segments, selected)
     grid = np.deg2rad(np.arange(0.0, 90.0, config.step_deg))
     by_criteria = best_headings(points, offset, grid, config.closeness_floor_m, config.halvings)
     heading = fold(np.column_stack([by_criteria, linkage.heading]))
@@ -75,10 +75,10 @@ def fit(
 def measure(
     points_ego: npt.NDArray[np.floating], segments: Segments, linkage: Linkage, heading: Floats
 ) -> tuple[Floats, Floats]:
-    """Centre and size (S, M, 2) of the rectangles at headings (S, M) around the points on lines, one at least.
+    """Return centre and size (S, M, 2) [m] of rectangles at headings (S, M) around the points on lines, at least one.
 
-    A side is where the outermost points are on average: noise puts the very last one outside of the body. Range noise
-    lies along the beam, so that it is spread across a side that is met at an angle by the cosine of this angle only.
+    A side is at the mean of the outermost points, because noise puts the outermost one outside the body. Range noise is
+    along the beam: across a side, it is scaled by the cosine of the angle between beam and normal.
     """
     points, offset = _by_segment(points_ego, segments, linkage.line >= 0)
     low, high = extents(points, offset, heading, RANGE_STD, FLATNESS_STD, SIDE_SIGMA)
@@ -86,7 +86,7 @@ def measure(
 
 
 def _by_segment(points_ego: npt.NDArray[np.floating], segments: Segments, used: Bools) -> tuple[Floats, Ints]:
-    """The `used` (N,) points (K, 2) segment by segment, and (S + 1,) where each segment starts."""
+    """Return the `used` (N,) points (K, 2) sorted by segment, and the start (S + 1,) of each segment."""
     order, offset = by_segment(segments)
     kept = used[order]
     points = np.asarray(points_ego[order[kept], :2], dtype=np.float64, order="C")

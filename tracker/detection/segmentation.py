@@ -1,4 +1,4 @@
-"""Adaptive segmentation (Zhang 2017): points within a radius that grows with range belong together."""
+"""Adaptive segmentation (Zhang 2017): connect points within a radius that grows with range."""
 
 import math
 from dataclasses import dataclass
@@ -13,17 +13,17 @@ from tracker.records import NOT_USED, Segments
 
 @dataclass(frozen=True, slots=True)
 class SegmentationConfig:
-    """Reach of a point: radius_m + radius_per_m * range.
+    """Connection radius of a point: radius_m + radius_per_m * range.
 
-    A layer's beams are 0.5 degrees apart, the two pairs interleave to 0.25 (IBEO LUX): 0.17 m at 40 m on a surface
-    seen face on, 0.7 m on a side seen at 15 degrees. Cars in adjacent lanes are 1.4 to 1.7 m apart, queued ones 2.
-    The defaults reach 0.7 m at 10 m and 1.3 m at 40 m.
+    The beams of a layer are 0.5 degrees apart, the two pairs interleave to 0.25 (IBEO LUX): 0.17 m at 40 m on a
+    perpendicular surface, 0.7 m on a side at 15 degrees. Cars in adjacent lanes are 1.4 to 1.7 m apart, queued cars
+    2 m. The default radius is 0.7 m at 10 m and 1.3 m at 40 m.
     """
 
     radius_m: float = 0.5
-    """Reach at the ego [m]; must also bridge a side mirror (0.2 m)."""
+    """Radius at the ego [m]; must also bridge a side mirror (0.2 m)."""
     radius_per_m: float = 0.02
-    """Growth of the reach with range, no dimension."""
+    """Growth of the radius with range, dimensionless."""
     points_min: int = 5
     """Smaller segments are dropped: a rectangle has five parameters."""
 
@@ -35,10 +35,10 @@ class SegmentationConfig:
 
 
 def segment(points_ego: npt.NDArray[np.floating], keep: Bools, config: SegmentationConfig) -> Segments:
-    """Group the kept points (N, 2 or more columns) into chains of pairs within the reach of either point.
+    """Group the kept points (N, 2 or more columns) into connected components of pairs within either point's radius.
 
-    Segments are numbered by their first point. The chains are those of a KD-tree search over all pairs; points are
-    first binned into cells no wider than the smallest reach, so that a dense cluster costs no pairs.
+    Segments are numbered by their first point. The components equal those of a KD-tree search over all pairs; points
+    are first binned into cells no wider than the smallest radius, so that a dense cluster needs no search.
     """
     used = np.flatnonzero(keep)
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
@@ -52,7 +52,7 @@ def segment(points_ego: npt.NDArray[np.floating], keep: Bools, config: Segmentat
 
 
 def connect(points: Floats, config: SegmentationConfig) -> Ints:
-    """(N,) index of the first point of each point's chain."""
+    """(N,) index of the first point of each point's component."""
     if not len(points):
         return np.empty(0, dtype=np.int64)
     radius = config.radius_m + config.radius_per_m * np.hypot(points[:, 0], points[:, 1])
@@ -77,13 +77,13 @@ def connect(points: Floats, config: SegmentationConfig) -> Ints:
 
 
 def by_segment(segments: Segments) -> tuple[Ints, Ints]:
-    """Indices of the used points, segment by segment in scan order, and (S + 1,) where each segment starts."""
+    """Return the indices of used points by segment and in scan order, and the start (S + 1,) of each segment."""
     order = np.argsort(segments.label, kind="stable")
     offset = np.searchsorted(segments.label[order], np.arange(segments.count + 1))
     return order[offset[0] :], offset - offset[0]
 
 
 def keep_only(segments: Segments, kept: Bools) -> Segments:
-    """Drop the segments that are not `kept` (S,), and number the others anew in the same order."""
+    """Drop the segments that are not `kept` (S,), and renumber the others in the same order."""
     number = np.append(np.where(kept, np.cumsum(kept) - 1, NOT_USED), NOT_USED)
     return Segments(label=number[segments.label], count=int(kept.sum()))

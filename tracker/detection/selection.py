@@ -1,4 +1,4 @@
-"""Best selection: which of the candidate headings is right, and how far it should still be turned."""
+"""Best selection: choose among the candidate headings and refine the best."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -16,18 +16,18 @@ from tracker.records import Candidates, Linkage, Segments
 
 @dataclass(frozen=True, slots=True)
 class SelectionConfig:
-    """Which cost decides."""
+    """Cost of the selection."""
 
     variant: Literal["alignment", "paper"] = "alignment"
     """`paper`: equation (3), the variance of the absolute residuals on the dominant line, among the four candidates.
-    T-linkage's heading is that line's least-squares direction, so that others hardly win. `alignment`: how well all
-    points of the segment line up along the heading and across it; the cheapest candidate is turned to the least."""
+    T-linkage's heading is that line's least-squares direction, so other candidates rarely win. `alignment`: alignment
+    of all points of the segment along and across the heading; the best candidate is refined to the minimum."""
     reach_m: float = 0.08
-    """Points of a side seen face on are at most this far apart across it [m]: three standard deviations of their
-    range, as `linkage.tau_m`. Range noise lies along the beam: across a side seen at an angle there is less of it."""
+    """Spread of points across a perpendicular side [m]: three standard deviations of their range, as `linkage.tau_m`.
+    Range noise is along the beam: across an oblique side there is less of it."""
     flatness_m: float = 0.03
-    """The same across a side that a beam grazes [m]: what is not range noise. A LUX's beam is 2.8 cm wide at 20 m, a
-    standard deviation of 0.8 cm, and panels are flat to as much."""
+    """Spread across a side at grazing incidence [m], without range noise. A LUX beam is 2.8 cm wide at 20 m, a standard
+    deviation of 0.8 cm, and panels are flat to the same amount."""
 
     def __post_init__(self) -> None:
         if min(self.reach_m, self.flatness_m) <= 0.0:
@@ -41,9 +41,9 @@ def select(
     rectangles: Rectangles,
     config: SelectionConfig,
 ) -> Candidates:
-    """Cost of every rectangle for points (N, 2 or more columns), and the cheapest per segment.
+    """Return the cost of every rectangle for points (N, 2 or more columns), and the best per segment.
 
-    The last method, `refined`, is the cheapest of the others, turned by `alignment` and not by `paper`.
+    The last method, `refined`, is the best of the others; `alignment` refines its heading, `paper` does not.
     """
     if config.variant == "paper":
         heading, cost = rectangles.heading, residual_variance(points_ego, segments, linkage, rectangles.heading)
@@ -69,9 +69,9 @@ def residual_variance(
 ) -> Floats:
     """Equation (3) for headings (S, M): variance of the absolute residuals on the dominant line [m^2].
 
-    A residual is a point's distance to the side of the rectangle that the line lies along, moved to the middle of
-    the line. (3) leaves the offset c of H open; at the edge of a tight rectangle all residuals would have one sign,
-    the absolute value would do nothing, and least squares would win always.
+    A residual is the distance of a point to the side of the rectangle along the line, moved to the median of the line.
+    (3) does not define the offset c of H; at the edge of a tight rectangle all residuals have the same sign, the
+    absolute value has no effect, and least squares always wins.
     """
     dominant = np.flatnonzero(linkage.line == 0)
     dominant = dominant[np.argsort(segments.label[dominant], kind="stable")]

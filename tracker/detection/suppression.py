@@ -1,4 +1,4 @@
-"""Windows seen over a hood or a deck: pieces of the vehicle before them, not vehicles of their own."""
+"""Suppression of boxes behind a visible face: windows above a hood or a deck are parts of the nearer vehicle."""
 
 from dataclasses import dataclass
 
@@ -11,20 +11,20 @@ from tracker.records import Boxes
 
 @dataclass(frozen=True, slots=True)
 class SuppressionConfig:
-    """What counts as seen over something nearer."""
+    """Extent of the suppressed area behind a face."""
 
     depth_m: float = 2.5
-    """A piece this close behind a face belongs to it [m]: a hood is 1 to 1.5 m long, a windscreen as deep again."""
+    """Depth behind a face within which a box is a part of it [m]: a hood is 1 to 1.5 m long, a windscreen as deep."""
     side_min_m: float = 1.5
-    """A box less deep than this shows one face only; what is behind it is unknown [m]."""
+    """A box less deep than this shows a single face, and its true depth is unknown [m]."""
     margin_m: float = 0.2
-    """How far the middle of a piece may lie outside the nearer box [m]."""
+    """Margin around the nearer box for the centre of a part [m]."""
 
 
 def in_shadow(boxes: Boxes, config: SuppressionConfig) -> Bools:
-    """(B,) whether a box lies inside another that is nearer to the ego, or right behind its only seen face.
+    """(B,) mask of boxes inside another box that is nearer to the ego, or right behind its only visible face.
 
-    No other vehicle can be there: the nearer one takes the place.
+    The nearer vehicle occupies that area.
     """
     depth = np.where(boxes.size < config.side_min_m, config.depth_m, 0.0)
     away = rotate(-0.5 * boxes.corner_sign * depth, boxes.heading)

@@ -1,8 +1,9 @@
-"""Where a thing is cut off: something nearer hides the rest of it, so that it is longer than it looks.
+"""Truncation: mark segment ends that are truncated by an occluder or the field of view.
 
-Beams of a layer that follow one another in the sweep are neighbours. Where the one meets a thing and the next something
-nearer, the thing does not end there; where the next passes it by, it does. Order in the sweep tells this without the
-places of the units, by which directions from the ego's centre are off by up to twenty degrees for things beside it.
+Successive beams of a layer are neighbours. If one beam hits an object and the next a nearer one, the object continues
+behind the occlusion boundary; if the next beam passes the object, it ends there. The order of the sweep gives
+neighbours without the positions of the units; bearings from the ego's centre differ from those of the units by up to
+twenty degrees for objects beside the ego.
 """
 
 from dataclasses import dataclass
@@ -16,13 +17,13 @@ from tracker.scan import Scan
 
 @dataclass(frozen=True, slots=True)
 class TruncationConfig:
-    """What counts as next to each other, and as nearer."""
+    """Definition of neighbouring beams and of occluders."""
 
     neighbour_s: float = 0.00025
-    """Beams of one unit and layer no farther apart than this are neighbours [s]: 1.1 degrees of a sweep at 12.5 Hz,
-    two beams, of which one may be lost."""
+    """Maximum time between neighbouring beams of one unit and layer [s]: 1.1 degrees of a sweep at 12.5 Hz, two beam
+    spacings, so that one beam may be lost."""
     nearer_m: float = 0.5
-    """What hides a thing is nearer by at least this much [m]; parts of one body differ by less at its ends."""
+    """Minimum difference of range at an occlusion boundary [m]; parts of one body differ by less at its ends."""
 
     def __post_init__(self) -> None:
         if self.neighbour_s < 0.0 or self.nearer_m <= 0.0:
@@ -30,10 +31,10 @@ class TruncationConfig:
 
 
 def cut_off(scan: Scan, keep: Bools, segments: Segments, config: TruncationConfig) -> Bools:
-    """(N,) whether a thing may go on beyond this point of it, hidden or where nobody looks.
+    """(N,) mask of points at truncated ends: their object may continue behind an occluder or outside the field of view.
 
-    That is the first and the last return of a layer, too: there its field of view may end. `scan` is as it came:
-    points that were moved have lost their times, and points without times have no neighbours.
+    The first and last returns of a layer count as truncated, because the field of view may end there. `scan` must not
+    be deskewed: deskewed points have lost their times, and points without times have no neighbours.
     """
     cut = np.zeros(len(scan), dtype=np.bool_)
     first = np.flatnonzero(keep & (scan.echo == 0))

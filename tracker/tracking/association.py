@@ -1,4 +1,4 @@
-"""Which box is which track: Hungarian assignment (4) inside the gate (5)."""
+"""Data association: cost and gate (5) of each pair of track and box, and their assignment (4)."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -18,19 +18,19 @@ class AssociationConfig:
     """Data association."""
 
     method: Literal["hungarian", "greedy"] = "hungarian"
-    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of what is left."""
+    """`hungarian`: least total cost (4). `greedy`: the cheapest pair, then the cheapest of the remaining ones."""
     gate_chi2: float = 13.8
     """Gate (5) on the squared Mahalanobis distance of the corner; 99.9 % of a chi-square with 2 degrees."""
     gate_probability_min: float = 0.1
-    """A model less likely than this opens no gate: the widest of the bank would take in everything."""
+    """A model below this probability opens no gate: the widest gate of the bank would admit every box."""
     view_std_m: float = 0.2
-    """How far another view may move the end of a vehicle, from its bumper to its hood, say [m]; filters do not know."""
+    """Standard deviation of the end of a vehicle between views, as from bumper to hood [m]; filters omit it."""
     heading_std_rad: float = 0.1
-    """How far a fit's heading may be off beside its covariance, by taking a rounded corner for a side [rad]."""
+    """Heading error beyond the fit's covariance, from rounded corners that are fitted as sides [rad]."""
     growth_std_m: float = 1.0
-    """How much longer than thought a vehicle may turn out [m]."""
+    """Standard deviation of the growth of a vehicle's estimated size [m]."""
     oddity_max: float = 9.0
-    """Heading and size cost no more than this each, as three standard deviations: a bad fit is still where it is."""
+    """Limit of the heading cost and of the size cost, three standard deviations: the position of a bad fit is valid."""
 
     def __post_init__(self) -> None:
         require_within(self, 1e-6, 1e6, "gate_chi2", "heading_std_rad", "growth_std_m")
@@ -38,51 +38,54 @@ class AssociationConfig:
 
 
 def score(
-    tracks: Predictions, pairing: Hypotheses, seen: Observations, config: AssociationConfig
+    tracks: Predictions, hypotheses: Hypotheses, seen: Observations, config: AssociationConfig
 ) -> tuple[Floats, Bools]:
-    """(T, B) cost of each pair, and (T, B) whether the box is inside the gate of any model that may be true.
+    """Return the cost (T, B) of each pair, and a mask (T, B) of boxes inside the gate (5) of any probable model.
 
-    The cost is minus twice the logarithm of the likelihood (11), weighed over the models by their probabilities:
-    a vague track does not win against a sure one, nor an unlikely model against a likely one. A box that is turned, or
-    longer than the vehicle, costs more, so that of two boxes at one place the right one is taken; the gate is (5).
+    The cost is minus twice the log-likelihood (11), averaged over the models by their probabilities: an uncertain track
+    does not win against a certain one, nor an unlikely model against a likely one. A box that is turned, or longer than
+    the vehicle, costs more, so that the better of two boxes at one place is chosen.
     """
     view = config.view_std_m**2 * np.eye(2)
-    spread = tracks.covariance[:, None] + pairing.covariance[:, :, None] + view  # B = H P H' + R
-    squared, determinant = mahalanobis(pairing.misfit, spread)
+    innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view  # B = H P H' + R
+    squared, determinant = mahalanobis(hypotheses.misfit, innovation)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     likely = tracks.probability[:, None] >= config.gate_probability_min
     inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
-    odd = oddity(tracks, pairing, seen.covariance[:, 2, 2], config)
-    return np.asarray(odd - 2 * np.logaddexp.reduce(log_likelihood, axis=2)), inside
+    shape = shape_cost(tracks, hypotheses, seen.covariance[:, 2, 2], config)
+    return np.asarray(shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)), inside
 
 
-def oddity(tracks: Predictions, pairing: Hypotheses, heading_variance: Floats, config: AssociationConfig) -> Floats:
-    """(T, B) squared distances of heading, and of what is seen beyond the vehicle's size, each up to a limit.
+def shape_cost(
+    tracks: Predictions, hypotheses: Hypotheses, heading_variance: Floats, config: AssociationConfig
+) -> Floats:
+    """(T, B) squared normalised differences of heading and of size, each up to a limit.
 
-    The boxes' headings have variances (B,). That less is seen than there is says nothing.
+    Only a box longer or wider than the vehicle costs: a smaller one may be truncated. The boxes' headings have
+    variances (B,) [rad^2].
     """
-    turn = pairing.heading - tracks.heading[:, None]
+    turn = hypotheses.heading - tracks.heading[:, None]
     variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
-    excess = np.maximum(pairing.size - tracks.size[:, None], 0.0) / config.growth_std_m
+    excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / config.growth_std_m
     limit = config.oddity_max
     return np.asarray(np.minimum(turn**2 / variance, limit) + np.minimum(np.sum(excess**2, axis=2), limit))
 
 
 def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[tuple[int, int]]:
-    """Pairs (track, box) among the admissible ones: as many as possible of least total cost (4), or greedily."""
+    """Return pairs (track, box) among the admissible ones: as many as possible at least total cost (4), or greedily."""
     if not admissible.any():
         return []
     if method == "greedy":
         return assign_greedily(cost, admissible)
     low = cost[admissible].min()
-    # A forbidden pair costs more than all admissible ones together: the optimum never trades one away for it.
+    # A forbidden pair costs more than all admissible ones together, so the optimum has the most admissible pairs.
     forbidden = (cost[admissible] - low).sum() + 1.0
     rows, columns = linear_sum_assignment(np.where(admissible, cost - low, forbidden))
     return [(int(t), int(b)) for t, b in zip(rows, columns, strict=True) if admissible[t, b]]
 
 
 def assign_greedily(cost: Floats, admissible: Bools) -> list[tuple[int, int]]:
-    """Nearest neighbours: the cheapest pair, then the cheapest of what is left."""
+    """Return nearest-neighbour pairs: the cheapest pair, then the cheapest of the remaining ones."""
     tracks, boxes = np.nonzero(admissible)
     order = np.argsort(cost[tracks, boxes], kind="stable")
     pairs: dict[int, int] = {}

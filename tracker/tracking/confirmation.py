@@ -1,4 +1,4 @@
-"""Whether a track is a vehicle's: by what its sides show, or by having left the place where it was first seen."""
+"""Track confirmation: by the shape of the visible sides, or by leaving the place of the first observation."""
 
 from dataclasses import dataclass
 
@@ -13,31 +13,31 @@ from tracker.tracking.track_observation import TrackObservation
 
 @dataclass(frozen=True, slots=True)
 class TrackLifeConfig:
-    """When a track is believed and when it is given up."""
+    """Track confirmation, coasting and termination."""
 
     confirm_hits: int = 4
-    """Observations before a track that left its place is confirmed."""
+    """Observations before a track that left its first place is confirmed."""
     evidence_min: int = 8
-    """Evidence of a vehicle's sides (`extent.evidence`) that does without motion: two full views, or more lesser ones,
-    but ..."""
+    """Evidence of a vehicle's shape (`extent.evidence`) that confirms a track without motion: two full views, or more
+    partial ones."""
     sure_hits: int = 2
-    """... never fewer observations than this."""
+    """Minimum number of observations for confirmation by shape."""
     tentative_coast_s: float = 0.2
-    """A tentative track dies when not seen for longer than this [s]."""
+    """A tentative track is terminated when it was not seen for longer than this [s]."""
     gap_s: float = 0.25
-    """A confirmed track stays so through gaps this short [s]; longer ones make it coast."""
+    """A confirmed track stays confirmed through gaps up to this length [s] and coasts after it."""
     coast_s: float = 3.0
-    """A confirmed track waits this long for re-association [s]."""
+    """A confirmed track coasts for this long before it is terminated [s]."""
     coast_std_max_m: float = 3.0
-    """It is given up earlier when its position is no better known than this [m]."""
+    """A coasting track is terminated earlier if its position has a larger standard deviation [m]."""
     heading_gate_sigma: float = 4.0
-    """A measured heading farther off than this is not believed ..."""
+    """Gate on the heading innovation, in standard deviations."""
     heading_rejections_max: int = 8
-    """... unless it comes this often in a row."""
+    """Number of rejected headings in a row after which the next one is accepted."""
 
 
 class Confirmation:
-    """What has been seen of one track that speaks for a vehicle."""
+    """Evidence that one track is a vehicle."""
 
     def __init__(self, config: TrackLifeConfig, sizes: ExtentConfig, birthplace: Footprint) -> None:
         self._config = config
@@ -45,21 +45,21 @@ class Confirmation:
         self._birthplace = birthplace
         self._left = False
         self._evidence = [0, 0]
-        """For a vehicle, before and after more than a car's length was seen."""
+        """Evidence before and after more than a car's length was seen."""
         self._piece_evidence, self._piece_length = 0, 0.0
-        """The same of sights that might be pieces of a wall, and how long the longest of them is [m]."""
+        """Evidence of views that may be pieces of a wall, and the length of the longest of them [m]."""
 
     def holds(self, hits: int, seen_size: Floats) -> bool:
-        """Whether this is a vehicle, of which (2,) was seen in so many observations [m]."""
+        """Return True if the track is a vehicle, after `hits` observations of seen extents (2,) [m]."""
         pieces = self._piece_evidence if extent.car_sized(seen_size, self._sizes) else 0
         if self._evidence[extent.long(seen_size, self._sizes)] + pieces >= self._config.evidence_min:
             return hits >= self._config.sure_hits
         return self._left and hits >= self._config.confirm_hits
 
-    def see(self, seen: TrackObservation, seen_size: Floats) -> None:
-        """Count an observation for or against a vehicle of which (2,) was seen so far [m].
+    def count(self, seen: TrackObservation, seen_size: Floats) -> None:
+        """Count an observation as evidence for or against a vehicle with seen extents (2,) [m].
 
-        A side alone that gets longer was not seen as a whole before: what such pieces said is lost.
+        A single side that becomes longer was truncated before: the evidence of such pieces is discarded.
         """
         length, long = float(seen.size.max()), extent.long(seen_size, self._sizes)
         weight = extent.evidence(seen.size, seen.whole, np.maximum(seen_size, seen.size), self._sizes)
@@ -73,10 +73,10 @@ class Confirmation:
         else:
             self._evidence[long] += vote
 
-    def go(self, seen: TrackObservation, footprint: Footprint) -> None:
-        """Look whether it has left its place.
+    def check_motion(self, seen: TrackObservation, footprint: Footprint) -> None:
+        """Check if the track has left its birthplace.
 
-        A bare face that is cut off slides along itself as what hides it moves; across itself it is where it is.
+        A single truncated face seems to slide along itself when its occluder moves, so only its motion across counts.
         """
         fixed = seen.whole | (seen.size[::-1] > self._sizes.face_min_m)
         self._left |= bool(np.any(fixed & footprint.clear_of(self._birthplace)))

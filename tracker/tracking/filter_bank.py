@@ -1,4 +1,4 @@
-"""One vehicle's bank of filters, by the method of `MmaConfig`: predict, observe, and what it then believes."""
+"""Filter bank of one vehicle: prediction, correction and model selection."""
 
 from typing import Protocol
 
@@ -6,17 +6,16 @@ import numpy as np
 
 from tracker.arrays import Floats
 from tracker.tracking import mma
-from tracker.tracking.filters import FilterConfig, Filters, Motion, bank
-from tracker.tracking.imm import FilterpyImm
+from tracker.tracking.filters import Filters, Motion
 from tracker.tracking.mma import MmaConfig
 
 
-class Bank(Protocol):
-    """M filters of one vehicle that are told apart by how well they predict."""
+class FilterBank(Protocol):
+    """M filters of one vehicle, weighted by how well they predict."""
 
     @property
     def probability(self) -> Floats:
-        """(M,) equation (12)."""
+        """(M,) model probabilities, equation (12)."""
 
     @property
     def filters(self) -> Filters:
@@ -26,24 +25,34 @@ class Bank(Protocol):
     def estimate(self) -> tuple[Floats, Floats]:
         """State (6,) and its covariance (6, 6)."""
 
-    def predict(self, step: Motion) -> None:
+    def predict(self, motion: Motion) -> None:
         """Move on by one time step."""
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
-        """Take over a measurement: from each model's prediction to it (M, 2) [m], and its covariance (2, 2) [m^2].
+        """Update by a measurement.
 
-        Returns the covariance (2, 2) that it was given in the end.
+        Parameters
+        ----------
+        residual
+            (M, 2) measured minus predicted corner of each model [m].
+        noise
+            (2, 2) covariance of the measurement [m^2].
+
+        Returns
+        -------
+        Floats
+            (2, 2) covariance that the update used [m^2].
         """
 
     def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]: another corner of the same vehicle."""
+        """Move the tracked point by (2,) [m], to another corner of the same vehicle."""
 
-    def loosen(self, covariance: Floats) -> None:
-        """Know the tracked point worse by (2, 2) [m^2]."""
+    def inflate(self, covariance: Floats) -> None:
+        """Add (2, 2) [m^2] to the covariance of the tracked point."""
 
 
 class SelectedBank:
-    """The paper's: the filter of the highest score is believed; see `tracker.mma` for whether the filters talk."""
+    """The filter bank of the paper, which reports the filter of the highest score; mixing as `MmaConfig.method`."""
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         self.filters = filters
@@ -56,31 +65,25 @@ class SelectedBank:
         best = int(np.argmax(self.probability))
         return self.filters.mean[best], self.filters.covariance[best]
 
-    def predict(self, step: Motion) -> None:
-        """Let the filters talk, if they do, and move on by one time step."""
+    def predict(self, motion: Motion) -> None:
+        """Mix the filters if the method does, and move on by one time step."""
         if self._config.method == "mma":
-            chain = mma.transitions(self.filters, step.dt, self._config)
+            chain = mma.transitions(self.filters, motion.dt, self._config)
             self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
-        self.filters.predict(step.models)
+        self.filters.predict(motion.models)
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
-        """Score the filters by (12) and correct them."""
-        evidence, raised = mma.score(self.filters, residual, noise, self._config.tail_dof)
+        """Score the filters by (12) and correct them; see `FilterBank.observe`."""
+        evidence, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
         floor = self._config.probability_floor if self._config.method == "paper" else mma.LEAST_PROBABILITY
         self.probability = mma.update(self.probability, evidence, floor)
-        self.filters.correct(residual, raised * noise)
-        return raised * noise
+        self.filters.correct(residual, scale * noise)
+        return scale * noise
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]."""
         self.filters.mean[:, :2] += offset
 
-    def loosen(self, covariance: Floats) -> None:
-        """Know the tracked point worse by (2, 2) [m^2]."""
+    def inflate(self, covariance: Floats) -> None:
+        """Add (2, 2) [m^2] to the covariance of the tracked point."""
         self.filters.covariance[:, :2, :2] += covariance
-
-
-def build(position: Floats, covariance: Floats, filters: FilterConfig, config: MmaConfig) -> Bank:
-    """Build the bank of a vehicle that was first seen at (2,) [m] with covariance (2, 2) [m^2]."""
-    started = bank(position, covariance, filters)
-    return FilterpyImm(started, config) if config.method == "imm" else SelectedBank(started, config)

@@ -1,9 +1,9 @@
-"""The filter bank, equations (6) to (9): Kalman filters in batches of plain arrays.
+"""Kalman filters of the filter bank, equations (6) to (9), as batches of arrays.
 
-All three models are one chain of integrators per axis, cut at position, velocity or acceleration. Each holds all six
-numbers x, y, vx, vy, ax, ay all the same: those that its model leaves out are nobody's estimate but a spread, which
-another model starts from when the vehicle changes its mind. So the models can pass their states on, and one pass of
-numpy serves any number of filters; filterpy is the oracle of the tests, and runs `tracker.tracking.imm`.
+All three models are a chain of integrators per axis, of order 1 (position), 2 (velocity) or 3 (acceleration). Every
+filter holds all six states x, y, vx, vy, ax, ay. States that a model omits keep a prior covariance; other models start
+from it when mixing. One pass of numpy updates any number of filters. filterpy is the reference in the tests, and runs
+`tracker.tracking.imm`.
 """
 
 from dataclasses import dataclass
@@ -22,41 +22,45 @@ STATE_DIM = 6
 
 @dataclass(frozen=True, slots=True)
 class FilterConfig:
-    """Noise of the filter bank; process noise is what each model does not know of a car's motion.
+    """Process noise, initial covariance and noise floors of the filter bank.
 
-    What a model leaves out is no white noise but lasts: an acceleration of standard deviation s that is forgotten over
-    T acts on the velocity as white noise of spectral density 2 s^2 T once it is looked at for longer than T (Singer
-    1970; Bar-Shalom, Li, Kirubarajan 2001, section 8.2). Densities do not depend on how often the vehicle is seen.
+    The process noise models the motion that a model omits. That motion is time-correlated, not white: an acceleration
+    of standard deviation s with correlation time T acts on the velocity as white noise of spectral density 2 s^2 T over
+    intervals longer than T (Singer 1970; Bar-Shalom, Li, Kirubarajan 2001, section 8.2). The densities do not depend on
+    the rate of observations.
     """
 
     drift_density_m2ps: float = 4e-4
-    """Stationary model: the seen corner of a standing vehicle wanders by some 2 cm in a second, as the view of its
+    """Stationary model: the visible corner of a stationary vehicle drifts by about 2 cm in a second, as the view of its
     rounded end changes [m^2/s]."""
     acceleration_std_mps2: float = 0.1
-    """Constant velocity model: what a driver who keeps the speed does without noticing, a fifth of the mode's limit of
-    0.4 to 0.6 [m/s^2] ..."""
+    """Constant velocity model: unintended acceleration of a driver who keeps the speed, a fifth of the mode's limit of
+    0.4 to 0.6 [m/s^2]."""
     acceleration_time_s: float = 1.0
-    """... which lasts this long [s]: 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
+    """Its correlation time [s]; the spectral density is 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
     jerk_std_mps3: float = 1.0
-    """Constant acceleration model: ordinary driving stays below 2 to 3, two standard deviations and more [m/s^3] ..."""
+    """Constant acceleration model: jerk; ordinary driving stays below 2 to 3, at least two standard deviations
+    [m/s^3]."""
     jerk_time_s: float = 0.5
-    """... and a jerk lasts as long as a foot moves [s]: 2 x 1^2 x 0.5 = 1 m^2/s^5."""
+    """Its correlation time, the duration of a pedal movement [s]; the spectral density is 2 x 1^2 x 0.5 = 1 m^2/s^5."""
     yaw_acceleration_std_radps2: float = 0.6
-    """Heading filter: into a turn of 10 m radius at 6 m/s, that is to 0.6 rad/s, in one second [rad/s^2] ..."""
+    """Heading filter: yaw acceleration into a turn of 10 m radius at 6 m/s, to 0.6 rad/s in one second [rad/s^2]."""
     yaw_acceleration_time_s: float = 0.04
-    """... by a wheel whose motion is new at each scan: half of one [s]; 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
+    """Its correlation time, half a scan period because steering is independent from scan to scan [s]; the spectral
+    density is 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
     starting_speed_std_mps: float = 0.5
-    """Speed of a vehicle that begins to move when it is first seen to do so, the limit of the mode [m/s]."""
+    """Standard deviation of the speed at the change from stationary to moving, the limit of the mode [m/s]."""
     manoeuvre_std_mps2: float = 1.5
-    """Acceleration of one that begins to accelerate: comfortable driving stays below 2 to 3 [m/s^2]."""
+    """Standard deviation of the acceleration at the start of a manoeuvre; comfortable driving stays below 2 to 3
+    [m/s^2]."""
     initial_speed_std_mps: float = 8.0
-    """Speed of a vehicle before it was seen twice: urban traffic up to 60 km/h, two standard deviations [m/s]."""
+    """Standard deviation of the initial speed: urban traffic up to 60 km/h is two standard deviations [m/s]."""
     initial_yaw_rate_std_radps: float = 0.2
-    """Its yaw rate [rad/s]."""
+    """Standard deviation of the initial yaw rate [rad/s]."""
     position_std_floor_m: float = 0.007
-    """Corner noise from scan to scan that the fit cannot know: where the beams happen to meet the outline [m]."""
+    """Corner noise that the fit does not model: beams meet the outline at other places in each scan [m]."""
     heading_std_floor_rad: float = 0.02
-    """Heading noise that the fit cannot know [rad]."""
+    """Heading noise that the fit does not model [rad]."""
 
     def __post_init__(self) -> None:
         require_within(self, 1e-9, 1e3, "drift_density_m2ps", "acceleration_std_mps2", "jerk_std_mps3")
@@ -67,7 +71,7 @@ class FilterConfig:
 
 
 def integrator(order: int, dt: float) -> Floats:
-    """(order, order) transition of a chain of integrators: the one-axis block of (7), (8) and (9)."""
+    """(order, order) transition matrix of a chain of integrators: the one-axis block of (7), (8) and (9)."""
     chain = np.eye(order)
     if order > 1:
         chain[0, 1] = dt
@@ -77,7 +81,7 @@ def integrator(order: int, dt: float) -> Floats:
 
 
 def density(order: int, config: FilterConfig) -> float:
-    """Spectral density of the derivative of position that a model of this order takes for white."""
+    """Spectral density of the position derivative that a model of this order assumes to be white noise."""
     return (
         config.drift_density_m2ps,
         2 * config.acceleration_std_mps2**2 * config.acceleration_time_s,
@@ -86,7 +90,7 @@ def density(order: int, config: FilterConfig) -> float:
 
 
 def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
-    """(order, order) one-axis noise of a chain of integrators that is driven by white noise from above.
+    """(order, order) one-axis process noise of a chain of integrators driven by white noise of its highest derivative.
 
     Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
     """
@@ -97,7 +101,7 @@ def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
-    """Transition and noise of K filters of n states for one time step."""
+    """Transition matrices and process noise of K filters of n states for one time step."""
 
     transition: Floats
     """(K, n, n)."""
@@ -107,24 +111,24 @@ class Step:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """What all tracks have in common over one time step."""
+    """Motion models of all tracks for one time step."""
 
     dt: float
     """[s]."""
     models: Step
-    """One filter per model, 6 states."""
+    """Step of M filters of 6 states, one per model."""
     heading: Step
-    """One filter, heading and yaw rate."""
+    """Step of one filter of heading and yaw rate."""
 
 
 @lru_cache(maxsize=8)
 def motion(dt: float, config: FilterConfig) -> Motion:
-    """Equations (7), (8) and (9) for a time step `dt` [s]; remembered, since scans come at a steady rate."""
-    axes, spread = np.eye(2), spreads(config)
+    """Return equations (7), (8) and (9) for a time step `dt` [s]; cached, because scans have a constant period."""
+    axes, prior = np.eye(2), prior_variances(config)
     transition, noise = np.zeros((2, len(MODELS), 3, 3))
     for m, order in enumerate(range(1, len(MODELS) + 1)):
         transition[m, :order, :order] = integrator(order, dt)
-        noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, spread))
+        noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, prior))
         noise[m, :order, :order] = process_noise(order, dt, density(order, config))
     turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
     return Motion(
@@ -134,14 +138,14 @@ def motion(dt: float, config: FilterConfig) -> Motion:
     )
 
 
-def spreads(config: FilterConfig) -> Floats:
-    """(3,) variance of position, velocity and acceleration where a model leaves them out."""
+def prior_variances(config: FilterConfig) -> Floats:
+    """(3,) prior variance of position, velocity and acceleration in models that omit them."""
     return np.square([0.0, config.starting_speed_std_mps, config.manoeuvre_std_mps2])
 
 
 @dataclass(slots=True, eq=False)
 class Filters:
-    """K Kalman filters of n states each, of which the first ones are measured."""
+    """K Kalman filters of n states each; measurements are of the first states."""
 
     mean: Floats
     """(K, n)."""
@@ -154,24 +158,24 @@ class Filters:
         self.covariance = step.transition @ self.covariance @ step.transition.swapaxes(-1, -2) + step.noise
 
     def correct(self, residual: Floats, noise: Floats) -> None:
-        """Correct by pre-fit residuals (K, m) of the first m states, of covariance (m, m)."""
+        """Correct by innovations (K, m) of the first m states, with measurement noise (m, m)."""
         measured = residual.shape[-1]
-        spread = self.covariance[:, :measured, :measured] + noise
-        gain = np.linalg.solve(spread, self.covariance[:, :measured]).swapaxes(-1, -2)
+        innovation = self.covariance[:, :measured, :measured] + noise
+        gain = np.linalg.solve(innovation, self.covariance[:, :measured]).swapaxes(-1, -2)
         self.mean = self.mean + (gain @ residual[..., None])[..., 0]
         self.covariance = self.covariance - gain @ self.covariance[:, :measured]
         self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
 
 
-def bank(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
-    """One filter per model, from a first observation (2,) [m] of covariance (2, 2) [m^2]."""
+def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
+    """Return one filter per model, from a first observation (2,) [m] with covariance (2, 2) [m^2]."""
     count = len(MODELS)
-    spread = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
-    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(spread), np.eye(2)), (count, 1, 1))
+    prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
+    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(prior), np.eye(2)), (count, 1, 1))
     mean[:, :2], variance[:, :2, :2] = position, covariance
     return Filters(mean, variance)
 
 
 def heading_filter(heading: float, variance: float, config: FilterConfig) -> Filters:
-    """Build the heading block of (9), state (heading, yaw rate); here yaw rate does turn the heading."""
+    """Return the heading filter: the block of (9) with state (heading, yaw rate), coupled by the time step."""
     return Filters(np.array([[heading, 0.0]]), np.diag([variance, config.initial_yaw_rate_std_radps**2])[None])

@@ -1,4 +1,4 @@
-"""The bank as filterpy's interacting multiple model: the reference that multiple-model association is held against."""
+"""Filter bank with filterpy's interacting multiple model, the reference for multiple-model association."""
 
 import numpy as np
 from filterpy.kalman import IMMEstimator, KalmanFilter
@@ -11,11 +11,11 @@ from tracker.tracking.mma import MmaConfig
 
 
 class FilterpyImm:
-    """Believes the mean of all models, weighed by their probabilities (Blom and Bar-Shalom 1988)."""
+    """Filter bank that reports the mean of all models, weighted by their probabilities (Blom and Bar-Shalom 1988)."""
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         self._config = config
-        # M[i, j] is the probability of the change from i to j, other than filterpy's docstring says.
+        # M[i, j] is the probability of the change from i to j; filterpy's docstring says the opposite.
         self._imm = IMMEstimator(
             [_kalman(mean, covariance) for mean, covariance in zip(filters.mean, filters.covariance, strict=True)],
             mma.initial_probability(),
@@ -24,7 +24,7 @@ class FilterpyImm:
 
     @property
     def probability(self) -> Floats:
-        """(M,)."""
+        """(M,) model probabilities."""
         return np.asarray(self._imm.mu)
 
     @property
@@ -38,40 +38,40 @@ class FilterpyImm:
         """Mean (6,) and covariance (6, 6) of the mixture."""
         return np.asarray(self._imm.x), np.asarray(self._imm.P)
 
-    def predict(self, step: Motion) -> None:
+    def predict(self, motion: Motion) -> None:
         """Mix the models and move on by one time step."""
         imm = self._imm
-        imm.M = mma.transitions(self.filters, step.dt, self._config)
-        # filterpy does this with the last scan's M; here it depends on the state, and time passes unseen, too.
+        imm.M = mma.transitions(self.filters, motion.dt, self._config)
+        # filterpy uses the last scan's M; here it depends on the state, and on the time without observations.
         imm.cbar = imm.mu @ imm.M
         imm.omega = imm.mu[:, None] * imm.M / imm.cbar
         imm.mu = imm.cbar
-        for kf, transition, noise in zip(imm.filters, step.models.transition, step.models.noise, strict=True):
+        for kf, transition, noise in zip(imm.filters, motion.models.transition, motion.models.noise, strict=True):
             kf.F, kf.Q = transition, noise
         imm.predict()
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
-        """Take over what the likeliest model is off by; all models of filterpy's are given the same measurement."""
+        """Update by the innovation of the likeliest model: filterpy passes the same measurement to all models."""
         best = int(np.argmax(self._imm.mu))
-        _, raised = mma.score(self.filters, residual, noise, self._config.tail_dof)
+        _, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
         for kf in self._imm.filters:
-            kf.R = raised * noise
+            kf.R = scale * noise
         self._imm.update(self._imm.filters[best].x[:2] + residual[best])
-        return raised * noise
+        return scale * noise
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]."""
         for kf in (*self._imm.filters, self._imm):
             kf.x[:2] += offset
 
-    def loosen(self, covariance: Floats) -> None:
-        """Know the tracked point worse by (2, 2) [m^2]."""
+    def inflate(self, covariance: Floats) -> None:
+        """Add (2, 2) [m^2] to the covariance of the tracked point."""
         for kf in (*self._imm.filters, self._imm):
             kf.P[:2, :2] += covariance
 
 
 def _kalman(mean: Floats, covariance: Floats) -> KalmanFilter:
-    """One of the models, measured in x and y."""
+    """Return the Kalman filter of one model, with x and y as measurement."""
     kf = KalmanFilter(dim_x=STATE_DIM, dim_z=2)
     kf.x, kf.P, kf.H = mean.copy(), covariance.copy(), np.eye(2, STATE_DIM)
     return kf

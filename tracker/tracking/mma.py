@@ -1,9 +1,9 @@
-"""Multiple-model association: which filter of the bank explains the vehicle best, equations (10) to (12).
+"""Multiple-model association: score the filters of a bank, equations (10) to (12).
 
-The paper's filters never talk. After a manoeuvre the one of constant velocity is off for seconds, and when it is wanted
-again it is of no use. Here a vehicle may change its mode between two scans (a Markov chain before (12)), and a filter
-starts each scan from what those believed that the vehicle may have followed until then: the mixing of Blom and
-Bar-Shalom (1988). What is reported stays the paper's: the filter of the highest score.
+The paper runs the filters independently, without mixing. After a manoeuvre its constant velocity filter is wrong for
+seconds, and of no use when the vehicle returns to that mode. Here a vehicle may change its mode between two scans (a
+Markov chain before (12)), and each filter starts a scan from the mixture of the filters that may have led to its mode
+(Blom and Bar-Shalom 1988). The reported estimate is that of the paper: the filter of the highest score.
 """
 
 from dataclasses import dataclass
@@ -18,10 +18,10 @@ from tracker.records import MODELS
 from tracker.tracking.filters import Filters
 
 LEAST_PROBABILITY = 1e-9
-"""Of any model: nothing is impossible, and its logarithm is finite."""
+"""Lower limit of a model probability, which keeps its logarithm finite."""
 
 NO_SPEED_MPS = 1e-9
-"""Slower filters have no direction [m/s]; those of a vehicle that has stood for long tend to 0 and underflow."""
+"""Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""
 
 STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"))
 
@@ -31,18 +31,19 @@ class MmaConfig:
     """Multiple-model association."""
 
     method: Literal["mma", "imm", "paper"] = "mma"
-    """`mma`: as said above. `imm`: filterpy's interacting multiple model, whose estimate is the mean of all models by
-    their probabilities. `paper`: filters that never talk, and the floor."""
+    """`mma`: mixing, and selection of the filter of the highest score. `imm`: filterpy's interacting multiple model,
+    which reports the mean of all models, weighted by their probabilities. `paper`: independent filters, and
+    `probability_floor`."""
     mode_time_s: float = 3.0
-    """A vehicle keeps to its mode for about this long [s]: the time between two actions in urban traffic."""
+    """Mean time in a mode [s]: the time between two actions in urban traffic."""
     standing_mps: float = 0.4
-    """What is slower stands [m/s]: between the limits at which a vehicle begins and ceases to move ..."""
+    """A slower vehicle is stationary [m/s]: between the limits at which a vehicle begins and ceases to move."""
     stopping_time_s: float = 0.2
-    """... and a moving model that is so slow hands over within this time [s]."""
+    """Time constant of the change from a moving model below that speed to the stationary one [s]."""
     tail_dof: float = 4.0
-    """Degrees of freedom of the corner noise's distribution: few mean heavy tails, 1e6 is as good as normal."""
+    """Degrees of freedom of the t-distribution of corner noise: few mean heavy tails, 1e6 is nearly normal."""
     probability_floor: float = 0.02
-    """`paper`: no model's probability falls below this, so that it can come back when the vehicle changes its mind."""
+    """`paper`: lower limit of every model's probability, so that a model can recover at a change of mode."""
 
     def __post_init__(self) -> None:
         if not 0 < self.probability_floor < 1 / len(MODELS):
@@ -54,16 +55,16 @@ class MmaConfig:
 
 
 def initial_probability() -> Floats:
-    """(M,) all models alike."""
+    """(M,) equal model probabilities."""
     return np.full(len(MODELS), 1 / len(MODELS))
 
 
 def transitions(filters: Filters, dt: float, config: MmaConfig) -> Floats:
     """(M, M) probability of the change from one mode (row) to another (column) within `dt` [s].
 
-    A vehicle leaves its mode for either other one after `mode_time_s` on average. That it may stand depends on the
-    state, as in Seah and Hwang (2009): a filter of a moving vehicle that says it is slow describes a standing one. Left
-    to the likelihood, this could not be told: at speed 0 both filters predict the same.
+    A vehicle leaves its mode for either other one after `mode_time_s` on average. The change to stationary depends on
+    the state, as in Seah and Hwang (2009): a moving model with a low speed describes a stationary vehicle. The
+    likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
     leaves = 0.5 * -np.expm1(-dt / config.mode_time_s)
     stops = -np.expm1(-dt / config.stopping_time_s)
@@ -76,38 +77,52 @@ def transitions(filters: Filters, dt: float, config: MmaConfig) -> Floats:
 
 
 def slow(filters: Filters, limit_mps: float) -> Floats:
-    """(M,) probability by each filter that the vehicle is slower than the limit, along the way it seems to go."""
-    velocity, spread = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
+    """(M,) probability by each filter that the speed along its direction of motion is below the limit."""
+    velocity, covariance = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
     speed = np.hypot(*velocity.T)
     moves = speed[:, None] > NO_SPEED_MPS
-    way = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
-    std = np.sqrt(np.einsum("mi,mij,mj->m", way, spread, way))
+    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
+    std = np.sqrt(np.einsum("mi,mij,mj->m", direction, covariance, direction))
     return np.asarray(ndtr((limit_mps - speed) / std) - ndtr((-limit_mps - speed) / std))
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:
-    """Let the filters start from what those believed that led to them; and (M,) the probabilities before (12).
+    """Return the mixed filters, and the model probabilities (M,) before (12).
 
     Bar-Shalom, Li, Kirubarajan (2001), 11.6.6: filter j starts from the mean and covariance of the mixture of all
-    filters i, in the shares in which the vehicle came from i when it is in mode j now.
+    filters i, weighted by the probability that the vehicle was in mode i if it is in mode j now.
     """
     flow = probability[:, None] * chain
     prior = flow.sum(axis=0)
     share = flow / prior
     mean = share.T @ filters.mean
-    off = filters.mean[:, None] - mean
-    spread = filters.covariance[:, None] + off[..., :, None] * off[..., None, :]
-    return Filters(mean, np.einsum("ij,ijkl->jkl", share, spread)), prior
+    difference = filters.mean[:, None] - mean
+    second_moment = filters.covariance[:, None] + difference[..., :, None] * difference[..., None, :]
+    return Filters(mean, np.einsum("ij,ijkl->jkl", share, second_moment)), prior
 
 
 def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, float]:
-    """(M,) logarithm of (11) for pre-fit residuals (M, 2) [m] of a measurement with covariance (2, 2).
+    """Log-likelihood (11) of each model, and a scale for the measurement noise.
 
-    The paper prints S = H P H' in (10), which leaves out the measurement's own noise; S = H P H' + R here. In place of
-    the normal density (11) it is Student's t of `tail_dof` degrees, of which the normal is the limit: now and then a
-    corner jumps, from a bumper to a hood or where an occluder lets go of it, and one jump must not decide for a model.
-    The second value is by how much the noise of this measurement is to be raised, as the nearest of the models tells:
-    what scales the covariance in the t-distribution's mean of scale (Roth, Ozkan, Gustafsson 2013).
+    The paper prints S = H P H' in (10), without the measurement noise; here S = H P H' + R. In place of the normal
+    density (11), the likelihood is Student's t-distribution with `tail_dof` degrees of freedom, whose limit is the
+    normal distribution: a corner sometimes jumps, from a bumper to a hood or at an occlusion boundary, and a single
+    jump must not decide for a model.
+
+    Parameters
+    ----------
+    residual
+        (M, 2) innovations [m].
+    noise
+        (2, 2) covariance of the measurement [m^2].
+
+    Returns
+    -------
+    Floats
+        (M,) log-likelihoods.
+    float
+        Factor on the measurement noise of this update, by the innovation of the nearest model: the mean scale of the
+        covariance under the t-distribution (Roth, Ozkan, Gustafsson 2013).
     """
     squared, determinant = mahalanobis(residual, filters.covariance[:, :2, :2] + noise)
     density = -0.5 * (tail_dof + 2) * np.log1p(squared / tail_dof) - 0.5 * np.log((2 * np.pi) ** 2 * determinant)
@@ -115,16 +130,16 @@ def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) ->
 
 
 def update(probability: Floats, evidence: Floats, floor: float = LEAST_PROBABILITY) -> Floats:
-    """(M,) model probabilities after one observation, equation (12) in logarithms.
+    """Return the model probabilities (M,) after one observation, equation (12) in logarithms.
 
     Parameters
     ----------
     probability
         (M,) before the observation, all above 0.
     evidence
-        (M,) logarithm of (11) under each model. A common offset cancels, so that no outlier can underflow.
+        (M,) logarithm of (11) under each model. A common offset cancels, so that outliers do not underflow.
     floor
-        No probability falls below.
+        Lower limit of a probability.
     """
     score = np.log(probability) + evidence
     posterior = np.exp(score - score.max())

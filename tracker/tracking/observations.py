@@ -1,4 +1,4 @@
-"""Boxes as the tracking half sees them: in the odometry frame, with the noise that the fit cannot know."""
+"""Boxes in the odometry frame, with noise floors."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from tracker.tracking.filters import FilterConfig
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observations:
-    """B boxes in the odometry frame; heading modulo a quarter turn."""
+    """B boxes in the odometry frame; headings are modulo a quarter turn."""
 
     center: Floats
     """(B, 2) [m]."""
@@ -25,20 +25,20 @@ class Observations:
     covariance: Floats
     """(B, 3, 3) of corner x, corner y, heading."""
     cut: Bools
-    """(B, 4) whether it may go on beyond its front, left, rear and right end, as its heading names them."""
+    """(B, 4) mask of truncated ends: front, left, rear and right with respect to the heading."""
     flat: Bools
-    """(B,) whether it misses a side that a vehicle would show, or is but a part of something larger."""
+    """(B,) mask of boxes that lack a side that a vehicle would show, or are a part of a larger object."""
     time_offset: Floats
-    """(B,) when the box was there, after the scan's time [s]."""
+    """(B,) time of the box minus time of the scan [s]."""
     sensor: Floats
-    """(2,) where the ego is [m]."""
+    """(2,) position of the ego [m]."""
 
     def __len__(self) -> int:
         return len(self.heading)
 
     @property
     def whole(self) -> Bools:
-        """(B, 2) whether what is seen along and across the heading is cut off at neither end."""
+        """(B, 2) mask of sides along and across the heading that are truncated at neither end."""
         return uncut(self.cut)
 
     @property
@@ -48,12 +48,12 @@ class Observations:
 
 
 def uncut(cut: Bools) -> Bools:
-    """(..., 2) whether a box is whole along and across: cut (..., 4) at neither its front nor rear, left nor right."""
+    """(..., 2) mask of sides along and across that are truncated, `cut` (..., 4), at neither end."""
     return np.asarray(~(cut[..., :2] | cut[..., 2:]))
 
 
 def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observations:
-    """Carry boxes from the ego frame into the odometry frame and add the noise floors to their covariance."""
+    """Transform boxes from the ego frame to the odometry frame and add the noise floors to their covariance."""
     cos, sin = np.cos(ego_pose_odom[2]), np.sin(ego_pose_odom[2])
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     position_variance = config.position_std_floor_m**2

@@ -1,4 +1,4 @@
-"""Which way a vehicle faces: a rectangle's heading is known modulo a quarter turn, a vehicle's must not flip."""
+"""Front of a vehicle: resolves the quarter-turn ambiguity of a rectangle's heading, without flips."""
 
 from dataclasses import dataclass
 
@@ -15,38 +15,49 @@ class OrientationConfig:
     width_max_m: float = 2.6
     """A longer side is a vehicle's length [m]."""
     car_width_max_m: float = 2.1
-    """A longer side is so, too, when more of it may be hidden [m]: it is more than a car's width."""
+    """A longer truncated side is a vehicle's length, too [m]: more than a car's width."""
     depth_min_m: float = 1.5
-    """With a shorter side at least as wide as a car, the longer one is the length [m]."""
+    """If the shorter side is longer than this, about the width of a car, the longer side is the length [m]."""
     course_speed_min_mps: float = 1.0
-    """A vehicle faces where it goes when it goes faster than this [m/s] ..."""
+    """Minimum speed at which the direction of motion defines the front [m/s]."""
     course_sigma: float = 4.0
-    """... and its speed is this many standard deviations from standing."""
+    """Minimum speed for the same, in standard deviations."""
     reversal_m: float = 0.5
-    """Way that a vehicle goes backwards before its heading is reversed [m]."""
+    """Distance that a vehicle moves backwards before its heading is reversed [m]."""
     sideways_m: float = 2.6
-    """Way that it goes sideways before its heading is turned [m]: the edge of a standing vehicle that comes into view
-    behind another seems to move, but no farther than the vehicle is wide."""
+    """Distance that a vehicle moves sideways before its heading is turned [m]: the edge of a stationary vehicle that
+    comes into view behind another one seems to move, by the vehicle's width at most."""
     votes: int = 5
-    """Successive frames in which the size contradicts the heading of a vehicle without motion before it turns."""
+    """Successive frames in which the size contradicts the heading of a stationary vehicle before it is turned."""
 
 
 def turn_sign(sign: Ints, quarters: int) -> Ints:
-    """(2,) the same corner, named in a frame turned counter-clockwise by `quarters`."""
+    """(2,) signs of the same corner in a frame turned counter-clockwise by `quarters`."""
     x, y = sign
     return np.array([(x, y), (y, -x), (-x, -y), (-y, x)][quarters % 4], dtype=np.int64)
 
 
 def turn_size(size: Floats, quarters: int) -> Floats:
-    """(2,) the same sides, named in a frame turned by `quarters`."""
+    """(2,) the same sides in a frame turned by `quarters`."""
     return size[::-1].copy() if quarters % 2 else size
 
 
 def first_guess(heading: float, size: Floats, whole: Bools, forward: float, config: OrientationConfig) -> int:
-    """Quarter turns from a new box's heading to the vehicle's, whose sides (2,) [m] are seen as a `whole` (2,) or cut.
+    """Quarter turns from the heading of a new box to that of the vehicle.
 
-    The length lies along the longer side, unless only one short side is seen, which is then the width. Of the
-    two directions left, the one nearer to the ego's own, `forward`, is taken until the vehicle moves.
+    The length lies along the longer side, unless only one short side is visible, which is then the width. Of the two
+    remaining directions, the one nearer to the ego's heading is used until the vehicle moves.
+
+    Parameters
+    ----------
+    heading
+        Heading of the box [rad].
+    size
+        (2,) sides of the box along and across [m].
+    whole
+        (2,) mask of sides that are not truncated.
+    forward
+        Heading of the ego [rad].
     """
     longer = int(np.argmax(size))
     width_max = config.width_max_m if whole[longer] else config.car_width_max_m
@@ -57,7 +68,7 @@ def first_guess(heading: float, size: Floats, whole: Bools, forward: float, conf
 
 
 def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> float | None:
-    """Direction of a velocity (2,) [m/s] of covariance (2, 2), None if it may as well be none."""
+    """Direction [rad] of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
     significance = velocity @ np.linalg.solve(covariance, velocity)
     if np.hypot(*velocity) < config.course_speed_min_mps or significance < config.course_sigma**2:
         return None
@@ -65,18 +76,18 @@ def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> f
 
 
 def by_course(heading: float, course: float) -> int:
-    """Quarter turns by which the motion contradicts the heading: a vehicle faces its course."""
+    """Quarter turns by which the direction of motion contradicts the heading."""
     return int(np.round(wrap(course - heading) / QUARTER)) % 4
 
 
 def by_size(heading: float, size: Floats, whole: Bools, forward: float, config: OrientationConfig) -> int:
-    """Quarter turns by which the seen size contradicts the heading: it tells length from width, not front from rear."""
+    """Quarter turns by which the seen size contradicts the heading: 1 or 3 if length and width are swapped, else 0."""
     quarters = first_guess(heading, size, whole, forward, config)
     return quarters if quarters % 2 else 0
 
 
 def way_needed(quarters: int, size: Floats, config: OrientationConfig) -> float:
-    """Way [m] that a vehicle of seen size (2,) must go in contradiction to its heading before the heading gives in."""
+    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m]."""
     if quarters % 2 == 0:
         return config.reversal_m
     return np.inf if size[0] > config.width_max_m else config.sideways_m

@@ -1,4 +1,4 @@
-"""Living tracks as the flat `Tracks` record."""
+"""Conversion of tracks to the `Tracks` record."""
 
 import numpy as np
 
@@ -8,33 +8,38 @@ from tracker.tracking.filters import STATE_DIM
 from tracker.tracking.track import Track
 
 REPORTED_DIM = 8
-"""The filters' state, then heading and yaw rate."""
+"""State of the filters, then heading and yaw rate."""
 
 
 def state(track: Track) -> tuple[Floats, Floats]:
-    """State (8,) and covariance (8, 8) in the order of (6); what the selected model sets to zero is zero."""
+    """Return state (8,) and covariance (8, 8) in the order of (6); states that the selected model omits are zero."""
     mean, covariance = np.zeros(REPORTED_DIM), np.zeros((REPORTED_DIM, REPORTED_DIM))
-    mean[:STATE_DIM], covariance[:STATE_DIM, :STATE_DIM] = track.bank.estimate
+    mean[:STATE_DIM], covariance[:STATE_DIM, :STATE_DIM] = track.corner.bank.estimate
     mean[STATE_DIM:], covariance[STATE_DIM:, STATE_DIM:] = track.yaw_state
     covariance[:2, :2] = track.covariance
     return mean, covariance
 
 
 def report(tracks: list[Track]) -> Tracks:
-    """One row per track, oldest first."""
+    """Return one row per track, oldest first."""
     states = [state(track) for track in tracks]
     count, models = len(tracks), len(MODELS)
-    alone_covariance = [track.alone.filters.covariance[:, :2, :2] + track.offset_covariance for track in tracks]
+    independent = [track.corner.independent.filters for track in tracks]
+    covariance = [
+        own.covariance[:, :2, :2] + track.offset_covariance for own, track in zip(independent, tracks, strict=True)
+    ]
     return Tracks(
         id=np.array([track.id for track in tracks], dtype=np.int64),
         status=np.array([track.status for track in tracks], dtype=np.uint8),
         mean=np.array([mean for mean, _ in states]).reshape(count, REPORTED_DIM),
         covariance=np.array([cov for _, cov in states]).reshape(count, REPORTED_DIM, REPORTED_DIM),
-        model_probability=np.array([track.bank.probability for track in tracks]).reshape(count, models),
-        model=np.array([track.model for track in tracks], dtype=np.int64),
-        model_position_odom=np.array([track.alone.filters.mean[:, :2] for track in tracks]).reshape(count, models, 2),
-        corner_sign=np.array([track.corner_sign for track in tracks], dtype=np.int64).reshape(count, 2),
+        model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, models),
+        model=np.array([track.corner.model for track in tracks], dtype=np.int64),
+        model_position_odom=np.array([track.corner.independent.filters.mean[:, :2] for track in tracks]).reshape(
+            count, models, 2
+        ),
+        corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
         size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=np.array(alone_covariance).reshape(count, models, 2, 2),
-        model_nis=np.array([track.alone.nis for track in tracks]).reshape(count, models),
+        model_covariance_odom=np.array(covariance).reshape(count, models, 2, 2),
+        model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, models),
     )

@@ -1,4 +1,4 @@
-"""One box, read as one track: what a track is told of itself in a frame."""
+"""Observation of one track: a box in the terms of that track."""
 
 from dataclasses import dataclass
 
@@ -7,60 +7,60 @@ import numpy as np
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
 from tracker.records import MODELS
-from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, named_after, shows_end
+from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end, turned_ends
 from tracker.tracking.observations import Observations, uncut
 from tracker.tracking.orientation import turn_sign, turn_size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackObservation:
-    """One box, read as one track."""
+    """Observation of one track, odometry frame."""
 
     misfit: Floats
-    """(M, 2) from where each model predicts the tracked corner to where the box has it [m]."""
+    """(M, 2) measured minus predicted position of the tracked corner, by each model [m]."""
     covariance: Floats
-    """(2, 2) of the latter [m^2], odometry frame."""
+    """(2, 2) of the measured corner [m^2]."""
     heading: float
-    """Near the track's own [rad]."""
+    """Measured heading, near that of the track [rad]."""
     heading_variance: float
     """[rad^2]."""
     size: Floats
     """(2,) seen extent along and across the heading [m]."""
     exact: Bools
-    """(2,) whether the near end along and across is where the vehicle ends."""
+    """(2,) mask of axes on which the near end of the box is the end of the vehicle."""
     whole: Bools
-    """(2,) whether what is seen along and across is cut off at neither end."""
+    """(2,) mask of axes on which the box is truncated at neither end."""
     flat: bool
-    """Whether it misses a side that a vehicle would show, or is but a part of something larger."""
+    """True if the box lacks a side that a vehicle would show, or is a part of a larger object."""
     corner_sign: Ints
-    """(2,) the corner to track from now on."""
+    """(2,) signs of the corner to track from now on."""
 
 
-def sighting(pairing: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
-    """Box `b`, read as an observation of track `t`."""
+def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
+    """Return box `b` as an observation of track `t`."""
     return TrackObservation(
-        misfit=pairing.misfit[t, b],
-        covariance=pairing.covariance[t, b] + pairing.silence[t, b],
-        heading=float(pairing.heading[t, b]),
+        misfit=hypotheses.misfit[t, b],
+        covariance=hypotheses.covariance[t, b] + hypotheses.ambiguity[t, b],
+        heading=float(hypotheses.heading[t, b]),
         heading_variance=float(seen.covariance[b, 2, 2]),
-        size=pairing.size[t, b],
-        exact=pairing.exact[t, b],
-        whole=pairing.whole[t, b],
+        size=hypotheses.size[t, b],
+        exact=hypotheses.exact[t, b],
+        whole=hypotheses.whole[t, b],
         flat=bool(seen.flat[b]),
-        corner_sign=pairing.corner_sign[t, b],
+        corner_sign=hypotheses.corner_sign[t, b],
     )
 
 
-def first_sighting(
+def first_observation(
     seen: Observations, b: int, turns: int, usual: Floats, config: HypothesisConfig
 ) -> tuple[TrackObservation, Floats]:
-    """Box `b` as the first sighting of a track, and the corner (2,) to follow [m].
+    """Return box `b` as the first observation of a track, and the corner (2,) to track [m].
 
-    The vehicle's heading is `turns` quarters from the box's, and it would `usual`ly be (2,) long and wide [m].
+    The heading of the vehicle is `turns` quarters from that of the box; `usual` (2,) is the prior size [m].
     """
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
-    cut = seen.cut[b][named_after(np.asarray(turns))]
+    cut = seen.cut[b][turned_ends(np.asarray(turns))]
     first = TrackObservation(
         misfit=np.zeros((len(MODELS), 2)),
         covariance=seen.covariance[b, :2, :2],

@@ -1,4 +1,4 @@
-"""Blame: a fault planted into a stage is blamed on this stage, by the metric that is there to catch it."""
+"""Blame: a fault planted into a stage is attributed to this stage by the metrics that should detect it."""
 
 import json
 from pathlib import Path
@@ -17,9 +17,9 @@ from scenarios.run import loop
 from sim.scripted.scripted_source import ScriptedSource
 from sim.source import TrafficEndedError
 
-HEADLINE = {headline.name: headline for headline in BLAME_METRICS}
+METRIC = {metric.name: metric for metric in BLAME_METRICS}
 
-PLANTED = {
+FAULTS = {
     Stage.SEGMENTATION: (faulty_stages.CoarseSegmentation, ["segmentation.under_rate", "track.hota", "track.missed"]),
     Stage.OUTLIERS: (faulty_stages.RemovingNothing, ["outliers.mirror.recall", "outliers.layer_overlap.recall"]),
     Stage.FIT: (faulty_stages.BiasedFit, ["fit.best.heading_abs_mean_deg", "track.hota"]),
@@ -30,41 +30,41 @@ PLANTED = {
 
 @pytest.mark.parametrize("stage", Stage)
 def test_a_planted_fault_is_blamed_on_its_stage(stage):
-    """It shows in the metrics that are there to catch it, no other stage's truth helps half as much against it."""
-    fault, caught_by = PLANTED[stage]
+    """The fault changes its metrics, and no other oracle compensates half as much of it."""
+    fault, caught_by = FAULTS[stage]
     faulty, healthy = find_out(busy_street.scenario(), *faulty_stages.plant(fault)), busy_street.blamed()
     for name in caught_by:
-        headline = HEADLINE[name]
-        first, *others = faulty.ranking(headline)
+        metric = METRIC[name]
+        first, *others = faulty.ranking(metric)
         assert first == stage, name
-        gain = faulty.gain(stage, headline)
-        assert gain > 2 * (healthy.gain(stage, headline) or 0.0), name
-        assert all(faulty.gain(other, headline) < 0.5 * gain for other in others), name
+        gain = faulty.gain(stage, metric)
+        assert gain > 2 * (healthy.gain(stage, metric) or 0.0), name
+        assert all(faulty.gain(other, metric) < 0.5 * gain for other in others), name
 
 
-def test_oracles_beside_the_tracker_say_what_they_say_in_runs_of_their_own():
-    """All are shown the same scans, and none changes what another is shown."""
+def test_parallel_oracles_give_the_results_of_separate_runs():
+    """All process the same scans without affecting each other."""
     stage = Stage.ASSOCIATION
-    alone = loop.run(busy_street.scenario(), OracleFactory([stage]))
-    beside = busy_street.blamed().by_truth[stage]
-    for headline in BLAME_METRICS:
-        assert beside[headline.name] == alone.metrics[headline.name]
+    separate = loop.run(busy_street.scenario(), OracleFactory([stage]))
+    parallel = busy_street.blamed().by_truth[stage]
+    for metric in BLAME_METRICS:
+        assert parallel[metric.name] == separate.metrics[metric.name]
 
 
-def test_every_headline_is_a_metric_and_better_says_which_way():
-    assert set(HEADLINE) <= set(METRICS)
+def test_every_blame_metric_is_a_metric_with_a_direction():
+    assert set(METRIC) <= set(METRICS)
     found = busy_street.blamed()
-    for headline in BLAME_METRICS:
-        ranking = found.ranking(headline)
-        gains = [found.gain(stage, headline) for stage in ranking]
+    for metric in BLAME_METRICS:
+        ranking = found.ranking(metric)
+        gains = [found.gain(stage, metric) for stage in ranking]
         assert gains == sorted(gains, reverse=True)
         assert all(gain > 0 for gain in gains)
         if ranking:
-            as_is, best = (of[headline.name].value for of in (found.shipped.metrics, found.by_truth[ranking[0]]))
-            assert (best < as_is) == (headline.better == "less")
+            as_is, best = (of[metric.name].value for of in (found.shipped.metrics, found.by_truth[ranking[0]]))
+            assert (best < as_is) == (metric.better == "less")
 
 
-def test_the_report_has_a_row_for_each_stage_and_a_sentence_on_each_metric():
+def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
     text = report.as_text(blame_report(busy_street.blamed()))
     assert max(map(len, text.splitlines())) <= report.WIDTH
     assert "…" not in text  # no column is too narrow for its title
@@ -76,7 +76,7 @@ def test_the_report_has_a_row_for_each_stage_and_a_sentence_on_each_metric():
     assert OWN_DRIVES not in text
 
 
-def test_programs_get_all_figures_and_nothing_else(tmp_path, monkeypatch, capfd):
+def test_json_output_contains_all_values_and_nothing_else(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     short_run.write(Path())
     assert main(["blame", "short.toml", "--json", "--seed", "9", "--duration", "0.4"]) == 0
@@ -92,30 +92,30 @@ def test_programs_get_all_figures_and_nothing_else(tmp_path, monkeypatch, capfd)
 
 
 @pytest.mark.parametrize(
-    ("text", "arguments", "complaint"),
+    ("text", "arguments", "error"),
     [
         (short_run.TEXT, ["--tracker", "mine:Tracker"], "No such option"),
         (short_run.TEXT + '[tracker.mma]\nmethod = "imm"\n', [], 'oracle model: [tracker.mma] method = "imm"'),
     ],
 )
-def test_what_cannot_be_blamed_is_one_line(text, arguments, complaint, tmp_path, monkeypatch, capfd):
+def test_invalid_options_give_one_error_line(text, arguments, error, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     short_run.write(Path(), text)
     assert main(["blame", "short.toml", *arguments]) == 2
     out, err = capfd.readouterr()
     assert out == ""
     assert err.count("\n") == 1
-    assert complaint in err
+    assert error in err
 
 
-def test_a_tracker_that_drives_has_a_drive_for_every_oracle(capfd):
+def test_closed_loop_control_has_a_drive_for_every_oracle(capfd):
     assert main(["blame", "cruise-on-tracks", "--duration", "0.16"]) == 0
     out = capfd.readouterr().out
     assert "seed 1, 2 frames" in out
     assert OWN_DRIVES in out
 
 
-def test_figures_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capfd):
+def test_values_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     short_run.write(Path())
 
@@ -128,7 +128,7 @@ def test_figures_of_a_run_that_ended_early_are_marked(tmp_path, monkeypatch, cap
                 raise TrafficEndedError("the ego left")
             return super().step()
 
-    monkeypatch.setattr("scenarios.run.loop.ScriptedSource", Breaking)
+    monkeypatch.setattr("sim.factory.ScriptedSource", Breaking)
     assert main(["blame", "short.toml", "--json"]) == 1
     out, err = capfd.readouterr()
     assert json.loads(out)["ended_early"] == "the ego left"

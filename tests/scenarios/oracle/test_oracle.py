@@ -1,4 +1,4 @@
-"""Oracles: each drives the metrics of its stage to their ideal, changes nothing else, and passes for no tracker."""
+"""Oracles: each makes the metrics of its stage ideal, does not affect earlier stages, and is named in reports."""
 
 import json
 from dataclasses import replace
@@ -17,7 +17,8 @@ from scenarios.files.scenario import Scenario
 from scenarios.grading.metric_names import CAUSES
 from scenarios.oracle import oracle_association, oracle_fit, oracle_outliers, oracle_segmentation
 from scenarios.oracle.device_choice import OracleFactory, choose
-from scenarios.oracle.oracle_model import ToldBank, certain
+from scenarios.oracle.oracle_context import OracleContext
+from scenarios.oracle.oracle_model_selection import OracleModelSelection, certain
 from scenarios.oracle.oracle_tracker import OracleTracker
 from scenarios.oracle.oracle_truth import Truth
 from scenarios.oracle.stage import Stage
@@ -26,7 +27,7 @@ from scenarios.run import device, loop
 from sensor_model.truth import NO_ACTOR
 from tracker.records import METHODS, MODELS, NOT_USED, Linkage, Segments, Status
 from tracker.tracker import TrackerConfig
-from tracker.tracking.filters import FilterConfig, bank, motion
+from tracker.tracking.filters import FilterConfig, motion
 from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.mma import MmaConfig
 
@@ -38,7 +39,7 @@ def values(metrics, *names):
 
 
 def of(stage):
-    """Metrics of the busy street with the truth for one stage."""
+    """Metrics of the busy street with one oracle."""
     return busy_street.blamed().by_truth[stage]
 
 
@@ -48,21 +49,21 @@ def shipped():
 
 @cache
 def truly_fitted():
-    """The busy street with its tables, which blame does not keep."""
+    """The busy street with the fit oracle, including tables, which blame does not keep."""
     return short_run.run(busy_street.TEXT, OracleFactory([Stage.FIT]))
 
 
-def test_without_a_stage_to_replace_an_oracle_is_the_shipped_tracker():
-    """Bit for bit: the seams change nothing."""
+def test_an_oracle_tracker_without_oracles_equals_the_shipped_tracker():
+    """Bit for bit."""
     assert short_run.run(busy_street.TEXT, OracleFactory([])).trace_hash == busy_street.blamed().shipped.trace_hash
 
 
-def test_a_true_segmentation_splits_merges_and_misses_nothing():
+def test_true_segmentation_has_no_splits_merges_or_misses():
     assert values(of(Stage.SEGMENTATION), *SEGMENTATION) == [0.0, 0.0, 0.0]
     assert shipped()["segmentation.under_rate"].value > 0.02
 
 
-def test_true_outliers_are_all_of_the_noise_and_nothing_else():
+def test_true_outliers_are_exactly_the_noise():
     graded = [
         (metric.value, shipped()[name].value)
         for cause in CAUSES.values()
@@ -82,12 +83,12 @@ def test_a_true_fit_has_the_true_heading_and_the_true_corners():
     best = run.tables["fits"].query("best")
     corners = best[best["view"] == "l_shape"]
     assert len(corners) > 40
-    assert corners["position_error_m"].max() < 1e-6  # in full view; a vehicle half hidden ends where it is cut off
+    assert corners["position_error_m"].max() < 1e-6  # in full view; a half occluded vehicle is truncated
     assert shipped()["fit.best.heading_abs_mean_deg"].value > 0.1
 
 
-def test_a_true_fit_is_of_the_scans_time_and_not_of_its_points():
-    """Nobody knows yet how fast this car is: its points are where the sweep met them, up to 1.6 m from there."""
+def test_a_true_fit_is_at_the_time_of_the_scan():
+    """The speed of this car is not known yet: its points are not deskewed, with errors of up to 1.6 m."""
     fast = short_run.TEXT.replace("speed_mps = 5", "speed_mps = 40").replace("x_m = 9\ny_m = 3", "x_m = 0\ny_m = -4")
     first = short_run.run(fast, OracleFactory([Stage.FIT]), duration_s=0.08).tables["fits"].query("best")
     car = first[first["actor_id"] == 1]
@@ -95,18 +96,18 @@ def test_a_true_fit_is_of_the_scans_time_and_not_of_its_points():
     assert car["position_error_m"].max() < 1e-6
 
 
-def test_what_a_true_fit_shows_of_a_rear_is_no_whole_vehicle():
+def test_a_true_fit_of_a_rear_is_not_a_whole_vehicle():
     best = truly_fitted().tables["fits"].query("best")
     rear = best[best["view"] == "rear"]
     assert len(rear) > 10
-    # Its heading is modulo a quarter turn: a rear is as broad as the car, and next to nothing deep.
+    # Its heading is modulo a quarter turn: a rear is as wide as the car and has nearly no depth.
     extents = np.sort(rear[["length_m", "width_m"]], axis=1)
     np.testing.assert_allclose(extents[:, 1], rear["true_width_m"], atol=1e-6)
     assert extents[:, 0].max() < 1.5
 
 
-def test_a_true_association_switches_no_id():
-    text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.05\n"  # hardly a box is inside such a gate
+def test_true_association_has_no_id_switches():
+    text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.05\n"  # nearly no box is inside such a gate
     lost, kept = short_run.run(text).metrics, short_run.run(text, OracleFactory([Stage.ASSOCIATION])).metrics
     assert lost["track.id_switches"].value + lost["track.missed"].value > 60
     assert values(kept, "track.id_switches", "track.false") == [0.0, 0.0]
@@ -114,8 +115,8 @@ def test_a_true_association_switches_no_id():
     assert of(Stage.ASSOCIATION)["track.id_switches"].value == 0.0
 
 
-def test_a_truck_that_is_seen_in_two_pieces_is_followed_as_one():
-    """Its side and its rear, with a blind gap between, have two tracks at first, which a true association unites."""
+def test_a_truck_seen_in_two_pieces_is_one_track():
+    """Side and rear, with a blind gap between them, have two tracks at first, which are merged."""
     scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 2.4})
     as_is, true = (loop.run(scenario, OracleFactory(stages)).metrics for stages in ([], [Stage.ASSOCIATION]))
     assert true["track.missed"].value <= as_is["track.missed"].value
@@ -123,7 +124,7 @@ def test_a_truck_that_is_seen_in_two_pieces_is_followed_as_one():
     assert true["track.id_switches"].value == 0.0
 
 
-def test_a_true_model_is_always_the_true_mode():
+def test_the_true_model_is_always_the_true_mode():
     assert values(of(Stage.MODEL), "mma.mode_accuracy", "mma.switch_latency_frames") == [1.0, 0.0]
     assert shipped()["mma.mode_accuracy"].value < 0.95
 
@@ -137,8 +138,8 @@ def test_a_true_model_is_always_the_true_mode():
         (Stage.MODEL, SEGMENTATION),
     ],
 )
-def test_an_oracle_leaves_the_stages_before_it_alone(stage, others):
-    """But for what flows back: points are moved by what the tracks say, which changes some digits."""
+def test_an_oracle_does_not_affect_earlier_stages(stage, others):
+    """Except for small differences by feedback: tracks are used to deskew points."""
     np.testing.assert_allclose(values(of(stage), *others), values(shipped(), *others), atol=0.02)
 
 
@@ -155,7 +156,7 @@ def oracles():
     return busy_street.blamed().by_truth.values()
 
 
-def test_a_run_with_oracles_says_so_everywhere(tmp_path, monkeypatch, capfd):
+def test_oracles_are_named_in_report_folder_and_json(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     short_run.write(Path())
     command = ["run", "short.toml", "--no-recording", "--oracle", "association", "--oracle", "fit"]
@@ -168,7 +169,7 @@ def test_a_run_with_oracles_says_so_everywhere(tmp_path, monkeypatch, capfd):
     assert [path.name for path in Path("runs").iterdir()] == [folder.name]
 
 
-def test_the_shipped_tracker_is_called_by_its_name_and_needs_no_mention():
+def test_the_shipped_tracker_is_not_mentioned_in_the_report():
     run = short_run.result()
     assert run.config["device"] == device.SHIPPED
     assert "device" not in report.header(run).plain
@@ -177,35 +178,35 @@ def test_the_shipped_tracker_is_called_by_its_name_and_needs_no_mention():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "complaint"),
+    ("arguments", "error"),
     [
         (["--oracle", "fitt"], "Invalid value for '--oracle'"),
         (["--oracle", "fit", "--tracker", "mine:Tracker"], "--oracle fit: oracles replace stages of the shipped track"),
     ],
 )
-def test_an_oracle_that_cannot_be_is_one_line(arguments, complaint, tmp_path, monkeypatch, capfd):
+def test_an_invalid_oracle_gives_one_error_line(arguments, error, tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     short_run.write(Path())
     assert main(["run", "short.toml", *arguments]) == 2
     out, err = capfd.readouterr()
     assert out == ""
     assert err.count("\n") == 1
-    assert complaint in err
+    assert error in err
     assert [path.name for path in Path().iterdir()] == ["short.toml"]
 
 
-def test_the_shipped_tracker_may_be_named_beside_an_oracle():
+def test_the_shipped_tracker_can_be_combined_with_an_oracle():
     assert choose(device.SHIPPED, [Stage.FIT]) == OracleFactory([Stage.FIT])
     assert choose(None, []) is device.load(device.SHIPPED)
 
 
-def test_a_bank_that_selects_no_model_has_no_true_choice():
+def test_a_bank_that_selects_no_model_has_no_oracle():
     with pytest.raises(DeviceError, match='method = "imm" selects no model'):
         OracleTracker(TrackerConfig(mma=MmaConfig(method="imm")), [Stage.MODEL])
     OracleTracker(TrackerConfig(mma=MmaConfig(method="imm")), [Stage.FIT])
 
 
-def test_actors_are_segments_and_what_is_nobodys_stays_as_it_is():
+def test_actors_are_segments_and_other_points_keep_theirs():
     row = np.array([0, 0, 0, 1, 2, 2, 2, -1, -1])
     keep = np.array([1, 1, 1, 1, 1, 0, 1, 1, 1], dtype=bool)
     rest = Segments(np.array([-1] * 7 + [0, -1]), 1)
@@ -214,8 +215,8 @@ def test_actors_are_segments_and_what_is_nobodys_stays_as_it_is():
     assert found.count == 3
 
 
-def test_nothing_but_noise_is_no_vehicle():
-    """A cloud of spray has no line, no rectangle and so no box; where it is part of a segment, only it goes."""
+def test_a_segment_of_noise_is_removed():
+    """A cloud of spray gets no line, rectangle or box; as a part of a segment only its points are removed."""
     segments = Segments(np.array([0, 0, 0, 1, 1, NOT_USED]), 2)
     noise = np.array([0, 0, 1, 1, 1, 0], dtype=bool)
     on_owner = np.array([1, 1, 1, 0, 0, 0], dtype=bool)
@@ -228,9 +229,9 @@ def test_nothing_but_noise_is_no_vehicle():
     linkage = oracle_outliers.link(real, segments, noise, on_owner)
     assert linkage.line.tolist() == [0, 1, -1, -1, -1, -1]
     assert linkage.heading.tolist() == [0.3, 0.0]
-    gone = ~oracle_outliers.left_of((linkage.line >= 0) & (segments.label >= 0), segments)
+    gone = ~oracle_outliers.has_points((linkage.line >= 0) & (segments.label >= 0), segments)
     assert gone.tolist() == [False, True]
-    assert oracle_outliers.stand_in(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
+    assert oracle_outliers.with_placeholder_lines(linkage, segments, gone).line.tolist() == [0, 1, -1, 0, 0, -1]
 
 
 WET = """\
@@ -257,15 +258,15 @@ PAPER = "".join(f'[tracker.{stage}]\n{key} = "paper"\n' for stage, key in
 
 
 @pytest.mark.parametrize("variant", ["", PAPER], ids=["shipped", "paper"])
-def test_clouds_of_spray_are_gone_from_every_variant_of_the_tracker_and_from_its_recording(variant, tmp_path):
-    """Segments of nothing else have no rectangle; nothing may stumble over that."""
+def test_clouds_of_spray_are_removed_in_every_variant_and_in_recordings(variant, tmp_path):
+    """Segments without a rectangle must not cause errors in later stages."""
     factory = OracleFactory([Stage.OUTLIERS])
     run = short_run.run(WET + variant, factory, record_to=tmp_path / "recording.rrd", duration_s=0.4)
     assert run.metrics["outliers.spray.recall"].value == 1.0
     assert run.metrics["outliers.spray.recall"].n > 20
 
 
-def test_an_end_that_points_reach_is_the_true_one_and_others_are_where_they_are_cut_off():
+def test_ends_with_points_are_true_and_others_are_truncated():
     points = np.array([[-2.0, -0.9], [0.4, -0.85], [1.2, 3.0]])
     low, high = oracle_fit.visible(points[:2], np.zeros(2, dtype=int), np.array([[4.6, 1.8]]))
     np.testing.assert_allclose([low, high], [[[-2.3, -0.9]], [[0.4, -0.85]]])
@@ -273,17 +274,17 @@ def test_an_end_that_points_reach_is_the_true_one_and_others_are_where_they_are_
     np.testing.assert_allclose([low, high], [[[1.2, 0.9]], [[1.2, 0.9]]])  # never outside of the vehicle
 
 
-def test_a_box_is_for_its_actor_and_the_gate_only_chooses_among_its_tracks():
+def test_a_box_updates_its_actor_and_the_gate_chooses_among_its_tracks():
     track_actor, box_actor = np.array([7, 7, 8, NO_ACTOR]), np.array([7, 7, 9, NO_ACTOR, 8])
     in_gate = np.zeros((4, 5), dtype=bool)
     in_gate[[1, 2, 3], 0] = in_gate[0, 3] = True
     misread = np.zeros((4, 5), dtype=bool)
-    misread[[0, 1], [1, 0]] = True  # that it is in the gate counts more
+    misread[[0, 1], [1, 0]] = True  # has no effect inside the gate
     may = oracle_association.admissible(track_actor, box_actor, in_gate, misread)
     assert np.argwhere(may).tolist() == [[1, 0], [1, 1], [2, 4]]
 
 
-def test_who_is_where_in_the_odometry_frame():
+def test_true_centres_in_the_odometry_frame():
     """The ego stands at (10, 0) in the world and has driven 5 m to the left since the first scan."""
     bodies = [Body(3, 12.0, 0.0), Body(5, 10.0, 4.0)]
     frame = world_frame(0, bodies, ego=(10.0, 0.0, 0.0))
@@ -293,7 +294,7 @@ def test_who_is_where_in_the_odometry_frame():
 
 
 def test_a_box_that_is_a_cars_length_off_is_misread():
-    """The track is 0.3 m from its vehicle; what it sees next moves it there, or lets it jump to the other end."""
+    """The track is 0.3 m from its vehicle; one box corrects it, the other moves it to the wrong end."""
     one = np.ones((1, 1))
     predictions = Predictions(
         position=np.array([[[10.0, 0.9]]]), velocity=np.zeros((1, 1, 2)), covariance=np.eye(2)[None, None],
@@ -302,12 +303,13 @@ def test_a_box_that_is_a_cars_length_off_is_misread():
     )  # fmt: skip
     assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
     flags = np.zeros((1, 2, 2), dtype=bool)
-    pairing = Hypotheses(
+    hypotheses = Hypotheses(
         heading=np.zeros((1, 2)), size=np.ones((1, 2, 2)), whole=flags, misfit=np.array([[[[0.3, 0.0]], [[4.6, 0.0]]]]),
-        covariance=np.zeros((1, 2, 2, 2)), silence=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)), exact=flags,
+        covariance=np.zeros((1, 2, 2, 2)), ambiguity=np.zeros((1, 2, 2, 2)), corner_sign=np.ones((1, 2, 2)),
+        exact=flags,
     )  # fmt: skip
-    assert oracle_association.leads_away(predictions, pairing, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
-    assert oracle_association.leads_away(predictions, pairing, np.full((1, 2), np.nan)).tolist() == [[False, False]]
+    assert oracle_association.leads_away(predictions, hypotheses, np.array([[12.6, 0.0]])).tolist() == [[False, True]]
+    assert oracle_association.leads_away(predictions, hypotheses, np.full((1, 2), np.nan)).tolist() == [[False, False]]
 
 
 def test_the_largest_box_of_a_new_actor_starts_a_track():
@@ -316,7 +318,7 @@ def test_the_largest_box_of_a_new_actor_starts_a_track():
     assert oracle_association.newcomers(box_actor, support, np.array([8, 9]), free).tolist() == [0, 1, 0, 1, 1, 0]
 
 
-def test_the_first_id_of_an_actor_outlives_its_track():
+def test_the_first_id_of_an_actor_is_kept():
     class Named:
         def __init__(self, track_id, status, hits):
             self.id, self.status, self.hits = track_id, status, hits
@@ -328,20 +330,23 @@ def test_the_first_id_of_an_actor_outlives_its_track():
     assert [track.id for track in tracks] == [6, 5, 3]
 
 
-def test_a_bank_that_is_told_the_mode_believes_no_residual():
-    """Its other filters start from the told one's, and a vehicle that stands for minutes breaks no logarithm."""
-    told = ToldBank(bank(np.zeros(2), 0.01 * np.eye(2), FilterConfig()), MmaConfig())
-    told.tell(0)
+def test_an_oracle_bank_selects_the_true_mode_regardless_of_residuals():
+    """Mixing starts the other filters from the selected one, and minutes of standing keep all logarithms finite."""
+    frame = world_frame(0, [Body(3, 12.0, 0.0)])
+    context = OracleContext()
+    context.truth = replace(Truth.of(frame, observe(frame, [Body(3, 12.0, 0.0)])[1]), mode={3: 0})
+    oracle_bank = OracleModelSelection(FilterConfig(), MmaConfig(), context).new_bank(np.zeros(2), 0.01 * np.eye(2))
+    oracle_bank.actor = 3
+    oracle_bank.select()
     for _ in range(5000):
-        told.predict(motion(0.08, FilterConfig()))
-        told.tell(0)
-        told.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
-        assert told.probability.argmax() == 0
-    np.testing.assert_array_equal(told.probability, certain(0))
-    told.tell(None)
-    told.predict(motion(0.08, FilterConfig()))
-    assert told.probability[0] < certain(0)[0]
+        oracle_bank.predict(motion(0.08, FilterConfig()))
+        oracle_bank.observe(np.full((len(MODELS), 2), 0.3), 0.01 * np.eye(2))
+        assert oracle_bank.probability.argmax() == 0
+    np.testing.assert_array_equal(oracle_bank.probability, certain(0))
+    oracle_bank.actor = NO_ACTOR
+    oracle_bank.predict(motion(0.08, FilterConfig()))
+    assert oracle_bank.probability[0] < certain(0)[0]
 
 
-def test_the_column_that_a_true_fit_takes_is_the_refined_one():
+def test_a_true_fit_replaces_the_refined_column():
     assert METHODS[oracle_fit.BEST] == "refined"

@@ -1,4 +1,4 @@
-"""The other ways to a heading that the tracker is held against."""
+"""Baseline heading estimators."""
 
 import math
 
@@ -19,7 +19,7 @@ from tracker.records import BASELINES, METHODS, Segments
 
 ON = BaselineConfig(enabled=True)
 LINES = ("two_set_split", "ransac_lines", "jlinkage")
-"""Those that fit straight sides exactly."""
+"""Baselines that fit straight sides exactly."""
 
 
 def scattered(seed, count):
@@ -31,7 +31,7 @@ def appended(points, segments=None, config=ON):
     return columns.append(points, fitted.segments, fitted.linkage, fitted.candidates, config)
 
 
-# --- all of them
+# --- all baselines
 
 
 def test_every_baseline_has_its_function():
@@ -42,7 +42,7 @@ def test_every_baseline_has_its_function():
 @pytest.mark.parametrize("name", LINES)
 @pytest.mark.parametrize("heading", [0.0, 0.01, 0.4, 1.2, math.pi / 2 - 0.01])
 def test_two_perfect_sides_give_the_exact_heading(name, heading):
-    """The scene is turned about the ego, so that it sees both sides: the split is by azimuth."""
+    """The scene is rotated about the ego, so that both sides stay visible: the split is by azimuth."""
     points = l_shape(0.0, step=0.1) @ rotation(heading).T
     assert off_quarter(HEADINGS[name](points, ON), heading) == pytest.approx(0.0, abs=1e-9)
 
@@ -56,7 +56,7 @@ def test_one_perfect_side_gives_the_exact_heading(name):
 @pytest.mark.parametrize("name", BASELINES)
 @settings(deadline=None, max_examples=15)
 @given(seed=st.integers(0, 999), quarters=st.integers(1, 3))
-def test_a_turn_of_the_scene_by_quarters_changes_no_heading(name, seed, quarters):
+def test_quarter_turns_of_the_scene_do_not_change_the_heading(name, seed, quarters):
     """Also behind the ego, where the azimuth jumps from -180 to 180 degrees in the middle of a vehicle."""
     points, _ = scan_car(Car((-15.0, 0.3), 0.4 + 0.01 * seed), np.random.default_rng(seed))
     turned = points @ rotation(quarters * math.pi / 2).T
@@ -94,7 +94,7 @@ def test_principal_axis_of_two_sides_by_hand():
 
 @settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 25))
-def test_the_best_split_is_that_of_trying_them_all(seed, count):
+def test_the_best_split_equals_an_exhaustive_search(seed, count):
     points = scattered(seed, count)
     ordered = points[np.argsort(np.arctan2(points[:, 1], points[:, 0]))]
     turn, best = rotation(math.pi / 2), (math.inf, 0.0)
@@ -104,15 +104,15 @@ def test_the_best_split_is_that_of_trying_them_all(seed, count):
         values, vectors = np.linalg.eigh(residuals.T @ residuals)
         best = min(best, (values[0], math.atan2(vectors[1, 1], vectors[0, 1])))
     heading = two_set_split.heading(points, ON)
-    if count > 3:  # of fewer, several splits fit exactly
+    if count > 3:  # with fewer points, several splits fit exactly
         assert off_quarter(heading, best[1]) == pytest.approx(0.0, abs=1e-5)
 
 
 # --- sequential RANSAC
 
 
-def test_what_a_mirror_and_a_window_turn():
-    """Least squares through all points follow them; lines that some points agree on hardly do."""
+def test_a_mirror_and_a_window_bias_least_squares_but_not_ransac():
+    """Least squares through all points is biased by them; lines by consensus are not."""
     car = Car((18.0, 4.0), 0.25, window_depth=0.9, mirrors=True)
     headings = {name: [] for name in BASELINES}
     for seed in range(10):
@@ -125,8 +125,8 @@ def test_what_a_mirror_and_a_window_turn():
     assert min(mean["two_set_split"], mean["principal_axes"]) > 10.0
 
 
-def test_ransac_finds_a_line_among_outliers_however_they_are_drawn():
-    """Half the points are scattered: least squares through all is off by degrees."""
+def test_ransac_finds_a_line_among_outliers_for_every_seed():
+    """Half of the points are scattered: least squares through all has an error of degrees."""
     rng = np.random.default_rng(1)
     side = np.stack([np.linspace(10.0, 14.0, 40), rng.normal(3.0, 0.01, 40)], axis=1)
     points = np.concatenate([side, rng.uniform((10.0, 3.0), (14.0, 7.0), (40, 2))])
@@ -136,13 +136,13 @@ def test_ransac_finds_a_line_among_outliers_however_they_are_drawn():
 
 
 def test_lines_through_pairs_by_hand():
-    """Through (0, 0) and (0, 2) runs x = 0, and (3, 5) is 3 away; two points in one place make no line."""
+    """The line through (0, 0) and (0, 2) is x = 0, at distance 3 from (3, 5); two points at one place make no line."""
     lines = ransac_lines.through(np.array([[0.0, 0.0], [1.0, 1.0]]), np.array([[0.0, 2.0], [1.0, 1.0]]))
     assert ransac_lines.distances(np.array([[3.0, 5.0]]), lines).tolist() == [[3.0], [math.inf]]
 
 
-def test_points_that_no_three_of_agree_are_fitted_by_least_squares():
-    """A triangle of 2 m: no line of two points has a third one near."""
+def test_points_without_three_collinear_ones_are_fitted_by_least_squares():
+    """A triangle of 2 m: no line through two points is near the third."""
     points = np.array([[10.0, 0.0], [12.0, 0.0], [11.0, 1.0]])
     assert ransac_lines.heading(points, ON) == principal_axes.direction(points)
 
@@ -151,7 +151,7 @@ def test_points_that_no_three_of_agree_are_fitted_by_least_squares():
 
 
 def test_jlinkage_by_hand():
-    """Points 0, 1, 2 share line A and 2, 3, 4 line B: 2 goes where Jaccard is nearest, and A and B stay apart.
+    """Points 0, 1, 2 share line A and 2, 3, 4 line B: 2 joins the nearest by Jaccard, and A and B stay separate.
 
     Preference sets: {A}, {A}, {A, B}, {B}, {B}. 0-1 and 3-4 merge at 0; 2 is at 1/2 from both and goes to the first,
     which then prefers {A} alone: at distance 1 from {B} merging ends.
@@ -165,7 +165,7 @@ def test_jlinkage_by_hand():
 @settings(deadline=None, max_examples=20)
 @given(st.integers(0, 10_000), st.integers(5, 40))
 def test_clusters_of_jlinkage_have_a_line_in_common_and_share_none(seed, count):
-    """Theorem of Toldo and Fusiello: so it ends. `agglomerate` is T-linkage's, given sets instead of strengths."""
+    """Termination theorem of Toldo and Fusiello; `agglomerate` is that of T-linkage with binary preferences."""
     points = scattered(seed, count)
     draws = jlinkage.uniforms(ON.seed, ON.points_max, jlinkage.SAMPLING.samples_per_point)
     lines = jlinkage.hypotheses(points, draws, jlinkage.SAMPLING.locality)
@@ -178,7 +178,7 @@ def test_clusters_of_jlinkage_have_a_line_in_common_and_share_none(seed, count):
 
 @pytest.mark.parametrize(("outliers", "misclassified_max"), [(0, 0.07), (250, 0.15)])
 def test_jlinkage_finds_the_lines_of_a_star(outliers, misclassified_max):
-    """Five lines of 50 points, sigma 0.0075 (Toldo and Fusiello 2008): the five largest clusters are they.
+    """Five lines of 50 points, sigma 0.0075 (Toldo and Fusiello 2008): these are the five largest clusters.
 
     T-linkage's own code misclassifies 6.2 and 13.9 % of the points; of one near two lines nothing can know.
     """
@@ -214,7 +214,7 @@ def test_closeness_of_autoware_equals_a_loop_over_points():
 # --- as columns of the candidates
 
 
-def test_columns_are_measured_as_the_others_are():
+def test_columns_are_measured_like_those_of_other_methods():
     points = l_shape(0.3, length=4.0, width=2.0)
     found = appended(points)
     assert found.heading.shape == (1, len(METHODS) + len(BASELINES))
@@ -240,7 +240,7 @@ def test_columns_are_empty_when_switched_off_and_never_selected():
     assert on.best[0] < len(METHODS)
 
 
-def test_segments_are_judged_apart_and_no_segment_is_fine():
+def test_segments_are_fitted_independently_and_may_be_absent():
     shapes = [l_shape(0.0) @ rotation(heading).T for heading in (0.2, 0.7, 1.3)]
     segments = Segments(np.repeat(np.arange(3), [len(shape) for shape in shapes]), 3)
     mixed = np.random.default_rng(0).permutation(len(segments.label))
@@ -251,8 +251,8 @@ def test_segments_are_judged_apart_and_no_segment_is_fine():
     assert nothing.heading.shape == (0, len(METHODS) + len(BASELINES))
 
 
-def test_a_large_segment_is_judged_on_an_even_subset():
-    """Every third of 300 points: an end cut off instead would leave out a side."""
+def test_a_large_segment_is_reduced_to_an_even_subset():
+    """Every third of 300 points: a truncated list would omit a side."""
     points = l_shape(0.3, length=20.0, width=10.0, step=0.1)[:300]
     config = BaselineConfig(enabled=True, points_max=100)
     assert columns.headings(points, config) == columns.headings(points[::3], config)
@@ -265,7 +265,7 @@ def test_points_in_one_place_have_heading_0():
     assert (found.size == 0.0).all()
 
 
-def test_they_are_graded_when_a_scenario_switches_them_on_and_change_no_track():
+def test_enabled_baselines_are_graded_and_do_not_change_tracks():
     on = short_run.run(f"{short_run.TEXT}\n[tracker.baselines]\nenabled = true\n")
     off = short_run.result()
     for name in BASELINES:
@@ -277,6 +277,6 @@ def test_they_are_graded_when_a_scenario_switches_them_on_and_change_no_track():
 
 
 @pytest.mark.parametrize("values", [{"inlier_m": 0.0}, {"points_max": 1}])
-def test_config_says_what_is_wrong(values):
+def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         BaselineConfig(**values)

@@ -1,4 +1,4 @@
-"""Boxes: size gates, nearest corner, covariance; and the whole fitting half on degenerate scans."""
+"""Boxes: size gates, nearest corner, covariance; and all stages on degenerate scans."""
 
 import numpy as np
 import pytest
@@ -27,15 +27,15 @@ def fit_block(*args, **kwargs):
 
 
 @pytest.mark.parametrize("size", [(4.7, 1.8), (16.5, 2.5), (2.2, 0.8), (12.0, 2.5), (0.0, 1.8), (4.7, 0.0)])
-def test_vehicles_pass(size):
-    """One side alone is kept as it is, with a tiny other side."""
+def test_vehicle_sizes_are_accepted(size):
+    """A single side is accepted, with a tiny other side."""
     built = fit_block(*size)
     assert len(built) == 1
     np.testing.assert_allclose(np.sort(built.size[0]), np.sort(size), atol=0.03)
 
 
 @pytest.mark.parametrize("size", [(25.0, 0.0), (6.0, 5.0), (0.3, 0.2)], ids=["wall", "hut", "pole"])
-def test_other_things_do_not(size):
+def test_other_sizes_are_rejected(size):
     assert len(fit_block(*size)) == 0
 
 
@@ -57,8 +57,8 @@ def test_corner_of_a_car_ahead_on_the_left():
     assert built.support[0] == len(block(4.7, 1.8))
 
 
-def test_a_cut_is_at_the_end_where_the_points_are_cut_off():
-    """A side of 4 m along x from (10, 5); low and high end, axis along and across must not be mixed up."""
+def test_an_end_is_truncated_where_its_points_are():
+    """A side of 4 m along x from (10, 5); low and high ends and both axes must be distinguished."""
     points = np.stack([np.linspace(10.0, 14.0, 41), np.full(41, 5.0)], axis=1)
     for cut_at, ends in ((40, [False, True]), (0, [True, False]), (20, [False, False])):
         built = fit_points(points, segments=one_segment(41), cut_off=np.arange(41) == cut_at).boxes
@@ -71,12 +71,12 @@ def test_a_cut_is_at_the_end_where_the_points_are_cut_off():
 @pytest.mark.parametrize(
     ("start", "end", "cut_at", "flat"),
     [
-        ((10.0, 8.0), (14.0, 8.0), None, True),  # the ego is far beyond its near end, and sees no second side
+        ((10.0, 8.0), (14.0, 8.0), None, True),  # the ego is far beyond its near end and sees no second side
         ((10.0, 8.0), (14.0, 8.0), 0, False),  # the second side may be hidden, too
-        ((-2.0, 8.0), (2.0, 8.0), None, False),  # seen square on there is none to see
+        ((-2.0, 8.0), (2.0, 8.0), None, False),  # at normal incidence a second side is not visible
     ],
 )
-def test_a_side_without_the_one_next_to_it_is_flat(start, end, cut_at, flat):
+def test_a_single_side_with_a_visible_end_is_flat(start, end, cut_at, flat):
     points = np.linspace(start, end, 41)
     built = fit_points(points, segments=one_segment(41), cut_off=np.arange(41) == cut_at).boxes
     assert built.flat.tolist() == [flat]
@@ -84,8 +84,8 @@ def test_a_side_without_the_one_next_to_it_is_flat(start, end, cut_at, flat):
 
 
 @pytest.mark.parametrize(("depth_m", "stray"), [(1.5, False), (4.0, True)])
-def test_the_wall_beside_a_corner_is_no_window(depth_m, stray):
-    """Points in the vehicle behind its side are its windows; those farther back than it is wide belong to a house."""
+def test_a_wall_beside_a_corner_is_not_taken_for_a_window(depth_m, stray):
+    """Points behind a side are windows; points farther back than a vehicle's width belong to a house."""
     behind = np.array([[0.0, 8.0 + depth_m]])
     from_center = np.concatenate([np.linspace((-2.0, 8.0), (2.0, 8.0), 41), behind]) - [0.0, 8.0]
     size = np.array([[4.0, 0.05]])
@@ -105,7 +105,7 @@ def test_heading_variance_of_one_side_by_hand():
     assert result[0, 0] == pytest.approx(0.3**2, rel=1e-6), "along the side, its end is all that is known"
 
 
-def test_covariance_turns_with_the_box():
+def test_covariance_rotates_with_the_box():
     points = np.stack([np.linspace(0.0, 4.0, 21), np.zeros(21)], axis=1)
     turned = covariance(points @ rotation(0.7).T, np.zeros(2), 0.7)
     flat = covariance(points, np.zeros(2), 0.0)
@@ -113,8 +113,8 @@ def test_covariance_turns_with_the_box():
     assert turned[2, 2] == pytest.approx(flat[2, 2])
 
 
-def test_covariance_is_that_of_many_fits():
-    """Monte Carlo of the least-squares corner and heading of an L; a wrong sign of a row shows in the correlations."""
+def test_covariance_equals_a_monte_carlo_estimate():
+    """Monte Carlo of the least-squares corner and heading of an L; a wrong sign of a row changes the correlations."""
     rng, truth = np.random.default_rng(0), 0.4
     clean = l_shape(truth, step=0.2)
     corner, along, across = np.array([10.0, 5.0]), rotation(truth)[:, 0], rotation(truth)[:, 1]
@@ -132,8 +132,8 @@ def test_covariance_is_that_of_many_fits():
     np.testing.assert_allclose(result / scale, sampled / scale, atol=0.08)
 
 
-def test_stated_heading_covers_the_real_one():
-    """On clean-cornered cars the stated deviation must be near the real error: not half, not twice."""
+def test_reported_heading_deviation_matches_the_error():
+    """On cars with sharp corners the reported deviation is within a factor of two of the error."""
     rng, ratio = np.random.default_rng(4), []
     for _ in range(150):
         bearing, heading = rng.uniform(-np.pi, np.pi), rng.uniform(0, np.pi)
@@ -153,8 +153,8 @@ def test_covariance_is_positive_definite(seed, count):
         assert np.linalg.eigvalsh(result).min() > 0.0
 
 
-def test_boxes_name_their_segments():
-    """A gate that drops the middle segment must not shift the points of the last."""
+def test_boxes_refer_to_their_segments():
+    """Rejecting the middle segment must not shift the points of the last one."""
     parts = [block(4.7, 1.8), block(30.0, 0.0, center=(0.0, 30.0), heading=0.0), block(4.5, 1.7, center=(-20.0, 0.0))]
     points = np.concatenate(parts)
     segments = Segments(np.repeat(np.arange(3), [len(part) for part in parts]), 3)
@@ -199,6 +199,6 @@ def test_empty_candidates():
 
 
 @pytest.mark.parametrize("values", [{"noise_std_m": 0.0}, {"end_std_m": -1.0}])
-def test_config_says_what_is_wrong(values):
+def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         BoxConfig(**values)

@@ -1,4 +1,4 @@
-"""The fitting half alone, as a tracker of another kind uses it."""
+"""The detector without the tracker, as other trackers use it."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from tracker.tracking.observations import observe
 
 
 def scans(frames):
-    """A car passes a standing ego from 9 m ahead at 5 m/s; the rear half of the sweep sees it 20 ms late."""
+    """A car passes a stationary ego from 9 m ahead at 5 m/s; the rear half of the sweep is 20 ms late."""
     for k in range(frames):
         points = np.column_stack([l_shape(0.0, length=4.5, width=1.8, step=0.1), np.full(64, 0.6)])
         late = np.where(points[:, 0] < 12.0, 0.02, 0.0)
@@ -24,20 +24,20 @@ def scans(frames):
         yield Scan.from_points(0.08 * k, points, time_offset=late)
 
 
-def test_what_the_tracker_traces_is_what_the_detector_found():
-    """Without movers points keep the places where they were seen."""
+def test_the_trace_of_the_tracker_contains_the_detection():
+    """Without movers the points keep their measured positions."""
     detector, tracker = Detector(), Tracker()
     for k, scan in enumerate(scans(6)):
-        alone, (_, trace) = detector.step(scan), tracker.step(scan)
-        np.testing.assert_array_equal(alone.segments.label, trace.segments.label)
-        assert len(alone.boxes) == len(trace.boxes) == 1
+        detection, (_, trace) = detector.step(scan), tracker.step(scan)
+        np.testing.assert_array_equal(detection.segments.label, trace.segments.label)
+        assert len(detection.boxes) == len(trace.boxes) == 1
         if k == 0:
-            np.testing.assert_array_equal(alone.boxes.corner_ego, trace.boxes.corner_ego)
-    late = alone.boxes.corner_ego[0, 0] - trace.boxes.corner_ego[0, 0]
+            np.testing.assert_array_equal(detection.boxes.corner_ego, trace.boxes.corner_ego)
+    late = detection.boxes.corner_ego[0, 0] - trace.boxes.corner_ego[0, 0]
     assert late == pytest.approx(5.0 * 0.02, abs=0.03)
 
 
-def test_points_on_movers_are_moved_by_their_motion():
+def test_target_motion_is_compensated_for_movers():
     (scan,) = scans(1)
     car = Movers(np.array([[12.25, 5.9]]), np.zeros(1), np.array([[4.5, 1.8]]), np.array([[5.0, 0.0]]))
     found = Detector().step(scan, car)
@@ -45,14 +45,14 @@ def test_points_on_movers_are_moved_by_their_motion():
     np.testing.assert_allclose(found.boxes.size, [[4.5, 1.8]], atol=0.02)
 
 
-def test_its_settings_are_those_of_the_tracker():
+def test_a_detector_accepts_the_settings_of_the_tracker():
     near = PreprocessConfig(range_max_m=5.0)
     for config in (DetectorConfig(preprocess=near), TrackerConfig(preprocess=near)):
         assert len(Detector(config).step(next(scans(1))).boxes) == 0
 
 
 class NearestBox:
-    """The smallest tracker with a fitting half: each box is the vehicle that was nearest to it in the last scan."""
+    """Minimal tracker with the detector: each box is the vehicle that was nearest in the last scan."""
 
     def __init__(self, config):
         self.detector, self.center, self.id, self.born = Detector(config), np.empty((0, 2)), np.empty(0, int), 0
@@ -89,7 +89,7 @@ def as_tracks(seen, ids):
     )
 
 
-def test_a_plug_in_with_the_fitting_half_is_graded_by_its_fits_and_its_tracks():
+def test_a_plug_in_with_the_detector_is_graded_by_its_fits_and_its_tracks():
     own, shipped = short_run.run(factory=NearestBox).metrics, short_run.result().metrics
     fits = "fit.best.heading_abs_mean_deg"
     assert own[fits].n == shipped[fits].n > 10

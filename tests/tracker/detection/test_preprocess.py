@@ -1,4 +1,4 @@
-"""What a beam's several echoes and their flags decide."""
+"""Preprocessing of beams with several echoes and flags."""
 
 import numpy as np
 import pytest
@@ -40,46 +40,46 @@ def kept(*echoes_of, **config):
 THROUGH = PointFlag.TRANSPARENT
 
 
-def test_a_bumper_stays_though_the_window_answers_behind_it_and_the_window_goes():
+def test_a_bumper_is_kept_and_the_window_behind_it_is_dropped():
     assert kept([(15.0, THROUGH), (16.5, 0)]) == [True, False]
     assert kept([(15.0, THROUGH), (16.5, 0)], inside_depth_m=0.0) == [True, True]
     assert kept([(15.0, THROUGH), (16.5, 0)], drop_flags=("transparent",)) == [False, True]  # as ibeo_core does
 
 
-def test_an_edge_and_the_wall_far_behind_it_stay():
+def test_an_edge_and_a_wall_far_behind_it_are_kept():
     assert kept([(15.0, THROUGH), (25.0, 0)]) == [True, True]
 
 
-def test_a_vehicle_stays_right_behind_rain_and_behind_the_ground():
+def test_a_vehicle_behind_rain_or_ground_echoes_is_kept():
     assert kept([(14.0, THROUGH | PointFlag.CLUTTER), (15.0, 0)]) == [False, True]
     low = beams([(14.0, THROUGH), (15.0, 0)])
     low.points_ego[:, 2] = 0.05, 0.3
     assert keep(low, PreprocessConfig()).tolist() == [False, True]
 
 
-def test_a_vehicle_stays_right_behind_spray_that_the_unit_did_not_tell():
-    """Its echo is the wider one; an echo through a window is not."""
+def test_a_vehicle_behind_spray_without_a_clutter_flag_is_kept():
+    """Its echo is wider; an echo through a window is narrower."""
     assert kept([(14.0, THROUGH, 0.7), (15.0, 0, 1.1)]) == [True, True]
     assert kept([(14.0, THROUGH, 1.1), (15.0, 0, 0.7)]) == [True, False]
 
 
-def test_a_third_echo_is_held_against_the_second():
+def test_a_third_echo_is_compared_with_the_second():
     assert kept([(15.0, THROUGH), (30.0, THROUGH), (31.5, 0)]) == [True, True, False]
 
 
-def test_echoes_of_different_beams_have_nothing_to_do_with_each_other():
-    """A later echo may lead its beam, its first one being lost to a filter before the tracker."""
+def test_echoes_of_different_beams_are_independent():
+    """A later echo may be the first of its beam in the scan, if a filter before the tracker dropped the first."""
     scan = beams([(15.0, 0)], [(16.0, 0)])
     scan.echo[1] = 1
     assert keep(scan, PreprocessConfig()).all()
 
 
-def test_points_at_infinity_are_quietly_dropped():
+def test_points_at_infinity_are_dropped_without_a_warning():
     scan = beams([(15.0, THROUGH), (16.0, 0)])
     scan.points_ego[1] = np.inf
     assert keep(scan, PreprocessConfig()).tolist() == [True, False]
 
 
-def test_a_negative_depth_is_refused():
+def test_a_negative_depth_is_rejected():
     with pytest.raises(ValueError, match="inside_depth_m"):
         PreprocessConfig(inside_depth_m=-1.0)

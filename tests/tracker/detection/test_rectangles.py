@@ -1,4 +1,4 @@
-"""Candidate headings and the rectangles measured along them."""
+"""Candidate headings and their rectangles."""
 
 import numpy as np
 import pytest
@@ -46,22 +46,22 @@ def test_variance_by_hand():
 
 
 def test_nearer_side_is_chosen_once_for_all_points():
-    """Zhang 2017: a far mirror point keeps its full distance. Chosen for each point it would be 0, closeness 500."""
+    """Zhang 2017: a mirror point keeps its full distance. A choice per point would give 0, and closeness 500."""
     points = np.array([[0.0, 0.0], [0.0, 0.5], [0.0, 1.0], [0.1, 3.0], [2.0, 1.5]])
-    expected = 100 + 100 + 100 + 1 / 0.1 + 1 / 1.5  # left edge; the last two lie on neither
+    expected = 100 + 100 + 100 + 1 / 0.1 + 1 / 1.5  # left edge; the last two are on neither
     assert criteria(points, 0.0)[1] == pytest.approx(expected)
 
 
 @settings(deadline=None, max_examples=60)
 @given(st.integers(0, 10_000), st.integers(3, 40), st.floats(0.0, 1.57))
-def test_criteria_equal_their_slow_twin(seed, count, angle):
+def test_criteria_equal_the_reference(seed, count, angle):
     points = np.random.default_rng(seed).normal((10.0, -5.0), (2.0, 1.0), (count, 2))
     np.testing.assert_allclose(criteria(points, angle), naive_fit.criteria(points, angle, 0.01), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_search_finds_the_best_of_a_fine_brute_force(seed):
-    """Variance is smooth near its peak: the refined search must reach what 9000 headings reach."""
+    """Variance is smooth near its peak: the refined search must be as good as 9000 headings."""
     points = l_shape(0.1 + 0.4 * seed, step=0.1)
     points += np.random.default_rng(seed).normal(0.0, 0.02, points.shape)
     fine = np.deg2rad(np.arange(0.0, 90.0, 0.01))
@@ -78,7 +78,7 @@ def test_search_finds_the_best_of_a_fine_brute_force(seed):
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.0, np.pi / 2, exclude_max=True))
 def test_closeness_and_variance_find_a_clean_l_below_the_grid(heading):
-    """A bare grid of 1 degree is off by up to 0.5, also across the turn from 89.9 to 0 degrees."""
+    """A grid of 1 degree has an error of up to 0.5, also across the wrap from 89.9 to 0 degrees."""
     found = headings(l_shape(heading))
     assert abs(off_quarter(found[VARIANCE], heading)) < 0.05
     assert abs(off_quarter(found[CLOSENESS], heading)) < 0.2
@@ -86,21 +86,21 @@ def test_closeness_and_variance_find_a_clean_l_below_the_grid(heading):
 
 @pytest.mark.parametrize("heading_deg", [-0.4, -0.01, -1e-17, 0.0, 0.01, 89.7, 89.99])
 def test_headings_stay_in_the_first_quarter(heading_deg):
-    """The refinement looks below 0 degrees and the record promises [0, pi/2)."""
+    """The refinement searches below 0 degrees, and the record guarantees [0, pi/2)."""
     found = fit_points(l_shape(np.deg2rad(heading_deg))).candidates.heading
     assert np.all((found >= 0.0) & (found < np.pi / 2))
     assert abs(off_quarter(found[0, VARIANCE], np.deg2rad(heading_deg))) < 0.05
 
 
-def test_area_does_not_know_the_legs_of_an_l_from_its_hypotenuse():
-    """Around a right triangle with legs a, b both rectangles measure a b; cut the corner and the wrong one wins."""
+def test_area_is_ambiguous_for_a_right_triangle():
+    """Both rectangles around a right triangle with legs a, b have area a b; without the corner the wrong one wins."""
     points = l_shape(0.0, length=4.0, width=2.0)[1:]
     points = points[np.linalg.norm(points - [10.0, 5.0], axis=1) > 0.3]
     assert abs(off_quarter(headings(points)[AREA], np.arctan2(-2.0, 4.0))) < 2.0
 
 
-def test_segments_are_fitted_apart():
-    """Offsets off by one would mix points of neighbours."""
+def test_segments_are_fitted_independently():
+    """Offsets with an error of one would mix points of neighbours."""
     shapes = [l_shape(heading) for heading in (0.2, 0.7, 1.3)]
     segments = Segments(np.repeat(np.arange(3), [len(shape) for shape in shapes]), 3)
     mixed = np.random.default_rng(0).permutation(len(segments.label))
@@ -121,8 +121,8 @@ def test_rectangle_of_a_clean_l(heading):
     )
 
 
-def test_a_mirror_does_not_blow_the_rectangle_up_but_turns_the_criteria():
-    """As published: the headings judge all points; the sides are measured on the lines."""
+def test_a_mirror_biases_the_criteria_but_does_not_enlarge_the_rectangle():
+    """As published, headings use all points; sides are measured on the lines."""
     body = l_shape(0.3, length=4.0, width=1.8, step=0.2)
     mirror = np.array([10.0, 5.0]) + np.array([[2.8, -0.18], [2.8, -0.2], [2.85, -0.2]]) @ rotation(0.3).T
     points = np.concatenate([body, mirror])
@@ -134,7 +134,7 @@ def test_a_mirror_does_not_blow_the_rectangle_up_but_turns_the_criteria():
 
 
 def test_sides_by_hand():
-    """Seen face on, a side's points lie within 2.4 times 2.7 cm of its mean: 4.02 and 4.0 of x, 1.0 of y, all zeros."""
+    """At normal incidence points are within 2.4 x 2.7 cm of the side: 4.02 and 4.0 of x, 1.0 of y, all zeros."""
     points = np.array([[0.0, 0.0], [4.02, 0.0], [4.0, 0.5], [3.93, 1.0], [0.0, 0.9]])
     center, size = rectangles.measure(points, one_segment(5), Linkage(np.zeros(5, int), np.zeros(1)), np.zeros((1, 1)))
     np.testing.assert_allclose(size[0, 0], [4.01, 1.0])
@@ -150,7 +150,7 @@ def test_sides_ignore_outliers_and_are_those_of_each_heading():
     np.testing.assert_allclose(center[0], np.tile(np.array([10.0, 5.0]) + rotation(0.4) @ [2.0, 1.0], (2, 1)))
 
 
-def test_noise_does_not_push_the_sides_out():
+def test_noise_does_not_bias_the_sides():
     """The last of 40 to 80 points on a side lies some 2.2 standard deviations outside; a tenth of it is left.
 
     Range noise lies along the beam; of 2.5 cm the sides are met with 2.2 and 1.1, their last points 5 and 2.5 cm off.
@@ -185,14 +185,14 @@ def test_no_segment():
 @pytest.mark.parametrize(
     "values", [{"step_deg": 0.0}, {"step_deg": 60.0}, {"halvings": -1}, {"closeness_floor_m": 0.0}]
 )
-def test_config_says_what_is_wrong(values):
+def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         RectangleConfig(**values)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40))
 @settings(deadline=None, max_examples=30)
-def test_extents_equal_their_naive_twin(seed, count, more):
+def test_extents_equal_the_reference(seed, count, more):
     rng = np.random.default_rng(seed)
     parts = [rng.normal([8.0, 3.0], [1.5, 0.6], (n, 2)) for n in (count, more)]
     heading = rng.uniform(0.0, np.pi / 2, (2, 3))

@@ -1,4 +1,4 @@
-"""Which candidate is chosen, and whether the choice is better than any single method."""
+"""Selection among candidates, and its accuracy compared with each method."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from tracker.records import METHODS, Linkage, Segments
 
 
 def choose(points, line, headings, variant="alignment"):
-    """Select among bare headings; the rectangles' places do not matter to the cost."""
+    """Select among headings; the positions of the rectangles have no effect on the cost."""
     count = len(headings)
     found = Rectangles(np.array([headings]), np.zeros((1, count, 2)), np.ones((1, count, 2)))
     linkage = Linkage(np.asarray(line), np.array([headings[-1]]))
@@ -42,21 +42,21 @@ def test_costs_by_hand():
         assert choose(points, [0] * 4, [heading] * 4).cost[0, 0] == pytest.approx(expected, rel=0.04)
 
 
-def test_range_noise_does_not_blur_a_side_that_the_beam_grazes():
-    """Two points 0.04 m apart across it: half the reach of a side seen face on, more than that of one seen edge on."""
+def test_range_noise_has_little_effect_at_grazing_incidence():
+    """Two points 0.04 m apart: half the kernel radius at normal incidence, more than that at grazing incidence."""
     points = np.array([[10.0, 0.0], [12.0, 0.04]])
     assert misalignment(points, 0.0, ray=(1.0, 0.0)) == pytest.approx(0.0, abs=1e-12)
     assert misalignment(points, 0.0, ray=(0.0, 1.0)) < -0.4
 
 
-def test_a_line_off_by_half_the_reach_counts_nine_sixteenths():
-    """(1 - (1/2)^2)^2 for the kernel, on the nodes of the bins, where the estimate is exact."""
-    assert company(np.array([0.0, 0.04, 4.0])) == pytest.approx([0.5625, 0.5625, 0.0])
+def test_a_point_at_half_the_kernel_radius_counts_nine_sixteenths():
+    """(1 - (1/2)^2)^2 by the kernel, at the nodes of the bins, where the estimate is exact."""
+    assert local_density(np.array([0.0, 0.04, 4.0])) == pytest.approx([0.5625, 0.5625, 0.0])
 
 
-def company(place):
+def local_density(place):
     out = np.empty(len(place))
-    kernels.company(place, 0.08, out)
+    kernels.local_density(place, 0.08, out)
     return out
 
 
@@ -73,8 +73,8 @@ def test_outliers_and_other_lines_do_not_enter_equation_3():
     assert choose(points, line, [0.0] * 4, "paper").cost[0, 0] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_one_point_decides_nothing():
-    """A mirror off the side has no company anywhere: it costs the truth the same as any other heading."""
+def test_a_single_point_does_not_affect_the_choice():
+    """A mirror off the side has density 0 at every heading, and adds the same cost to all."""
     points, line = l_shape(0.3), [0] * len(l_shape(0.3))
     mirror = np.concatenate([points, [[12.0, 8.0]]])
     with_mirror, without = choose(mirror, [*line, -1], [0.3] * 4), choose(points, line, [0.3] * 4)
@@ -84,16 +84,16 @@ def test_one_point_decides_nothing():
 
 @settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10_000), st.integers(1, 60))
-def test_company_equals_its_slow_twin(seed, count):
-    """The bins are the kernel seen through a window a quarter of its reach wide."""
+def test_local_density_equals_the_reference(seed, count):
+    """The bins interpolate the kernel over a quarter of its radius."""
     place = np.random.default_rng(seed).normal(0.0, 0.5, count)
-    np.testing.assert_allclose(company(place), naive_fit.company(place, 0.08, bins=4), atol=1e-9)
-    np.testing.assert_allclose(company(place), naive_fit.kernel_sum(place, 0.08), atol=0.1 * count**0.5)
+    np.testing.assert_allclose(local_density(place), naive_fit.local_density(place, 0.08, bins=4), atol=1e-9)
+    np.testing.assert_allclose(local_density(place), naive_fit.kernel_sum(place, 0.08), atol=0.1 * count**0.5)
 
 
 @settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 40), st.floats(0.0, 1.57))
-def test_misalignment_equals_its_slow_twin(seed, count, heading):
+def test_misalignment_equals_the_reference(seed, count, heading):
     points = np.random.default_rng(seed).normal((20.0, 5.0), (2.0, 0.3), (count, 2))
     ray = np.array([0.6, 0.8])
     twin = naive_fit.misalignment(points, heading, ray, 0.08, 0.03, bins=4)
@@ -101,8 +101,8 @@ def test_misalignment_equals_its_slow_twin(seed, count, heading):
 
 
 @pytest.mark.parametrize("error_deg", [-3.5, -1.0, 0.2, 2.5])
-def test_the_cheapest_candidate_is_turned_to_the_least(error_deg):
-    """From 3.5 degrees off, and among worse ones; the others stay as they are."""
+def test_the_best_candidate_is_refined_to_the_minimum(error_deg):
+    """From an error of 3.5 degrees, among worse candidates, which stay unchanged."""
     rng = np.random.default_rng(1)
     points = l_shape(0.7, step=0.1)
     points += rng.normal(0.0, 0.01, points.shape)
@@ -117,7 +117,7 @@ def test_the_cheapest_candidate_is_turned_to_the_least(error_deg):
     assert found.cost[0, -1] == pytest.approx(least, abs=0.02)
 
 
-def test_the_paper_turns_nothing():
+def test_the_paper_variant_refines_no_heading():
     points = l_shape(0.7)
     headings = [0.72, 0.705, 1.0, 1.2]
     found = choose(points, [0] * len(points), headings, "paper")
@@ -127,7 +127,7 @@ def test_the_paper_turns_nothing():
 
 @settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10_000), st.integers(1, 30), st.lists(st.floats(0.0, 1.57), min_size=4, max_size=4))
-def test_distances_equal_their_slow_twin(seed, count, headings):
+def test_distances_equal_the_reference(seed, count, headings):
     rng = np.random.default_rng(seed)
     lines = [rng.normal((20.0, 5.0), (2.0, 0.3), (n, 2)) @ rotation(0.3).T for n in (count, 7)]
     ours = kernels.side_distances(np.concatenate(lines), np.array([0, count, count + 7]), np.array([headings] * 2))
@@ -137,7 +137,7 @@ def test_distances_equal_their_slow_twin(seed, count, headings):
 
 @given(st.permutations([0.0, 3.0, 20.0, 44.0]), st.floats(0.0, 1.5))
 @settings(deadline=None)
-def test_the_truth_is_chosen_wherever_it_stands(errors_deg, truth):
+def test_the_true_heading_is_chosen_at_any_position(errors_deg, truth):
     points = l_shape(truth)
     corner = np.linalg.norm(points - [10.0, 5.0], axis=1) < 1e-9
     line = np.where((points - [10.0, 5.0]) @ rotation(truth)[:, 1] < 1e-9, 0, 1)
@@ -147,8 +147,8 @@ def test_the_truth_is_chosen_wherever_it_stands(errors_deg, truth):
         assert errors_deg[best] == 0.0
 
 
-def test_a_bulging_bumper_is_outvoted_by_a_side():
-    """40 points on a bulging rear, 12 on a long side: (3) follows the bulge, all faces together the side."""
+def test_a_side_outweighs_a_curved_bumper():
+    """40 points on a curved rear, 12 on a long side: (3) follows the curve, alignment follows the side."""
     across = np.linspace(-0.8, 0.8, 40)
     rear = np.stack([10.0 - 0.03 * across - 0.02 * across**2, across], axis=1)  # leans by 1.7 degrees
     side = np.stack([np.linspace(10.0, 14.5, 12), np.full(12, 0.9)], axis=1)
@@ -160,8 +160,8 @@ def test_a_bulging_bumper_is_outvoted_by_a_side():
     assert abs(off_quarter(found.heading[0, -1], 0.0)) < 0.6
 
 
-def test_a_window_line_helps_and_interior_points_do_no_harm():
-    """Half of the points lie on a window line 0.15 m behind the side, a tenth inside: no line holds them all."""
+def test_a_window_line_improves_the_heading_and_interior_points_do_not_bias_it():
+    """Half of the points lie on a window line 0.15 m behind the side, a tenth inside: no single line contains all."""
     rng = np.random.default_rng(5)
     side = np.stack([np.linspace(10.0, 14.0, 20), np.full(20, 5.0)], axis=1)
     points = np.concatenate([side, side + np.array([0.0, 0.15]), rng.uniform([10.0, 5.2], [14.0, 6.5], (4, 2))])
@@ -178,7 +178,7 @@ def errors_deg():
     while len(best) < 300:
         distance, bearing, heading = rng.uniform(8, 40), rng.uniform(-np.pi, np.pi), rng.uniform(0, np.pi)
         if abs(off_quarter(heading, bearing)) < 10.0:
-            continue  # one side alone
+            continue  # a single side
         car = Car(
             center=(distance * np.cos(bearing), distance * np.sin(bearing)),
             heading=heading,

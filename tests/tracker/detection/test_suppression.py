@@ -33,7 +33,7 @@ FRONT = (-20.0, 0.0, 0.0, 0.1, 1.7)  # a car that follows: only its front is see
 
 
 @pytest.mark.parametrize("heading", [0.0, np.pi / 2])
-def test_a_windscreen_behind_a_hood_is_in_shadow(heading):
+def test_a_windscreen_behind_a_hood_is_suppressed(heading):
     front = FRONT if heading == 0.0 else (-20.0, 0.0, heading, 1.7, 0.1)
     windscreen = (-21.6, 0.1, 0.0, 0.2, 1.2)
     assert in_shadow(boxes(front, windscreen), CONFIG).tolist() == [False, True]
@@ -47,11 +47,11 @@ def test_a_windscreen_behind_a_hood_is_in_shadow(heading):
         (-18.5, 0.0, 0.0, 0.1, 1.7),  # nearer than the front itself
     ],
 )
-def test_other_vehicles_are_not(other):
+def test_other_vehicles_are_not_suppressed(other):
     assert not in_shadow(boxes(FRONT, other), CONFIG)[1]
 
 
-def test_what_lies_inside_a_box_seen_from_two_sides_is_and_what_is_behind_it_is_not():
+def test_a_box_inside_a_nearer_one_is_suppressed_and_one_behind_it_is_not():
     whole, inner, behind = (12.0, 4.0, 0.0, 4.5, 1.8), (12.5, 4.2, 0.0, 1.0, 0.6), (16.0, 4.3, 0.0, 0.1, 1.5)
     assert in_shadow(boxes(whole, inner, behind), CONFIG).tolist() == [False, True, False]
 

@@ -34,7 +34,7 @@ def noisy_l(seed, heading=0.3, std=0.025):
 
 
 def test_preference_by_hand():
-    """Equation (1): 1 on the line, e^-1/2 at half the threshold, nothing at the threshold."""
+    """Equation (1): 1 on the line, e^-1/2 at half the threshold, 0 at the threshold."""
     points = np.array([[3.0, 0.0], [-1.0, 0.05], [7.0, 0.1], [2.0, -0.3]])
     table = linkage.preferences(points, np.array([[0.0, 1.0, 0.0]]), 0.1)
     np.testing.assert_allclose(table, [[1.0, 0.6065306597126334, 0.0, 0.0]])
@@ -55,7 +55,7 @@ def test_merging_by_hand():
 
 
 def test_merged_preference_is_the_minimum():
-    """0-1 merge first and agree on line 0 only; 2 shares line 1 with 1 alone, so it must stay out."""
+    """0-1 merge first and agree on line 0 only; 2 shares line 1 only with 1, so it stays separate."""
     table = np.array([[1.0, 0.9, 0.0], [0.0, 0.6, 1.0]])
     label = linkage.agglomerate(table)
     assert label[0] == label[1] != label[2]
@@ -66,11 +66,11 @@ def test_chance_by_hand():
     assert np.exp(lines.log_chance(4, 3, 0.1)) == pytest.approx(1.14)
 
 
-# --- twins ----------------------------------------------------------------------------------
+# --- reference implementations --------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_stages_equal_their_slow_twins(seed):
+def test_stages_equal_the_reference(seed):
     rng = np.random.default_rng(seed)
     points = np.concatenate([noisy_l(seed)[::2], rng.uniform((8, 3), (14, 8), (8, 2))])
     uniforms = rng.random((len(points), 3))
@@ -89,15 +89,15 @@ def test_stages_equal_their_slow_twins(seed):
     found = {frozenset(np.flatnonzero(label == name).tolist()) for name in np.unique(label)}
     assert found == naive_fit.agglomerate(table)
 
-    other = naive_fit.fit_line(rng.normal([10.0, 5.0], 1.0, (9, 2)))  # through no point: no ties
+    other = naive_fit.fit_line(rng.normal([10.0, 5.0], 1.0, (9, 2)))  # through no point, to avoid ties
     sides = np.stack([lines.fit_line(points, label, label[0]), other])
     np.testing.assert_array_equal(lines.assign(points, sides, 0.3), naive_fit.assign(points, sides, 0.3))
 
 
 @settings(deadline=None, max_examples=100)
 @given(st.integers(0, 10_000), st.integers(1, 9), st.floats(0.2, 0.9))
-def test_merging_equals_its_slow_twin_on_any_preferences(seed, count, density):
-    """Remembered neighbours must never hide the least distance."""
+def test_merging_equals_the_reference_for_any_preferences(seed, count, density):
+    """Cached neighbours must never hide the least distance."""
     rng = np.random.default_rng(seed)
     table = rng.random((6, count)) * (rng.random((6, count)) < density)
     label = linkage.agglomerate(table.copy())
@@ -105,7 +105,7 @@ def test_merging_equals_its_slow_twin_on_any_preferences(seed, count, density):
 
 
 def car_and_clusters(seed, config):
-    """Points of a car at some aspect, with mirrors and a window, and its clusters, the largest first."""
+    """Points of a car at a random aspect, with mirrors and a window, and its clusters, largest first."""
     rng = np.random.default_rng(seed)
     center = 18.0 * np.array([np.cos(seed), np.sin(seed)])
     car = Car(tuple(center), rng.uniform(0, np.pi), mirrors=True, window_depth=1.1 * (seed % 2))
@@ -117,8 +117,8 @@ def car_and_clusters(seed, config):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_lines_equal_their_slow_twin(seed):
-    """From the clusters on: chance, settling."""
+def test_lines_equal_the_reference(seed):
+    """Stages after clustering: chance, refinement."""
     config = LinkageConfig(variant="lines")
     points, _, clusters = car_and_clusters(seed, config)
     sides = naive_fit.find_lines(points, clusters, config.tau_m, config.length_min_m, np.sin(np.deg2rad(20.0)))
@@ -130,8 +130,8 @@ def test_lines_equal_their_slow_twin(seed):
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_faces_equal_their_slow_twin(seed):
-    """From the clusters on: the corner, its fit, and who is body."""
+def test_faces_equal_the_reference(seed):
+    """Stages after clustering: the corner, its fit, and body points."""
     config = LinkageConfig()
     points, cluster, clusters = car_and_clusters(seed, config)
     noise = np.array([config.range_std_m, config.flatness_m])
@@ -140,18 +140,22 @@ def test_faces_equal_their_slow_twin(seed):
     twin = naive_faces.best_corner(points, clusters, points, config.tau_m, *limits, config.length_min_m)
     np.testing.assert_allclose(found, twin, atol=1e-9)
 
-    found, surety = faces.fit_corner(points, found, noise, config.gate)
-    twin, twin_surety = naive_faces.fit_corner(points, twin, noise, config.gate)
+    found, uncertainty = faces.fit_corner(points, found, noise, config.gate)
+    twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, config.gate)
     np.testing.assert_allclose(found, twin, atol=1e-6)
-    np.testing.assert_allclose(surety[found.any(axis=1)], twin_surety[found.any(axis=1)], rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(
+        uncertainty[found.any(axis=1)], twin_uncertainty[found.any(axis=1)], rtol=1e-5, atol=1e-6
+    )
 
     wide = faces.excess(points, found, noise, config.tau_m)
     assert wide == pytest.approx(naive_faces.excess(points, found, noise, config.tau_m))
 
     height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
     for cloud in (points, np.hstack([points, height])):
-        label = outline.judge(cloud, found, surety, *limits, np.deg2rad(config.pitch_deg))
-        np.testing.assert_array_equal(label, naive_faces.judge(cloud, found, surety, *limits, np.deg2rad(0.25)))
+        label = outline.label_body(cloud, found, uncertainty, *limits, np.deg2rad(config.pitch_deg))
+        np.testing.assert_array_equal(
+            label, naive_faces.label_body(cloud, found, uncertainty, *limits, np.deg2rad(0.25))
+        )
 
 
 @settings(deadline=None, max_examples=50)
@@ -166,7 +170,7 @@ def test_line_fit_equals_singular_values(seed, angle):
 @settings(deadline=None, max_examples=50)
 @given(st.integers(3, 120), st.integers(3, 120), st.integers(1, 90))
 def test_chance_equals_the_binomial_tail(count, support, percent):
-    """Summed in whole numbers, since the chances go down to 10^-200."""
+    """Summed in integers, because probabilities are as low as 10^-200."""
     support, others, hits = min(count, support), count - 2, min(count, support) - 2
     ways = sum(math.comb(others, j) * percent**j * (100 - percent) ** (others - j) for j in range(hits, others + 1))
     pairs = math.log(count * (count - 1) / 2)
@@ -174,7 +178,7 @@ def test_chance_equals_the_binomial_tail(count, support, percent):
     if hits > others * percent / 100:
         assert value == pytest.approx(pairs + math.log(ways) - others * math.log(100), rel=1e-9, abs=1e-9)
     else:
-        assert value == pytest.approx(pairs)  # as many as expected prove nothing; the bound is enough
+        assert value == pytest.approx(pairs)  # for fewer than expected the bound is sufficient
 
 
 # --- cars -----------------------------------------------------------------------------------
@@ -191,15 +195,15 @@ def test_an_l_is_two_lines_at_any_heading(heading, seed):
     assert np.sum(linkage.line == 0) >= np.sum(linkage.line == 1)
 
 
-def test_one_side_alone_is_one_line():
+def test_a_single_side_is_one_line():
     points = np.stack([np.linspace(10, 14, 30), np.full(30, 5.0)], axis=1)
     linkage = link(ranged(points, np.random.default_rng(0)))
     assert linkage.line.tolist() == [0] * 30
     assert abs(off_quarter(linkage.heading[0], 0.0)) < 0.5
 
 
-def test_four_points_are_a_second_side_and_three_strays_are_not():
-    """The rule of chance: a short side of few points holds when nearly all that is left lies on it."""
+def test_four_points_are_a_second_side_and_three_outliers_are_not():
+    """The rule of chance: a short side of few points is accepted if most of the remaining points lie on it."""
     side = np.stack([np.linspace(10, 14, 40), np.full(40, 5.0)], axis=1)
     rear = np.array([[10.0, 5.4], [10.0, 5.8], [10.0, 6.2], [10.0, 6.6]])
     strays = np.array([[11.0, 6.9], [12.7, 5.9], [13.4, 6.6]])
@@ -208,8 +212,8 @@ def test_four_points_are_a_second_side_and_three_strays_are_not():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_windows_and_mirrors_are_outliers_and_bodies_are_not(seed):
-    """A window is a line of its own, parallel to the rear; a mirror stands before the side."""
+def test_windows_and_mirrors_are_outliers_and_body_points_are_not(seed):
+    """A window is a separate line parallel to the rear; a mirror protrudes from the side."""
     car = Car(center=(14.0, 6.0), heading=0.2, mirrors=True, window_depth=1.2)
     points, wrong = scan_car(car, np.random.default_rng(seed))
     removed = link(points).line < 0
@@ -218,16 +222,16 @@ def test_windows_and_mirrors_are_outliers_and_bodies_are_not(seed):
     assert np.mean(removed[~wrong]) < 0.1
 
 
-def test_curves_belong_to_their_line_but_not_to_its_direction():
-    """Rounded corners are body; they must neither count as outliers nor turn the heading."""
+def test_curved_parts_belong_to_their_line_without_effect_on_its_direction():
+    """Rounded corners are body; they must not be outliers and not bias the heading."""
     points, _ = scan_car(Car(center=(12.0, 5.0), heading=0.2, layer_bias=(0.0,) * 4), np.random.default_rng(2))
     with_curves, without = link(points), link(points, curve_depth_m=0.05)
     assert np.sum(with_curves.line < 0) < 0.5 * np.sum(without.line < 0)
     assert abs(off_quarter(with_curves.heading[0], 0.2)) < 0.5
 
 
-def test_the_sparse_long_flank_leads():
-    """A dense bumper with its rounded corner has the most points, but nothing fixes the heading like 4 m of flank."""
+def test_a_sparse_long_flank_is_the_dominant_line():
+    """A dense bumper with its rounded corner has the most points, but 4 m of flank fix the heading better."""
     flank = np.stack([np.linspace(10.5, 14.2, 9), np.full(9, 4.0)], axis=1)
     corner = np.array([10.35, 4.35]) - 0.35 * np.stack([np.cos(a := np.linspace(0.1, 1.5, 12)), np.sin(a)], axis=1)
     bumper = np.stack([np.full(20, 10.0), np.linspace(4.3, 4.8, 20)], axis=1)
@@ -240,7 +244,7 @@ def test_the_sparse_long_flank_leads():
 
 
 def front_view(z=True):
-    """A front of 1.8 m at x = 10, a hood's edge by the unseen left flank, and mirrors: points, who is no body."""
+    """A front of 1.8 m at x = 10, a hood's edge by the unseen left flank, and mirrors: points, and mask of outliers."""
     front = np.stack([np.full(25, 10.0), np.linspace(-0.9, 0.9, 25), np.full(25, 0.5)], axis=1)
     edge = np.array([[10.8, 0.82, 0.9], [11.2, 0.74, 0.95]])
     wrong = np.array([[11.4, 1.06, 1.0], [11.4, -1.05, 1.0], [11.0, 0.2, 0.95], [11.1, -0.3, 0.95]])
@@ -249,14 +253,14 @@ def front_view(z=True):
 
 
 @pytest.mark.parametrize("z", [True, False])
-def test_a_front_has_sides_that_are_not_seen(z):
-    """Beyond its ends are mirrors, well behind it is what is seen over it, but along its ends the body goes on."""
+def test_points_along_the_unseen_sides_of_a_front_are_body(z):
+    """Points beyond its ends are mirrors, points well behind are seen over it, points along its ends are body."""
     points, wrong = front_view(z)
     np.testing.assert_array_equal(link(points).line < 0, wrong)
 
 
-def test_the_foot_of_a_mirror_goes_with_it():
-    """A mirror's inner points lie in the plane of the flank: only its height and the points outside give them away."""
+def test_the_base_of_a_mirror_is_removed_with_it():
+    """A mirror's inner points lie in the plane of the flank: only height and points outside identify them."""
     flank = np.stack([np.linspace(10, 14, 41), np.full(41, 4.0), np.full(41, 0.6)], axis=1)
     high = np.array([[10.6, 4.0, 1.0], [13.6, 4.0, 1.0]])
     mirror = np.array([[12.5, 3.85, 1.0], [12.5, 3.93, 1.0], [12.51, 4.0, 1.0]])
@@ -265,22 +269,22 @@ def test_the_foot_of_a_mirror_goes_with_it():
     assert np.flatnonzero(link(points[:, :2]).line < 0).tolist() == [43, 44]
 
 
-def test_bulging_sides_are_body():
-    """A side that is not as flat as configured widens the gate; a fixed one would take its ends or middle away."""
+def test_curved_sides_are_body():
+    """A side less flat than configured widens the gate; a fixed gate would remove its ends or centre."""
     place = np.linspace(0, 4, 60)
     flank = np.stack([10.0 + place, 4.0 + 0.08 * np.sin(np.pi * place / 4)], axis=1)
     assert np.all(link(flank).line == 0)
 
 
-def test_two_points_across_are_a_second_face():
-    """Cars are rectangular: what stands square at the end of a flank is believed although chance could make it."""
+def test_two_perpendicular_points_are_a_second_face():
+    """Cars are rectangular: points perpendicular to a flank's end are a face, even if chance could explain them."""
     flank = np.stack([np.linspace(10, 14, 30), np.full(30, 4.0)], axis=1)
     across = np.array([[9.98, 4.7], [10.01, 5.1]])
     assert link(np.concatenate([flank, across])).line.tolist() == [0] * 30 + [1] * 2
 
 
 def test_largest_jump_by_hand():
-    """Sizes 6, 5, 1, 1 and a minimal sample of 2: the largest jump is from 5 to 2, so two lines stay."""
+    """Sizes 6, 5, 1, 1 and a minimal sample of 2: the largest jump is from 5 to 2, which gives two lines."""
     points = np.random.default_rng(0).random((13, 2))
     cluster = np.repeat([0, 6, 11, 12], [6, 5, 1, 1])
     np.testing.assert_allclose(
@@ -289,26 +293,26 @@ def test_largest_jump_by_hand():
 
 
 def test_a_segment_depends_on_its_own_points_only():
-    """A shared random state would make a car's fit depend on what else is in the frame."""
+    """A shared random state would make a car's fit depend on other objects in the frame."""
     first, second = noisy_l(1), noisy_l(2) + 20.0
-    alone = link(second)
+    single = link(second)
     together = tlinkage.link(
         np.concatenate([first, second]),
         Segments(label=np.repeat([0, 1], [len(first), len(second)]), count=2),
         LinkageConfig(),
     )
-    np.testing.assert_array_equal(together.line[len(first) :], alone.line)
-    assert together.heading[1] == alone.heading[0]
+    np.testing.assert_array_equal(together.line[len(first) :], single.line)
+    assert together.heading[1] == single.heading[0]
 
 
-def test_thinning_keeps_the_answer():
+def test_subsampling_keeps_the_result():
     """All points refine the lines of the subset: without that, 60 of 6000 points would leave 0.3 degrees."""
     linkage = link(ranged(l_shape(0.4, step=0.001), np.random.default_rng(5)))
     assert abs(off_quarter(linkage.heading[0], 0.4)) < 0.05
     assert np.mean(linkage.line >= 0) > 0.99
 
 
-def test_seed_decides():
+def test_the_seed_changes_the_result():
     points = np.random.default_rng(3).normal(10.0, 0.5, (100, 2))
     assert link(points, seed=1).heading[0] == link(points, seed=1).heading[0]
     assert any(link(points, seed=s).heading[0] != link(points, seed=1).heading[0] for s in range(2, 12))
@@ -339,6 +343,6 @@ def test_no_segment():
 
 
 @pytest.mark.parametrize("values", [{"tau_m": 0.0}, {"locality": -1.0}, {"samples_per_point": 0}, {"points_max": 1}])
-def test_config_says_what_is_wrong(values):
+def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         LinkageConfig(**values)

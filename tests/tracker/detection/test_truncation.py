@@ -1,4 +1,4 @@
-"""Where a thing is cut off by something nearer, told from the order of the sweep."""
+"""Truncation by occluders, from the order of the sweep."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ BEAM_S = 0.000111
 
 
 def sweep(range_m, label, beams=None, unit=None):
-    """One layer, seen from the ego's centre: range and segment of the points on successive beams."""
+    """A layer with its unit at the ego's centre: range and segment of the points on successive beams."""
     count = len(range_m)
     beams = np.arange(count) if beams is None else np.asarray(beams)
     azimuth = 0.3 - np.deg2rad(0.5) * beams
@@ -37,14 +37,14 @@ def cut(range_m, label, **keys):
 
 
 EDGES = [0, 7]
-"""Of a layer's first and last return nobody knows what is beyond."""
+"""The first and the last return of a layer, which always count as truncated."""
 
 
-def test_the_farther_thing_is_cut_off_and_the_nearer_is_not():
+def test_the_farther_object_is_truncated_and_the_nearer_is_not():
     assert cut([20, 20, 20, 10, 10, 20, 20, 20], [0, 0, 0, 1, 1, 2, 2, 2]) == [0, 2, 5, 7]
 
 
-def test_parts_of_one_thing_do_not_cut_it_off():
+def test_parts_of_one_object_do_not_truncate_it():
     assert cut([20, 20, 20, 18, 18, 20, 20, 20], [0] * 8) == EDGES
 
 
@@ -54,7 +54,7 @@ def test_neighbours_may_be_one_lost_beam_apart_but_not_two(lost, found):
     assert cut([20, 20, 20, 20, 10, 10, 10, 10], [0] * 4 + [1] * 4, beams=beams) == found
 
 
-def test_other_units_sweep_on_their_own():
+def test_units_are_independent():
     assert cut([20, 20, 20, 20, 10, 10, 10, 10], [0] * 4 + [1] * 4, unit=[0] * 4 + [1] * 4) == [0, 3, 4, 7]
 
 
@@ -70,6 +70,6 @@ def test_an_empty_scan():
 
 
 @pytest.mark.parametrize("values", [{"neighbour_s": -1.0}, {"nearer_m": 0.0}])
-def test_config_says_what_is_wrong(values):
+def test_invalid_settings_are_rejected_by_name(values):
     with pytest.raises(ValueError, match=next(iter(values))):
         TruncationConfig(**values)

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from support.seen import corners, observe_boxes
 
 from tracker.tracking.association import AssociationConfig, assign, score
-from tracker.tracking.hypotheses import HypothesisConfig, Predictions, pair, shows_end
+from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise, shows_end
 
 CONFIG, READING = AssociationConfig(), HypothesisConfig()
 CAR = (4.6, 1.8)
@@ -17,7 +17,7 @@ CORNERS = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
 
 
 def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
-    """One track that tracks the named corner of a vehicle at `pose`."""
+    """Prediction of a track of the given corner of a vehicle at `pose`."""
     return Predictions(
         position=corners(pose, size)[[CORNERS.index(corner_sign)]][None],
         velocity=np.array([[velocity]], dtype=float),
@@ -33,11 +33,11 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
 
 def associate(tracks, seen):
     """Pairs (track, box) of one round."""
-    return assign(*score(tracks, pair(tracks, seen, READING), seen, CONFIG))
+    return assign(*score(tracks, hypothesise(tracks, seen, READING), seen, CONFIG))
 
 
 def best_by_brute_force(cost, admissible):
-    """Most pairs first, then the least total cost, over every way to pair rows with columns."""
+    """Most pairs first, then the least total cost, over every pairing of rows and columns."""
     rows, columns = cost.shape
     ways = permutations(range(columns), rows) if rows <= columns else None
     if ways is None:
@@ -62,7 +62,7 @@ def test_assign_is_optimal(data):
     assert (-len(pairs), sum(cost[p] for p in pairs)) == (count, pytest.approx(total, abs=1e-6))
 
 
-def test_nothing_outside_the_gate_is_paired():
+def test_pairs_outside_the_gate_are_rejected():
     tracks = expecting((10.0, 4.0, 0.1), (-1, -1))
     near, far = (10.3, 4.0, 0.1), (12.0, 4.0, 0.1)
     for pose, expected in ((near, [(0, 0)]), (far, [])):
@@ -71,43 +71,43 @@ def test_nothing_outside_the_gate_is_paired():
 
 
 @pytest.mark.parametrize("quarters", range(4))
-def test_a_box_means_the_same_however_its_sides_are_named(quarters):
+def test_a_hypothesis_does_not_depend_on_the_quarter_turn_of_the_box(quarters):
     pose = (10.0, 4.0, 0.3)
     tracks = expecting(pose, (-1, -1))
-    reading = pair(tracks, observe_boxes(pose, CAR, quarters=quarters), READING)
-    assert reading.heading[0, 0] == pytest.approx(0.3)
-    assert reading.size[0, 0] == pytest.approx(CAR)
-    assert tuple(reading.corner_sign[0, 0]) == (-1, -1)
-    assert reading.misfit[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+    hypotheses = hypothesise(tracks, observe_boxes(pose, CAR, quarters=quarters), READING)
+    assert hypotheses.heading[0, 0] == pytest.approx(0.3)
+    assert hypotheses.size[0, 0] == pytest.approx(CAR)
+    assert tuple(hypotheses.corner_sign[0, 0]) == (-1, -1)
+    assert hypotheses.misfit[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
 
 
-def test_another_nearest_corner_is_followed_and_measures_the_tracked_one_a_known_side_away():
+def test_a_new_nearest_corner_is_tracked_and_measures_the_old_one_by_the_known_size():
     """The car has passed: its front left is tracked, its rear left is now far nearer."""
     pose = (6.0, -3.0, 0.0)
     tracks = expecting(pose, (1, 1))
-    reading = pair(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), READING)
-    assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
-    assert reading.misfit[0, 0, 0] == pytest.approx([0.2, -0.1])
+    hypotheses = hypothesise(tracks, observe_boxes((6.2, -3.1, 0.0), CAR), READING)
+    assert tuple(hypotheses.corner_sign[0, 0]) == (-1, 1)
+    assert hypotheses.misfit[0, 0, 0] == pytest.approx([0.2, -0.1])
 
 
 @pytest.mark.parametrize(
     ("piece", "moved"),
     [
-        ((5.0, -3.0), (0.0, 0.0)),  # anywhere within the side: nothing is known along it
+        ((5.0, -3.0), (0.0, 0.0)),  # anywhere within the side: the position along it is ambiguous
         ((4.0, -3.0), (0.0, 0.0)),
-        ((3.2, -3.0), (-0.5, 0.0)),  # sticks out behind by 0.5 m
-        ((6.8, -2.8), (0.5, 0.2)),  # sticks out in front; the side itself is exact
+        ((3.2, -3.0), (-0.5, 0.0)),  # protrudes at the rear by 0.5 m
+        ((6.8, -2.8), (0.5, 0.2)),  # protrudes at the front; the side is exact
     ],
 )
-def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, moved):
-    """A side 4.6 m long from x = 2.7 to 7.3, of which 2 m are seen."""
+def test_a_piece_of_a_side_corrects_the_track_only_by_its_protrusion(piece, moved):
+    """A side 4.6 m long from x = 2.7 to 7.3, of which 2 m are visible."""
     tracks = expecting((5.0, -3.0, 0.0), (-1, 1))
     depth = 0.1
     seen = observe_boxes((piece[0], piece[1] + 0.9 - depth / 2, 0.0), (2.0, depth))
     seen = dataclasses.replace(seen, corner_sign=np.array([(-1, 1)]))
-    reading = pair(tracks, seen, READING)
-    assert reading.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
-    along, across = np.diag(reading.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
+    hypotheses = hypothesise(tracks, seen, READING)
+    assert hypotheses.misfit[0, 0] == pytest.approx(np.array([moved]), abs=1e-9)
+    along, across = np.diag(hypotheses.covariance[0, 0]) - np.diag(seen.covariance[0])[:2]
     assert along == pytest.approx(READING.end_std_m**2)
     assert across == pytest.approx(0.0)
 
@@ -116,31 +116,31 @@ def test_a_piece_of_a_side_moves_the_track_only_as_far_as_it_sticks_out(piece, m
     ("size", "cut", "shown"),
     [
         ((0.2, 1.8), (), (True, True)),  # a whole rear: its face, and both ends of it
-        ((0.2, 1.0), (), (True, False)),  # part of a rear, and nothing says which
-        ((0.2, 1.0), ("left",), (True, True)),  # its left is hidden, so that its right is its own
+        ((0.2, 1.0), (), (True, False)),  # an unknown part of a rear
+        ((0.2, 1.0), ("left",), (True, True)),  # its left is hidden, so its right end is exact
         ((0.2, 1.0), ("right",), (True, False)),
-        ((4.6, 1.8), ("front", "left"), (True, True)),  # faces are faces
+        ((4.6, 1.8), ("front", "left"), (True, True)),  # visible faces are exact
     ],
 )
-def test_an_end_is_the_vehicle_s_if_its_face_is_seen_or_the_rest_is_explained(size, cut, shown):
+def test_an_end_is_exact_if_its_face_is_visible_or_the_truncation_explained(size, cut, shown):
     """Seen from behind, on its right: the near corner is the rear right one."""
     flags = np.array([side in cut for side in ("front", "left", "rear", "right")])
     near = np.array([-1.0, -1.0])
     assert tuple(shows_end(np.array(size), near, flags, np.array(CAR), READING)) == shown
 
 
-def test_cut_ends_are_named_with_the_heading():
-    """The same box, its sides named from each of its four headings; its left end is hidden."""
+def test_truncated_ends_rotate_with_the_heading():
+    """The same box, described by each of its four headings; its left end is hidden."""
     pose = (10.0, 4.0, 0.3)
     tracks = expecting(pose, (-1, -1))
     for quarters in range(4):
         seen = observe_boxes(pose, CAR, quarters=quarters)
         cut = np.roll([False, True, False, False], -quarters)[None]
-        reading = pair(tracks, dataclasses.replace(seen, cut=cut), READING)
-        assert reading.whole[0, 0].tolist() == [True, False]
+        hypotheses = hypothesise(tracks, dataclasses.replace(seen, cut=cut), READING)
+        assert hypotheses.whole[0, 0].tolist() == [True, False]
 
 
-def test_of_two_boxes_at_one_place_the_one_of_its_heading_and_size_is_taken():
+def test_of_two_boxes_at_one_place_the_one_with_its_heading_and_size_is_chosen():
     tracks = expecting((10.0, 4.0, 0.0), (-1, -1))
     right, turned, long = (10.05, 4.0, 0.0), (10.0, 4.0, 0.6), (13.7, 4.0, 0.0)
     for other, size in ((turned, CAR), (long, (12.0, 1.8))):
@@ -148,23 +148,23 @@ def test_of_two_boxes_at_one_place_the_one_of_its_heading_and_size_is_taken():
         assert associate(tracks, seen) == [(0, 1)]
 
 
-def test_greedy_takes_the_cheapest_pair_first():
-    """Hand computed: the optimum is 2 + 3; the greedy choice 1 leaves 9."""
+def test_greedy_chooses_the_cheapest_pair_first():
+    """Hand computed: the optimum is 2 + 3; the greedy choice 1 leads to 1 + 9."""
     cost, everything = np.array([[1.0, 2.0], [3.0, 9.0]]), np.ones((2, 2), dtype=bool)
     assert assign(cost, everything) == [(0, 1), (1, 0)]
     assert assign(cost, everything, "greedy") == [(0, 0), (1, 1)]
     assert assign(cost, np.array([[True, True], [True, False]]), "greedy") == [(0, 0)]
 
 
-def test_the_tracked_corner_is_kept_while_another_is_hardly_nearer():
-    """Straight ahead both rear corners are equally near: the track must not hop between them."""
+def test_the_tracked_corner_changes_with_hysteresis():
+    """Straight ahead both rear corners are equally near: the track must not alternate between them."""
     pose = (12.0, 0.05, 0.0)
     tracks = expecting(pose, (-1, 1))
-    reading = pair(tracks, observe_boxes(pose, CAR), READING)
-    assert tuple(reading.corner_sign[0, 0]) == (-1, 1)
+    hypotheses = hypothesise(tracks, observe_boxes(pose, CAR), READING)
+    assert tuple(hypotheses.corner_sign[0, 0]) == (-1, 1)
 
 
-def test_of_two_tracks_the_sure_one_wins_the_box_between_them():
+def test_the_more_certain_track_wins_a_box_between_two():
     pose = (10.0, 4.0, 0.0)
     vague, sure = expecting(pose, (-1, -1), std_m=2.0), expecting((10.1, 4.0, 0.0), (-1, -1), std_m=0.1)
     both = Predictions(*(np.concatenate([getattr(vague, f), getattr(sure, f)]) for f in Predictions.__slots__))
@@ -173,7 +173,7 @@ def test_of_two_tracks_the_sure_one_wins_the_box_between_them():
 
 
 def test_an_unlikely_model_opens_no_gate():
-    """Only the third model, which has become vague, reaches the box; it counts once it is likely."""
+    """Only the gate of the third, uncertain model contains the box; it counts if that model is probable."""
     pose, reach = (10.0, 4.0, 0.0), (14.0, 4.0, 0.0)
     one = expecting(pose, (-1, -1))
     seen = observe_boxes(reach, CAR)
@@ -192,10 +192,10 @@ def test_an_unlikely_model_opens_no_gate():
         assert associate(tracks, seen) == expected
 
 
-def test_the_leading_end_of_a_car_that_comes_out_from_behind_something_tells_its_motion():
-    """Only 1.2 m of a side were seen, now 1.8 m are, and the hidden end has not moved: the car went 0.6 m on."""
+def test_the_leading_end_of_a_car_behind_an_occluder_measures_its_motion():
+    """First 1.2 m of a side are visible, then 1.8 m, and the truncated end is fixed: the car moved by 0.6 m."""
     tracks = dataclasses.replace(expecting((5.0, -3.0, 0.0), (1, 1)), known_size=np.array([(1.2, 0.1)]))
     front = 5.0 + CAR[0] / 2
     seen = observe_boxes((front - 1.2 + 0.9, -2.15, 0.0), (1.8, 0.1))
     seen = dataclasses.replace(seen, corner_sign=np.array([(1, 1)]))
-    assert pair(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)
+    assert hypothesise(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)

@@ -21,33 +21,33 @@ NEVER = np.zeros(2, dtype=np.int64)
 
 
 def seen(*observations):
-    """What is remembered of observations ((along, across), whether each is whole)."""
-    extent, sights = np.array(observations[0][0], dtype=float), NEVER
+    """Remembered extents after observations ((along, across), mask of whole sides)."""
+    extent, whole_views = np.array(observations[0][0], dtype=float), NEVER
     for observed, whole in observations[1:]:
         observed, whole = np.array(observed, dtype=float), np.array(whole)
-        extent = remember(extent, observed, whole, sights, CONFIG)
-        sights = sights + seen_whole(observed, whole, CONFIG)
+        extent = remember(extent, observed, whole, whole_views, CONFIG)
+        whole_views = whole_views + seen_whole(observed, whole, CONFIG)
     return extent
 
 
-def test_a_side_once_seen_is_not_forgotten_behind_an_occluder():
+def test_a_seen_side_keeps_its_length_behind_an_occluder():
     assert seen(((4.5, 1.7), WHOLE), *[((1.0, 1.7), CUT)] * 200)[0] == 4.5
 
 
-def test_a_side_that_is_turned_away_is_not_forgotten():
-    """Only the rear is seen: that the length shows 0.1 m of itself, and nothing hides it, says nothing of it."""
+def test_a_side_that_faces_away_keeps_its_length():
+    """Only the rear is visible: a visible length of 0.1 m without truncation has no effect on the length."""
     assert seen(((4.5, 1.7), WHOLE), *[((0.1, 1.7), WHOLE)] * 200)[0] == 4.5
 
 
-def test_longer_sights_pull_and_settle():
+def test_longer_observations_increase_the_size_with_decreasing_gain():
     assert seen(((2.0, 1.7), CUT), *[((4.8, 1.7), CUT)] * 30)[0] == pytest.approx(4.8, abs=0.01)
 
 
-def test_two_vehicles_seen_as_one_are_told_apart_once_the_first_is_seen_as_a_whole():
+def test_the_size_of_two_merged_vehicles_recovers_after_a_whole_view():
     assert seen(((9.7, 1.7), WHOLE), *[((5.9, 1.7), WHOLE)] * 150)[0] == pytest.approx(5.9, abs=0.1)
 
 
-def test_a_single_outlier_does_not_matter_after_many_whole_sights():
+def test_a_single_outlier_has_little_effect_after_many_whole_views():
     assert seen(((4.5, 1.7), WHOLE), *[((4.5, 1.7), WHOLE)] * 20, ((4.5, 3.3), WHOLE))[1] < 1.8
 
 
@@ -58,12 +58,12 @@ def test_a_single_outlier_does_not_matter_after_many_whole_sights():
         ((0.1, 1.7), CUT, None, False),  # a piece of anything
         ((4.4, 0.1), WHOLE, None, True),  # a side
         ((4.4, 0.1), (False, True), None, False),  # a piece of a wall between two cars
-        ((4.4, 0.4), CUT, None, True),  # it turns a rounded corner
+        ((4.4, 0.4), CUT, None, True),  # with a rounded corner
         ((0.7, 0.1), WHOLE, None, False),  # a pole
         ((12.0, 2.5), WHOLE, None, True),  # a bus
         ((12.0, 0.1), WHOLE, None, False),  # a wall
         ((12.0, 1.2), CUT, None, False),  # the corner of a house that comes into view
-        ((4.4, 0.4), CUT, (12.0, 0.4), False),  # what is left of it behind a car
+        ((4.4, 0.4), CUT, (12.0, 0.4), False),  # its part beside an occluding car
     ],
 )
 def test_sides_of_vehicles(side, whole, largest, vehicle):
@@ -77,23 +77,23 @@ def test_sides_of_vehicles(side, whole, largest, vehicle):
         ((4.4, 1.5), WHOLE, 4, False),  # two sides in full view
         ((4.4, 1.5), CUT, 2, True),  # they may be two walls
         ((4.4, 0.4), WHOLE, 2, False),  # a rounded corner
-        ((4.4, 0.1), WHOLE, 1, True),  # one side alone
+        ((4.4, 0.1), WHOLE, 1, True),  # a single side
         ((0.7, 0.1), WHOLE, 0, True),  # a pole
         ((12.0, 2.5), WHOLE, 2, False),  # a bus
     ],
 )
-def test_a_full_view_says_more_than_one_side(side, whole, weight, piece):
+def test_a_full_view_is_more_evidence_than_one_side(side, whole, weight, piece):
     side, whole = np.array(side), np.array(whole)
     assert evidence(side, whole, side, CONFIG) == weight
     assert is_piece(side, whole, CONFIG) is piece
 
 
-def test_what_is_larger_than_a_car():
+def test_sizes_above_a_car():
     sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1)]
     assert [car_sized(np.array(size), CONFIG) for size in sizes] == [True, True, False, False]
 
 
-def test_nothing_on_the_road_is_four_metres_wide():
+def test_a_width_of_four_metres_is_too_large():
     assert too_large(np.array([12.0, 4.0]), CONFIG)
     assert not too_large(np.array([16.5, 2.6]), CONFIG)
 
@@ -117,18 +117,18 @@ def test_unseen_sides_come_from_the_class(extent, hits, size):
     ) == pytest.approx(size)
 
 
-def test_a_piece_of_a_side_is_no_width_of_a_truck():
+def test_a_piece_of_a_side_is_not_the_width_of_a_truck():
     assert classify(np.array([0.1, 2.5]), NEVER, 50, CONFIG) is CONFIG.car
 
 
 def test_a_short_length_seen_as_a_whole_is_the_length():
-    """A car that looked wide for a moment is no truck of 8 m."""
+    """A car with one wide observation is not a truck of 8 m."""
     seen_extent = np.array([4.4, 2.4])
     often = np.array([CONFIG.sights_min, 0])
     assert complete(seen_extent, often, CONFIG.large, CONFIG)[0] == pytest.approx(4.5)
     assert complete(seen_extent, NEVER, CONFIG.large, CONFIG)[0] == 8.0
 
 
-def test_a_side_is_known_once_nearly_all_of_it_was_seen():
+def test_a_side_is_known_after_most_of_it_was_seen():
     size = np.array([4.5, 1.8])
     assert known(np.array([4.2, 0.3]), size, CONFIG) == pytest.approx([4.5, 0.3])

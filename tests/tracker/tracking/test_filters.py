@@ -2,7 +2,15 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from tracker.tracking.filters import FilterConfig, Filters, bank, heading_filter, integrator, motion, process_noise
+from tracker.tracking.filters import (
+    FilterConfig,
+    Filters,
+    heading_filter,
+    initial_filters,
+    integrator,
+    motion,
+    process_noise,
+)
 
 CONFIG = FilterConfig()
 R = np.array([[0.1**2, 0.003], [0.003, 0.2**2]])
@@ -10,7 +18,7 @@ P0 = np.diag([0.04, 0.04])
 
 
 def started(position=(1.0, 2.0)):
-    return bank(np.array(position), P0, CONFIG)
+    return initial_filters(np.array(position), P0, CONFIG)
 
 
 def filterpy_twins(filters):
@@ -23,7 +31,7 @@ def filterpy_twins(filters):
     return twins
 
 
-def test_integrator_moves_a_constant_acceleration_exactly():
+def test_the_integrator_predicts_constant_acceleration_exactly():
     dt = 0.7
     position, velocity, acceleration = 3.0, -2.0, 4.0
     moved = integrator(3, dt) @ [position, velocity, acceleration]
@@ -32,15 +40,15 @@ def test_integrator_moves_a_constant_acceleration_exactly():
     )
 
 
-def test_process_noise_of_constant_velocity_is_the_textbook_one():
+def test_process_noise_of_constant_velocity_equals_the_textbook():
     # Bar-Shalom, Li, Kirubarajan (2001), eq. 6.2.2-12: q [[dt^3/3, dt^2/2], [dt^2/2, dt]].
     dt, q = 0.5, 0.3
     assert process_noise(2, dt, q) == pytest.approx(q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]))
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
-def test_process_noise_does_not_depend_on_how_time_is_cut(order):
-    """Ten short steps add up to a long one; noise that is white from step to step would not."""
+def test_process_noise_does_not_depend_on_the_step_size(order):
+    """Ten short steps equal a long one, unlike with noise that is white from step to step."""
     short, noise = integrator(order, 0.1), np.zeros((order, order))
     for _ in range(10):
         noise = short @ noise @ short.T + process_noise(order, 0.1, 0.7)
@@ -48,7 +56,7 @@ def test_process_noise_does_not_depend_on_how_time_is_cut(order):
 
 
 def test_a_run_of_the_bank_equals_filterpy():
-    """The batch against the reference, over forty steps with wild measurements."""
+    """The batch equals filterpy over forty steps with noisy measurements."""
     rng, filters = np.random.default_rng(4), started()
     twins, step = filterpy_twins(filters), motion(0.08, CONFIG)
     for _ in range(40):
@@ -63,7 +71,7 @@ def test_a_run_of_the_bank_equals_filterpy():
 
 
 @pytest.mark.parametrize(("model", "order"), [(0, 1), (1, 2), (2, 3)])
-def test_each_filter_follows_its_own_motion_exactly(model, order):
+def test_each_filter_predicts_its_own_motion_exactly(model, order):
     """Noise-free motion of the filter's own kind is predicted to the millimetre after four seconds."""
     chain = np.array([[5.0, -3.0], [8.0, 2.0], [1.5, -0.5]])[:order]
     dt, filters = 0.08, started(chain[0])
@@ -75,8 +83,8 @@ def test_each_filter_follows_its_own_motion_exactly(model, order):
     assert filters.mean[model, :2] == pytest.approx(chain[0], abs=2e-3)
 
 
-def test_what_a_model_leaves_out_is_a_spread_without_memory():
-    """A velocity that a standing vehicle's filter kept would leak into those that start from it."""
+def test_omitted_states_have_a_constant_prior_covariance():
+    """A velocity kept by the stationary model would affect the models that mix with it."""
     filters = Filters(np.ones((3, 6)), np.tile(np.eye(6), (3, 1, 1)))
     filters.predict(motion(0.08, CONFIG).models)
     assert filters.mean[0, 2:] == pytest.approx(np.zeros(4))
@@ -94,7 +102,7 @@ def test_heading_filter_learns_a_turn():
     assert heading.mean[0] == pytest.approx([0.5 * 0.08 * 59, 0.5], abs=0.02)
 
 
-def test_bad_noise_is_refused():
+def test_invalid_noise_is_rejected():
     with pytest.raises(ValueError, match="position_std_floor_m"):
         FilterConfig(position_std_floor_m=0.0)
     with pytest.raises(ValueError, match="jerk_std_mps3"):

@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tracker.tracking import mma
-from tracker.tracking.filter_bank import build
 from tracker.tracking.filters import FilterConfig, Filters, motion
 from tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
+from tracker.tracking.model_selection import BankSelection
 
 CONFIG = MmaConfig()
 DT = 0.08
@@ -15,7 +15,7 @@ R = np.eye(2) * 0.02**2
 
 
 def filters(speed=0.0, speed_std=0.1):
-    """Three filters at the origin that go along x."""
+    """Three filters at the origin that move along x."""
     mean = np.zeros((3, 6))
     mean[:, 2] = speed
     return Filters(mean, np.tile(np.diag([0.01, 0.01, speed_std**2, speed_std**2, 1.0, 1.0]), (3, 1, 1)))
@@ -27,7 +27,7 @@ def test_update_is_bayes_rule():
     assert posterior == pytest.approx([0.25, 0.5, 0.25])
 
 
-def test_a_common_outlier_changes_nothing():
+def test_a_common_offset_of_the_evidence_has_no_effect():
     prior = np.array([0.2, 0.5, 0.3])
     assert mma.update(prior, np.full(3, -1e6)) == pytest.approx(prior)
 
@@ -44,7 +44,7 @@ def test_probabilities_sum_to_one_and_never_fall_below_the_floor(evidence):
 
 @pytest.mark.parametrize(("dof", "density"), [(4.0, "multivariate_t"), (1e9, "multivariate_normal")])
 def test_score_is_the_density_with_the_measurement_noise(dof, density):
-    """(11) is the limit without tails; S without R, as (10) is printed, would be far off."""
+    """(11) is the limit without tails; S without R, as printed in (10), would have a large error."""
     three, residual = filters(), np.array([[0.1, 0.2], [0.3, -0.1], [0.0, 0.5]])
     noise = np.array([[0.04, 0.01], [0.01, 0.02]])
     spread = three.covariance[0, :2, :2] + noise
@@ -55,7 +55,7 @@ def test_score_is_the_density_with_the_measurement_noise(dof, density):
     )
 
 
-def test_noise_is_raised_for_a_jump_that_no_model_predicts():
+def test_noise_is_increased_for_a_jump_that_no_model_predicts():
     three, noise = filters(), np.eye(2) * 0.01
     near, far = np.zeros((3, 2)), np.full((3, 2), 3.0)
     assert mma.score(three, near, noise, 4.0)[1] == 1.0
@@ -65,7 +65,7 @@ def test_noise_is_raised_for_a_jump_that_no_model_predicts():
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.4, 5.0])
-def test_transitions_are_probabilities_and_only_slow_vehicles_stop(speed):
+def test_transitions_are_probabilities_and_only_slow_vehicles_become_stationary(speed):
     chain = mma.transitions(filters(speed), DT, CONFIG)
     assert chain.sum(axis=1) == pytest.approx(1.0)
     assert (chain >= 0).all()
@@ -75,8 +75,8 @@ def test_transitions_are_probabilities_and_only_slow_vehicles_stop(speed):
         assert chain[CV, STATIONARY] > 0.3
 
 
-def test_mix_keeps_mean_and_spread_of_the_whole():
-    """The mixture of the mixed filters is the mixture of those before, by its moments."""
+def test_mixing_keeps_the_moments_of_the_mixture():
+    """The mixture has the same mean and covariance before and after mixing."""
     rng = np.random.default_rng(2)
     root = rng.normal(size=(3, 6, 6))
     three = Filters(rng.normal(size=(3, 6)), root @ root.swapaxes(1, 2))
@@ -97,10 +97,10 @@ def test_mix_keeps_mean_and_spread_of_the_whole():
 def drive(acceleration, method="mma", seed=1, noise_m=0.02):
     """Follow a car that drives at 10 m/s and has accelerations (K,) along x.
 
-    Returns the errors (K,) of what is believed, those of the filter of constant velocity, and the models (K,).
+    Returns the errors (K,) of the estimate, those of the constant velocity filter, and the models (K,).
     """
     rng, config = np.random.default_rng(seed), MmaConfig(method=method)
-    bank = build(np.zeros(2), R, FilterConfig(), config)
+    bank = BankSelection(FilterConfig(), config).new_bank(np.zeros(2), R)
     x, speed, errors, cv_errors, models = 0.0, 10.0, [], [], []
     for a in acceleration:
         x, speed = x + speed * DT + 0.5 * a * DT**2, speed + a * DT
@@ -117,34 +117,34 @@ BRAKES = np.concatenate([np.zeros(60), np.full(40, -2.0), np.zeros(60)])
 
 
 @pytest.mark.parametrize("method", ["mma", "imm"])
-def test_a_manoeuvre_is_seen_soon_and_left_soon(method):
+def test_a_manoeuvre_is_detected_and_left_quickly(method):
     *_, models = drive(BRAKES, method)
     assert np.mean(models[20:60] == CV) > 0.9
     assert np.argmax(models[60:] == CA) < 10
     assert np.argmax(models[100:] == CV) < 25
 
 
-def test_filters_that_talk_are_ready_after_a_manoeuvre():
-    """The constant velocity filter that nobody told of the braking is off by centimetres when it is wanted again."""
+def test_mixed_filters_are_accurate_after_a_manoeuvre():
+    """The mixed constant velocity filter has an error of centimetres after braking."""
     off = {method: np.abs(drive(BRAKES, method)[1][95:105]).mean() for method in ("mma", "imm", "paper")}
     assert max(off["mma"], off["imm"]) < 0.5 * off["paper"]
 
 
-def test_imm_and_mma_agree_where_one_model_is_sure():
+def test_imm_and_mma_agree_if_one_model_is_certain():
     imm, mma_ = drive(np.zeros(80), "imm")[0], drive(np.zeros(80), "mma")[0]
     assert imm[30:] == pytest.approx(mma_[30:], abs=0.01)
 
 
-def test_a_measurement_far_out_leaves_finite_probabilities():
+def test_a_distant_measurement_leaves_finite_probabilities():
     for method in ("mma", "imm", "paper"):
-        bank = build(np.zeros(2), R, FilterConfig(), MmaConfig(method=method))
+        bank = BankSelection(FilterConfig(), MmaConfig(method=method)).new_bank(np.zeros(2), R)
         bank.predict(motion(DT, FilterConfig()))
         bank.observe(np.full((3, 2), 1e4), R)
         assert np.isfinite(bank.probability).all()
         assert bank.probability.sum() == pytest.approx(1.0)
 
 
-def test_bad_settings_are_refused():
+def test_invalid_settings_are_rejected_by_name():
     with pytest.raises(ValueError, match="probability_floor"):
         MmaConfig(probability_floor=0.4)
     with pytest.raises(ValueError, match="stopping_time_s"):
@@ -152,16 +152,16 @@ def test_bad_settings_are_refused():
 
 
 @pytest.mark.parametrize("method", ["mma", "imm"])
-def test_a_point_known_worse_is_corrected_and_its_speed_is_not(method):
-    """Half a metre of error that was no motion: without `loosen` the filters would take it for a speed of metres."""
+def test_an_inflated_position_is_corrected_without_changing_the_speed(method):
+    """A corner error of half a metre is not motion: without `inflate` the filters estimate a speed of several m/s."""
     config = MmaConfig(method=method, tail_dof=1e9)
-    followed = build(np.zeros(2), R, FilterConfig(), config)
+    followed = BankSelection(FilterConfig(), config).new_bank(np.zeros(2), R)
     step = motion(DT, FilterConfig())
     for k in range(20):
         followed.predict(step)
         followed.observe(np.array([8.0 * DT * (k + 1), 0.0]) - followed.filters.mean[:, :2], R)
     followed.predict(step)
-    followed.loosen(np.eye(2) * 0.5**2)
+    followed.inflate(np.eye(2) * 0.5**2)
     before = followed.filters.mean.copy()
     followed.observe(np.array([0.5, 0.0]) + before[CV, :2] - before[:, :2], R)
     change = (followed.filters.mean - before)[CV]

@@ -18,7 +18,7 @@ WHOLE = np.ones(2, dtype=bool)
 
 
 @pytest.mark.parametrize("quarters", range(-3, 8))
-def test_turned_names_mean_the_same_corner(quarters):
+def test_turned_signs_denote_the_same_corner(quarters):
     sign, size, heading = np.array([1, -1]), np.array([4.6, 1.8]), 0.4
     before = rotate(0.5 * sign * size, heading)
     after = rotate(0.5 * turn_sign(sign, quarters) * turn_size(size, quarters), heading + quarters * np.pi / 2)
@@ -30,11 +30,11 @@ def test_turned_names_mean_the_same_corner(quarters):
     [
         ((4.5, 1.7), 0.0, 0.0),  # L-shape: the longer side is the length
         ((1.7, 4.5), 0.0, 90.0),
-        ((4.5, 0.1), 0.0, 0.0),  # a side alone: longer than any car is wide
-        ((0.1, 1.8), 0.0, 0.0),  # a rear alone: the seen side is the width
+        ((4.5, 0.1), 0.0, 0.0),  # a single side, longer than the width of a car
+        ((0.1, 1.8), 0.0, 0.0),  # a single rear: the visible side is the width
         ((1.8, 0.1), 0.0, 90.0),
-        ((2.2, 1.7), 0.0, 0.0),  # both sides seen in part
-        ((0.1, 1.8), 180.0, 180.0),  # of two directions the ego's own
+        ((2.2, 1.7), 0.0, 0.0),  # both sides partly visible
+        ((0.1, 1.8), 180.0, 180.0),  # of two directions that of the ego
     ],
 )
 def test_first_guess(size, forward, expected):
@@ -50,21 +50,21 @@ def test_motion_contradicts_the_heading(velocity, quarters):
     assert by_course(0.0, direction) == quarters
 
 
-def test_going_sideways_takes_a_longer_way_and_a_known_length_never_does():
+def test_sideways_motion_needs_a_longer_distance_and_a_known_length_prevents_it():
     bare, long = np.array([1.7, 0.2]), np.array([4.6, 0.2])
     assert way_needed(2, long, CONFIG) == way_needed(2, bare, CONFIG) == CONFIG.reversal_m
     assert way_needed(1, bare, CONFIG) > 2.5  # the rear of a standing car that comes into view is as wide
     assert way_needed(3, long, CONFIG) == np.inf
 
 
-def test_a_cut_face_broader_than_a_car_is_a_side():
-    """2.4 m from end to end is the rear of a truck; 2.4 m between two things that hide the rest is a car's side."""
+def test_a_truncated_face_wider_than_a_car_is_a_side():
+    """2.4 m from end to end is the rear of a truck; 2.4 m between two occluders is a car's side."""
     face = np.array([0.1, 2.4])
     assert first_guess(0.0, face, WHOLE, 0.0, CONFIG) % 2 == 0
     assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
 
 
-def test_a_vague_velocity_has_no_course():
+def test_an_uncertain_velocity_has_no_course():
     fast = np.array([5.0, 0.0])
     assert course(fast, np.eye(2) * 1.0**2, CONFIG) == 0.0
     assert course(fast, np.eye(2) * 2.0**2, CONFIG) is None
@@ -73,11 +73,11 @@ def test_a_vague_velocity_has_no_course():
 @pytest.mark.parametrize(
     ("size", "forward", "quarters"),
     [
-        ((0.2, 4.6), 90.0, 1),  # the remembered width is no width
+        ((0.2, 4.6), 90.0, 1),  # the remembered width is a length
         ((0.2, 4.6), -90.0, 3),
-        ((1.7, 0.2), 90.0, 1),  # the seen side is a rear, not a length
+        ((1.7, 0.2), 90.0, 1),  # the visible side is a rear, not a length
         ((12.0, 2.5), 180.0, 0),  # without motion a vehicle is not turned around
     ],
 )
-def test_size_tells_length_from_width_while_a_vehicle_is_slow(size, forward, quarters):
+def test_size_distinguishes_length_and_width_of_a_slow_vehicle(size, forward, quarters):
     assert by_size(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG) == quarters

@@ -1,30 +1,31 @@
-import dataclasses
-
 import numpy as np
 import pytest
 from support.seen import observe_boxes
 
 from tracker.records import MODELS, Status
-from tracker.tracker import predict
 from tracker.tracking import orientation
+from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.corner_error import CornerConfig
 from tracker.tracking.extent import ExtentConfig, TypicalSize
 from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.hypotheses import HypothesisConfig, pair
+from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from tracker.tracking.mma import MmaConfig
+from tracker.tracking.model_selection import BankSelection
 from tracker.tracking.orientation import OrientationConfig
 from tracker.tracking.output import report
-from tracker.tracking.track import CornerConfig, LifeConfig, Track, TrackConfig
-from tracker.tracking.track_observation import first_sighting, sighting
+from tracker.tracking.track import Track
+from tracker.tracking.track_arrays import predictions
+from tracker.tracking.track_config import TrackConfig
+from tracker.tracking.track_observation import first_observation, track_observation
 
 DT = 0.08
 CAR = np.array([4.7, 1.8])
-LIFE = LifeConfig()
+LIFE, MMA = TrackLifeConfig(), MmaConfig()
 SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
-"""Of the corner of every box, along x as along y."""
+"""Standard deviation of the corner of every box along x and y [m]."""
 STEP = motion(DT, FilterConfig())
 CONFIG = TrackConfig(
     FilterConfig(),
-    MmaConfig(),
     ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
     OrientationConfig(),
     CornerConfig(),
@@ -32,13 +33,14 @@ CONFIG = TrackConfig(
 )
 
 
-def start(pose, forward=None, size=CAR, config=CONFIG):
-    """A track of a vehicle that is taken to face as the ego does, `forward`."""
+def start(pose, forward=None, size=CAR, mma=MMA):
+    """A track of a vehicle, with the heading prior `forward`."""
     forward = pose[2] if forward is None else forward
     seen = observe_boxes(pose, size)
-    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, config.orientation)
-    first, corner = first_sighting(seen, 0, turns, CAR, HypothesisConfig())
-    return Track(0, corner, first, forward, config)
+    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, CONFIG.orientation)
+    first, corner = first_observation(seen, 0, turns, CAR, HypothesisConfig())
+    bank = BankSelection(CONFIG.filters, mma).new_bank(corner, first.covariance)
+    return Track(0, corner, first, forward, CONFIG, bank)
 
 
 def follow(track, poses, rng=None, size=CAR):
@@ -48,7 +50,7 @@ def follow(track, poses, rng=None, size=CAR):
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
         seen = observe_boxes(np.asarray(pose) + noise, size)
         track.predict(STEP)
-        track.update(sighting(pair(predict([track]), seen, HypothesisConfig()), seen, 0, 0))
+        track.update(track_observation(hypothesise(predictions([track]), seen, HypothesisConfig()), seen, 0, 0))
         track.settle()
         centers.append(report([track]).center_odom[0])
     return np.array(centers)
@@ -61,18 +63,18 @@ def straight(start_pose, speed, frames):
 
 
 def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
-    """It drives past the ego from behind: the tracked corner goes from its front to its rear."""
+    """It passes the ego from behind: the tracked corner changes from front to rear."""
     first = (-20.0, 3.5, 0.0)
     track = start(first)
     poses = straight(first, 10.0, 60)
-    first_corner = tuple(track.corner_sign)
+    first_corner = tuple(track.corner.sign)
     centers = follow(track, poses)
     assert first_corner == (1, -1)
-    assert tuple(track.corner_sign) == (-1, -1)
+    assert tuple(track.corner.sign) == (-1, -1)
     assert np.abs(centers - poses[:, :2])[10:].max() < 0.03
 
 
-def test_a_wrong_first_direction_is_turned_by_the_motion_and_the_box_stays():
+def test_motion_corrects_a_wrong_initial_heading_without_moving_the_box():
     first = (30.0, 3.5, np.pi)
     poses = straight(first, 8.0, 30)
     track = start(first, forward=0.0)
@@ -82,19 +84,19 @@ def test_a_wrong_first_direction_is_turned_by_the_motion_and_the_box_stays():
     assert np.abs(centers - poses[:, :2])[5:].max() < 0.05
 
 
-def test_a_vehicle_that_has_driven_keeps_its_direction_while_it_stands():
-    """It drove nose first towards the ego; standing, its rear half hidden, it looks like something broad."""
+def test_a_vehicle_that_moved_keeps_its_heading_while_stationary():
+    """It approached the ego; stationary and half occluded, its visible extent is wider than long."""
     track = start((20.0, 3.5, np.pi))
     follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
     x = 20.0 - 8.0 * DT * 15
     follow(track, [(x, 3.5, np.pi)] * 20)
-    track._resize(np.array([2.0, 0.5]))
+    track._size.resize(np.array([2.0, 0.5]), track._heading.oriented_hits)
     follow(track, [(x, 3.5, np.pi)] * 3)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 
 
-def test_life_from_tentative_to_dead():
-    """A car whose two sides are in full view is believed at its second sight, not at its first."""
+def test_status_from_tentative_to_dead():
+    """A car in full view is confirmed at its second observation."""
     first = (15.0, 2.0, 0.0)
     track = start(first)
     track.settle()
@@ -115,19 +117,19 @@ def test_life_from_tentative_to_dead():
     ("size", "speed", "status"),
     [
         ((12.0, 0.2), 0.0, Status.TENTATIVE),  # may be a wall
-        ((12.0, 0.2), 8.0, Status.CONFIRMED),  # it left its place, which walls do not
-        ((12.0, 0.2), 3.0, Status.TENTATIVE),  # it did not: more of a wall may have come into view
-        ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls have no ends of a bus
+        ((12.0, 0.2), 8.0, Status.CONFIRMED),  # it left its first place, unlike a wall
+        ((12.0, 0.2), 3.0, Status.TENTATIVE),  # it did not leave its place: more of a wall may have come into view
+        ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls do not have the ends of a bus
         ((4.5, 0.2), 0.0, Status.CONFIRMED),
     ],
 )
-def test_a_long_face_alone_is_believed_once_it_moves(size, speed, status):
+def test_a_single_long_face_is_confirmed_by_motion(size, speed, status):
     track = start((20.0, 6.0, 0.0), size=np.array(size))
     follow(track, straight((20.0, 6.0, 0.0), speed, 25), size=np.array(size))
     assert track.status is status
 
 
-def test_a_tentative_track_dies_soon():
+def test_a_tentative_track_is_terminated_early():
     track = start((15.0, 2.0, 0.0))
     for _ in range(3):
         track.predict(STEP)
@@ -137,24 +139,24 @@ def test_a_tentative_track_dies_soon():
 
 @pytest.mark.parametrize(("motion", "model"), [("stands", 0), ("drives", 1), ("brakes", 2)])
 def test_the_model_that_fits_the_motion_is_selected(motion, model):
-    """Most of the frames once settled, under the fit's own noise."""
+    """In most frames after convergence, with the noise of the fit."""
     rng = np.random.default_rng(3)
     time = DT * np.arange(1, 80)
     travelled = {
         "stands": 0 * time,
         "drives": 10 * time,
-        "brakes": 10 * np.sin(2 * time),  # 40 m/s^2 peaks: no constant velocity by any measure
+        "brakes": 10 * np.sin(2 * time),  # 40 m/s^2 peaks: clearly not constant velocity
     }[motion]
     poses = np.stack([20 + travelled, np.full_like(time, 4.0), 0 * time], axis=1)
     track = start((20.0, 4.0, 0.0))
     chosen = []
     for pose in poses:
         follow(track, [pose], rng)
-        chosen.append(track.model)
+        chosen.append(track.corner.model)
     assert np.mean(np.array(chosen[20:]) == model) > 0.6
 
 
-def test_one_wild_heading_is_not_believed_but_an_insisting_one_is():
+def test_a_heading_outlier_is_rejected_until_it_persists():
     first = (15.0, 4.0, 0.0)
     track = start(first)
     follow(track, [first] * 10)
@@ -164,14 +166,14 @@ def test_one_wild_heading_is_not_believed_but_an_insisting_one_is():
     assert track.heading == pytest.approx(0.6, abs=0.05)
 
 
-def test_report_of_no_tracks_keeps_its_shapes():
+def test_the_record_of_no_tracks_has_valid_shapes():
     empty = report([])
     assert (len(empty), empty.mean.shape, empty.model_probability.shape) == (0, (0, 8), (0, len(MODELS)))
     assert empty.center_odom.shape == (0, 2)
 
 
-def test_the_rear_of_a_standing_car_that_comes_into_view_does_not_turn_it():
-    """Its right end stays, its left seems to move at 1.5 m/s until the rear is seen as a whole, 1.8 m."""
+def test_the_rear_of_a_stationary_car_that_comes_into_view_does_not_turn_it():
+    """Its right end is fixed, its left end seems to move at 1.5 m/s until all 1.8 m of the rear are visible."""
     track = start((20.0, 3.5, 0.0), size=(0.2, 0.5))
     for k in range(30):
         width = min(0.5 + 1.5 * DT * k, 1.8)
@@ -181,8 +183,7 @@ def test_the_rear_of_a_standing_car_that_comes_into_view_does_not_turn_it():
 
 @pytest.mark.parametrize("method", ["mma", "imm", "paper"])
 def test_every_method_reports_a_consistent_record(method):
-    config = dataclasses.replace(CONFIG, mma=MmaConfig(method=method))
-    track = start((20.0, 3.5, 0.0), config=config)
+    track = start((20.0, 3.5, 0.0), mma=MmaConfig(method=method))
     follow(track, straight((20.0, 3.5, 0.0), 8.0, 25), np.random.default_rng(1))
     record = report([track])
     assert record.mean[0, 2] == pytest.approx(8.0, abs=0.5)
@@ -194,32 +195,32 @@ def test_every_method_reports_a_consistent_record(method):
     assert np.isnan(report([track]).model_nis).all()
 
 
-def test_the_lone_models_owe_nothing_to_the_bank():
-    """The lone constant velocity filter lags behind a car that brakes as a textbook one does that is fed the same."""
+def test_independent_models_are_not_affected_by_mixing():
+    """The independent constant velocity filter lags a braking car like a textbook filter with the same input."""
     track, twin = start((20.0, 3.5, 0.0)), None
     speed, x = 12.0, 20.0
     for _ in range(40):
         x, speed = x + speed * DT, speed - 3.0 * DT
-        before = track.alone.filters.mean.copy(), track.alone.filters.covariance.copy()
+        before = track.corner.independent.filters.mean.copy(), track.corner.independent.filters.covariance.copy()
         follow(track, [(x, 3.5, 0.0)])
         twin = Filters(*before)
         twin.predict(STEP.models)
         seen = observe_boxes((x, 3.5, 0.0), CAR)
         twin.correct(seen.corner[0] - twin.mean[:, :2], seen.covariance[0, :2, :2])
-    assert track.alone.filters.mean == pytest.approx(twin.mean, abs=0.02)
-    assert track.alone.filters.mean[1, 0] - track.position[0] > 0.05
+    assert track.corner.independent.filters.mean == pytest.approx(twin.mean, abs=0.02)
+    assert track.corner.independent.filters.mean[1, 0] - track.corner.position[0] > 0.05
 
 
-def test_nees_is_chi_square_for_an_error_that_lasts():
-    """Tracks whose corner is off by a constant draw of the noise that the boxes tell, plus as much new noise."""
+def test_nees_is_chi_square_for_a_time_correlated_error():
+    """Tracks whose corner has a constant error, drawn from the boxes' noise, plus independent noise of equal size."""
     rng, nees = np.random.default_rng(5), []
     for _ in range(60):
-        lasting = rng.normal(0, SEEN_STD_M, 2)
-        track = start((20.0 + lasting[0], 3.5 + lasting[1], 0.0))
+        constant = rng.normal(0, SEEN_STD_M, 2)
+        track = start((20.0 + constant[0], 3.5 + constant[1], 0.0))
         for pose in straight((20.0, 3.5, 0.0), 6.0, 25):
-            noise = np.append(lasting + rng.normal(0, SEEN_STD_M, 2), 0.0)
+            noise = np.append(constant + rng.normal(0, SEEN_STD_M, 2), 0.0)
             follow(track, [pose + noise])
-        corner = pose[:2] + 0.5 * track.corner_sign * CAR
-        off = track.position - corner
+        corner = pose[:2] + 0.5 * track.corner.sign * CAR
+        off = track.corner.position - corner
         nees.append(off @ np.linalg.solve(track.covariance, off))
     assert np.mean(nees) == pytest.approx(2.0, abs=0.7)  # of a chi-square with 2 degrees: mean 2, std of the mean 0.26

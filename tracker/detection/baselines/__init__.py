@@ -1,4 +1,4 @@
-"""What the paper sets itself against: other ways to a heading, measured beside its own and never selected.
+"""Baselines: other heading estimators, for comparison only.
 
-One file each, with a function `heading(points_ego, config)` of the form `columns.Baseline`.
+One file each, with a function `heading(points_ego, config)` of the type `columns.Baseline`.
 """

@@ -1,4 +1,4 @@
-"""Closeness as Autoware has it (perception/shape_estimation, bounding_box.cpp), against points inside the outline."""
+"""Closeness criterion of Autoware (perception/shape_estimation, bounding_box.cpp), which ignores points well inside."""
 
 import numpy as np
 
@@ -7,14 +7,14 @@ from tracker.detection.baselines.baseline_config import BaselineConfig
 
 ANGLES = np.deg2rad(np.arange(90.0))
 FLOOR_M, DEPTH_MAX_M = 0.1, 0.4
-"""Nearer points count no more, deeper ones not at all: a rear window, a mirror seen from behind."""
+"""Lower limit of a distance, and maximum depth of a point that counts, which excludes rear windows and mirrors."""
 
 
 def heading(points_ego: Floats, _: BaselineConfig) -> float:
     """Heading of the rectangle whose nearest edge is closest to the points (N, 2), to one degree [rad].
 
-    Zhang 2017 but for three things: the nearer of two edges is chosen for each point and not once for all, distances
-    count squared, and points deeper than `DEPTH_MAX_M` are ignored.
+    Three differences from Zhang 2017: the nearer of two edges is chosen per point and not once for all, distances are
+    squared, and points deeper than `DEPTH_MAX_M` are ignored.
     """
     cos, sin = np.cos(ANGLES), np.sin(ANGLES)
     squared = np.minimum(to_edge(points_ego @ [cos, sin]), to_edge(points_ego @ [-sin, cos])) ** 2
@@ -23,5 +23,5 @@ def heading(points_ego: Floats, _: BaselineConfig) -> float:
 
 
 def to_edge(place: Floats) -> Floats:
-    """Distance of places (N, A) along A directions to the lower or upper end of each, whichever is nearer [m]."""
+    """Distance of places (N, A) along A directions to the nearer end of each direction [m]."""
     return np.asarray(np.minimum(place - place.min(axis=0), place.max(axis=0) - place))

@@ -5,21 +5,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class BaselineConfig:
-    """Whether the baselines are fitted, and their scale."""
+    """Switch and parameters of the baselines."""
 
     enabled: bool = False
-    """Fit them, to be graded beside the tracker's own methods; they are never selected."""
+    """Fit the baselines, to be graded beside the tracker's own methods; they are never selected."""
     inlier_m: float = 0.08
-    """Points so near a line are on it, for RANSAC and J-linkage [m]: tau of T-linkage, three standard deviations."""
+    """Inlier threshold of RANSAC and J-linkage [m]: tau of T-linkage, three standard deviations."""
     points_max: int = 100
-    """Larger segments are judged on an even subset: J-linkage's time grows with the cube of the points."""
+    """Larger segments are reduced to an even subset: the time of J-linkage grows with the cube of the points."""
     seed: int = 0
-    """Of the random samples; every segment draws the same, so that its heading depends on its own points only."""
+    """Seed of the random samples, the same for every segment, so that segments do not affect each other."""
 
     def __post_init__(self) -> None:
         if self.inlier_m <= 0.0:
             raise ValueError(f"inlier_m is {self.inlier_m}; give a positive distance in metres")
         if not 2 <= self.points_max <= 10_000:
-            raise ValueError(f"points_max is {self.points_max}; give 2, which a direction needs, to 10000")
+            raise ValueError(f"points_max is {self.points_max}; give 2 to 10000; a direction needs 2 points")
         if self.seed < 0:
             raise ValueError(f"seed is {self.seed}; give 0 or more")

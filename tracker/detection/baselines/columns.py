@@ -1,4 +1,4 @@
-"""The baselines as further columns of the candidates."""
+"""Baselines as additional columns of the candidates."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,8 @@ from tracker.geometry import fold
 from tracker.records import BASELINES, Candidates, Linkage, Segments
 
 Baseline = Callable[[Floats, BaselineConfig], float]
-"""From points (N, 2) of a segment in the ego frame [m], two places at least, to a heading modulo 90 degrees [rad]."""
+"""Function from points (N, 2) of a segment in the ego frame [m], at two places at least, to a heading modulo 90 degrees
+[rad]."""
 
 HEADINGS: dict[str, Baseline] = {
     "principal_axes": principal_axes.heading,
@@ -32,10 +33,10 @@ def append(
     candidates: Candidates,
     config: BaselineConfig,
 ) -> Candidates:
-    """Candidates of points (N, 2 or more columns) with the columns of `BASELINES` after their own.
+    """Return the candidates of points (N, 2 or more columns) with the columns of `BASELINES` appended.
 
-    A baseline's heading judges all points of a segment; its sides are measured on the points on lines, as those of the
-    other methods are. It has no cost and is not selected. What is not fitted is NaN.
+    The heading of a baseline uses all points of a segment; its sides are measured on the points on lines, as those of
+    the other methods. It has no cost and is not selected. Columns are NaN if not fitted.
     """
     shape = (segments.count, len(BASELINES))
     heading, center, size = np.full(shape, np.nan), np.full((*shape, 2), np.nan), np.full((*shape, 2), np.nan)
@@ -54,7 +55,7 @@ def append(
 
 
 def headings(points: Floats, config: BaselineConfig) -> list[float]:
-    """Heading of points (N, 2) by each baseline [rad]; 0 for points in one place, which have no direction."""
+    """Return the heading of points (N, 2) by each baseline [rad]; 0 if all points are at one place."""
     if not np.ptp(points, axis=0).any():
         return [0.0] * len(BASELINES)
     kept = min(len(points), config.points_max)

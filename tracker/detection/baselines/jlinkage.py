@@ -1,4 +1,4 @@
-"""J-linkage (Toldo and Fusiello, ECCV 2008), which T-linkage relaxes: a point is near a line, or it is not."""
+"""J-linkage (Toldo and Fusiello, ECCV 2008): T-linkage with binary preferences."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from tracker.detection.kernels.linkage import agglomerate, hypotheses
 from tracker.detection.tlinkage import LinkageConfig, uniforms
 
 SAMPLING = LinkageConfig()
-"""Hypotheses are drawn as T-linkage draws its own."""
+"""Settings of the hypotheses, as for T-linkage."""
 
 
 def heading(points_ego: Floats, config: BaselineConfig) -> float:
@@ -20,10 +20,10 @@ def heading(points_ego: Floats, config: BaselineConfig) -> float:
 
 
 def clusters(points: Floats, config: BaselineConfig) -> Ints:
-    """(N,) cluster of each point, named by a member.
+    """(N,) cluster of each point, as the index of a member.
 
-    Of preferences that are 0 or 1 the Tanimoto distance is the Jaccard distance, and the elementwise minimum the
-    intersection: T-linkage's merging does J-linkage's.
+    For binary preferences the Tanimoto distance is the Jaccard distance and the elementwise minimum the intersection,
+    so the merging of T-linkage is that of J-linkage.
     """
     draws = uniforms(config.seed, max(len(points), config.points_max), SAMPLING.samples_per_point)
     lines = hypotheses(points, draws, SAMPLING.locality)

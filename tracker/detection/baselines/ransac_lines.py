@@ -1,4 +1,4 @@
-"""Sequential RANSAC (Fischler and Bolles 1981): the line that most points agree on, then one in what is left."""
+"""Sequential RANSAC (Fischler and Bolles 1981): the line with most inliers, then another in the remaining points."""
 
 import numpy as np
 
@@ -8,19 +8,19 @@ from tracker.detection.baselines.principal_axes import direction
 from tracker.detection.kernels.lines import fit_line
 
 SIDES = 2
-"""Lines looked for: no more sides of a vehicle are seen at once."""
+"""Number of lines: at most two sides of a vehicle are visible at once."""
 MINIMAL_SAMPLE = 2
-"""Points that define a line, and lie on it whatever the others do."""
+"""Points that define a line."""
 TRIALS = 100
-"""Samples a line. One of them is of a side that holds a quarter of the points with probability
+"""Samples per line. At least one is on a side with a quarter of the points with probability
 1 - (1 - 1/16)^100 = 99.8 %."""
 
 
 def heading(points_ego: Floats, config: BaselineConfig) -> float:
-    """Direction of the line that most of the points (N, 2) are nearest to [rad].
+    """Direction of the line with the most nearest points (N, 2) [rad].
 
-    Each line is fitted by least squares to the points that agree on it, which are then put aside. In the end every
-    point is given to the nearest line, so that those at a corner do not stay with the line found first.
+    Each line is fitted by least squares to its inliers, which are then removed. In the end every point is assigned to
+    the nearest line, so that points at a corner are not biased to the line found first.
     """
     random = np.random.Generator(np.random.Philox(config.seed))
     lines, left = [], points_ego
@@ -38,7 +38,7 @@ def heading(points_ego: Floats, config: BaselineConfig) -> float:
 
 
 def consensus(points: Floats, inlier_m: float, random: np.random.Generator) -> Bools:
-    """(N,) the points near the line through two of them that most points are near to."""
+    """(N,) mask of the inliers of the line through two points that has most inliers."""
     if len(points) < MINIMAL_SAMPLE:
         return np.zeros(len(points), dtype=np.bool_)
     one = random.integers(len(points), size=TRIALS)
@@ -48,7 +48,7 @@ def consensus(points: Floats, inlier_m: float, random: np.random.Generator) -> B
 
 
 def through(one: Floats, other: Floats) -> Floats:
-    """Lines (M, 3) through pairs of points (M, 2): unit normal and offset; of equal points infinitely far away."""
+    """Lines (M, 3) through pairs of points (M, 2): unit normal and offset, which is infinite for equal points."""
     along = other - one
     length = np.hypot(*along.T)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.where(length > 0.0, length, 1.0)[:, None]

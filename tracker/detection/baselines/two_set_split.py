@@ -1,4 +1,4 @@
-"""Ordered two-set split (Shen, Pendleton and Ang, CIS and RAM 2015): a corner turns one side into the other."""
+"""Ordered two-set split (Shen, Pendleton and Ang, CIS and RAM 2015): split the points in two perpendicular sides."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ def heading(points_ego: Floats, _: BaselineConfig) -> float:
     For every split of the ordered points the lines n . p = c1 through the first set and m . p = c2 through the second,
     m being n turned by a quarter, are fitted together by least squares: with the scatter matrices S1 and S2 of the
     sets, S2 turned by a quarter, the smaller eigenvalue of S1 + S2 is the sum of squared residuals, and its
-    eigenvector n. The split of the least residual wins; one set may be all.
+    eigenvector n. The split with the least residual is chosen; one set may contain all points.
     """
     ordered = points_ego[by_azimuth(points_ego)] - points_ego.mean(axis=0)
     first, second = running_scatter(ordered), running_scatter(ordered[::-1])[::-1]
@@ -24,7 +24,7 @@ def heading(points_ego: Floats, _: BaselineConfig) -> float:
 
 
 def by_azimuth(points_ego: Floats) -> Ints:
-    """(N,) order in which the ego sees points (N, 2) from right to left, wherever around it they are."""
+    """(N,) order of points (N, 2) by azimuth, from right to left, at any bearing from the ego."""
     x, y = points_ego.T
     middle_x, middle_y = points_ego.mean(axis=0)
     azimuth = np.arctan2(middle_x * y - middle_y * x, middle_x * x + middle_y * y)
@@ -32,7 +32,7 @@ def by_azimuth(points_ego: Floats) -> Ints:
 
 
 def running_scatter(points: Floats) -> Floats:
-    """(N, 3) xx, xy and yy of the first 1, 2, ... N points about their own mean, times their number [m^2]."""
+    """(N, 3) sums of xx, xy and yy of the first 1, 2, ... N points about their mean [m^2]."""
     x, y = points.T
     count = np.arange(1, len(points) + 1)
     sum_x, sum_y = np.cumsum(x), np.cumsum(y)

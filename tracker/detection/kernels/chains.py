@@ -1,4 +1,4 @@
-"""Hot loops of connection of points to chains."""
+"""Kernels of segmentation: connected components of points."""
 
 import numpy as np
 from numba import njit
@@ -8,7 +8,7 @@ from tracker.arrays import Floats, Ints
 
 @njit(cache=True)
 def find_root(parent: Ints, i: int) -> int:
-    """Representative of i's set, halving the path to it."""
+    """Return the representative of the set of i, with path halving."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -24,7 +24,7 @@ def unite(parent: Ints, a: int, b: int) -> None:
 
 @njit(cache=True)
 def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: int, b: int, b_end: int) -> None:
-    """Unite two cells, each one set already, at the first pair of points in reach of either."""
+    """Merge the sets of two cells at the first pair of points within either point's radius."""
     if find_root(parent, a) == find_root(parent, b):
         return
     for i in range(a, a_end):
@@ -38,11 +38,11 @@ def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: i
 
 @njit(cache=True)
 def connected(points: Floats, radius: Floats, column: Ints, row: Ints, cell: Ints, window: int) -> Ints:
-    """Label points joined by chains of pairs no farther apart than either point's radius.
+    """Return the set of each point, connected by pairs within either point's radius.
 
     Points are sorted by grid cell (column, then row); cell c holds points cell[c] to cell[c + 1] and lies in
     column[c], row[c]. A cell's diagonal is at most the smallest radius, so that a cell is one set from the
-    start, and no pair reaches beyond `window` cells.
+    start; pairs are at most `window` cells apart.
     """
     parent = np.arange(len(points))
     cells = len(cell) - 1

@@ -1,4 +1,4 @@
-"""Hot loops of corners: which of the lines that T-linkage proposes is a vehicle's side, and what stands across it."""
+"""Kernels of corners: selection of a vehicle's side among the lines of T-linkage, and of a perpendicular side."""
 
 import numpy as np
 from numba import njit
@@ -11,7 +11,7 @@ from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 @njit(cache=True)
 def beside(place: Floats, member: Ints, beyond_max: float) -> Ints:
-    """1 for places no more than `beyond_max` past the ends of the members', else 0."""
+    """1 for places between the ends of the members or at most `beyond_max` past them, else 0."""
     low, high = np.inf, -np.inf
     for i in range(len(place)):
         if member[i] == 1:
@@ -21,10 +21,10 @@ def beside(place: Floats, member: Ints, beyond_max: float) -> Ints:
 
 @njit(cache=True)
 def explained(first: Floats, aside: Ints, second: Floats, gates: Floats, depth_max: float) -> int:
-    """Points on either of two faces, less those that speak against them; depths (N,) behind each, gates (2, N).
+    """Return the points on either of two faces minus those that contradict them; depths (N,) behind each, gates (2, N).
 
-    A body is convex: nothing of it lies outside of a face, and little well inside. What curves away right behind a face
-    counts for nothing.
+    A body is convex: points outside a face contradict it, and so do points well inside. Points just behind a face, on
+    rounded parts, do not count.
     """
     score = 0
     for i in range(len(first)):
@@ -41,9 +41,10 @@ def explained(first: Floats, aside: Ints, second: Floats, gates: Floats, depth_m
 def across(
     points: Floats, face: Floats, noise: Floats, gate: float, depth_max: float, beyond_max: float, length_min: float
 ) -> tuple[int, Floats]:
-    """Score of a face, alone or with the best one across it at either end, and that other face (3,) or zeros.
+    """Return the score of a face, single or with the best perpendicular face (3,) at either end, and that one or zeros.
 
-    Every point off the face may be on the other one, which holds two at least, farther apart than a mirror is long.
+    Every point off the face is a candidate for the other face, which has at least two points, farther apart than the
+    length of a mirror.
     """
     depth, place, std = depths(points, face, noise)
     turned = np.array([face[1], -face[0], 0.0])
@@ -79,14 +80,14 @@ def best_corner(
     beyond_max: float,
     length_min: float,
 ) -> Floats:
-    """Corner (2, 3) that explains most of `sample`, of those that the lines of its clusters propose.
+    """Return the corner (2, 3) that explains most of `sample`, among the lines of its clusters.
 
-    Clusters compete with all the points that their rectangle explains, not with their own: a dense rounded corner makes
-    a larger cluster than the sparse flank beside it, but leaves the flank unexplained. Of equals the one that fixes the
-    heading better is taken. The largest cluster is the answer if no other is long enough.
+    Clusters compete by all points that their rectangle explains, not by their own: a dense rounded corner makes a
+    larger cluster than the sparse flank beside it, but does not explain the flank. Of equal scores the line with more
+    information on the heading is chosen. The largest cluster is the result if no other is long enough.
     """
     size = np.bincount(cluster, minlength=len(sample))
-    corner, best, best_hold, nothing = np.zeros((2, 3)), -len(sample) - 1, 0.0, np.zeros(len(points), np.int64)
+    corner, best, best_information, nothing = np.zeros((2, 3)), -len(sample) - 1, 0.0, np.zeros(len(points), np.int64)
     for rank, name in enumerate(np.argsort(-size, kind="mergesort")):
         if rank > 0 and size[name] <= MINIMAL_SAMPLE:
             break
@@ -100,8 +101,8 @@ def best_corner(
             continue
         face = inward(points, line, tau)
         score, other = across(sample, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
-        hold = length * length * member.sum()
-        if score > best or (score == best and hold > best_hold):
-            best, best_hold = score, hold
+        information = length * length * member.sum()
+        if score > best or (score == best and information > best_information):
+            best, best_information = score, information
             corner[0], corner[1] = face, other
     return corner

@@ -1,4 +1,4 @@
-"""Hot loops of the criteria of rectangle fitting."""
+"""Kernels of the criteria of rectangle fitting."""
 
 import math
 
@@ -10,7 +10,7 @@ from tracker.arrays import Floats, Ints
 
 @njit(cache=True)
 def edge_distances(points: Floats, a: float, b: float, out: Floats) -> float:
-    """Distance of each point to the nearer edge across direction (a, b), into `out`; the extent along it.
+    """Write the distance of each point to the nearer edge along direction (a, b) to `out`; return the extent along it.
 
     The nearer edge is chosen once for all points: of the distances to the two edges it is the one of smaller
     norm (Zhang 2017, algorithms 4 and 5), which is the edge closer to the mean.

@@ -1,7 +1,7 @@
-"""Hot loops of faces: a side of a vehicle, or two that are perpendicular, fitted to points.
+"""Kernels of faces: fit one side of a vehicle, or two perpendicular ones, to points.
 
 A face is a line (3,) whose unit normal points into the body, so that face . (x, y, 1) is a point's depth behind it.
-A corner (2, 3) is the faces of one vehicle; the second is zeros where only one is seen.
+A corner (2, 3) contains the faces of one vehicle; the second is zeros if only one is visible.
 """
 
 import math
@@ -12,19 +12,19 @@ from numba import njit
 from tracker.arrays import Floats, Ints
 
 EGO_REACH = 2.5
-"""[m] From the ego's middle to its farthest unit."""
+"""Distance from the ego's centre to its farthest unit [m]."""
 NORMAL_MEDIAN = 0.6745
 """Median of the absolute value of a standard normal variable."""
 ROUNDS = 2
-"""How often points are given to faces and these fitted to them; a third time changes nothing to speak of."""
+"""Iterations of assigning points to faces and fitting the faces; a third one has a negligible effect."""
 
 
 @njit(cache=True)
 def inward(points: Floats, line: Floats, tau: float) -> Floats:
-    """Turn the normal of a line into the body.
+    """Orient the normal of a line into the body.
 
-    The ego is outside. If it is so near the line that its units may be on either side, the other points tell: more of
-    a body lies behind one of its faces than sticks out of it.
+    The ego is outside. If it is so near the line that its units may be on either side, the other points decide: more
+    points of a body lie behind a face than in front of it.
     """
     side = -line[2]
     if abs(line[2]) < EGO_REACH:
@@ -39,15 +39,16 @@ def inward(points: Floats, line: Floats, tau: float) -> Floats:
 
 @njit(cache=True)
 def exists(face: Floats) -> bool:
-    """Whether this is a face, or zeros for none."""
+    """Return True for a face, False for zeros."""
     return bool(face[0] != 0.0 or face[1] != 0.0)
 
 
 @njit(cache=True)
 def depths(points: Floats, face: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
-    """Depth behind the face, place along it, and standard deviation of the depth (N,) [m].
+    """Return the depth behind the face, the place along it, and the standard deviation of the depth (N,) [m].
 
-    Ranges err along their beams, by noise[0]; sides are flat to noise[1]. A side seen at a grazing angle is sharp.
+    Range noise noise[0] is along the beam; the flatness of sides is noise[1]. At grazing incidence the range noise has
+    little effect on the depth.
     """
     depth, place, std = np.empty(len(points)), np.empty(len(points)), np.empty(len(points))
     for i in range(len(points)):
@@ -73,7 +74,7 @@ def nearest_face(points: Floats, corner: Floats, noise: Floats, gate: float) -> 
 
 @njit(cache=True)
 def moments(points: Floats, face: Floats, member: Ints, k: int, noise: Floats) -> Floats:
-    """Weight, mean x, mean y, and the weighted sums of xx, xy and yy about them, of the points on face k."""
+    """(6,) total weight, mean x, mean y, and weighted sums of xx, xy and yy about the mean, of the points on face k."""
     std = depths(points, face, noise)[2]
     total, x, y = 0.0, 0.0, 0.0
     for i in range(len(points)):
@@ -93,7 +94,7 @@ def moments(points: Floats, face: Floats, member: Ints, k: int, noise: Floats) -
 
 @njit(cache=True)
 def through(face: Floats, normal_angle: float, x: float, y: float) -> Floats:
-    """The face turned to a normal (or its opposite) and moved to a place."""
+    """Return the face (3,) with a normal (or its opposite) through a point."""
     a, b = math.cos(normal_angle), math.sin(normal_angle)
     if a * face[0] + b * face[1] < 0.0:
         a, b = -a, -b
@@ -104,17 +105,17 @@ def through(face: Floats, normal_angle: float, x: float, y: float) -> Floats:
 def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tuple[Floats, Floats]:
     """Fit one heading and the place of each face to the points on them, by weighted total least squares.
 
-    Turning the points of one face by a right angle adds their moments to the other's. The face that says more about the
-    heading comes first: a sparse flank of 4 m before a dense bumper of 1.5 m. Its information is sum((place - mean)^2 /
-    variance) [1/rad^2].
+    Rotating the points of one face by a right angle adds their moments to those of the other. The face with more
+    information on the heading comes first, sum((place - mean)^2 / variance) [1/rad^2]: a sparse flank of 4 m before a
+    dense bumper of 1.5 m.
 
     Returns
     -------
     corner
         (2, 3).
-    surety
-        (2, 3) of each face, its mean place [m], the variance of its depth there [m^2], and that of its direction, which
-        both share [rad^2].
+    uncertainty
+        (2, 3) mean place of each face [m], variance of its depth there [m^2], and variance of the common direction
+        [rad^2].
     """
     moment = np.zeros((2, 6))
     for _ in range(ROUNDS):
@@ -131,21 +132,22 @@ def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tu
             else:
                 corner[k] = 0.0
     information = moment[:, 3] + moment[:, 5]
-    surety = np.empty((2, 3))
+    uncertainty = np.empty((2, 3))
     for k in range(2):
-        surety[k, 0] = corner[k, 1] * moment[k, 1] - corner[k, 0] * moment[k, 2]
-        surety[k, 1] = 1.0 / max(moment[k, 0], 1e-9)
-        surety[k, 2] = 1.0 / max(information.sum(), 1e-9)
+        uncertainty[k, 0] = corner[k, 1] * moment[k, 1] - corner[k, 0] * moment[k, 2]
+        uncertainty[k, 1] = 1.0 / max(moment[k, 0], 1e-9)
+        uncertainty[k, 2] = 1.0 / max(information.sum(), 1e-9)
     if information[1] > information[0]:
-        return corner[::-1].copy(), surety[::-1].copy()
-    return corner, surety
+        return corner[::-1].copy(), uncertainty[::-1].copy()
+    return corner, uncertainty
 
 
 @njit(cache=True)
 def excess(points: Floats, corner: Floats, noise: Floats, tau: float) -> float:
-    """How much farther from their face points lie than their noise explains, at least 1.
+    """Return the ratio of the points' deviation from their face to their noise, at least 1.
 
-    The median of |depth| / std of the points within tau of a face, which is 0.67 for normal noise. Real sides bulge.
+    Based on the median of |depth| / std of the points within tau of a face, which is 0.67 for normal noise. Real sides
+    are curved.
     """
     ratio = np.full(len(points), np.inf)
     for k in range(2):

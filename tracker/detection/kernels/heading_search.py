@@ -1,4 +1,4 @@
-"""Hot loops of best selection."""
+"""Kernels of best selection."""
 
 import math
 
@@ -8,19 +8,19 @@ from numba import njit
 from tracker.arrays import Floats, Ints
 
 BINS_PER_REACH = 4
-"""Places are counted in bins this much narrower than the kernel, two thirds of its standard deviation."""
+"""Bins per kernel radius: a bin is two thirds of the kernel's standard deviation."""
 TURN_MAX = math.radians(2.0)
-"""First step of the refinement; all its steps together turn a heading by twice as much."""
+"""First step of the refinement [rad]; all steps together turn a heading by at most twice as much."""
 HALVINGS = 7
-"""Steps of the refinement: the last is 1/32 of a degree."""
+"""Steps of the refinement; the last is 1/32 of a degree."""
 
 
 @njit(cache=True)
 def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
-    """Distance (N, M) of points to the side of a rectangle that their line lies along, moved to the line's median.
+    """(N, M) distance of points to the side of a rectangle along their line, moved to the median of the line.
 
-    Line g has points offset[g] to offset[g + 1] and candidate headings (G, M). Of a rectangle's two directions it
-    lies along the one that its points spread less across.
+    Line g has points offset[g] to offset[g + 1] and candidate headings (G, M). The side has the direction of the
+    rectangle across which the points spread less.
     """
     distance = np.empty((len(points), heading.shape[1]))
     for g in range(len(offset) - 1):
@@ -34,12 +34,12 @@ def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
 
 
 @njit(cache=True)
-def company(place: Floats, reach: float, out: Floats) -> None:
-    """How many other points are at each point's place, into `out`.
+def local_density(place: Floats, reach: float, out: Floats) -> None:
+    """Write the kernel density of the other points at each point's place to `out`.
 
-    One at distance d counts (1 - (d / reach)^2)^2, a kernel with a standard deviation of 0.38 reach: it is a density
-    estimate that leaves the point itself out. Each place is shared between the two bins around it, and read from the
-    two likewise, so that the estimate is continuous and needs no sorting.
+    A point at distance d counts (1 - (d / reach)^2)^2, a kernel with a standard deviation of 0.38 reach; the point
+    itself does not count. Each place is interpolated between the two bins around it, for writing and reading, so that
+    the estimate is continuous and needs no sorting.
     """
     low, pitch = place.min(), reach / BINS_PER_REACH
     count = np.zeros(int((place.max() - low) / pitch) + 2 * BINS_PER_REACH + 2)
@@ -63,9 +63,9 @@ def company(place: Floats, reach: float, out: Floats) -> None:
 
 @njit(cache=True)
 def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatness: float) -> float:
-    """Reach across a side with that normal, seen along the unit vector `ray`: range noise projected on the normal.
+    """Kernel radius across a side with that normal: range noise along the unit vector `ray`, projected on the normal.
 
-    A side seen at a grazing angle is `flatness` sharp, one seen face on blunter by `reach`.
+    It is `flatness` at grazing incidence, and largest, with `reach`, at normal incidence.
     """
     return math.hypot(reach * (normal_x * ray[0] + normal_y * ray[1]), flatness)
 
@@ -74,16 +74,16 @@ def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatn
 def misalignment(
     points: Floats, heading: float, ray: Floats, reach: float, flatness: float, along: Floats, across: Floats
 ) -> float:
-    """Cost of a heading: minus the mean over the points of log(1 + company), on a line along it or across it.
+    """Cost of a heading: minus the mean over the points of log(1 + density), on lines along the heading or across it.
 
-    A point is level with others where it lies on a side; of its two companies the denser is taken for its own side:
-    they count as a density does, per reach. `along` and `across` are room for one number per point.
+    Points on a side have a high density on its line; of the two densities per radius the higher is that of the point's
+    side. `along` and `across` are work arrays (N,).
     """
     cos, sin = math.cos(heading), math.sin(heading)
     reach_along = sharpness(cos, sin, ray, reach, flatness)
     reach_across = sharpness(-sin, cos, ray, reach, flatness)
-    company(cos * points[:, 0] + sin * points[:, 1], reach_along, along)
-    company(cos * points[:, 1] - sin * points[:, 0], reach_across, across)
+    local_density(cos * points[:, 0] + sin * points[:, 1], reach_along, along)
+    local_density(cos * points[:, 1] - sin * points[:, 0], reach_across, across)
     total = 0.0
     for i in range(len(points)):
         total += math.log(1.0 + reach * max(along[i] / reach_along, across[i] / reach_across))
@@ -92,9 +92,9 @@ def misalignment(
 
 @njit(cache=True)
 def align(points: Floats, offset: Ints, heading: Floats, reach: float, flatness: float) -> tuple[Floats, Floats]:
-    """Turn the cheapest of each segment's headings (S, M) to the cost's least; the sensor is at the origin.
+    """Refine the best of each segment's headings (S, M) to the minimum of the cost; the sensor is at the origin.
 
-    Returns the headings (S, M + 1), the turned one last, and their costs.
+    Returns the headings (S, M + 1), the refined one last, and their costs.
     """
     segments, methods = heading.shape
     turned, cost = np.empty((segments, methods + 1)), np.empty((segments, methods + 1))

@@ -1,4 +1,4 @@
-"""Hot loops of lines: which clusters of points are lines, and which points lie on them."""
+"""Kernels of lines: selection of clusters that are lines, and assignment of points."""
 
 import math
 
@@ -11,7 +11,7 @@ from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 @njit(cache=True)
 def fit_line(points: Floats, member: Ints, name: int) -> Floats:
-    """Total least squares line (3,) through the points, one at least, whose `member` is `name`."""
+    """Total least squares line (3,) through the points, at least one, whose `member` is `name`."""
     count, x, y = 0, 0.0, 0.0
     for i in range(len(points)):
         if member[i] == name:
@@ -29,9 +29,9 @@ def fit_line(points: Floats, member: Ints, name: int) -> Floats:
 
 @njit(cache=True)
 def log_chance(count: int, support: int, share: float) -> float:
-    """Log of the expected number of lines that `support` of `count` scattered points are near by chance.
+    """Logarithm of the expected number of lines near `support` of `count` scattered points by chance.
 
-    Every pair of points is a line, the others are near it with probability `share`:
+    Every pair of points is a line; other points are near it with probability `share`:
     C(count, 2) * P(Binomial(count - 2, share) >= support - 2).
     """
     pairs = math.log(0.5 * count * (count - 1))
@@ -71,7 +71,7 @@ def extent(points: Floats, line: Floats, member: Ints) -> tuple[float, float]:
 
 @njit(cache=True)
 def find_lines(points: Floats, sample: Floats, cluster: Ints, tau: float, length_min: float, turn_min: float) -> Floats:
-    """Lines (L, 3) of the clusters of `sample` that are not outliers, L >= 1: the largest, and every further side."""
+    """Lines (L, 3), L >= 1, of the clusters of `sample` that are not outliers: the largest, and every further side."""
     size = np.bincount(cluster, minlength=len(sample))
     lines, taken, share = np.empty((0, 3)), np.zeros(len(points), np.int64), 1.0
     for name in np.argsort(-size, kind="mergesort"):
@@ -111,7 +111,7 @@ def assign(points: Floats, lines: Floats, tau: float) -> Ints:
 
 @njit(cache=True)
 def settle(points: Floats, lines: Floats, tau: float) -> Ints:
-    """Fit lines to the points nearest to them and assign again; (N,) line of each point, 0 the largest, -1 none."""
+    """Refine lines and return the line (N,) of each point: 0 for the largest, -1 for none."""
     label = assign(points, lines, tau)
     for k in range(len(lines)):
         if np.sum(label == k) > MINIMAL_SAMPLE:
@@ -130,9 +130,9 @@ def settle(points: Floats, lines: Floats, tau: float) -> Ints:
 
 @njit(cache=True)
 def largest_clusters(sample: Floats, cluster: Ints) -> Floats:
-    """Lines (L, 3) of the clusters before the largest jump in size, L >= 1 (Magri and Fusiello's rule for outliers).
+    """Lines (L, 3), L >= 1, of the clusters before the largest jump in size (Magri and Fusiello's rule for outliers).
 
-    A minimal sample is set among the clusters, so that a line alone stands out.
+    A cluster of a minimal sample is added, so that there is a jump after a single line.
     """
     size = np.bincount(cluster, minlength=len(sample))
     order = np.argsort(-size, kind="mergesort")

@@ -1,4 +1,4 @@
-"""Hot loops of T-linkage."""
+"""Kernels of T-linkage."""
 
 import math
 
@@ -15,9 +15,9 @@ MINIMAL_SAMPLE = 2
 def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
     """Lines (M, 3) through pairs of points: unit normal and offset, so that |line . (x, y, 1)| is a distance.
 
-    Every point in turn is paired with K others (uniforms is (>= N, K)), near ones first:
+    Every point is paired with K others (uniforms is (>= N, K)), near ones with higher probability:
     p ~ exp(-d^2 / reach^2) with reach = locality * (diagonal of the bounding box).
-    A point without another place in reach gives lines infinitely far from everything.
+    A point without another place in reach gives lines with an infinite offset.
     """
     count, repeats = len(points), uniforms.shape[1]
     reach = locality * math.hypot(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
@@ -45,7 +45,7 @@ def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
 
 @njit(cache=True)
 def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
-    """Preference of every point for every line, equation (1): (M, N), a point's preferences down a column."""
+    """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
     table = np.zeros((len(lines), len(points)))
     for h in range(len(lines)):
         a, b, c = lines[h]
@@ -58,7 +58,7 @@ def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
 
 @njit(cache=True)
 def products(table: Floats, i: int, stop: int, out: Floats) -> None:
-    """Inner products of column i with the first `stop` columns, into `out`."""
+    """Write the inner products of column i with the first `stop` columns to `out`."""
     out[:] = 0.0
     for h in range(table.shape[0]):
         weight = table[h, i]
@@ -69,13 +69,13 @@ def products(table: Floats, i: int, stop: int, out: Floats) -> None:
 
 @njit(cache=True)
 def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
-    """Tanimoto distance, equation (2), from <p, q>, |p|^2 and |q|^2; 1 where nothing is preferred."""
+    """Tanimoto distance, equation (2), from <p, q>, |p|^2 and |q|^2; 1 without common preferences."""
     return 1.0 - product / (norm_p + norm_q - product) if product > 0.0 else 1.0
 
 
 @njit(cache=True)
 def nearest(distance: Floats, i: int) -> int:
-    """Column of the smallest distance in row i, the first of equals, i itself left out."""
+    """Column of the smallest distance in row i other than i, the first of equal ones."""
     best = 1 if i == 0 else 0
     for j in range(len(distance)):
         if j != i and distance[i, j] < distance[i, best]:
@@ -85,7 +85,7 @@ def nearest(distance: Floats, i: int) -> int:
 
 @njit(cache=True)
 def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, row: Floats) -> None:
-    """Let cluster q go up in p: elementwise minimum of their preferences, distances of p anew, q at 1 from all."""
+    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all."""
     for h in range(table.shape[0]):
         if table[h, q] < table[h, p]:
             table[h, p] = table[h, q]
@@ -99,11 +99,11 @@ def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, row: Fl
 
 @njit(cache=True)
 def agglomerate(table: Floats) -> Ints:
-    """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, named by a member.
+    """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, as the index of a member.
 
-    `table` (M, N) is used up. Every row remembers its nearest neighbour, so that a merge costs one row of inner
-    products and not a search of the whole matrix. A distance changes only when one of its two clusters has merged, and
-    that one looks for its neighbour anew: the least distance is always remembered by one of them.
+    `table` (M, N) is overwritten. The nearest neighbour of every row is cached, so that a merge costs one row of inner
+    products and not a search of the whole matrix. A distance changes only when one of its two clusters was merged, and
+    that cluster searches its neighbour again, so the least distance is always in the cache of one of them.
     """
     count = table.shape[1]
     label = np.arange(count)

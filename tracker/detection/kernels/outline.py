@@ -1,4 +1,4 @@
-"""Hot loops of the outline: which points of a segment lie on the body whose faces are known."""
+"""Kernels of the outline: separate the points on a body with known faces from outliers."""
 
 import math
 
@@ -9,44 +9,44 @@ from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.faces import depths, exists
 
 WIDTH_MAX = 2.8
-"""[m] Of vehicles; a longer face is a flank. Mirrors stick out of flanks only: out of a front or rear just stray ranges
-do, and those are given twice the gate."""
+"""Maximum width of a vehicle [m]; a longer face is a flank. Mirrors protrude from flanks only: points in front of a
+front or rear are range outliers, for which the gate is doubled."""
 WHOLE_MIN = 1.0
-"""[m] What is seen of a face, from which its ends may be taken for the vehicle's."""
+"""Minimum visible extent of a face whose ends are taken for those of the vehicle [m]."""
 MIRROR_OUT = 0.35
-"""[m] How far a mirror sticks out at most, trucks' included."""
+"""Maximum protrusion of a mirror, including trucks [m]."""
 MIRROR_HALF = 0.08
-"""[m] From a mirror's middle to its ends along the flank."""
+"""Half the extent of a mirror along the flank [m]."""
 MIRROR_APART = 0.2
-"""[m] Places of one mirror along the flank are no farther apart."""
+"""Maximum distance between points of one mirror along the flank [m]."""
 MIRROR_Z_MIN = 0.75
-"""[m] Mirrors hang higher; a car's has its lower edge at 0.9."""
+"""Minimum height of a mirror [m]; the lower edge of a car's mirror is at 0.9."""
 MIRROR_HEIGHT = 0.12
-"""[m] Between the points of a mirror on different layers."""
+"""Maximum height difference between points of a mirror on different layers [m]."""
 MIRROR_FOOT = 0.06
-"""[m] How deep inside the side a mirror's foot is."""
+"""Depth of a mirror's base inside the side [m]."""
 MIRROR_GATE = 4.0
-"""Standard deviations by which a point is sure to be on a mirror; what is near it in height and place is as well."""
+"""Gate in standard deviations beyond which a point is on a mirror; near points at the same height are, too."""
 
 
 @njit(cache=True)
-def face_depths(points: Floats, corner: Floats, surety: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
-    """Depths behind both faces, places along them and standard deviations of the depths (2, N), the faces' included.
+def face_depths(points: Floats, corner: Floats, uncertainty: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return depths behind both faces, places along them, and standard deviations that include those of the faces.
 
-    A face is surest in its middle. Behind a face that is not there everything is infinitely deep.
+    All are (2, N). The depth of a face is most certain at its centre. Depths behind a missing face are infinite.
     """
     shape = (2, len(points))
     depth, place, std = np.full(shape, np.inf), np.zeros(shape), np.ones(shape)
     for k in range(2):
         if exists(corner[k]):
             depth[k], place[k], std[k] = depths(points, corner[k], noise)
-            std[k] = np.sqrt(std[k] ** 2 + surety[k, 1] + (place[k] - surety[k, 0]) ** 2 * surety[k, 2])
+            std[k] = np.sqrt(std[k] ** 2 + uncertainty[k, 1] + (place[k] - uncertainty[k, 0]) ** 2 * uncertainty[k, 2])
     return depth, place, std
 
 
 @njit(cache=True)
 def face_ends(depth: Floats, place: Floats, std: Floats, gate: float) -> tuple[Floats, Floats]:
-    """Lowest and highest place of the points on each face, (2,) and (2,)."""
+    """Return the lowest and the highest place (2,) of the points on each face."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for i in range(depth.shape[1]):
         k = 0 if abs(depth[0, i]) * std[1, i] <= abs(depth[1, i]) * std[0, i] else 1
@@ -59,10 +59,10 @@ def face_ends(depth: Floats, place: Floats, std: Floats, gate: float) -> tuple[F
 def on_faces(
     depth: Floats, place: Floats, std: Floats, gate: float, depth_max: float, beyond_max: float
 ) -> tuple[Ints, Ints]:
-    """(N,) nearest face of each point that is right behind one, -1 for none, and (N,) 1 if it is outside of any.
+    """Return the face (N,) that each point belongs to, -1 for none, and (N,) 1 for points outside any face.
 
-    Right behind is no deeper than `depth_max`, and no farther than `beyond_max` past its ends: bumpers, flanks and
-    rounded corners curve so far.
+    A point belongs to the nearest face if it is at most `depth_max` behind it and at most `beyond_max` past its ends,
+    the curvature of bumpers, flanks and rounded corners.
     """
     label, outside = np.full(depth.shape[1], -1, np.int64), np.zeros(depth.shape[1], np.int64)
     least = np.full(depth.shape[1], np.inf)
@@ -93,10 +93,10 @@ def unseen_sides(
     pitch: float,
     depth_max: float,
 ) -> None:
-    """Judge what lies behind a face by the end of it where no other face is: there is an unseen side of the body.
+    """Label the points along unseen sides, which start at those ends of a face where there is no other face.
 
-    Points along it are body: a hood's edge, seen over the front. What lies farther out is a mirror or a neighbour; the
-    end is only known to a beam's width (`pitch` [rad]). Labels are 2 and up, a number for each such side.
+    Points along such a side are body, as the edge of a hood above the front. Points farther out are mirrors or
+    neighbours; the end is known to a beam spacing (`pitch` [rad]). Labels are 2 and up, one for each side.
     """
     for k in range(2 if exists(corner[1]) else 1):
         for sign in (1.0, -1.0):
@@ -121,36 +121,38 @@ def unseen_sides(
 
 @njit(cache=True)
 def drop_mirrors(height: Floats, label: Ints, depth: Floats, place: Floats, std: Floats) -> None:
-    """Take away the points of mirrors that lie in the plane of a face: (N,) values for that face.
+    """Remove the points of mirrors in the plane of a face from its label; values (N,) for that face.
 
-    A third of a mirror's points do, on its foot. They are known by a point of it that is surely outside.
+    A third of a mirror's points, on its base, lie in that plane. They are identified by a point of the same mirror that
+    is clearly outside.
     """
     sure = (label < 0) & (depth > -MIRROR_OUT) & (depth < -MIRROR_GATE * std) & (height > MIRROR_Z_MIN)
-    todo = sure.copy()
+    pending = sure.copy()
     for i in np.flatnonzero(sure):
-        if todo[i]:
+        if pending[i]:
             middle = np.mean(place[sure & (np.abs(place - place[i]) < MIRROR_APART)])
             here = (np.abs(place - middle) < MIRROR_HALF) & (np.abs(height - height[i]) < MIRROR_HEIGHT)
-            todo[here] = False
+            pending[here] = False
             label[here & (depth < MIRROR_FOOT)] = -1
 
 
 @njit(cache=True)
-def judge(
+def label_body(
     points: Floats,
     corner: Floats,
-    surety: Floats,
+    uncertainty: Floats,
     noise: Floats,
     gate: float,
     depth_max: float,
     beyond_max: float,
     pitch: float,
 ) -> Ints:
-    """Face of each of the points (N, 2 or 3) that are body: 0 and 1 as in `corner`, more for unseen sides; -1 for none.
+    """Return the face of each of the points (N, 2 or 3) on the body: 0 and 1 as in `corner`, 2 and up for unseen sides.
 
-    Outside of a face is a mirror or a neighbour; deep inside is what is seen through or over the body.
+    Outliers are -1: points outside a face are mirrors or neighbours, points deep inside are seen through or over the
+    body.
     """
-    depth, place, std = face_depths(points, corner, surety, noise)
+    depth, place, std = face_depths(points, corner, uncertainty, noise)
     label, outside = on_faces(depth, place, std, gate, depth_max, beyond_max)
     unseen_sides(points, corner, depth, place, label, outside, gate * noise[1], pitch, depth_max)
     label[outside == 1] = -1

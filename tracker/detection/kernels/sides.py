@@ -1,4 +1,4 @@
-"""Hot loops of measuring rectangles."""
+"""Kernels of the extents of rectangles."""
 
 import math
 
@@ -12,8 +12,8 @@ from tracker.arrays import Floats, Ints
 def outermost(place: Floats, reach: Floats, sign: float) -> float:
     """Mean of the places (N,) on the outermost side in the direction of `sign`.
 
-    Those of the side are not farther from its mean than they `reach` (N,). The outermost one is twice as far from the
-    innermost one; those within half of this are the outer half of the side, from which its mean is then found.
+    Points of the side are within `reach` (N,) of its mean. The first iteration takes the points within `reach` of the
+    outermost point, the outer half of the side; the second takes those within `reach` of their mean.
     """
     side = -np.inf
     for i in range(len(place)):

@@ -1,0 +1,87 @@
+"""Data association stage: which box updates which track."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from tracker.arrays import Bools, Floats
+from tracker.records import Status
+from tracker.tracking.association import AssociationConfig, assign, score
+from tracker.tracking.hypotheses import Hypotheses, Predictions
+from tracker.tracking.observations import Observations
+from tracker.tracking.track import Track
+
+ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
+"""Order in which tracks choose boxes; as in the paper, previously confirmed tracks come before tentative ones."""
+
+
+class Associator(Protocol):
+    """Data association of T tracks and B boxes."""
+
+    def associate(
+        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+    ) -> list[tuple[int, int]]:
+        """Assign boxes to tracks.
+
+        Parameters
+        ----------
+        tracks
+            The T tracks; those with `Status.DEAD` must not get a box.
+        predictions
+            State of the tracks at the scan's time.
+        hypotheses
+            Each of the B boxes as an observation of each track.
+        seen
+            The boxes. T and B may be 0.
+
+        Returns
+        -------
+        list of (int, int)
+            Indices of track and box; a track or a box occurs at most once.
+        """
+
+
+class PairScore(Protocol):
+    """Cost and gate of the pairs of T tracks and B boxes."""
+
+    def __call__(
+        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+    ) -> tuple[Floats, Bools]:
+        """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
+
+
+class LikelihoodScore:
+    """Negative log-likelihood (11) as cost, with the gate (5)."""
+
+    def __init__(self, config: AssociationConfig) -> None:
+        self._config = config
+
+    def __call__(
+        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+    ) -> tuple[Floats, Bools]:
+        """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
+        del tracks
+        return score(predictions, hypotheses, seen, self._config)
+
+
+class HungarianAssociator:
+    """Assignment of least total cost (4), or greedy by configuration; in rounds, by the status of the tracks."""
+
+    def __init__(self, config: AssociationConfig, score: PairScore | None = None) -> None:
+        self._config = config
+        self._score = score or LikelihoodScore(config)
+
+    def associate(
+        self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
+    ) -> list[tuple[int, int]]:
+        """Return pairs of track and box, see `Associator.associate`."""
+        cost, admissible = self._score(tracks, predictions, hypotheses, seen)
+        status = np.array([track.status for track in tracks], dtype=np.int64)
+        free = np.ones(len(seen), dtype=np.bool_)
+        pairs: list[tuple[int, int]] = []
+        for turn in ROUNDS:
+            chosen = assign(cost, admissible & (status == turn)[:, None] & free, self._config.method)
+            free[[b for _, b in chosen]] = False
+            pairs += chosen
+        return pairs

@@ -1,0 +1,67 @@
+"""Lists of tracks as arrays."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tracker.arrays import Bools, Floats, Ints
+from tracker.geometry import inside, rotate
+from tracker.merging import Pieces
+from tracker.records import MODELS
+from tracker.tracking.hypotheses import Predictions
+from tracker.tracking.track import Track
+
+
+def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
+    """Return tracked corners (T, 2) [m], headings (T,) [rad] and the signs (T, 2) of these corners."""
+    corner = np.reshape([track.corner.position for track in tracks], (-1, 2))
+    heading = np.array([track.heading for track in tracks])
+    return corner, heading, np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(-1, 2)
+
+
+def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
+    """Return centres (T, 2) [m], headings (T,) [rad] and sizes (T, 2) [m] of tracks, odometry frame."""
+    corner, heading, sign = tracked_corners(tracks)
+    size = np.reshape([track.size for track in tracks], (-1, 2))
+    return corner - rotate(0.5 * sign * size, heading), heading, size
+
+
+def velocities(tracks: Sequence[Track]) -> Floats:
+    """(T, 2) velocities [m/s]."""
+    return np.reshape([track.corner.velocity for track in tracks], (-1, 2))
+
+
+def within(points: Floats, tracks: Sequence[Track]) -> Bools:
+    """(P, T) mask of points (P, 2) inside the boxes of tracks."""
+    return inside(points, *boxes(tracks))
+
+
+def pieces(tracks: Sequence[Track]) -> Pieces:
+    """Return the seen parts of tracks."""
+    seen = [track.footprint for track in tracks]
+    return Pieces(
+        center=np.reshape([place.center for place in seen], (-1, 2)),
+        heading=np.array([place.heading for place in seen]),
+        size=np.reshape([place.size for place in seen], (-1, 2)),
+        velocity=velocities(tracks),
+        hits=np.array([track.hits for track in tracks]),
+    )
+
+
+def predictions(tracks: Sequence[Track]) -> Predictions:
+    """Return the predicted states of T tracks; T may be 0."""
+    count, models = len(tracks), len(MODELS)
+    filters = [track.corner.bank.filters for track in tracks]
+    corner_covariance = np.reshape([bank.covariance[:, :2, :2] for bank in filters], (count, models, 2, 2))
+    offset = np.reshape([track.offset_covariance for track in tracks], (count, 1, 2, 2))
+    return Predictions(
+        position=np.reshape([bank.mean[:, :2] for bank in filters], (count, models, 2)),
+        velocity=np.reshape([bank.mean[:, 2:4] for bank in filters], (count, models, 2)),
+        covariance=corner_covariance + offset,
+        probability=np.reshape([track.corner.bank.probability for track in tracks], (count, models)),
+        heading=np.array([track.heading for track in tracks]),
+        heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
+        size=np.reshape([track.size for track in tracks], (count, 2)),
+        known_size=np.reshape([track.known_size for track in tracks], (count, 2)),
+        corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
+    )

@@ -1,0 +1,120 @@
+"""Track management: status, merging of pieces, removal of duplicates, and new tracks."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Protocol
+
+import numpy as np
+
+from tracker.arrays import Bools, Ints
+from tracker.geometry import rotate
+from tracker.merging import MergeConfig, hull, one_vehicle
+from tracker.records import NO_TRACK, Status
+from tracker.tracking import extent, orientation
+from tracker.tracking.hypotheses import HypothesisConfig
+from tracker.tracking.model_selection import ModelSelection
+from tracker.tracking.observations import Observations
+from tracker.tracking.track import Track
+from tracker.tracking.track_arrays import pieces, tracked_corners, within
+from tracker.tracking.track_config import TrackConfig
+from tracker.tracking.track_observation import first_observation
+
+
+class TrackManagement(Protocol):
+    """Start, confirmation, merging and termination of tracks."""
+
+    def manage(
+        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+    ) -> list[Track]:
+        """Decide on the tracks at the end of a frame, after their updates.
+
+        Parameters
+        ----------
+        tracks
+            All tracks of this frame.
+        seen
+            The B boxes of this frame.
+        track_id
+            (B,) track of each box, `NO_TRACK` for none. Ids of new tracks are written into it.
+        forward
+            Heading of the ego in the odometry frame [rad].
+        models
+            Maker of filter banks for new tracks.
+
+        Returns
+        -------
+        list of Track
+            Tracks to report: living ones, and with `Status.DEAD` those that were terminated in this frame.
+        """
+
+
+class TrackManager:
+    """The track management of the shipped tracker. Each step is a method, for managers that change one of them."""
+
+    def __init__(self, merging: MergeConfig, hypotheses: HypothesisConfig, track: TrackConfig) -> None:
+        self._merging = merging
+        self._hypotheses = hypotheses
+        self._track = track
+        self._next_id = 0
+
+    def manage(
+        self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+    ) -> list[Track]:
+        """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
+        self.settle(tracks)
+        self.merge(tracks)
+        self.remove_duplicates(tracks)
+        return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, forward, models)]
+
+    def settle(self, tracks: Sequence[Track]) -> None:
+        """Update the status of every track."""
+        for track in tracks:
+            track.settle()
+
+    def merge(self, tracks: Sequence[Track]) -> None:
+        """Merge tracks that follow pieces of one vehicle; the track with more observations stays."""
+        fast = [t for t in tracks if t.seen and np.hypot(*t.corner.velocity) >= self._merging.speed_min_mps]
+        ranked = sorted(fast, key=lambda track: (not track.confirmed_now, -track.hits))
+        seen = pieces(ranked)
+        for a, b in combinations(range(len(ranked)), 2):
+            alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
+            if alive and ranked[a].confirmed_now and one_vehicle(seen, a, b, self._merging):
+                ranked[a].absorb(*hull(seen, a, b))
+                ranked[b].status = Status.DEAD
+                seen = pieces(ranked)
+
+    def remove_duplicates(self, tracks: Sequence[Track]) -> None:
+        """Terminate every track inside the box of a confirmed one; of two confirmed tracks the older stays."""
+        confirmed = [track for track in tracks if track.confirmed_now]
+        ranked = confirmed + [track for track in tracks if not track.confirmed_now]
+        corner, heading, sign = tracked_corners(ranked)
+        seen_size = np.reshape([track.seen_size for track in ranked], (-1, 2))
+        taken = within(corner - rotate(0.5 * sign * seen_size, heading), confirmed)
+        for rank, track in enumerate(ranked):
+            if taken[rank, :rank].any():
+                track.status = Status.DEAD
+
+    def newcomers(self, tracks: Sequence[Track], seen: Observations, track_id: Ints) -> Bools:
+        """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""
+        taken = within(seen.center, [track for track in tracks if track.confirmed_now]).any(axis=1)
+        return np.asarray((track_id == NO_TRACK) & ~taken)
+
+    def start(
+        self, newcomers: Bools, seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+    ) -> list[Track]:
+        """Return a tentative track for each box of the mask `newcomers` (B,); write their ids into `track_id` (B,)."""
+        started = [self._start_track(seen, b, forward, models) for b in np.flatnonzero(newcomers).tolist()]
+        track_id[newcomers] = [track.id for track in started]
+        return started
+
+    def _start_track(self, seen: Observations, b: int, forward: float, models: ModelSelection) -> Track:
+        """Return a tentative track of box `b`."""
+        sizes, size = self._track.extent, seen.size[b]
+        turns = orientation.first_guess(float(seen.heading[b]), size, seen.whole[b], forward, self._track.orientation)
+        seen_size = orientation.turn_size(size, turns)
+        usual = extent.complete(seen_size, np.zeros(2, dtype=np.int64), sizes.car, sizes)
+        first, position = first_observation(seen, b, turns, usual, self._hypotheses)
+        bank = models.new_bank(position, first.covariance)
+        track = Track(self._next_id, position, first, forward, self._track, bank)
+        self._next_id += 1
+        return track
