@@ -93,8 +93,8 @@ def beside_embreex(sensor: SensorConfig, frame: WorldFrame) -> Row:
     Ours also sweeps, counts what each body would show alone, and listens for echoes.
     """
     beams, shop = beam_table(RIG), _shop(sensor)
-    caster, walls, setting = Raycaster(beams, sensor), walls_of(NO_OBSTACLES), _setting(beams, frame)
-    ours_ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
+    caster, walls, context = Raycaster(beams, sensor), walls_of(NO_OBSTACLES), _context(beams, frame)
+    ours_ms = median_ms(lambda: caster.cast(shop.place(frame), walls, context))
     embree_ms = embreex_ms(shop.place(frame), *ray_grid(beams, sensor.footprint))
     peer = f"embreex: {embree_ms:.2f} ms, ours: {ours_ms:.2f} ms, scene update and cast"
     return _row(embree_ms / ours_ms, "1", peer, embree_ms / ours_ms)
@@ -110,11 +110,11 @@ def thinned(frame: WorldFrame, vehicles: int) -> WorldFrame:
 def cost_of_hits(vehicles: int) -> Row:
     """Time of a footprint cast for each 1000 beams that hit a vehicle, on a road with room for 100."""
     frame, beams, shop = thinned(motorway(max(TRAFFIC)), vehicles), beam_table(RIG), _shop(FOOTPRINT)
-    caster, walls, setting = Raycaster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _setting(beams, frame)
-    echoes = caster.cast(shop.place(frame), walls, setting)
+    caster, walls, context = Raycaster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _context(beams, frame)
+    echoes = caster.cast(shop.place(frame), walls, context)
     met = len(np.unique(np.concatenate([echoes.beam, echoes.lost_beam])))
     hit = len(np.unique(echoes.beam[echoes.target >= 0]))
-    ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
+    ms = median_ms(lambda: caster.cast(shop.place(frame), walls, context))
     return _row(1000.0 * ms / hit, "ms", f"{ms:.2f} ms, {hit} beams hit a vehicle, {met} of {len(beams)} anything")
 
 
@@ -158,7 +158,7 @@ def _shop(sensor: SensorConfig) -> BodyFactory:
     return BodyFactory(mirrors=True, plain=False, glass=sensor.glass, seed=1)
 
 
-def _setting(beams: BeamTable, frame: WorldFrame) -> ScanContext:
+def _context(beams: BeamTable, frame: WorldFrame) -> ScanContext:
     units, ego = beams.units, frame.ego
     return ScanContext(
         frame_index=0,

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from matplotlib.patches import Patch
 from PIL import Image
 
-from sensor_model.bodies.articulation import turned_boxes, turned_planes
-from sensor_model.bodies.body import Body, Look, build
+from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
+from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.shapes import SHAPES
@@ -73,12 +73,12 @@ def bent(body: Body, length: float, articulation: float) -> Body:
     kingpin = 0.5 * length - hitch(np.array([length])).kingpin
     solid = np.where(body.solid_tractor, articulation, 0.0)
     plane = np.repeat(solid, body.planes_of_solid)
-    boxes = turned_boxes(body.solid_bounds, np.repeat(kingpin, len(solid)), solid)
+    boxes = rotate_boxes(body.solid_bounds, np.repeat(kingpin, len(solid)), solid)
     return replace(
         body,
         bounds=np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]),
         solid_bounds=boxes,
-        planes=turned_planes(body.planes, np.repeat(kingpin, len(plane)), plane),
+        planes=rotate_planes(body.planes, np.repeat(kingpin, len(plane)), plane),
     )
 
 
@@ -111,11 +111,11 @@ def main() -> None:
     figure, table = plt.subplots(len(shown), len(VIEWS), figsize=(22, 2.6 * len(shown)), layout="constrained")
     for (kind, articulation), row in zip(shown, table, strict=True):
         for axes, (_, sight, actor) in zip(row, VIEWS, strict=True):
-            look = Look(actor or 0, kind, SHAPES[kind].size, paint=0.4)
-            draw = Draw(None if actor is None else SEED, look.actor_id)
-            body = build(look, draw, Glass(), mirrors=True, as_prism=False)
+            appearance = Appearance(actor or 0, kind, SHAPES[kind].size, paint=0.4)
+            draw = Draw(None if actor is None else SEED, appearance.actor_id)
+            body = build(appearance, draw, Glass(), mirrors=True, as_prism=False)
             if articulation:
-                body = bent(body, look.size[0], articulation)
+                body = bent(body, appearance.size[0], articulation)
             pixels, (width, height) = picture(body, np.array(sight) / np.linalg.norm(sight))
             axes.imshow(pixels, extent=(0.0, width, 0.0, height))
             axes.set_axis_off()

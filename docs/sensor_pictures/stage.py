@@ -159,7 +159,7 @@ def cast(
     sensor = sensor or SensorConfig()
     beams, ego = beam_table(rig), where.frame.ego
     bodies = BodyFactory(mirrors=True, plain=False, glass=sensor.glass, seed=None).place(where.frame)
-    setting = ScanContext(
+    context = ScanContext(
         frame_index=where.frame.index,
         origin_ego=beams.units.origin_ego,
         R_ego_unit=beams.units.R_ego_unit,
@@ -171,7 +171,7 @@ def cast(
         extinction=extinction,
     )
     walls = walls_of(where.obstacles).seen_from(ego.pose_world)
-    return Cast(beams, bodies, Raycaster(beams, sensor).cast(bodies, walls, setting))
+    return Cast(beams, bodies, Raycaster(beams, sensor).cast(bodies, walls, context))
 
 
 def outline(axes: Axes, frame: WorldFrame, *, along_y: bool = False, **style: object) -> None:

@@ -232,7 +232,7 @@ def follow(body, track_id=None, **changes):
 
 
 def drive(x, y, yaw, speed, index, dt=DT):
-    """Where something that started at (x, y) and drives straight is in frame `index`."""
+    """Return the position in frame `index` of a body that starts at (x, y) and drives straight."""
     at = complex(x, y) + cmath.rect(speed * index * dt, yaw)
     return at.real, at.imag
 
