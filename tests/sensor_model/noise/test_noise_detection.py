@@ -36,15 +36,15 @@ def test_soft_thresholds_equal_reference_implementation():
         own, lost = soft_threshold(
             [4, 0], 9, Purpose.DROPOUT, BEAMS.unit[beam], BEAMS.index[beam], K, softness_db=2.0, random_rate=0.1
         )
-        assert result.own[beam] == pytest.approx(own, rel=1e-12)
-        assert result.threshold[beam] == (np.inf if lost else result.own[beam])
+        assert result.nominal[beam] == pytest.approx(own, rel=1e-12)
+        assert result.threshold[beam] == (np.inf if lost else result.nominal[beam])
         assert result.blind[beam] == (Loss.RANDOM if lost else Loss.THRESHOLD)
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
 def test_detection_probability_rises_with_power_along_a_logistic(first):
     """10, 50 and 90 % at -0.5, 0 and +0.5 dB; in between a Kolmogorov-Smirnov test. After 1e5 frames too."""
-    own = np.concatenate([each.own for each in of_frames(Dropout(random_rate=0.0), 10, first)])
+    own = np.concatenate([each.nominal for each in of_frames(Dropout(random_rate=0.0), 10, first)])
     margin_db = 10 * np.log10(own / K)
     for power_db, share in [(-0.5, 0.1), (0.0, 0.5), (0.5, 0.9)]:
         assert within(np.sum(margin_db <= power_db), len(own), share)
@@ -74,7 +74,7 @@ def test_dirt_attenuates_twice_and_only_in_its_sector():
     assert result.threshold[dirty] == pytest.approx(4e-5 / 0.49)
     assert result.threshold[~dirty] == pytest.approx(4e-5)
     assert np.array_equal(causes(result) == Loss.DIRT, dirty)
-    assert result.own == pytest.approx(4e-5)
+    assert result.nominal == pytest.approx(4e-5)
 
 
 def test_blocked_sector_has_infinite_thresholds():
@@ -192,7 +192,7 @@ def test_switches_do_not_change_the_other_draws():
             NoiseConfig(dirt=HALF, sun=Sun(True), outage=Outage(True, fixed=(FixedOutage("side left", 0.0, 9.0),)))
         ),
     )
-    assert np.array_equal(plain.own, all_on.own)
+    assert np.array_equal(plain.nominal, all_on.nominal)
     lost = plain.blind == Loss.RANDOM
     assert lost.sum() > 20
     assert np.all(np.isin(all_on.blind[lost], [Loss.RANDOM, Loss.OUTAGE]))

@@ -28,7 +28,7 @@ def single(model, **pose):
 
 
 def from_ticks(first, last, step):
-    """Return azimuths [deg]; a LUX has 11520 steps of 1/32 degree per turn (LD-MRS protocol 8014493, parameter 0x1105)."""
+    """Return azimuths [deg]; a LUX has 11520 steps of 1/32 degree per turn (LD-MRS protocol 8014493)."""
     return [tick / 32 for tick in range(first, last - 1, -step)]
 
 

@@ -234,7 +234,7 @@ def test_invalid_rig_file_gives_a_one_line_error(tmp_path, old, new, pattern):
         ("echoes_max = 3", "echoes_max = 0", r"echoes_max = 0: must be positive"),
         ("echoes_max = 3", "echoes_max = 2.5", r"echoes_max = 2\.5: give a whole number"),
         ("echo_separation_m = 1.4", "echo_separation_m = -1", r"echo_separation_m = -1\.0: must not be negative"),
-        ("[-1.2, -0.4,", "[-0.4, -1.2,", r"layer_elevation_deg = \[-0\.4, -1\.2, .*: must rise, layer 0 is the"),
+        ("[-1.2, -0.4,", "[-0.4, -1.2,", r"layer_elevation_deg = \[-0\.4, -1\.2, .*: must rise; layer 0 is the"),
         ("[-1.2, -0.4, 0.4, 1.2]", "[]", r"layer_elevation_deg has 0 numbers: give 1 to 256"),
         ("0.0165, ", "", r"layer_bias_m = .*: give one number for each of 4 layers"),
         ("= [50, 48, 46,", "= [50, 48, 49,", r"gain_azimuth_deg = .*: must fall from left to right"),
