@@ -2,7 +2,7 @@
 
     python docs/ablation.py
 
-It takes some four minutes of one core, and its result is the same every time: tables between `<!-- NAME -->` and
+It takes about four minutes on one core, and its result is reproducible: tables between `<!-- NAME -->` and
 `<!-- end -->`, and docs/pictures/ablation.png.
 """
 

@@ -122,10 +122,10 @@ def _causes(axes: Axes) -> None:
     scan, truth = lidar.scan(where.frame)
     x, y, _ = scan.points_ego.T
     axes.scatter(x, y, s=2, color="tab:green", label=f"points ({len(scan)})")
-    everything = cast(where, SRX, threshold=np.full(len(lidar.beams), 1e-9))
-    first = np.diff(everything.echoes.beam, prepend=-1) > 0
+    all_hits = cast(where, SRX, threshold=np.full(len(lidar.beams), 1e-9))
+    first = np.diff(all_hits.echoes.beam, prepend=-1) > 0
     end = np.full((len(lidar.beams), 3), np.nan)
-    end[everything.echoes.beam[first]] = everything.points_ego[first]
+    end[all_hits.echoes.beam[first]] = all_hits.points_ego[first]
     start = np.searchsorted(lidar.beams.unit, np.arange(len(SRX.mounts)))
     beam = start[truth.lost_unit] + truth.lost_beam
     for loss, color in LOSS_COLORS.items():

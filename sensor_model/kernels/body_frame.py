@@ -14,7 +14,7 @@ _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 
 @njit(cache=True)
 def slope_extremes(slope: Floats) -> Floats:
-    """(2, M) slopes of the lowest and of the highest ray of each column."""
+    """Return (2, M) slopes of the lowest and of the highest ray of each column."""
     extremes = np.empty((2, len(slope)))
     for m in range(len(slope)):
         low, high = slope[m, 0], slope[m, 0]

@@ -1,6 +1,6 @@
 """Entry of a column of rays into a convex solid n . p <= d, by the slab method.
 
-A ray of slope s from o along f + s u meets a plane at the inverse depth (n . f + s n . u) / (d - n . o), linear in s.
+A ray of slope s from o along f + s u hits a plane at the inverse depth (n . f + s n . u) / (d - n . o), linear in s.
 It enters a solid at the least inverse depth of the planes that o is outside of. It hits the solid if that is more than
 the inverse depth of each plane that o is inside of. No ray needs a division.
 
@@ -53,7 +53,7 @@ def split_planes(
 
     Returns
     -------
-    Number of each. Three more in the tables, which no ray meets, fill up groups of four.
+    Number of each. Three dummy planes after each, without a hit, complete groups of four.
     """
     x, y, z = local[0, c], local[1, c], local[2, c]
     facing, hidden = 0, 0

@@ -36,7 +36,7 @@ class DirtSector:
                     f"{name} = {getattr(self, name)}: must be from -180 to 180; split a sector that crosses the rear"
                 )
         if not 0.0 <= self.transmission <= 1.0:
-            raise ValueError(f"transmission = {self.transmission}: must be from 0, nothing passes, to 1, no dirt")
+            raise ValueError(f"transmission = {self.transmission}: must be from 0 (opaque) to 1 (no dirt)")
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ def unit_rows(name: str, unit_names: Sequence[str]) -> list[int]:
     Raises
     ------
     ValueError
-        The rig has no such unit.
+        The name is not a unit of the rig.
     """
     rows = [row for row, unit in enumerate(unit_names) if name in (unit, ALL_UNITS)]
     if not rows:

@@ -1,7 +1,7 @@
 """Echoes against values computed by hand: one beam of few rays, and walls that each block some of them.
 
-Powers are in 1/m^2: a wall of reflectivity rho that a share of a beam's rays meets head-on at range R adds
-share x rho / R^2 to the power, for the length of the pulse. The threshold is 0.1 / 50^2 = 4e-5.
+Powers are in 1/m^2: a wall of reflectivity rho, hit by a share of a beam's rays at normal incidence at
+range R adds share x rho / R^2 to the power, for the length of the pulse. The threshold is 0.1 / 50^2 = 4e-5.
 """
 
 import math
@@ -129,8 +129,8 @@ def test_two_weak_walls_within_a_pulse_trigger_together():
 def test_point_is_at_the_start_of_the_echo_on_the_strongest_surface_there():
     """A strong wall within a pulse behind a weak but sufficient one: range and target are those of the near one.
 
-    Fails when points on a mirror are taken for points on the door behind it, which returns more. Within 10 cm, which
-    range noise does not tell apart, the stronger wall gives the name.
+    Fails if points on a mirror are assigned to the stronger door behind it. Within 10 cm, the order of the range noise,
+    the stronger wall is the target.
     """
     echoes = cast(stairs((10.0, 0.02), (10.4, 0.4)), columns=2)
     assert echoes.range == pytest.approx([10.0], abs=SPREAD)

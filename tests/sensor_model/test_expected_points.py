@@ -1,8 +1,8 @@
 """Points on a single vehicle against the figures of an independent model.
 
-They come from a study made before this sensor: the same rig and resolution, 9 x 3 rays a beam, the same threshold, car
-bodies of reflectivity 0.4 with glass that returns 0.2 and lets nothing through; black ones of 0.05 with glass of 0.06,
-one echo a beam. Ours are taken from the caster, without noise, on bodies of middling proportions.
+The figures are from a study made before this sensor: the same rig and resolution, 9 x 3 rays per beam, the same
+threshold, car bodies of reflectivity 0.4 with opaque glass of 0.2, black ones of 0.05 with glass of 0.06, one echo per
+beam. Ours come from the ray caster, without noise, on bodies of mean proportions.
 """
 
 from dataclasses import replace
@@ -136,7 +136,7 @@ def test_share_of_points_on_mirrors_where_mirrors_are_in_view(kind, y):
 def test_layers_agree_if_all_hit_the_body(kind, gap):
     """0.03 to 0.19 m: the rear is not quite vertical. The top layer of a level unit at 0.55 m stays below the deck.
 
-    The median over cells is less than 0.03 m where all layers are on the bumper, which is upright on our bodies.
+    The median over cells is less than 0.03 m if all layers are on the bumper, which is vertical on our bodies.
     """
     points = Points(ahead(gap, kind=kind))
     assert points.count(Part.GREENHOUSE) == 0

@@ -1,4 +1,4 @@
-"""The caster against its naive twin, and against an independent ray tracer."""
+"""Ray caster against a slow reference implementation, and against an independent ray tracer."""
 
 import math
 from dataclasses import replace

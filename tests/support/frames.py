@@ -1,6 +1,6 @@
 """Builders of hand-made scenes: frames, scans with their truth, traces and tracks.
 
-Plane geometry is done with complex numbers, apart from both the tracker's and the grader's.
+Plane geometry uses complex numbers, independently of tracker and grader.
 """
 
 import cmath
@@ -145,7 +145,7 @@ def observe(frame, bodies, ego_pose_odom=(0.0, 0.0, 0.0), noise=()):
 def trace_of(frame, truth, label=None, turn_deg=STRAIGHT, line=None, best=2):
     """Return a trace whose rectangles are the true boxes, rotated by `turn_deg`, one value per method.
 
-    Without `label` (N,) every actor is a segment of its own; segment s is then fitted to the actor most seen in it.
+    Without `label` (N,) every actor is a separate segment; segment s is then fitted to the actor most seen in it.
     """
     n = len(truth.actor_id)
     ids = frame.actors.id.tolist()

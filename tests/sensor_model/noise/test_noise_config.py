@@ -20,7 +20,7 @@ def test_defaults_are_a_healthy_rig_on_a_dry_day():
 
 
 @pytest.mark.parametrize(
-    ("kind", "values", "says"),
+    ("kind", "values", "pattern"),
     [
         (noise.RangeNoise, {"sigma_scale": -0.1}, "sigma_scale = -0.1: must not be negative; use 0"),
         (noise.RangeNoise, {"sigma_scale": NAN}, "sigma_scale = nan: must not be negative"),
@@ -79,8 +79,8 @@ def test_defaults_are_a_healthy_rig_on_a_dry_day():
         (noise.Spray, {"labelled": -1.0}, "labelled = -1.0: must be from 0 to 1"),
     ],
 )
-def test_value_out_of_range_is_refused(kind, values, says):
-    with pytest.raises(ValueError, match=says) as caught:
+def test_value_out_of_range_is_refused(kind, values, pattern):
+    with pytest.raises(ValueError, match=pattern) as caught:
         kind(**values)
     assert "\n" not in str(caught.value)
 

@@ -70,7 +70,7 @@ def wall(beam, origin, direction, _reach):
     return Mirrored(range=range_, reflectivity=np.full(len(beam), 0.8), cosine=np.abs(direction[:, 0]))
 
 
-def nothing(beam, _origin, _direction, _reach):
+def no_hit(beam, _origin, _direction, _reach):
     return Mirrored(np.full(len(beam), np.inf), np.zeros(len(beam)), np.zeros(len(beam)))
 
 
@@ -181,7 +181,7 @@ def test_rain_attenuates_ghosts_on_the_whole_path():
 def test_poor_mirror_insensitive_unit_and_open_sky_give_no_ghost():
     assert len(seen(Ghost(paint_quality=0.01))) == 0
     assert len(seen(threshold=np.full(len(BEAMS), np.inf))) == 0
-    assert len(seen(cast=nothing)) == 0
+    assert len(seen(cast=no_hit)) == 0
 
 
 def test_glass_reflects_more_than_paint():

@@ -132,7 +132,7 @@ LATE = replace(BEAMS, time_offset=BEAMS.time_offset + 0.08)
 def test_echoes_equal_reference_implementation(beams, seed):
     """Units at random poses, a fast ego, clusters on all sides, some on the ego; a sweep of a full turn.
 
-    And units that fire 80 ms late, when the ego is up to 4.5 m from where it was: all beams that meet a cluster then.
+    Also units that fire 80 ms late, when the ego has moved up to 4.5 m. All beams that hit a cluster are compared.
     """
     rng = np.random.default_rng(seed)
     cloud = Clusters(
