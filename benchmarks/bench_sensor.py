@@ -1,4 +1,4 @@
-"""The sensor: whole scans, and its caster beside Embree with the same rays and the same bodies."""
+"""Benchmark of the sensor: whole scans, and its ray caster against Embree with the same rays and bodies."""
 
 import sys
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from sensor_model.scan_context import ScanContext
 from sensor_model.sensor_config import SensorConfig
 from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
-sys.path.append(str(Path(__file__).parents[1] / "tests"))  # the meshes are those of the tests' oracle
+sys.path.append(str(Path(__file__).parents[1] / "tests"))  # for the meshes of the tests' oracle
 from support.solid_mesh import body_mesh, pieces
 
 Floats = npt.NDArray[np.float64]
@@ -39,7 +39,7 @@ CENTRE_RAY, FOOTPRINT = SensorConfig(footprint=(1, 1)), SensorConfig(footprint=(
 
 
 def rows() -> dict[str, Row]:
-    """Median times on a motorway of five lanes with 50 vehicles within 80 m."""
+    """Return median times on a motorway of five lanes with 50 vehicles within 80 m."""
     frame = motorway(VEHICLES)
     return {
         "sensor.centre_ray_scan_ms": _row(whole_scan_ms(CENTRE_RAY, frame), "ms"),
@@ -56,7 +56,7 @@ def _row(value: float, unit: str, peer: str | None = None, ratio: float | None =
 
 
 def motorway(vehicles: int) -> WorldFrame:
-    """Vehicles every 15 m in each of five lanes 3.5 m apart, the ego in a gap of the middle one."""
+    """Return vehicles every 15 m in five lanes 3.5 m apart, with the ego in a gap of the middle lane."""
     rng = np.random.default_rng(3)
     kinds = rng.choice(KINDS, vehicles)
     lane, place = np.arange(vehicles) % 5, np.arange(vehicles) // 5
@@ -82,44 +82,44 @@ def motorway(vehicles: int) -> WorldFrame:
 
 
 def whole_scan_ms(sensor: SensorConfig, frame: WorldFrame) -> float:
-    """Bodies, cast, loss, noise, scan and truth."""
+    """Return the time of bodies, cast, loss, noise, scan and truth."""
     lidar = Lidar(RIG, NoiseConfig(), sensor, seed=1, obstacles=NO_OBSTACLES)
     return median_ms(lambda: lidar.scan(frame))
 
 
 def beside_embreex(sensor: SensorConfig, frame: WorldFrame) -> Row:
-    """Both ways to place the bodies and to cast all rays.
+    """Return the time to place the bodies and cast all rays, against Embree.
 
-    Ours also sweeps, counts what each body would show alone, and listens for echoes.
+    Ours includes sweep, hits of each body alone, and echo detection.
     """
-    beams, shop = beam_table(RIG), _shop(sensor)
-    caster, walls, setting = Raycaster(beams, sensor), walls_of(NO_OBSTACLES), _setting(beams, frame)
-    ours_ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
-    embree_ms = embreex_ms(shop.place(frame), *ray_grid(beams, sensor.footprint))
+    beams, factory = beam_table(RIG), _factory(sensor)
+    caster, walls, context = Raycaster(beams, sensor), walls_of(NO_OBSTACLES), _context(beams, frame)
+    ours_ms = median_ms(lambda: caster.cast(factory.place(frame), walls, context))
+    embree_ms = embreex_ms(factory.place(frame), *ray_grid(beams, sensor.footprint))
     peer = f"embreex: {embree_ms:.2f} ms, ours: {ours_ms:.2f} ms, scene update and cast"
     return _row(embree_ms / ours_ms, "1", peer, embree_ms / ours_ms)
 
 
 def thinned(frame: WorldFrame, vehicles: int) -> WorldFrame:
-    """The frame with so many of its vehicles, taken at random."""
+    """Return the frame with this number of randomly selected vehicles."""
     kept = np.sort(np.random.default_rng(4).permutation(len(frame.actors))[:vehicles])
     columns = {column.name: getattr(frame.actors, column.name)[kept] for column in fields(Actors)}
     return replace(frame, actors=Actors(**columns))
 
 
 def cost_of_hits(vehicles: int) -> Row:
-    """Time of a footprint cast for each 1000 beams that hit a vehicle, on a road with room for 100."""
-    frame, beams, shop = thinned(motorway(max(TRAFFIC)), vehicles), beam_table(RIG), _shop(FOOTPRINT)
-    caster, walls, setting = Raycaster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _setting(beams, frame)
-    echoes = caster.cast(shop.place(frame), walls, setting)
+    """Return the time of a footprint cast per 1000 beams that hit a vehicle, on a road with room for 100."""
+    frame, beams, factory = thinned(motorway(max(TRAFFIC)), vehicles), beam_table(RIG), _factory(FOOTPRINT)
+    caster, walls, context = Raycaster(beams, FOOTPRINT), walls_of(NO_OBSTACLES), _context(beams, frame)
+    echoes = caster.cast(factory.place(frame), walls, context)
     met = len(np.unique(np.concatenate([echoes.beam, echoes.lost_beam])))
     hit = len(np.unique(echoes.beam[echoes.target >= 0]))
-    ms = median_ms(lambda: caster.cast(shop.place(frame), walls, setting))
+    ms = median_ms(lambda: caster.cast(factory.place(frame), walls, context))
     return _row(1000.0 * ms / hit, "ms", f"{ms:.2f} ms, {hit} beams hit a vehicle, {met} of {len(beams)} anything")
 
 
 def cost_of_far_buildings(sensor: SensorConfig, frame: WorldFrame) -> Row:
-    """A scan between two halves of a city that are out of sight, over one without them, as the ego drives on."""
+    """Return the time of a scan with a distant city, relative to one without, while the ego moves."""
     frames = [moved(frame, 30.0 * 0.08 * step) for step in range(DRIVE_FRAMES)]
     lidars = [Lidar(RIG, NoiseConfig(), sensor, seed=1, obstacles=some) for some in (far_city(BUILDINGS), NO_OBSTACLES)]
 
@@ -129,14 +129,14 @@ def cost_of_far_buildings(sensor: SensorConfig, frame: WorldFrame) -> Row:
             lidar.scan(each)
         return 1e3 * (perf_counter() - start) / DRIVE_FRAMES
 
-    # By turns, as what else the machine does would show in a ratio near 1.
+    # Alternately, because other load on the machine would affect a ratio near 1.
     drives = [[drive_ms(lidar) for lidar in lidars] for _ in range(1 + REPEATS)]
     city_ms, none_ms = np.median(drives[1:], axis=0)
     return _row(float(city_ms / none_ms), "1", f"{city_ms:.2f} ms, without: {none_ms:.2f} ms")
 
 
 def moved(frame: WorldFrame, way: float) -> WorldFrame:
-    """The frame with everybody so much farther along the road [m]."""
+    """Return the frame with ego and actors moved along the road [m]."""
     ego, actors, ahead = frame.ego, frame.actors, np.array([way, 0.0, 0.0])
     return replace(
         frame,
@@ -146,7 +146,7 @@ def moved(frame: WorldFrame, way: float) -> WorldFrame:
 
 
 def far_city(buildings: int) -> Obstacles:
-    """As many buildings, every 60 m in rows of 50, on both sides of the road and no nearer to it than 300 m."""
+    """Return buildings every 60 m in rows of 50, on both sides of the road at a distance of at least 300 m."""
     outline = np.array([[0.0, 0.0], [25.0, 0.0], [25.0, 20.0], [0.0, 20.0]])
     row, column = np.divmod(np.arange(buildings), 50)
     y = (300.0 + 60.0 * (row // 2)) * np.where(row % 2, 1.0, -1.0) - 20.0 * (row % 2 == 0)
@@ -154,11 +154,11 @@ def far_city(buildings: int) -> Obstacles:
     return Obstacles.from_polygons(list(corners), [10.0] * buildings)
 
 
-def _shop(sensor: SensorConfig) -> BodyFactory:
+def _factory(sensor: SensorConfig) -> BodyFactory:
     return BodyFactory(mirrors=True, plain=False, glass=sensor.glass, seed=1)
 
 
-def _setting(beams: BeamTable, frame: WorldFrame) -> ScanContext:
+def _context(beams: BeamTable, frame: WorldFrame) -> ScanContext:
     units, ego = beams.units, frame.ego
     return ScanContext(
         frame_index=0,
@@ -173,20 +173,20 @@ def _setting(beams: BeamTable, frame: WorldFrame) -> ScanContext:
 
 
 def ray_grid(beams: BeamTable, footprint: tuple[int, int]) -> tuple[Floats, Floats]:
-    """(G, 3) origins and directions in the ego frame of all rays of all beams, as if fired at once."""
-    rises, turns = footprint
-    unit = np.repeat(beams.unit, rises * turns)
-    rise = np.tile(np.repeat((np.arange(rises) + 0.5) / rises - 0.5, turns), len(beams))
-    turn = np.tile((np.arange(turns) + 0.5) / turns - 0.5, len(beams) * rises)
-    azimuth = np.repeat(beams.azimuth, rises * turns) + turn * beams.units.beam_width[unit]
-    elevation = np.repeat(beams.elevation, rises * turns) + rise * beams.units.beam_height[unit]
+    """Return (G, 3) origins and directions in the ego frame of all rays of all beams, fired simultaneously."""
+    rays_high, rays_wide = footprint
+    unit = np.repeat(beams.unit, rays_high * rays_wide)
+    rise = np.tile(np.repeat((np.arange(rays_high) + 0.5) / rays_high - 0.5, rays_wide), len(beams))
+    turn = np.tile((np.arange(rays_wide) + 0.5) / rays_wide - 0.5, len(beams) * rays_high)
+    azimuth = np.repeat(beams.azimuth, rays_high * rays_wide) + turn * beams.units.beam_width[unit]
+    elevation = np.repeat(beams.elevation, rays_high * rays_wide) + rise * beams.units.beam_height[unit]
     cos = np.cos(elevation)
     direction = np.stack([cos * np.cos(azimuth), cos * np.sin(azimuth), np.sin(elevation)], axis=1)
     return beams.units.origin_ego[unit], np.einsum("gij,gj->gi", beams.units.R_ego_unit[unit], direction)
 
 
 def embreex_ms(bodies: Bodies, origins: Floats, directions: Floats) -> float:
-    """Placing the outer solids as triangles, building Embree's scene, and its nearest hits."""
+    """Return the time to place the outer solids as triangles, build Embree's scene and find nearest hits."""
     from embreex.mesh_construction import TriangleMesh
     from embreex.rtcore_scene import EmbreeScene
 
@@ -212,7 +212,7 @@ def embreex_ms(bodies: Bodies, origins: Floats, directions: Floats) -> float:
 
 
 def median_ms(run: Callable[[], object]) -> float:
-    """Median of `REPEATS` runs after a first one, which compiles."""
+    """Return the median of `REPEATS` runs after a first one, which compiles."""
     run()
     times = []
     for _ in range(REPEATS):

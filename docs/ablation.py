@@ -1,8 +1,8 @@
-"""Runs the scenario `ring` with each kind of noise alone and writes what it does to the heading into docs/ablation.md.
+"""Run the scenario `ring` with each kind of noise alone and write the heading errors to docs/ablation.md.
 
     python docs/ablation.py
 
-It takes some four minutes of one core, and its result is the same every time: tables between `<!-- NAME -->` and
+It takes about four minutes on one core, and its result is reproducible: tables between `<!-- NAME -->` and
 `<!-- end -->`, and docs/pictures/ablation.png.
 """
 
@@ -34,7 +34,7 @@ PICTURE = Path(__file__).parent / "pictures" / "ablation.png"
 KINDS = tuple(field.name for field in fields(NoiseConfig))
 PAPER = ("dropout", "mirror", "layer_overlap")
 SHAPES = ("mirror", "layer_overlap")
-"""Kinds that depend on how a car is seen."""
+"""Kinds whose effect depends on the view of a car."""
 BASE = ("range", "dropout")
 DEFAULT = tuple(kind for kind in KINDS if getattr(NoiseConfig(), kind).enabled)
 CRITERIA = {"area": "area", "closeness": "closeness", "variance": "variance", "tlinkage": "T-linkage", "best": "best"}
@@ -48,20 +48,20 @@ CAUSE_OF = {
     "false_alarms": Cause.FALSE_ALARM,
     "rain": Cause.RAIN,
 }
-"""What points are labelled with that a kind of noise adds or moves."""
+"""Cause of the points that a kind of noise adds or moves."""
 AROUND_M = 1.0
-"""A point touches a car if it is in its box grown by this on all sides [m]."""
+"""A point counts for a car if it is in its box enlarged by this on all sides [m]."""
 OUTSIDE_M = 0.05
-"""A point this far outside of a box is no range error where there is none [m]."""
+"""Distance outside of a box that exact ranges reach only on mirrors [m]."""
 NEAR_DEG = 3.0
 SEEDS = (1, 2, 3)
 LEAST_DEG = 0.02
-"""A change of less than this, or than a tenth, is drawn in grey [deg]."""
+"""Changes of less than this, or than a tenth, are grey [deg]."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One run of the scenario: which kinds of noise are on, all at the strengths that are default."""
+    """Run of the scenario with these kinds of noise, at their default strengths."""
 
     name: str
     kinds: tuple[str, ...]
@@ -87,7 +87,7 @@ PAPERS_OWN = ["the paper's recordings", *(f"{paper_figures.HEADING_ABS_DEG[name]
 
 
 def main() -> None:
-    """Run all, then write the page and the picture."""
+    """Run all rows, then write the page and the picture."""
     runs = {row: fit_errors(row) for row in dict.fromkeys([NONE, *ALONE, *TOGETHER, *ON_BASE, *OTHER_SEEDS])}
     tables = {
         "alone": error_table([NONE, *ALONE, *TOGETHER], runs, PAPERS_OWN),
@@ -105,7 +105,7 @@ def main() -> None:
 
 
 def fit_errors(row: Row) -> pd.DataFrame:
-    """Observations (frame, actor) of a run: absolute heading error [deg] by criterion, view, and the box's diagonal."""
+    """Return the observations (frame, actor) of a run: |heading error| [deg] by criterion, view, and box diagonal."""
     print(row.name, file=sys.stderr, flush=True)
     fits = loop.run(row.scenario(), device.load(device.SHIPPED)).tables["fits"]
     fits = fits.assign(error=fits["heading_error_deg"].abs()).astype({"method": str, "view": str})
@@ -117,17 +117,17 @@ def fit_errors(row: Row) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class CarPoints:
-    """The points in and around one car of a scan."""
+    """Points in and around one car of a scan."""
 
     frame: int
     actor: int
     cause: npt.NDArray[np.uint8]
     outside_m: npt.NDArray[np.float64]
-    """How far outside of its box, negative inside."""
+    """Distance outside of its box, negative inside."""
 
 
 def car_points(row: Row) -> Iterator[CarPoints]:
-    """Play the scenario for the sensor alone, with the same points as in the run."""
+    """Simulate the scenario without tracker, with the same points as in the run."""
     scenario = row.scenario()
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = ScriptedSource(scenario.traffic, scenario.folder, range_m=200.0)
@@ -137,14 +137,14 @@ def car_points(row: Row) -> Iterator[CarPoints]:
         scan, truth = lidar.scan(frame)
         for actor, pose, size in zip(frame.actors.id, frame.actors.pose_world, frame.actors.size, strict=True):
             turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
-            # The ego of the ring stands at the world's origin.
+            # The ego of the ring is at the world's origin.
             outside = (np.abs((scan.points_ego[:, :2] - pose[:2]) @ turn) - 0.5 * size[:2]).max(axis=1)
             near = outside < AROUND_M
             yield CarPoints(frame.index, int(actor), truth.cause[near], outside[near])
 
 
 def touched_table(rows: list[Row], runs: dict[Row, pd.DataFrame]) -> str:
-    """Markdown: how errors change where a kind of noise has points of its own, with none of it → with it alone."""
+    """Return a Markdown table of the errors of observations with points of a kind of noise, without → with it."""
     cells = []
     for row in rows:
         counts = pd.Series(
@@ -159,7 +159,7 @@ def touched_table(rows: list[Row], runs: dict[Row, pd.DataFrame]) -> str:
 
 
 def diagonal_fact(errors: pd.DataFrame) -> str:
-    """Sentence: what the area criterion takes for the heading of a perfect L."""
+    """Return a sentence on the headings of the area criterion for perfect L shapes."""
     corner = errors[errors["view"] == "l_shape"]
     right = corner["area"].lt(NEAR_DEG).mean()
     diagonal = (corner["area"] - corner["diagonal_deg"]).abs().lt(NEAR_DEG).mean()
@@ -170,7 +170,7 @@ def diagonal_fact(errors: pd.DataFrame) -> str:
 
 
 def mirror_fact(row: Row) -> str:
-    """Sentence: how many of the points that mirrors put outside are labelled so."""
+    """Return a sentence on the share of points outside of boxes with the label MIRROR."""
     causes = np.concatenate([car.cause[car.outside_m > OUTSIDE_M] for car in car_points(row)])
     labelled = np.mean(causes == Cause.MIRROR)
     return (
@@ -180,7 +180,7 @@ def mirror_fact(row: Row) -> str:
 
 
 def view_table(rows: list[Row], runs: dict[Row, pd.DataFrame]) -> str:
-    """Markdown: mean absolute heading error [deg] by view and criterion."""
+    """Return a Markdown table of mean absolute heading errors [deg] by view and criterion."""
     cells = []
     for row in rows:
         for view in VIEWS.values():
@@ -191,7 +191,7 @@ def view_table(rows: list[Row], runs: dict[Row, pd.DataFrame]) -> str:
 
 
 def error_table(rows: list[Row], runs: dict[Row, pd.DataFrame], *more: list[str]) -> str:
-    """Markdown: mean absolute heading error [deg] by criterion, with further rows below."""
+    """Return a Markdown table of mean absolute heading errors [deg] by criterion, with further rows below."""
     cells = []
     for row in rows:
         means = [f"{runs[row][criterion].mean():.3f}" for criterion in CRITERIA]
@@ -200,24 +200,24 @@ def error_table(rows: list[Row], runs: dict[Row, pd.DataFrame], *more: list[str]
 
 
 def as_code(row: Row) -> str:
-    """Name of a row; keys of a scenario file as code."""
+    """Return the name of a row, with keys of a scenario file as code."""
     return f"`{row.name}`" if row.name in KINDS else row.name
 
 
 def as_markdown(head: list[str], rows: Iterable[list[str]]) -> str:
-    """A Markdown table, numbers to the right."""
+    """Return a Markdown table with right-aligned numbers."""
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def written(text: str, name: str, table: str) -> str:
-    """Return a page with the block of this name written anew."""
+    """Return a page with the block of this name replaced."""
     pattern = rf"(<!-- {name} -->\n).*?(<!-- end -->)"
     return re.sub(pattern, lambda match: match[1] + table + match[2], text, flags=re.DOTALL)
 
 
 def draw(rows: list[Row], runs: dict[Row, pd.DataFrame]) -> None:
-    """Draw the errors as bars: a panel per criterion, a bar per run, a line where no noise is."""
+    """Draw the errors as bars: a panel per criterion, a bar per run, a line for the run without noise."""
     names = [row.name.partition(":")[0].replace("_", " ") for row in rows]
     means = pd.DataFrame([runs[row][[*CRITERIA]].mean() for row in rows])
     place = np.arange(len(rows))[::-1] - 0.5 * np.array([row in TOGETHER for row in rows])

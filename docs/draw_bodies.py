@@ -1,4 +1,4 @@
-"""Draws the bodies of all kinds of road users as the caster knows them, coloured by what their surfaces are.
+"""Draw the bodies of all kinds of road users in the ray caster, coloured by the parts of their surfaces.
 
 python docs/draw_bodies.py
 """
@@ -12,8 +12,8 @@ import numpy.typing as npt
 from matplotlib.patches import Patch
 from PIL import Image
 
-from sensor_model.bodies.articulation import turned_boxes, turned_planes
-from sensor_model.bodies.body import Body, Look, build
+from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
+from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.shapes import SHAPES
@@ -32,14 +32,14 @@ COLORS = {
 }
 LIGHT = np.array([0.30, -0.50, 0.81])
 AROUND = 0.25
-"""Room around a body [m]."""
+"""Margin around a body [m]."""
 PIXELS = 320
-"""Along the longer side of a view."""
+"""Pixels along the longer side of a view."""
 SEED = 1
 BENT = 0.6
-"""Of the last row's truck, to the left [rad]."""
+"""Articulation of the truck in the last row, to the left [rad]."""
 VIEWS = (
-    # title, direction of sight, actor (None is the middle of all ranges)
+    # title, viewing direction, actor (None is the middle of all ranges)
     ("side, middle of the ranges", (0.0, 1.0, 0.0), None),
     ("front, middle of the ranges", (-1.0, 0.0, 0.0), None),
     ("plan, middle of the ranges", (0.0, 0.0, -1.0), None),
@@ -50,14 +50,14 @@ VIEWS = (
 
 
 def first_planes(body: Body, origins: Floats, direction: Floats) -> npt.NDArray[np.int64]:
-    """(N,) the plane of the outer solids that each ray meets first, -1 for none; all rays have one direction."""
+    """Return the (N,) first plane of the outer solids hit by each of N parallel rays, -1 without a hit."""
     nearest, plane = np.full(len(origins), np.inf), np.full(len(origins), -1)
     ends = np.cumsum([0, *body.planes_of_solid])
     for solid in np.flatnonzero(~body.solid_inner):
         rows = slice(ends[solid], ends[solid + 1])
         normals, offsets = body.planes[rows, :3], body.planes[rows, 3]
         slant, ahead = normals @ direction, offsets - origins @ normals.T
-        slant = np.where(slant == 0.0, -1e-12, slant)  # along the plane: inside it for ever, or never
+        slant = np.where(slant == 0.0, -1e-12, slant)  # parallel to the plane
         at = ahead / slant
         enters = np.where(slant < 0.0, at, -np.inf)
         leaves = np.where(slant > 0.0, at, np.inf)
@@ -69,16 +69,16 @@ def first_planes(body: Body, origins: Floats, direction: Floats) -> npt.NDArray[
 
 
 def bent(body: Body, length: float, articulation: float) -> Body:
-    """Return an articulated body with its tractor turned [rad]."""
+    """Return an articulated body with its tractor rotated [rad]."""
     kingpin = 0.5 * length - hitch(np.array([length])).kingpin
     solid = np.where(body.solid_tractor, articulation, 0.0)
     plane = np.repeat(solid, body.planes_of_solid)
-    boxes = turned_boxes(body.solid_bounds, np.repeat(kingpin, len(solid)), solid)
+    boxes = rotate_boxes(body.solid_bounds, np.repeat(kingpin, len(solid)), solid)
     return replace(
         body,
         bounds=np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]),
         solid_bounds=boxes,
-        planes=turned_planes(body.planes, np.repeat(kingpin, len(plane)), plane),
+        planes=rotate_planes(body.planes, np.repeat(kingpin, len(plane)), plane),
     )
 
 
@@ -111,11 +111,11 @@ def main() -> None:
     figure, table = plt.subplots(len(shown), len(VIEWS), figsize=(22, 2.6 * len(shown)), layout="constrained")
     for (kind, articulation), row in zip(shown, table, strict=True):
         for axes, (_, sight, actor) in zip(row, VIEWS, strict=True):
-            look = Look(actor or 0, kind, SHAPES[kind].size, paint=0.4)
-            draw = Draw(None if actor is None else SEED, look.actor_id)
-            body = build(look, draw, Glass(), mirrors=True, as_prism=False)
+            appearance = Appearance(actor or 0, kind, SHAPES[kind].size, paint=0.4)
+            draw = Draw(None if actor is None else SEED, appearance.actor_id)
+            body = build(appearance, draw, Glass(), mirrors=True, as_prism=False)
             if articulation:
-                body = bent(body, look.size[0], articulation)
+                body = bent(body, appearance.size[0], articulation)
             pixels, (width, height) = picture(body, np.array(sight) / np.linalg.norm(sight))
             axes.imshow(pixels, extent=(0.0, width, 0.0, height))
             axes.set_axis_off()

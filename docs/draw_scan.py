@@ -1,4 +1,4 @@
-"""Draws one scan of the scenario `ring` from above, and one of its cars with what was fitted to it.
+"""Draw one scan of the scenario `ring` in plan, and one of its cars with the fitted rectangles.
 
 python docs/draw_scan.py
 """
@@ -22,20 +22,20 @@ from tracker.tracker import Tracker
 
 PICTURE = Path(__file__).parent / "pictures" / "scan.png"
 FRAME, CAR = 27, 2
-"""Frame at which the car with this id shows two sides, its mirrors, and its windscreen over the hood."""
+"""Frame in which two sides, the mirrors and the windscreen of the car with this id are visible."""
 CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
 METHOD_COLORS = ("tab:red", "tab:green", "tab:blue", "tab:purple", "tab:cyan")
 COLORS = {Cause.CLEAN: "black", Cause.MIRROR: "magenta", Cause.LAYER_OVERLAP: "darkorange"}
 
 
 def outline(x: float, y: float, yaw: float, length: float, width: float) -> np.ndarray:
-    """(5, 2) corners of a box, the first twice [m]."""
+    """Return (5, 2) corners of a closed box outline [m]."""
     turn = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
     return (x, y) + 0.5 * CORNERS * (length, width) @ turn
 
 
 def frame_of_the_ring() -> tuple[WorldFrame, Scan, ScanTruth, StepTrace]:
-    """Play the scenario up to the frame; the ego stands at the origin, so that its frame is the world's."""
+    """Simulate the scenario up to the frame; the ego is at the origin, so that ego and world frame coincide."""
     scenario = Scenario.load(find("ring"))
     rig = load_rig(str(scenario.rig), scenario.folder)
     source = ScriptedSource(scenario.traffic, scenario.folder, range_m=100.0)

@@ -1,6 +1,6 @@
-"""Draws the pictures of docs/sensor.md, each from the sensor's own code.
+"""Draw the pictures of docs/sensor.md from the sensor's code.
 
-    python docs/draw_sensor.py                # all of them, some fifteen seconds
+    python docs/draw_sensor.py                # all, about fifteen seconds
     python docs/draw_sensor.py beams echoes   # some of them
 
 Each module of docs/sensor_pictures that has a function `draw` makes one picture, docs/pictures/sensor_<module>.png.
@@ -18,7 +18,7 @@ PICTURES = (
 
 
 def main() -> None:
-    """Draw those that are named, or all."""
+    """Draw the named pictures, or all."""
     mpl.use("Agg")
     for name in sys.argv[1:] or PICTURES:
         import_module(f"sensor_pictures.{name}").draw()

@@ -1,1 +1,1 @@
-"""The synthetic rig: six four-layer LIDARs, their noise, and the truth of every beam."""
+"""Synthetic LIDAR rig: units, ray caster, noise, and ground truth of every beam."""

@@ -1,4 +1,4 @@
-"""Type aliases of numpy arrays. Shapes, units and frames stand where they are used."""
+"""Type aliases of numpy arrays. Shapes, units and frames are documented at each use."""
 
 import numpy as np
 import numpy.typing as npt

@@ -1,4 +1,4 @@
-"""Echoes that come from no surface in the beam's way: which kinds there are in a run, and how they join the others."""
+"""Clutter of a run: ghosts, false alarms, rain and spray, merged with the returns of surfaces."""
 
 from functools import partial
 
@@ -21,8 +21,8 @@ from sensor_model.scan_context import ScanContext
 from sim.world import WorldFrame
 
 
-class Clutterer:
-    """Adds ghosts, false alarms, raindrops and spray to what comes back from surfaces."""
+class ClutterSources:
+    """Sources of clutter in a run: ghosts, false alarms, rain and spray."""
 
     def __init__(self, noise: NoiseConfig, beams: BeamTable, caster: Raycaster, draws: Draws) -> None:
         self._noise = noise
@@ -30,30 +30,30 @@ class Clutterer:
         self._caster = caster
         self._draws = draws
         self._mirrors = Mirrors(noise.ghost, beams)
-        self._nothing_in_the_way = np.full(len(beams), np.inf)
+        self._unlimited = np.full(len(beams), np.inf)
 
     @property
     def needs_free_range(self) -> bool:
-        """Whether it matters how far beams get: droplets behind a surface are not seen."""
+        """True if the free range of beams is thresholds, because surfaces occlude droplets."""
         return self._noise.rain.enabled or self._noise.spray.enabled
 
     def add(
-        self, returns: Returns, echoes: Echoes, bodies: Bodies, walls: Walls, setting: ScanContext, needed: Thresholds,
-        frame: WorldFrame,
+        self, returns: Returns, echoes: Echoes, bodies: Bodies, walls: Walls, context: ScanContext,
+        thresholds: Thresholds, frame: WorldFrame,
     ) -> Returns:  # fmt: skip
-        """Return the returns of a frame with all that else makes an echo."""
+        """Return the returns of a frame merged with all clutter."""
         noise, beams, draws = self._noise, self._beams, self._draws
-        time = self._caster.firing_time(setting)
+        time = self._caster.firing_time(context)
         clutter: list[Clutter] = []
         if noise.ghost.enabled:
-            follow = partial(self._caster.cast_mirrored, bodies=bodies, walls=walls, setting=setting)
-            clutter.append(self._mirrors.ghosts(returns, bodies, setting, time, follow))
+            follow = partial(self._caster.cast_mirrored, bodies=bodies, walls=walls, context=context)
+            clutter.append(self._mirrors.ghosts(returns, bodies, context, time, follow))
         if noise.false_alarms.enabled:
-            clutter.append(false_alarms(noise.false_alarms, beams, needed, draws, frame.index))
+            clutter.append(false_alarms(noise.false_alarms, beams, thresholds, draws, frame.index))
         if noise.rain.enabled:
-            clutter.append(drops(noise.rain, beams, needed, draws, frame.index))
+            clutter.append(drops(noise.rain, beams, thresholds, draws, frame.index))
         if noise.spray.enabled:
             cloud = clusters(noise.spray, bodies, frame.actors.id, draws, frame.time)
-            clutter.append(spray_echoes(noise.spray, cloud, setting, time, beams, needed, draws))
-        free_range = echoes.free_range if self.needs_free_range else self._nothing_in_the_way
+            clutter.append(spray_echoes(noise.spray, cloud, context, time, beams, thresholds, draws))
+        free_range = echoes.free_range if self.needs_free_range else self._unlimited
         return merge(returns, clutter, free_range, beams)

@@ -1,18 +1,18 @@
-"""The sensor: a world frame goes in, a scan and its truth come out."""
+"""LIDAR simulation: from a world frame to a scan and its ground truth."""
 
 import numpy as np
 
 from sensor_model.arrays import Floats
 from sensor_model.bodies.scene import Bodies, BodyFactory
-from sensor_model.bodies.walls import Vicinity, walls_of
-from sensor_model.clutter import Clutterer
+from sensor_model.bodies.walls import NearbyWalls, walls_of
+from sensor_model.clutter import ClutterSources
 from sensor_model.noise.attitude import Attitude
-from sensor_model.noise.calibration import doubled, sync_jitter, true_mounts
-from sensor_model.noise.detection import DetectionThresholds, why_lost
+from sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
+from sensor_model.noise.detection import DetectionThresholds, loss_causes
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.rain import extinction
 from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import Measured, measured
+from sensor_model.noise.ranging import MeasuredRanges, measure_ranges
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
 from sensor_model.raycaster import Echoes, Raycaster
@@ -28,24 +28,24 @@ from tracker.scan import Scan
 
 
 class Lidar:
-    """All units of a rig, for one run.
+    """LIDAR units of a rig, for one run.
 
-    Every beam fires at its own time, the one along a unit's axis at the frame's, while the ego and all others move.
-    Points come in the order of the beam table, from near to far, where the rig's fusion box would put them: along the
-    nominal beam, in the ego frame of the time of firing.
+    Every beam fires at its own time, the one along a unit's axis at the frame's time, while ego and actors move. Points
+    are in the order of the beam table, from near to far. They are placed as by the rig's fusion box: along the nominal
+    beam, in the ego frame at the time of firing (no deskew).
 
     Parameters
     ----------
     rig
-        Which units sit where.
+        Units and their mounting poses.
     noise
-        Strength of each kind of noise.
+        Strengths of all kinds of noise.
     sensor
-        How closely beams are simulated.
+        Sampling of the beams.
     seed
-        Of all random draws; same seed, same scans.
+        Seed of all random draws; equal seeds give equal scans.
     obstacles
-        Static things of the run, in the world frame.
+        Static obstacles of the run, in the world frame.
 
     Raises
     ------
@@ -64,26 +64,30 @@ class Lidar:
         self._detection = DetectionThresholds(noise, self.beams, self._draws, [mount.name for mount in rig.mounts])
         plain = not noise.layer_overlap.enabled
         self._bodies = BodyFactory(mirrors=noise.mirror.enabled, plain=plain, glass=sensor.glass, seed=seed)
-        self._vicinity = Vicinity(walls_of(obstacles))
+        self._walls = NearbyWalls(walls_of(obstacles))
         self._caster = Raycaster(self.beams, sensor)
-        self._clutter = Clutterer(noise, self.beams, self._caster, self._draws)
+        self._clutter = ClutterSources(noise, self.beams, self._caster, self._draws)
         self._odometry = Odometry(noise.odometry, self._draws)
 
     def scan(self, frame: WorldFrame) -> tuple[Scan, ScanTruth]:
-        """Sweep all units once over a frame of the world."""
-        needed = self._detection.thresholds(frame.index, frame.time, float(frame.ego.pose_world[2]))
-        setting = self._setting(frame, needed)
+        """Simulate one scan of all units for a frame of the world."""
+        thresholds = self._detection.thresholds(frame.index, frame.time, float(frame.ego.pose_world[2]))
+        context = self._context(frame, thresholds)
         bodies = self._bodies.place(frame)
-        walls = self._vicinity.seen_from(frame.ego.pose_world, self._caster.reach(setting))
-        echoes = self._caster.cast(bodies, walls, setting, free_range=self._clutter.needs_free_range)
+        walls = self._walls.seen_from(frame.ego.pose_world, self._caster.reach(context))
+        echoes = self._caster.cast(bodies, walls, context, free_range=self._clutter.needs_free_range)
         returns = from_surfaces(echoes, bodies, frame.actors)
-        returns = self._clutter.add(returns, echoes, bodies, walls, setting, needed, frame)
-        on_a_surface = returns.target != NOTHING
-        ranges = measured(returns.beam, returns.range, on_a_surface, self.beams, self._noise, self._draws, frame.index)
-        return self._scan(frame, returns, ranges), self._truth(frame, echoes, returns, ranges, bodies, setting, needed)
+        returns = self._clutter.add(returns, echoes, bodies, walls, context, thresholds, frame)
+        on_surface = returns.target != NOTHING
+        ranges = measure_ranges(
+            returns.beam, returns.range, on_surface, self.beams, self._noise, self._draws, frame.index
+        )
+        return self._scan(frame, returns, ranges), self._truth(
+            frame, echoes, returns, ranges, bodies, context, thresholds
+        )
 
-    def _setting(self, frame: WorldFrame, needed: Thresholds) -> ScanContext:
-        """Circumstances of a sweep: the units are on a body that may tilt, and not quite where they should be."""
+    def _context(self, frame: WorldFrame, thresholds: Thresholds) -> ScanContext:
+        """Return the context of a scan: the body may tilt, and the mounting poses have calibration errors."""
         R_level_body = self._attitude.at(frame.time)
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
@@ -95,17 +99,17 @@ class Lidar:
             ego_velocity=velocity,
             ego_acceleration=acceleration,
             ego_yaw_rate=yaw_rate,
-            threshold=needed.threshold,
+            threshold=thresholds.threshold,
             extinction=extinction(self._noise.rain),
         )
 
     def _sync_jitter(self, frame: int) -> Floats:
-        """(U,) how much later than they report the units fire [s]; a frozen scan has only one time."""
+        """Return the (U,) delay of the units' firing times relative to the reported ones [s]; 0 without a sweep."""
         if not self._sweep:
             return np.zeros(len(self.beams.units))
         return sync_jitter(self._noise.calibration, len(self.beams.units), frame, self._draws)
 
-    def _scan(self, frame: WorldFrame, returns: Returns, ranges: Measured) -> Scan:
+    def _scan(self, frame: WorldFrame, returns: Returns, ranges: MeasuredRanges) -> Scan:
         beams, beam = self.beams, returns.beam
         unit = beams.unit.take(beam)
         points = beams.units.origin_ego.take(unit, axis=0)
@@ -124,8 +128,8 @@ class Lidar:
         )
 
     def _truth(
-        self, frame: WorldFrame, echoes: Echoes, returns: Returns, ranges: Measured, bodies: Bodies, setting: ScanContext,
-        needed: Thresholds,
+        self, frame: WorldFrame, echoes: Echoes, returns: Returns, ranges: MeasuredRanges, bodies: Bodies,
+        context: ScanContext, thresholds: Thresholds,
     ) -> ScanTruth:  # fmt: skip
         beams, actors = self.beams, frame.actors
         on_actor = np.flatnonzero(returns.target >= 0)
@@ -139,12 +143,12 @@ class Lidar:
         cause = returns.cause.copy()
         if self._noise.calibration.enabled:
             unit = beams.unit[returns.beam]
-            moved = displacement(returns, beams, self._mounts, bodies, setting)
-            twice = doubled(self._noise.calibration, moved, unit, returns.target, len(actors))
+            moved = displacement(returns, beams, self._mounts, bodies, context)
+            twice = doubled_points(self._noise.calibration, moved, unit, returns.target, len(actors))
             cause[twice & (cause == Cause.CLEAN)] = Cause.DOUBLED
         cause[ranges.outlier] = Cause.RANGE_OUTLIER
-        dry_power = echoes.lost_power * np.exp(2.0 * setting.extinction * echoes.lost_range)
-        lost_cause = why_lost(needed, echoes.lost_beam, echoes.lost_power, dry_power)
+        dry_power = echoes.lost_power * np.exp(2.0 * context.extinction * echoes.lost_range)
+        lost_cause = loss_causes(thresholds, echoes.lost_beam, echoes.lost_power, dry_power)
         lost_cause[echoes.lost_range == 0.0] = Loss.TOO_NEAR
         return ScanTruth(
             actor_id=actor_id,

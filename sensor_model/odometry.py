@@ -1,4 +1,4 @@
-"""Where the ego believes it is."""
+"""Odometry of the ego: its measured pose."""
 
 import math
 
@@ -9,13 +9,13 @@ from sensor_model.bodies.scene import relative_pose
 from sensor_model.noise.odometry_drift import OdometryNoise
 from sensor_model.noise.random_draws import Draws, Purpose
 
-_RUN = 0  # in place of a frame: one draw for the run
+_RUN = 0  # frame number of draws made once per run
 
 
 class Odometry:
-    """Ego pose relative to the first one seen, summed up from motions that are measured with the noise given.
+    """Ego pose relative to the first one, accumulated from noisy motion measurements.
 
-    Poses are asked for in the order of time: the error of each depends on all before.
+    Call `pose` in the order of time: each error depends on all earlier ones.
     """
 
     def __init__(self, noise: OdometryNoise, draws: Draws) -> None:
@@ -29,19 +29,19 @@ class Odometry:
         self._pose = np.zeros(3)
 
     def pose(self, ego_pose_world: Floats, time: float, frame: int) -> Floats:
-        """Return (3,) x, y [m] and yaw in [-pi, pi] [rad] in the odometry frame; `time` [s]."""
+        """Return the pose (3,) in the odometry frame at a time [s]: x, y [m], yaw in [-pi, pi] [rad]."""
         if not self._noise.enabled:
             if self._start_world is None:
                 self._start_world = ego_pose_world.copy()
             return _wrapped(relative_pose(ego_pose_world, self._start_world))
         if self._last is not None:
-            before, then = self._last
-            self._add(relative_pose(ego_pose_world, then), time - before, frame)
+            last_time, last_pose = self._last
+            self._add(relative_pose(ego_pose_world, last_pose), time - last_time, frame)
         self._last = time, ego_pose_world.copy()
         return self._pose.copy()
 
     def _add(self, motion: Floats, dt: float, frame: int) -> None:
-        """Add a motion (3,) in the ego's frame of before, over `dt` [s], as it is measured."""
+        """Add a motion (3,) in the previous ego frame, over `dt` [s], with its measurement error."""
         walk = math.radians(self._noise.yaw_walk_sigma_deg) * math.sqrt(dt)
         turn = motion[2] + self._yaw_rate * dt + walk * float(self._draws.normal_of(frame, 0, 0, Purpose.YAW_WALK)[0])
         x, y, yaw = self._pose

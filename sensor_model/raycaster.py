@@ -1,4 +1,4 @@
-"""Beams against the world: the echoes of each beam, without noise."""
+"""Ray caster: the echoes of each beam, without noise."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,8 @@ import numpy.typing as npt
 from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.bodies.walls import Walls
-from sensor_model.kernels import echoes as kernel
 from sensor_model.kernels import records
-from sensor_model.kernels.culling import reach_of_rig
+from sensor_model.kernels.culling import rig_reach
 from sensor_model.kernels.points import points_on_bodies
 from sensor_model.kernels.rig_scan import cast_rig
 from sensor_model.kernels.secondary_rays import cast_rays
@@ -25,14 +24,14 @@ GROUND_REFLECTIVITY = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Echoes:
-    """N echoes, ordered by beam and from near to far, and L beams that met something and have none."""
+    """N echoes, ordered by beam and from near to far, and L beams that hit something and have no echo."""
 
     beam: Ints
     """(N,) row of the beam table."""
     range: Floats
     """(N,) leading edge [m]."""
     width: Floats
-    """(N,) of the pulse over the threshold [m]."""
+    """(N,) width of the pulse above the threshold [m]."""
     power: Floats
     """(N,) highest power [1/m^2]."""
     target: Ints
@@ -44,19 +43,19 @@ class Echoes:
     lost_beam: Ints
     """(L,) row of the beam table."""
     lost_power: Floats
-    """(L,) the most that came back at once [1/m^2]."""
+    """(L,) highest power that returned [1/m^2]."""
     lost_range: Floats
-    """(L,) from where it did [m]; 0 if all that the beam met is nearer than the unit measures."""
+    """(L,) range of that power [m]; 0 if all hits are nearer than the unit measures."""
     free_range: Floats
-    """(B,) how far each beam gets, infinite where it meets nothing; (0,) unless asked for [m]."""
+    """(B,) unobstructed range of each beam, infinite without a hit; (0,) unless requested [m]."""
     unit_hits: npt.NDArray[np.int32]
     """(A, U) rays that end on each actor."""
     unit_hits_alone: npt.NDArray[np.int32]
-    """(A, U) rays that would, were it alone on the ground."""
+    """(A, U) rays that would end on each actor if it were alone on the ground."""
 
 
 class Raycaster:
-    """Casts a rig's beams, each as a grid of rays over its footprint. The ground is the plane z = 0."""
+    """Ray caster of a rig: each beam is a grid of rays over its footprint. The ground is the plane z = 0."""
 
     def __init__(self, beams: BeamTable, sensor: SensorConfig) -> None:
         self._beams = beams
@@ -66,58 +65,61 @@ class Raycaster:
         self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
         self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
         self._longest = float(np.abs(self._time).max())
-        # Written anew in each scan: memory that the system has to hand out first costs more than a cast body.
+        # Reused by all scans: fresh memory from the system costs more time than casting a body.
         room = len(beams) * int(beams.units.echoes_max.max())
         self._echo, self._echo_id = np.empty((3, room)), np.empty((3, room), dtype=np.int64)
         self._lost_beam, self._lost_echo = np.empty(len(beams), dtype=np.int64), np.empty((2, len(beams)))
 
-    def firing_time(self, setting: ScanContext) -> Floats:
-        """(B,) when each beam really fires, from the frame's time [s]."""
-        if not setting.time_jitter.any():
+    def firing_time(self, context: ScanContext) -> Floats:
+        """Return the (B,) true firing time of each beam relative to the frame's time [s]."""
+        if not context.time_jitter.any():
             return self._time
-        return self._time + setting.time_jitter[self._unit]
+        return self._time + context.time_jitter[self._unit]
 
-    def reach(self, setting: ScanContext) -> float:
-        """Return how far from the ego a thing that stands may be and still count [m].
+    def reach(self, context: ScanContext) -> float:
+        """Return the largest distance from the ego at which a static object can affect the scan [m].
 
-        That holds for ghosts too: no unit reports one beyond its range, and a way by a mirror is no shorter.
+        This covers ghosts too: no unit reports one beyond its range, and a path by way of a mirror is never shorter.
         """
-        time = self._longest + float(np.abs(setting.time_jitter).max())
-        return reach_of_rig(setting.origin_ego, self._beams.units.range_max, time, setting.drive)
+        time = self._longest + float(np.abs(context.time_jitter).max())
+        return rig_reach(context.origin_ego, self._beams.units.range_max, time, context.drive)
 
-    def cast(self, bodies: Bodies, walls: Walls, setting: ScanContext, *, free_range: bool = False) -> Echoes:
-        """Find what comes back to every beam.
+    def cast(self, bodies: Bodies, walls: Walls, context: ScanContext, *, free_range: bool = False) -> Echoes:
+        """Return the echoes of all beams.
 
         Parameters
         ----------
         bodies, walls
             In the ego frame.
         free_range
-            Whether the result should tell how far beams get.
+            If True, `Echoes.free_range` is computed.
         """
         free = np.full(len(self._beams) if free_range else 0, np.inf)
         hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
-        beams, units, solids, drive = self._timed(setting), self._units(setting), _solids(bodies), setting.drive
-        found, lost = cast_rig(
-            self._fans, self._grid, beams, units, solids, _surroundings(walls, setting), drive, setting.frame_index,
-            self._echo, self._echo_id, self._lost_beam, self._lost_echo, free, hits, hits_alone,
+        beams, units, solids, drive = self._timed(context), self._units(context), _solids(bodies), context.drive
+        out = records.ScanBuffers(
+            self._echo, self._echo_id, self._lost_beam, self._lost_echo, np.zeros(2, dtype=np.int64),
+            free, hits, hits_alone,
         )  # fmt: skip
+        static = _static_scene(walls, context)
+        cast_rig(self._fans, self._grid, beams, units, solids, static, drive, context.frame_index, out)
+        found, lost = out.counts
         echo, echo_id, lost_echo = (
             buffer[:, :count].copy()
             for buffer, count in ((self._echo, found), (self._echo_id, found), (self._lost_echo, lost))
         )
-        beam, distance, target = echo_id[kernel.BEAM], echo[kernel.RANGE], echo_id[kernel.TARGET]
+        beam, distance, target = echo_id[records.BEAM], echo[records.RANGE], echo_id[records.TARGET]
         return Echoes(
             beam=beam,
             range=distance,
-            width=echo[kernel.WIDTH],
-            power=echo[kernel.POWER],
+            width=echo[records.WIDTH],
+            power=echo[records.POWER],
             target=target,
-            surface=echo_id[kernel.SURFACE],
+            surface=echo_id[records.SURFACE],
             point_body=points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive),
             lost_beam=self._lost_beam[:lost].copy(),
-            lost_power=lost_echo[kernel.POWER],
-            lost_range=lost_echo[kernel.RANGE],
+            lost_power=lost_echo[records.POWER],
+            lost_range=lost_echo[records.RANGE],
             free_range=free,
             unit_hits=hits.T.astype(np.int32),
             unit_hits_alone=hits_alone.T.astype(np.int32),
@@ -125,41 +127,45 @@ class Raycaster:
 
     def cast_mirrored(
         self, beam: Ints, origins_ego: Floats, directions_ego: Floats, reach: Floats, bodies: Bodies, walls: Walls,
-        setting: ScanContext,
+        context: ScanContext,
     ) -> Mirrored:  # fmt: skip
-        """Follow rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
-        time = self.firing_time(setting)[beam]
-        surroundings = _surroundings(walls, setting)
-        return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), surroundings))
+        """Cast rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
+        time = self.firing_time(context)[beam]
+        static = _static_scene(walls, context)
+        return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), static))
 
-    def _timed(self, setting: ScanContext) -> records.Beams:
-        return records.Beams(self._direction, self._beams.gain, setting.threshold, self.firing_time(setting))
+    def _timed(self, context: ScanContext) -> records.Beams:
+        return records.Beams(self._direction, self._beams.gain, context.threshold, self.firing_time(context))
 
-    def _units(self, setting: ScanContext) -> records.Units:
+    def _units(self, context: ScanContext) -> records.Units:
         units = self._beams.units
         return records.Units(
-            setting.origin_ego, setting.R_ego_unit, units.range_min, units.range_max, units.pulse_length,
+            context.origin_ego, context.R_ego_unit, units.range_min, units.range_max, units.pulse_length,
             units.pulse_growth, units.echo_separation, units.echoes_max,
         )  # fmt: skip
 
 
 def _grid(beams: BeamTable, footprint: tuple[int, int]) -> records.Grid:
-    """Directions of all rays: the midpoints of an even grid over each beam."""
-    rises, turns = footprint
+    """Return the directions of all rays: the midpoints of an even grid over each beam."""
+    rays_high, rays_wide = footprint
     azimuths, slopes, cosines, farthest = [], [], [], []
     for fan, u in enumerate(beams.fan_unit):
         first, end = beams.row_beam[beams.fan_row[fan : fan + 2]]
         layers = beams.fan_row[fan + 1] - beams.fan_row[fan]
         azimuth, layer_elevation = (angle[first:end].reshape(layers, -1) for angle in (beams.azimuth, beams.elevation))
-        rise, turn = beams.units.beam_height[u] * _even(rises), beams.units.beam_width[u] * _even(turns)
+        rise, turn = (
+            beams.units.beam_height[u] * _midpoints(rays_high),
+            beams.units.beam_width[u] * _midpoints(rays_wide),
+        )
         azimuths.append((azimuth[0, :, None] + turn).ravel())
-        elevation = np.repeat((layer_elevation.T[:, :, None] + rise).reshape(-1, layers * rises), turns, axis=0).ravel()
+        elevation = (layer_elevation.T[:, :, None] + rise).reshape(-1, layers * rays_high)
+        elevation = np.repeat(elevation, rays_wide, axis=0).ravel()
         slopes.append(np.tan(elevation))
         cosines.append(np.cos(elevation))
         farthest.append(1.0 / (beams.units.range_max[u] * np.cos(elevation)))
     return records.Grid(
-        rises=rises,
-        turns=turns,
+        rays_high=rays_high,
+        rays_wide=rays_wide,
         half_width=beams.units.beam_width / 2.0,
         fan_column=np.cumsum([0, *map(len, azimuths)]),
         fan_ray=np.cumsum([0, *map(len, slopes)]),
@@ -170,13 +176,13 @@ def _grid(beams: BeamTable, footprint: tuple[int, int]) -> records.Grid:
     )
 
 
-def _even(count: int) -> Floats:
-    """(count,) midpoints of equal parts of [-1/2, 1/2]."""
+def _midpoints(count: int) -> Floats:
+    """Return the (count,) midpoints of equal parts of [-1/2, 1/2]."""
     return (np.arange(count) + 0.5) / count - 0.5
 
 
 def _cos_sin(angle: Floats) -> Floats:
-    """(..., 2) of angles (...)."""
+    """Return (..., 2) cosine and sine of angles (...)."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
@@ -188,5 +194,5 @@ def _solids(bodies: Bodies) -> records.Solids:
     )  # fmt: skip
 
 
-def _surroundings(walls: Walls, setting: ScanContext) -> records.StaticScene:
-    return records.StaticScene(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, setting.extinction)
+def _static_scene(walls: Walls, context: ScanContext) -> records.StaticScene:
+    return records.StaticScene(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, context.extinction)

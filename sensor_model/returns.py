@@ -1,4 +1,4 @@
-"""What comes back to the units: one row a return, on its way from the caster to the scan."""
+"""Returns of a scan, between ray caster and point cloud: one row per return."""
 
 from dataclasses import dataclass
 
@@ -22,11 +22,11 @@ class Returns:
     range: Floats
     """(N,) leading edge of the echo, without range noise [m]."""
     width: Floats
-    """(N,) of the pulse over the threshold [m]."""
+    """(N,) width of the pulse above the threshold [m]."""
     power: Floats
-    """(N,) highest power of the echo: reflectivity x cos(incidence) x gain / range^2 of all it comes from [1/m^2]."""
+    """(N,) highest power of the echo: reflectivity x cos(incidence) x gain / range^2 of all its sources [1/m^2]."""
     target: Ints
-    """(N,) row of the actor met, or `GROUND`, `WALL`, `NOTHING`."""
+    """(N,) row of the actor hit, or `GROUND`, `WALL`, `NOTHING`."""
     surface: Ints
     """(N,) plane of `Bodies` on actors, wall of `Walls` on walls, else 0."""
     part: Bytes
@@ -34,7 +34,7 @@ class Returns:
     cause: Bytes
     """(N,) `Cause`."""
     point_body: Floats
-    """(N, 2) the point in the frame of the actor it is on, were that straight [m]; zero elsewhere."""
+    """(N, 2) the point in the frame of its actor, with articulation removed [m]; zero elsewhere."""
     flags: npt.NDArray[np.uint16]
     """(N,) `PointFlag`."""
 
@@ -43,13 +43,13 @@ class Returns:
 
     @property
     def echo(self) -> Bytes:
-        """(N,) number of the return in its beam, 0 for the nearest."""
+        """(N,) index of the return in its beam, 0 for the nearest."""
         number = np.arange(len(self.beam))
         first = np.flatnonzero(np.diff(self.beam, prepend=-1))
         return (number - np.repeat(first, np.diff(first, append=len(self.beam)))).astype(np.uint8)
 
     @property
     def transparent(self) -> npt.NDArray[np.uint16]:
-        """(N,) `PointFlag.TRANSPARENT` where the beam has another echo behind: all that a LUX knows of glass."""
+        """(N,) `PointFlag.TRANSPARENT` if the beam has another echo behind, which is how a LUX detects glass."""
         behind = np.append(self.beam[1:] == self.beam[:-1], np.zeros(min(len(self), 1), dtype=np.bool_))
         return np.where(behind, PointFlag.TRANSPARENT, 0).astype(np.uint16)

@@ -1,4 +1,4 @@
-"""The circumstances of one sweep: where the units really are, how the ego moves, and how sensitive each beam is."""
+"""Context of one scan: true poses of the units, ego motion, and detection thresholds."""
 
 from dataclasses import dataclass
 
@@ -14,50 +14,50 @@ from sim.world import Ego
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanContext:
-    """Of U units and B beams. The ego frame is level: what is here is over ground, whatever the ego believes."""
+    """Context of a scan of U units with B beams. The ego frame is level; all values are ground truth."""
 
     frame_index: int
-    """Decides which mirror side fires."""
+    """Index of the frame, which decides the mirror face that fires."""
     origin_ego: Floats
-    """(U, 3) where each unit really is at the frame's time [m]."""
+    """(U, 3) true position of each unit at the frame's time [m]."""
     R_ego_unit: Floats
-    """(U, 3, 3) its rotation: ego = R unit."""
+    """(U, 3, 3) true rotation of each unit: ego = R unit."""
     time_jitter: Floats
-    """(U,) how much later than nominal each unit fires [s]."""
+    """(U,) delay of each unit's firing times relative to the nominal ones [s]."""
     ego_velocity: Floats
     """(2,) over ground, in the ego frame [m/s]."""
     ego_acceleration: Floats
-    """(2,) likewise [m/s^2]."""
+    """(2,) over ground, in the ego frame [m/s^2]."""
     ego_yaw_rate: float
     """[rad/s]"""
     threshold: Floats
-    """(B,) power that makes an echo, infinite for a beam that cannot have one [1/m^2]."""
+    """(B,) minimum power of an echo, infinite for a blind beam [1/m^2]."""
     extinction: float = 0.0
-    """Of the air [1/m]."""
+    """Extinction coefficient of the air [1/m]."""
 
     @property
     def drive(self) -> EgoDrive:
-        """The ego's motion, as the kernels take it."""
+        """Ego motion as a record for the kernels."""
         (vx, vy), (ax, ay) = self.ego_velocity, self.ego_acceleration
         return EgoDrive(vx, vy, ax, ay, self.ego_yaw_rate)
 
 
 def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:
-    """Velocity (2,) and acceleration (2,) of the ego in its own frame, and yaw rate, over ground."""
+    """Return velocity (2,) and acceleration (2,) of the ego in the ego frame, and yaw rate, all over ground."""
     cos, sin = np.cos(ego.pose_world[2]), np.sin(ego.pose_world[2])
     R_ego_world = np.array([[cos, sin], [-sin, cos]])
     return R_ego_world @ ego.velocity_world, R_ego_world @ ego.acceleration_world, ego.yaw_rate
 
 
 def displacement(
-    returns: Returns, beams: BeamTable, mounts: tuple[Floats, Floats], bodies: Bodies, setting: ScanContext
+    returns: Returns, beams: BeamTable, mounts: tuple[Floats, Floats], bodies: Bodies, context: ScanContext
 ) -> Floats:
-    """(N,) how far each point is put from where exact mounts and firing times would put it [m].
+    """Return the (N,) displacement of each point by the errors of mounting poses and firing times [m].
 
     Parameters
     ----------
     mounts
-        True origins (U, 3) and rotations (U, 3, 3) of the units in the ego's body.
+        True origins (U, 3) and rotations (U, 3, 3) of the units in the frame of the ego's body.
     """
     units, unit = beams.units, beams.unit[returns.beam]
     origin, R_body_unit = mounts
@@ -68,14 +68,14 @@ def displacement(
     on_actor = np.flatnonzero(returns.target >= 0)
     actor = returns.target[on_actor]
     point = (units.origin_ego[unit] + returns.range[:, None] * direction)[on_actor, :2]
-    passed = bodies.velocity_ego[actor] - setting.ego_velocity
-    passed += bodies.yaw_rate[actor, None] * _turned_left(point - bodies.pose_ego[actor, :2])
-    passed -= setting.ego_yaw_rate * _turned_left(point)
-    moved[on_actor, :2] += setting.time_jitter[unit[on_actor], None] * passed
+    passed = bodies.velocity_ego[actor] - context.ego_velocity
+    passed += bodies.yaw_rate[actor, None] * _rotated_left(point - bodies.pose_ego[actor, :2])
+    passed -= context.ego_yaw_rate * _rotated_left(point)
+    moved[on_actor, :2] += context.time_jitter[unit[on_actor], None] * passed
     distance: Floats = np.linalg.norm(moved, axis=1)
     return distance
 
 
-def _turned_left(vector: Floats) -> Floats:
-    """(N, 2) vectors turned by 90 degrees: how points there move at a yaw rate of 1."""
+def _rotated_left(vector: Floats) -> Floats:
+    """Rotate vectors (N, 2) by 90 degrees: the velocities of these points at a yaw rate of 1."""
     return np.stack([-vector[:, 1], vector[:, 0]], axis=1)

@@ -1,4 +1,4 @@
-"""What the caster knows and the tracker may not: where each point comes from, and what each actor shows."""
+"""Ground truth of a scan, hidden from the tracker: origin of each point, and visibility of each actor."""
 
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
@@ -9,11 +9,11 @@ import numpy.typing as npt
 from sensor_model.arrays import Bytes, Floats, Ints
 
 NO_ACTOR = -1
-"""`ScanTruth.actor_id` of points on the ground, on obstacles and on nothing."""
+"""`ScanTruth.actor_id` of points that are not on an actor."""
 
 
 class Part(IntEnum):
-    """What a beam met."""
+    """Part that a beam hit."""
 
     NONE = 0
     GROUND = 1
@@ -24,54 +24,54 @@ class Part(IntEnum):
     MIRROR = 5
     WHEEL = 6
     INTERIOR = 7
-    """What is behind a pane."""
+    """Interior behind a pane."""
     DROPLET = 8
     """Rain or spray."""
 
 
 class Cause(IntEnum):
-    """Why a point is where it is. All but CLEAN are what outlier removal should find."""
+    """Cause of a point's position. Outlier removal should find all but CLEAN points."""
 
     CLEAN = 0
     MIRROR = 1
-    """On a side mirror of the vehicle."""
+    """On a side mirror of a vehicle."""
     LAYER_OVERLAP = 2
-    """On a part of the vehicle well inside its outline: window behind the deck, wheel under the bumper."""
+    """On a part well inside the vehicle's outline, such as the window behind the deck or a wheel under the bumper."""
     RANGE_OUTLIER = 3
     """The unit measured a wrong range."""
     GHOST = 4
-    """On nothing: the beam was reflected, and what it met is seen behind the mirror."""
+    """Specular reflection: the object hit appears behind the mirror."""
     DOUBLED = 5
-    """On an actor that several units see, out of place by their calibration or timing."""
+    """On an actor seen by several units, displaced by calibration or timing errors."""
     FALSE_ALARM = 6
-    """On nothing: the detector fired by itself."""
+    """False alarm of the detector."""
     RAIN = 7
     """On a raindrop."""
     SPRAY = 8
-    """On water thrown up by a vehicle."""
+    """On spray of a vehicle."""
 
 
 ON_NOTHING = (Cause.GHOST, Cause.FALSE_ALARM, Cause.RAIN, Cause.SPRAY)
-"""Causes of points that lie on no actor and no obstacle."""
+"""Causes of points that lie neither on an actor nor on an obstacle."""
 
 
 class Loss(IntEnum):
-    """Why a beam has no echo of what it met."""
+    """Cause of a beam without an echo of the object it hit."""
 
     THRESHOLD = 0
     """The echo was too weak."""
     RANDOM = 1
-    """The detector's random floor."""
+    """Random loss of the detector."""
     OUTAGE = 2
     """The unit was silent."""
     DIRT = 3
-    """Dirt on the unit's window took too much of it."""
+    """Attenuation by dirt on the unit's window."""
     SUN = 4
-    """The unit was too much dazzled for it."""
+    """Reduced sensitivity by sun glare."""
     RAIN = 5
-    """Rain on the way took too much of it."""
+    """Attenuation by rain."""
     TOO_NEAR = 6
-    """All that it met is nearer than the unit can measure."""
+    """All hits are nearer than the minimum range of the unit."""
 
 
 class Face(IntFlag):
@@ -84,7 +84,7 @@ class Face(IntFlag):
 
 
 class View(IntEnum):
-    """How much of a vehicle's outline returned points (table 1 of the paper)."""
+    """Visible part of a vehicle's outline (table 1 of the paper)."""
 
     NONE = 0
     L_SHAPE = 1
@@ -95,10 +95,10 @@ class View(IntEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanTruth:
-    """Truth beside a `Scan` of N points, for the frame's A actors in the order of `WorldFrame.actors`."""
+    """Ground truth of a `Scan` of N points, for the frame's A actors in the order of `WorldFrame.actors`."""
 
     actor_id: Ints
-    """(N,) the actor the point lies on, `NO_ACTOR` where none."""
+    """(N,) actor that the point is on, or `NO_ACTOR`."""
     part: Bytes
     """(N,) `Part`."""
     cause: Bytes
@@ -106,18 +106,18 @@ class ScanTruth:
     true_range: npt.NDArray[np.float32]
     """(N,) range without noise [m]."""
     lost_unit: Bytes
-    """(L,) unit of each lost beam: one with no echo of what it met. Clutter may still have given it a point."""
+    """(L,) unit of each lost beam, which has no echo of the object it hit. It may have a point from clutter."""
     lost_beam: npt.NDArray[np.int32]
     """(L,) index of the lost beam in its unit's beam table."""
     lost_cause: Bytes
     """(L,) `Loss`."""
     unit_hits: npt.NDArray[np.int32]
-    """(A, U) rays of each unit that end on the actor, before any loss or noise, however near. A beam is one ray or,
-    with a footprint, many."""
+    """(A, U) rays of each unit that end on the actor, at any range, before losses and noise. A beam is one ray, or many
+    with a footprint."""
     unit_hits_alone: npt.NDArray[np.int32]
-    """(A, U) rays that would, were it alone on the ground."""
+    """(A, U) rays that would end on the actor if it were alone on the ground."""
     faces: Bytes
-    """(A,) `Face` bits of the faces that returned at least `MIN_FACE_HITS` beams."""
+    """(A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points."""
     view: Bytes
     """(A,) `View`."""
 
@@ -129,11 +129,11 @@ class ScanTruth:
 
     @property
     def hits_alone(self) -> Ints:
-        """(A,) rays of all units that would, were it alone on the ground."""
+        """(A,) rays of all units that would end on the actor if it were alone on the ground."""
         hits: Ints = self.unit_hits_alone.sum(axis=1, dtype=np.int64)
         return hits
 
     @property
     def visible_fraction(self) -> Floats:
-        """(A,) hits / hits_alone, 0 to 1; 0 where not even a lone actor would be met."""
+        """(A,) hits / hits_alone, 0 to 1; 0 if no ray would hit the actor alone."""
         return self.hits / np.maximum(self.hits_alone, 1)

@@ -1,4 +1,4 @@
-"""What each actor shows of itself, and which of its points lie where a fitted outline must not look for them."""
+"""Visible faces of each actor, and points that lie off its outline."""
 
 import numpy as np
 
@@ -10,17 +10,17 @@ from sensor_model.truth import Cause, Face, Part, View
 from sim.world import Actors
 
 MIN_FACE_HITS = 3
-"""Points on a face of an actor from which the face counts as visible."""
+"""Minimum number of points of a visible face."""
 MAX_CLEAN_DEPTH = 0.20
-"""A point farther inside the outline than this is not on it [m]. Rounded corners are at most 0.18 m deep."""
+"""Maximum depth of a point on the outline inside it [m]. Rounded corners are at most 0.18 m deep."""
 
 _MIN_FACING = np.cos(np.deg2rad(30.0))  # a cut corner, at 45 degrees, belongs to neither of its faces
 _SIDES = ((Face.FRONT, 0, 1.0), (Face.LEFT, 1, 1.0), (Face.REAR, 0, -1.0), (Face.RIGHT, 1, -1.0))
-"""Each face, and the axis of the body and the direction on it in which it looks."""
+"""Each face, the body axis it faces along, and the direction."""
 
 
 def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
-    """Say what each echo is on, and whether that is the outline of its actor."""
+    """Label each echo with part and cause."""
     target, surface = echoes.target, echoes.surface
     part = np.where(target == GROUND, Part.GROUND, Part.OBSTACLE).astype(np.uint8)
     cause = np.full(len(target), Cause.CLEAN, dtype=np.uint8)
@@ -44,14 +44,14 @@ def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
 
 
 def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
-    """(N,) `Cause` of points that lie on actors.
+    """Return the (N,) `Cause` of points that lie on actors.
 
     Parameters
     ----------
     part
         (N,) `Part`.
     points_body
-        (N, 2) the true points, in the frame of their actor, were it straight [m].
+        (N, 2) true points in the frame of their actor, with articulation removed [m].
     size
         (N, 3) length, width, height of their actor [m].
     """
@@ -64,32 +64,32 @@ def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
 
 
 def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: Floats, actors: int) -> Bytes:
-    """(A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points.
+    """Return the (A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points.
 
-    A point is on a face if its surface looks that way and it lies at that side: the tread of a wheel looks forward too.
+    A point is on a face if its surface faces that way and it lies at that side; the tread of a wheel faces forward too.
 
     Parameters
     ----------
     actor
         (N,) actor of each point on an outline.
     normal_body
-        (N, 3) outward normal of the surface there, in the actor's frame. At the corners the point alone would not tell.
+        (N, 3) outward normal of the surface, in the actor's frame; at corners the position alone is ambiguous.
     points_body, size
-        (N, 2) the points in that frame, and (N, 3) the sizes of their actors [m]. Both as if actors were straight.
+        (N, 2) points in that frame, and (N, 3) sizes of their actors [m]; with articulation removed.
     actors
-        A.
+        Number of actors A.
     """
     faces = np.zeros(actors, dtype=np.uint8)
     for face, axis, side in _SIDES:
-        looks_out = side * normal_body[:, axis] > _MIN_FACING
+        faces_out = side * normal_body[:, axis] > _MIN_FACING
         at_side = 0.5 * size[:, axis] - side * points_body[:, axis] <= MAX_CLEAN_DEPTH
-        count = np.bincount(actor[looks_out & at_side], minlength=actors)
+        count = np.bincount(actor[faces_out & at_side], minlength=actors)
         faces[count >= MIN_FACE_HITS] |= np.uint8(face)
     return faces
 
 
 def view_kind(faces: Bytes) -> Bytes:
-    """(A,) `View` of visible faces: an L is an end and a side together."""
+    """Return the (A,) `View` of visible faces; an L-shape has an end and a side."""
     return _VIEW[faces]
 
 

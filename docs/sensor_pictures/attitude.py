@@ -1,4 +1,4 @@
-"""What pitch and mounting height do: attitude over time, ground echoes, and which layers clear a car's deck."""
+"""Effects of pitch and mounting height: attitude over time, ground echoes, and layers above a car's deck."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def draw() -> None:
 
 
 def _over_time(axes: Axes) -> None:
-    """Pitch and roll of an ego on an ordinary road, and how often each frequency is in them."""
+    """Draw pitch and roll of an ego on an ordinary road, and their spectrum."""
     config = AttitudeNoise(enabled=True)
     attitude = Attitude(config, Draws(1, beam_table(SRX)))
     time = np.arange(0.0, 10.0, 0.02)
@@ -46,7 +46,7 @@ def _over_time(axes: Axes) -> None:
 
 
 def _ground(axes: Axes) -> None:
-    """Where the beams straight ahead meet a flat road, and where that is an echo."""
+    """Draw the ranges at which the beams straight ahead hit a flat road, and which of them give an echo."""
     pitches = np.arange(-1.5, 4.01, 0.1)
     for layer, color in enumerate(LAYER_COLORS):
         met, seen = np.full((2, len(pitches)), np.nan)
@@ -67,7 +67,7 @@ def _ground(axes: Axes) -> None:
 
 
 def _overlap(axes: Axes) -> None:
-    """Share of a car's points that lie on its window, well inside its outline."""
+    """Draw the share of a car's points on its window, well inside its outline."""
     for height, color in ((0.55, "tab:blue"), (0.80, "tab:orange")):
         for pitch, style in ((0.0, "-"), (-1.0, "--"), (1.0, ":")):
             shares = [_share_inside(_at_height(height), pitch, gap) for gap in GAPS_M]
@@ -80,7 +80,7 @@ def _overlap(axes: Axes) -> None:
 
 
 def _at_height(z_m: float) -> Rig:
-    """The rig with all units at one height."""
+    """Return the rig with all units at one height."""
     return replace(SRX, mounts=tuple(replace(mount, z_m=z_m) for mount in SRX.mounts))
 
 
@@ -96,7 +96,7 @@ def _car(gap_m: float) -> ScriptedActor:
 
 
 def _side(axes: Axes) -> None:
-    """Points on a car 25 m ahead, by layer, where they are in plan."""
+    """Draw the points on a car 25 m ahead, by layer, in plan."""
     rig = _at_height(0.80)
     for row, pitch in enumerate((-1.0, 0.0, 1.0)):
         level = AttitudeNoise(enabled=True, pitch_deg=pitch, pitch_sigma_deg=0.0, roll_sigma_deg=0.0)

@@ -1,4 +1,4 @@
-"""Where beams go: a unit's field of view, its mirror sides, its sensitivity, and the six units from above."""
+"""Beams: field of view of a unit, mirror faces, sensitivity, and the six units in plan."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -24,7 +24,7 @@ def draw() -> None:
 
 
 def _field_of_view(axes: Axes) -> None:
-    """Every beam of a LUX as its footprint."""
+    """Draw the footprints of all beams of a LUX."""
     table = beam_table(one_unit(LUX))
     azimuth, elevation = np.rad2deg(table.azimuth), np.rad2deg(table.elevation)
     half_m = 0.5 * LUX.beam_height_deg
@@ -50,7 +50,7 @@ def _field_of_view(axes: Axes) -> None:
 
 
 def _mirror_sides(axes: Axes) -> None:
-    """Elevations of the layers of a LUX 8L over azimuth."""
+    """Draw the elevations of the layers of a LUX 8L over azimuth."""
     model = load_unit("lux_8l", SHIPPED)
     table = beam_table(one_unit(model))
     azimuth, elevation = np.rad2deg(table.azimuth), np.rad2deg(table.elevation)
@@ -66,7 +66,7 @@ def _mirror_sides(axes: Axes) -> None:
 
 
 def _gain(axes: Axes) -> None:
-    """Sensitivity of every beam, and the published knots."""
+    """Draw the sensitivity of every beam, and the published knots."""
     table = beam_table(one_unit(LUX))
     azimuth = np.rad2deg(table.azimuth)
     for layer, color, name in ((0, LOWER, "lower pair"), (2, UPPER, "upper pair")):
@@ -83,7 +83,7 @@ def _gain(axes: Axes) -> None:
 
 
 def _rig(axes: Axes) -> None:
-    """The fields of view of the six units from above."""
+    """Draw the fields of view of the six units in plan."""
     table = beam_table(SRX)
     colors = plt.get_cmap("tab10").colors
     for unit, mount in enumerate(SRX.mounts):

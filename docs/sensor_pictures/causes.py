@@ -1,4 +1,4 @@
-"""Points that mislead a fitted outline, from above: mirrors, windows, ghosts, contours that are there twice."""
+"""Points off the outline in plan: mirrors, windows, ghosts, doubled contours."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ def draw() -> None:
 
 
 def _by_cause(axes: Axes, where: Scene, config: NoiseConfig, causes: tuple[Cause, ...]) -> None:
-    """Draw the points of a scan, the causes of interest on top."""
+    """Draw the points of a scan, with the given causes on top."""
     scan, truth = sense(where, config)
     outline(axes, where.frame)
     for cause in (Cause.CLEAN, *causes):
@@ -58,7 +58,7 @@ def _ghosts(axes: Axes) -> None:
 
 
 def _doubled(axes: Axes) -> None:
-    """A car that several units see; their mounts are off by three times the default."""
+    """Draw a car seen by several units with three times the default calibration error."""
     car = ScriptedActor(x_m=14.0, y_m=-0.3, yaw_deg=30.0, reflectivity=0.4)
     where, default = scene(car), CalibrationError()
     strong = CalibrationError(enabled=True, yaw_sigma_deg=3 * default.yaw_sigma_deg, xy_sigma_m=3 * default.xy_sigma_m)

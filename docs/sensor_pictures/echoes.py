@@ -1,4 +1,4 @@
-"""How echoes form: what comes back to single beams within a pulse length, the threshold, what the unit reports."""
+"""Echo detection: power that returns to single beams within a pulse length, threshold, and reported echoes."""
 
 from dataclasses import dataclass
 
@@ -25,7 +25,7 @@ from sensor_model.truth import Part
 from sim.scripted.script import ScriptedActor, ScriptedObstacle
 
 EDGE_DEG = 3.4
-"""Where a car's edge is, 15 m away."""
+"""Azimuth of a car's edge, 15 m away."""
 FOOTPRINT = SensorConfig().footprint
 STEP_M = 0.002
 NAMES = {Part.OBSTACLE: "wall", Part.BODY: "body", Part.GREENHOUSE: "pane", Part.INTERIOR: "interior"}
@@ -33,13 +33,13 @@ NAMES = {Part.OBSTACLE: "wall", Part.BODY: "body", Part.GREENHOUSE: "pane", Part
 
 @dataclass(frozen=True)
 class Case:
-    """A beam and what it meets."""
+    """A beam and its scene."""
 
     title: str
     where: Scene
     beam: UnitModel
     z_m: float = 0.55
-    """Of the unit."""
+    """Height of the unit."""
 
 
 def draw() -> None:
@@ -90,12 +90,12 @@ def _car(rear_m: float) -> ScriptedActor:
 
 
 def _oncoming(front_m: float) -> ScriptedActor:
-    """A bus, whose windscreen begins low, seen from the front."""
+    """Return a bus, whose windscreen begins low, seen from the front."""
     return ScriptedActor(x_m=front_m + 6.0, y_m=0.0, yaw_deg=180.0, kind="bus", reflectivity=0.4)
 
 
 def _panel(axes: Axes, case: Case) -> None:
-    """Power that adds up within a pulse length, by what it comes from, and the echoes that the unit makes of it."""
+    """Draw the power summed within a pulse length, by source, and the reported echoes."""
     rays = cast(case.where, one_unit(rays_of(case.beam, FOOTPRINT), case.z_m), SensorConfig(footprint=(1, 1)))
     whole = cast(case.where, one_unit(case.beam, case.z_m))
     threshold, pulse = whole.beams.units.threshold[0], whole.beams.units.pulse_length[0]
@@ -118,7 +118,7 @@ def _panel(axes: Axes, case: Case) -> None:
 
 
 def _summed(rays: Cast, own: Floats, at: Floats, pulse: float) -> Floats:
-    """Power at each range `at` of the rays' echoes that are `own`: all within one pulse length before it [1/m^2]."""
+    """Return the power at each range `at` of the rays' echoes in `own`: all within one pulse length before [1/m^2]."""
     range_, power = rays.echoes.range[own], rays.echoes.power[own] / (FOOTPRINT[0] * FOOTPRINT[1])
     within = (range_[:, None] <= at) & (at < range_[:, None] + pulse)
     summed: Floats = power @ within

@@ -1,4 +1,4 @@
-"""What the beams of one unit meet on the rear of a car: their rays from behind, and the points from the side."""
+"""Hits of one unit's beams on the rear of a car: rays from behind, and points from the side."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,11 +24,11 @@ from sensor_model.sensor_config import SensorConfig
 from sim.scripted.script import ScriptedActor
 
 DISTANCE_M = 20.0
-"""From the unit to the rear of the car."""
+"""Distance from the unit to the rear of the car."""
 FOOTPRINT = (9, 3)
 CAR_LENGTH_M = 4.7
 WINDOW = (-1.25, 1.25, -0.05, 1.6)
-"""What is shown of the plane at that distance: y and z [m]."""
+"""Limits of the picture in the plane at that distance: y and z [m]."""
 PIXELS = 240
 
 
@@ -49,14 +49,14 @@ def draw() -> None:
 
 
 def _azimuths_deg(layer: int) -> Floats:
-    """Azimuths at which a layer of the LUX fires, as far as the car is wide."""
+    """Return the azimuths of a layer of the LUX over the width of the car."""
     fan = next(fan for fan in LUX.fans if layer in fan.layers)
     azimuths: Floats = fan.start_deg - fan.step_deg * np.arange(fan.count)
     return azimuths[np.abs(azimuths) < 3.3]
 
 
 def _photograph(axes: Axes, where: Scene) -> None:
-    """Draw the car as a unit of many fine beams would see it, bright where much comes back."""
+    """Draw the car as seen by a unit of many fine beams; brightness is returned power."""
     right, left, bottom, top = WINDOW
     half = np.rad2deg(np.arctan(left / DISTANCE_M))
     elevation = np.rad2deg(np.arctan((np.linspace(bottom, top, PIXELS) - 0.55) / DISTANCE_M))
@@ -89,7 +89,7 @@ def _photograph(axes: Axes, where: Scene) -> None:
 
 
 def _from_behind(axes: Axes, beam: UnitModel, rays: Cast) -> None:
-    """Draw the footprint of a beam, and its rays where they pass the plane of the car's rear."""
+    """Draw the footprint of a beam, and its rays in the plane of the car's rear."""
     (fan,) = beam.fans
     y, z = _place(fan.start_deg, beam.layer_elevation_deg[fan.layers[0]])
     width, height = DISTANCE_M * np.deg2rad([beam.beam_width_deg, beam.beam_height_deg])
@@ -101,13 +101,13 @@ def _from_behind(axes: Axes, beam: UnitModel, rays: Cast) -> None:
 
 
 def _place(azimuth_deg: Floats | float, elevation_deg: Floats | float) -> tuple[Floats, Floats]:
-    """Where a direction passes the plane of the car's rear: y and z [m]."""
+    """Return the intersection of a direction and the plane of the car's rear: y and z [m]."""
     azimuth, elevation = np.deg2rad(azimuth_deg), np.deg2rad(elevation_deg)
     return DISTANCE_M * np.tan(azimuth), 0.55 + DISTANCE_M * np.tan(elevation) / np.cos(azimuth)
 
 
 def _from_the_side(axes: Axes, layer: int, rays: Cast, whole: Cast) -> None:
-    """Draw where the rays end, and the points of the beam."""
+    """Draw the ends of the rays, and the points of the beam."""
     x, _, z = rays.points_ego.T
     axes.scatter(x, z, s=4, c=[PART_COLORS[part] for part in rays.part], zorder=2)
     x, _, z = whole.points_ego.T

@@ -1,4 +1,4 @@
-"""Beams that return nothing: whole units over time, dirty and sunlit sectors, and why each beam was lost."""
+"""Lost beams: outages over time, dirty and sunlit sectors, and causes in one scan."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -38,7 +38,7 @@ def draw() -> None:
 
 
 def _outages(axes: Axes) -> None:
-    """When each unit of the rig is silent."""
+    """Draw the outages of each unit of the rig."""
     names = [mount.name for mount in SRX.mounts]
     config = Outage(enabled=True)
     outages = Outages(config, Draws(1, beam_table(SRX)), names)
@@ -65,7 +65,7 @@ def _outages(axes: Axes) -> None:
 
 
 def _sectors(axes: Axes) -> None:
-    """How far a unit sees grey things with dirt on its window, and with the sun in its eyes."""
+    """Draw the detection range of a grey surface with dirt, and with sun glare."""
     kinds = {
         "clean and shaded": noise(),
         "dirt": noise(dirt=Dirt(enabled=True)),
@@ -87,7 +87,7 @@ def _sectors(axes: Axes) -> None:
 
 
 def _reach(config: NoiseConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Farthest range [m] at which the beams of layer 1 see a wall that faces them, over their azimuths [deg]."""
+    """Return azimuths [deg] of the beams of layer 1, and their detection ranges for a wall at normal incidence [m]."""
     rig = one_unit(LUX, z_m=2.0)
     beams = beam_table(rig)
     azimuth = np.rad2deg(beams.azimuth[beams.layer == 1])
@@ -104,7 +104,7 @@ def _reach(config: NoiseConfig) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _causes(axes: Axes) -> None:
-    """Why beams of one scan were lost, where they would have ended."""
+    """Draw the lost beams of one scan at their ends, by cause."""
     corners = [(-60.0, -9.0), (60.0, -9.0)], [(-60.0, 9.0), (60.0, 9.0)]
     walls = tuple(ScriptedObstacle(list(ends), 4.0, kind="wall", reflectivity=0.3) for ends in corners)
     cars = [ScriptedActor(x_m=x, y_m=y, reflectivity=paint) for x, y, paint in ((22.0, 3.0, 0.4), (33.0, -3.0, 0.04))]
@@ -122,10 +122,10 @@ def _causes(axes: Axes) -> None:
     scan, truth = lidar.scan(where.frame)
     x, y, _ = scan.points_ego.T
     axes.scatter(x, y, s=2, color="tab:green", label=f"points ({len(scan)})")
-    everything = cast(where, SRX, threshold=np.full(len(lidar.beams), 1e-9))
-    first = np.diff(everything.echoes.beam, prepend=-1) > 0
+    all_hits = cast(where, SRX, threshold=np.full(len(lidar.beams), 1e-9))
+    first = np.diff(all_hits.echoes.beam, prepend=-1) > 0
     end = np.full((len(lidar.beams), 3), np.nan)
-    end[everything.echoes.beam[first]] = everything.points_ego[first]
+    end[all_hits.echoes.beam[first]] = all_hits.points_ego[first]
     start = np.searchsorted(lidar.beams.unit, np.arange(len(SRX.mounts)))
     beam = start[truth.lost_unit] + truth.lost_beam
     for loss, color in LOSS_COLORS.items():
@@ -143,5 +143,5 @@ def _causes(axes: Axes) -> None:
 
 
 def _rear_left_out() -> Outage:
-    """One unit is silent for the first second, and no other."""
+    """Return an outage of the rear left unit in the first second."""
     return Outage(enabled=True, mean_uptime_s=1e9, fixed=(FixedOutage("rear left", 0.0, 1.0),))

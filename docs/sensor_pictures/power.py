@@ -1,4 +1,4 @@
-"""What it takes to be seen: power against range for paints, angles of incidence, and the softness of the threshold."""
+"""Detection: power against range for paints, angle of incidence, and soft threshold."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ PAINTS = {"black": 0.04, "dark metallic": 0.1, "silver": 0.4, "white": 0.7}
 COLORS = {"black": "black", "dark metallic": "tab:brown", "silver": "tab:blue", "white": "goldenrod"}
 RANGES_M = np.concatenate([np.arange(4.0, 20.0, 1.0), np.arange(20.0, 160.0, 2.0)])
 BEAMS = 2001
-"""Of the unit that counts how many of its beams return."""
+"""Number of beams of the unit that counts returning beams."""
 
 
 def draw() -> None:
@@ -30,7 +30,7 @@ def draw() -> None:
 
 
 def _power(axes: Axes) -> None:
-    """Power of the echo of a plate that faces the unit."""
+    """Draw the power of the echo of a plate at normal incidence."""
     rig = one_unit(only_beam(0.0, 2))
     for paint, reflectivity in PAINTS.items():
         ratio = [_power_over_threshold(_plate(range_m, reflectivity), rig) for range_m in RANGES_M]
@@ -46,14 +46,14 @@ def _power(axes: Axes) -> None:
 
 
 def _power_over_threshold(where: Scene, rig: Rig) -> float:
-    """Power of what the only beam of a rig meets, seen or not [threshold]."""
+    """Return the power that returns to the only beam of a rig, detected or not, over its threshold."""
     echoes = cast(where, rig).echoes
     power = echoes.power if len(echoes.power) else echoes.lost_power
     return float(power[0] / rig_threshold(rig))
 
 
 def rig_threshold(rig: Rig) -> float:
-    """Power that a unit needs [1/m^2]."""
+    """Return the threshold of the rig's unit [1/m^2]."""
     model = rig.mounts[0].model
     return model.reference_reflectivity / model.reference_range_m**2
 
@@ -66,7 +66,7 @@ def _plate(range_m: float, reflectivity: float) -> Scene:
 
 
 def _returns(axes: Axes) -> None:
-    """Share of the beams on a plate that return, counted with a unit that fires very many beams straight ahead."""
+    """Draw the share of returning beams on a plate, counted with a unit of many beams straight ahead."""
     fan = Fan((0,), start_deg=0.1, stop_deg=-0.1, step_deg=0.2 / (BEAMS - 1), gain_percent=(100.0,))
     model = replace(
         LUX, layer_elevation_deg=(0.4,), layer_bias_m=(0.0,), gain_azimuth_deg=(0.0,), fans=(fan,), beam_width_deg=1e-4
@@ -87,7 +87,7 @@ def _share(rig: Rig, where: Scene) -> float:
 
 
 def _angle(axes: Axes) -> None:
-    """How far a plate is seen that is turned away."""
+    """Draw the detection range of a plate over the angle of incidence."""
     turned_deg = np.arange(0.0, 90.0, 3.0)
     for paint, reflectivity in PAINTS.items():
         axes.plot(turned_deg, [_farthest(reflectivity, angle) for angle in turned_deg], color=COLORS[paint])
@@ -97,7 +97,7 @@ def _angle(axes: Axes) -> None:
 
 
 def _farthest(reflectivity: float, angle_deg: float) -> float:
-    """Range at which a plate just reaches the threshold [m]; power falls with the square of the range."""
+    """Return the range at which a plate just reaches the threshold [m]; power falls with the square of the range."""
     at_m = 10.0
     along = 30.0 * np.array([-np.sin(np.deg2rad(angle_deg)), np.cos(np.deg2rad(angle_deg))])
     ends = [(at_m + side * along[0], side * along[1]) for side in (-1.0, 1.0)]

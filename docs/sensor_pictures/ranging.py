@@ -1,4 +1,4 @@
-"""The error of ranges: noise, the layers' bias, whole centimetres; and outliers."""
+"""Range errors: noise, bias of the layers, quantisation, and outliers."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ def draw() -> None:
 
 
 def errors(config: NoiseConfig) -> tuple[Floats, Floats, Floats]:
-    """Range errors [m] of all points on a wall, their layers and causes, over many frames."""
+    """Return the range errors [m] of all points on a wall, their layers and causes, over many frames."""
     rig: Rig = one_unit(LUX)
     where = scene(street=(ScriptedObstacle([(15.0, -40.0), (15.0, 40.0)], 20.0, kind="wall"),))
     lidar = Lidar(rig, config, SensorConfig(), 1, where.obstacles)

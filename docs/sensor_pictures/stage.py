@@ -1,4 +1,4 @@
-"""What all pictures share: small worlds, units made for a look inside a beam, colours, outlines."""
+"""Shared tools of the pictures: small scenes, special units, colours, outlines."""
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -31,7 +31,7 @@ FOLDER = Path(__file__).parents[1] / "pictures"
 LUX = load_unit("lux", SHIPPED)
 SRX = load_rig("srx_six_lux", SHIPPED)
 AHEAD = "front left"
-"""The unit of the rig that most pictures look through."""
+"""Unit of the rig used by most pictures."""
 
 LOWER, UPPER = "tab:blue", "tab:orange"
 PART_COLORS = {
@@ -59,7 +59,7 @@ _CORNERS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
 
 @dataclass(frozen=True)
 class Scene:
-    """An instant of a scripted world."""
+    """Instant of a scripted world."""
 
     frame: WorldFrame
     obstacles: Obstacles
@@ -68,7 +68,7 @@ class Scene:
 def scene(
     *actors: ScriptedActor, ego: ScriptedEgo | None = None, street: tuple[ScriptedObstacle, ...] = (), frame: int = 0
 ) -> Scene:
-    """Play a script up to a frame; everybody stands exactly where told in the first one."""
+    """Simulate a script up to a frame; in the first frame all actors are at their scripted poses."""
     traffic = ScriptedTraffic(
         ego=ego or ScriptedEgo(), actor=list(actors), obstacle=list(street), jitter_m=0.0, jitter_deg=0.0
     )
@@ -80,37 +80,37 @@ def scene(
 
 
 def noise(*kinds: str, **strengths: object) -> NoiseConfig:
-    """Noise of these kinds and no other, some with a strength of their own (`mirror=MirrorNoise(...)`)."""
+    """Return only these kinds of noise, optionally with other strengths (`mirror=MirrorNoise(...)`)."""
     config = NoiseConfig()
     switched = {f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
     return replace(config, **{**switched, **strengths})
 
 
 BODIES_AS_THEY_ARE = noise("mirror", "layer_overlap")
-"""No loss and no error, but bodies with their mirrors, windows and decks."""
+"""No losses and no errors; bodies with mirrors, windows and decks."""
 
 
 def sense(
     where: Scene, config: NoiseConfig = BODIES_AS_THEY_ARE, sensor: SensorConfig | None = None, rig: Rig = SRX,
     seed: int = 1,
 ) -> tuple[Scan, ScanTruth]:  # fmt: skip
-    """One scan of a scene and its truth."""
+    """Return a scan of a scene and its truth."""
     return Lidar(rig, config, sensor or SensorConfig(), seed, where.obstacles).scan(where.frame)
 
 
 def one_unit(model: UnitModel, z_m: float = 0.55, pitch_deg: float = 0.0, x_m: float = 0.0) -> Rig:
-    """A rig of one unit that looks ahead from above the ego frame's x."""
+    """Return a rig of one forward unit above the ego frame's x axis."""
     return Rig(0.0, (Mount("only", model, x_m, 0.0, z_m, yaw_deg=0.0, pitch_deg=pitch_deg, roll_deg=0.0),))
 
 
 def only_beam(azimuth_deg: float, layer: int) -> UnitModel:
-    """A LUX that fires a single beam."""
+    """Return a LUX with a single beam."""
     fan = next(fan for fan in LUX.fans if layer in fan.layers)
     return replace(LUX, fans=(replace(fan, layers=(layer,), start_deg=azimuth_deg, stop_deg=azimuth_deg),))
 
 
 def rays_of(beam: UnitModel, footprint: tuple[int, int]) -> UnitModel:
-    """The rays of a single beam, each as a beam of its own whose echoes, however weak, all are told."""
+    """Return a unit with the rays of a single beam as separate beams, which report echoes of any power."""
     (fan,) = beam.fans
     rows, columns = footprint
     rise = beam.beam_height_deg * ((np.arange(rows) + 0.5) / rows - 0.5)
@@ -131,7 +131,7 @@ def rays_of(beam: UnitModel, footprint: tuple[int, int]) -> UnitModel:
 
 @dataclass(frozen=True, eq=False)
 class Cast:
-    """What a caster makes of a scene, and what it was given."""
+    """Result and inputs of a ray cast."""
 
     beams: BeamTable
     bodies: Bodies
@@ -139,7 +139,7 @@ class Cast:
 
     @property
     def part(self) -> npt.NDArray[np.uint8]:
-        """(N,) `Part` of what each echo is on."""
+        """(N,) `Part` of each echo."""
         part = np.where(self.echoes.target == -2, Part.GROUND, Part.OBSTACLE).astype(np.uint8)
         on_actor = self.echoes.target >= 0
         part[on_actor] = self.bodies.plane_part[self.echoes.surface[on_actor]]
@@ -155,11 +155,11 @@ class Cast:
 def cast(
     where: Scene, rig: Rig, sensor: SensorConfig | None = None, threshold: Floats | None = None, extinction: float = 0.0
 ) -> Cast:
-    """Cast a rig's beams into a scene, without noise; by default every unit has its own threshold."""
+    """Cast a rig's beams into a scene, without noise; by default with the thresholds of the units."""
     sensor = sensor or SensorConfig()
     beams, ego = beam_table(rig), where.frame.ego
     bodies = BodyFactory(mirrors=True, plain=False, glass=sensor.glass, seed=None).place(where.frame)
-    setting = ScanContext(
+    context = ScanContext(
         frame_index=where.frame.index,
         origin_ego=beams.units.origin_ego,
         R_ego_unit=beams.units.R_ego_unit,
@@ -171,11 +171,11 @@ def cast(
         extinction=extinction,
     )
     walls = walls_of(where.obstacles).seen_from(ego.pose_world)
-    return Cast(beams, bodies, Raycaster(beams, sensor).cast(bodies, walls, setting))
+    return Cast(beams, bodies, Raycaster(beams, sensor).cast(bodies, walls, context))
 
 
 def outline(axes: Axes, frame: WorldFrame, *, along_y: bool = False, **style: object) -> None:
-    """Draw the boxes of all actors from above, with x to the right or, `along_y`, upwards."""
+    """Draw the boxes of all actors in plan, with x to the right or, `along_y`, upwards."""
     for pose, size in zip(frame.actors.pose_world, frame.actors.size, strict=True):
         turn = np.array([[np.cos(pose[2]), np.sin(pose[2])], [-np.sin(pose[2]), np.cos(pose[2])]])
         x, y = (pose[:2] + 0.5 * _CORNERS * size[:2] @ turn).T
@@ -183,12 +183,12 @@ def outline(axes: Axes, frame: WorldFrame, *, along_y: bool = False, **style: ob
 
 
 def sheet(rows: int, columns: int, width: float, height: float) -> tuple[Figure, npt.NDArray[np.object_]]:
-    """A figure of panels (rows, columns), in inches."""
+    """Return a figure with panels (rows, columns); size in inches."""
     return plt.subplots(rows, columns, figsize=(width, height), layout="constrained", squeeze=False)
 
 
 def label(axes: Axes, title: str, x: str, y: str) -> None:
-    """Name a panel and its axes."""
+    """Set the title and the axis labels of a panel."""
     axes.set_title(title, fontsize=10)
     axes.set_xlabel(x, fontsize=9)
     axes.set_ylabel(y, fontsize=9)

@@ -1,4 +1,4 @@
-"""What motion during the sweep does to a scan: firing times, a car that crosses, an ego that turns."""
+"""Motion during the sweep: firing times, a crossing car, a turning ego."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ def draw() -> None:
 
 
 def _firing(axes: Axes) -> None:
-    """When beams fire."""
+    """Draw the firing times of the beams."""
     for name, style in (("lux", "-"), ("lux_25hz", "--"), ("lux_50hz", ":")):
         model = load_unit(name, SHIPPED)
         table = beam_table(one_unit(model))
@@ -41,7 +41,7 @@ def _firing(axes: Axes) -> None:
 
 
 def _crossing(axes: Axes) -> None:
-    """A car that crosses ahead."""
+    """Draw a car that crosses ahead."""
     motion = [Straight("straight", speed_mps=CROSSING_MPS)]
     where = scene(ScriptedActor(x_m=16.0, y_m=0.0, yaw_deg=90.0, reflectivity=0.4, motion=motion))
     outline(axes, where.frame, color="black", along_y=True)
@@ -54,7 +54,7 @@ def _crossing(axes: Axes) -> None:
 
 
 def _turning(axes: Axes) -> None:
-    """A wall seen from an ego that turns: points are in its own frame, each at its own time."""
+    """Draw a wall seen from a turning ego; points are in the ego frame at their firing times."""
     ego = ScriptedEgo(motion=[Arc("arc", speed_mps=EGO_MPS, radius_m=EGO_MPS / np.deg2rad(EGO_DEG_PER_S))])
     where = scene(ego=ego, street=(ScriptedObstacle([(28.0, -12.0), (28.0, 12.0)], kind="wall"),))
     axes.plot([-12.0, 12.0], [28.0, 28.0], color="black", label="the wall at the frame's time")
@@ -65,7 +65,7 @@ def _turning(axes: Axes) -> None:
 
 
 def _points(axes: Axes, where: Scene) -> None:
-    """Points of the two front units, at an instant and in a sweep."""
+    """Draw the points of the two front units, with and without sweep."""
     x, y, _ = sense(where, sensor=FROZEN)[0].points_ego.T
     axes.scatter(y, x, s=14, color="0.75", label="points without sweep")
     scan, _ = sense(where)

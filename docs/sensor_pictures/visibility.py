@@ -1,4 +1,4 @@
-"""How much of a car is visible while another slides in front of it, by all units and by each."""
+"""Visible fraction of a car while a van occludes it, for all units and for each."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,7 +9,7 @@ from sim.scripted.script import ScriptedActor
 HIDDEN, HIDING = 0, 1
 """Rows of the actors."""
 SHOWN_Y_M = -1.2
-"""Where the hiding van stands in the first panel."""
+"""Position of the occluding van in the first panel."""
 
 
 def draw() -> None:

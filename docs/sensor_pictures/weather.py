@@ -1,4 +1,4 @@
-"""Rain and spray: what they take from an echo, and the echoes that they make."""
+"""Rain and spray: attenuation, and their echoes."""
 
 from dataclasses import replace
 
@@ -44,7 +44,7 @@ def draw() -> None:
 
 
 def _attenuation(axes: Axes) -> None:
-    """Power of the echo of a plate in rain against that in dry air."""
+    """Draw the power of a plate's echo in rain relative to dry air."""
     ranges, rig, any_power = np.arange(10.0, 200.0, 10.0), one_unit(only_beam(0.0, 2)), np.array([1e-9])
     plates = [scene(street=(ScriptedObstacle([(r, -r), (r, r)], 20.0, kind="wall"),)) for r in ranges]
     dry = np.array([cast(plate, rig, threshold=any_power).echoes.power[0] for plate in plates])
@@ -59,7 +59,7 @@ def _attenuation(axes: Axes) -> None:
 
 
 def _drops(axes: Axes) -> None:
-    """Ranges of the echoes of drops, over many scans of an empty place."""
+    """Draw the ranges of the echoes of drops, over many scans of an empty scene."""
     where, bins = scene(), np.arange(0.0, 20.01, 0.5)
     for rate, color in zip(RATES, SHADES, strict=True):
         config = noise(rain=Rain(enabled=True, rate_mm_per_h=rate))
@@ -74,7 +74,7 @@ def _drops(axes: Axes) -> None:
 
 
 def _spray(axes: Axes) -> None:
-    """Echoes from the spray of a car ahead on a wet motorway."""
+    """Draw the echoes of the spray of a car ahead on a wet motorway."""
     drive = [Straight("straight", speed_mps=SPEED_MPS)]
     cars = [ScriptedActor(x_m=x, y_m=y, reflectivity=0.4, motion=drive) for x, y in ((22.0, 0.0), (16.0, 3.6))]
     where = scene(*cars, ego=ScriptedEgo(motion=drive))

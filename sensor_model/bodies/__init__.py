@@ -1,1 +1,1 @@
-"""Bodies and obstacles that beams meet."""
+"""Bodies of road users, and static obstacles."""

@@ -1,6 +1,6 @@
-"""Turning the tractor of an articulated body about its kingpin, in the body's frame.
+"""Rotation of the tractor of an articulated body about its kingpin, in the body's frame.
 
-N kingpins stand at x [m] on the body's axis; angles [rad] are counter-clockwise.
+N kingpins are at x [m] on the body's axis; angles [rad] are counter-clockwise.
 """
 
 import numpy as np
@@ -8,35 +8,35 @@ import numpy as np
 from sensor_model.arrays import Floats
 
 
-def turned_vectors(vectors: Floats, angle: Floats) -> Floats:
-    """Turn vectors (N, 2) or (N, 3) in plan."""
+def rotate_vectors(vectors: Floats, angle: Floats) -> Floats:
+    """Rotate vectors (N, 2) or (N, 3) about z by angles (N,)."""
     cos, sin = np.cos(angle), np.sin(angle)
-    turned = vectors.copy()
-    turned[:, 0] = cos * vectors[:, 0] - sin * vectors[:, 1]
-    turned[:, 1] = sin * vectors[:, 0] + cos * vectors[:, 1]
-    return turned
+    rotated = vectors.copy()
+    rotated[:, 0] = cos * vectors[:, 0] - sin * vectors[:, 1]
+    rotated[:, 1] = sin * vectors[:, 0] + cos * vectors[:, 1]
+    return rotated
 
 
-def turned_points(points: Floats, kingpin: Floats, angle: Floats) -> Floats:
-    """Turn points (N, 2) about their kingpins (N,)."""
+def rotate_points(points: Floats, kingpin: Floats, angle: Floats) -> Floats:
+    """Rotate points (N, 2) about their kingpins (N,)."""
     pivot = np.column_stack([kingpin, np.zeros_like(kingpin)])
-    return pivot + turned_vectors(points - pivot, angle)
+    return pivot + rotate_vectors(points - pivot, angle)
 
 
-def turned_planes(planes: Floats, kingpin: Floats, angle: Floats) -> Floats:
-    """Turn planes (N, 4), normal and offset.
+def rotate_planes(planes: Floats, kingpin: Floats, angle: Floats) -> Floats:
+    """Rotate planes (N, 4), normal and offset, about their kingpins (N,).
 
-    What was at p is then at h + R (p - h), so n . p = d becomes (R n) . p = d - n . h + (R n) . h.
+    A point p moves to h + R (p - h), so n . p = d becomes (R n) . p = d - n . h + (R n) . h.
     """
-    turned = turned_vectors(planes, angle)
-    turned[:, 3] += (turned[:, 0] - planes[:, 0]) * kingpin
-    return turned
+    rotated = rotate_vectors(planes, angle)
+    rotated[:, 3] += (rotated[:, 0] - planes[:, 0]) * kingpin
+    return rotated
 
 
-def turned_boxes(boxes: Floats, kingpin: Floats, angle: Floats) -> Floats:
-    """Boxes along the axes, lower and upper corner (N, 2, 3), around the turned boxes."""
+def rotate_boxes(boxes: Floats, kingpin: Floats, angle: Floats) -> Floats:
+    """Return axis-aligned boxes (N, 2, 3), lower and upper corner, around the rotated boxes."""
     corners = [
-        turned_points(np.column_stack([boxes[:, end, 0], boxes[:, side, 1]]), kingpin, angle)
+        rotate_points(np.column_stack([boxes[:, end, 0], boxes[:, side, 1]]), kingpin, angle)
         for end in (0, 1)
         for side in (0, 1)
     ]

@@ -1,4 +1,4 @@
-"""One actor as a convex body: its solids, stretched to its size, in flat arrays."""
+"""Body of one actor: its convex solids, scaled to its size, in flat arrays."""
 
 from dataclasses import dataclass
 
@@ -13,8 +13,8 @@ from sim.world import Kind
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """What decides an actor's body, beside the switches of the `BodyShop`."""
+class Appearance:
+    """Appearance of an actor; with the options of the `BodyFactory` it determines the body."""
 
     actor_id: int
     kind: Kind
@@ -26,12 +26,12 @@ class Look:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """P solids and Q planes in the frame of their body; see `Bodies`, which holds these fields of all actors."""
+    """P solids and Q planes in the frame of their body; `Bodies` holds these fields for all actors."""
 
     bounds: Floats
     """(2, 3)"""
     planes_of_solid: Ints
-    """(P,) how many planes each solid has."""
+    """(P,) number of planes of each solid."""
     solid_bounds: Floats
     """(P, 2, 3)"""
     solid_inner: Bools
@@ -48,33 +48,33 @@ class Body:
     """(Q,)"""
 
 
-def build(look: Look, draw: Draw, glass: Glass, *, mirrors: bool, as_prism: bool) -> Body:
+def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as_prism: bool) -> Body:
     """Build the body of an actor.
 
     Parameters
     ----------
     draw
-        Of its proportions.
+        Random draws for the proportions.
     glass
-        Of its windows.
+        Glass of the windows.
     mirrors
-        Whether it has its side mirrors.
+        If True, the body has side mirrors.
     as_prism
-        Whether the rest of it is its bounding prism; an articulated vehicle has two.
+        If True, a bounding prism replaces the other solids; an articulated vehicle has two.
     """
-    shape = SHAPES[look.kind]
-    size = np.clip(look.size, shape.smallest, shape.largest)
+    shape = SHAPES[appearance.kind]
+    size = np.clip(appearance.size, shape.smallest, shape.largest)
     length, width, height = size.tolist()
     solids = shape.make((length, width, height), draw, glass)
     if as_prism:
         solids = [*shape.plain((length, width, height)), *(solid for solid in solids if solid.is_mirror)]
     if not mirrors:
         solids = [solid for solid in solids if not solid.is_mirror]
-    return _flat(solids, np.array(look.size) / size, look.paint, glass)
+    return _flat(solids, np.array(appearance.size) / size, appearance.paint, glass)
 
 
 def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> Body:
-    """Flatten solids, stretched along the axes: planes n . p <= d become (n / stretch) . p <= d, normalised."""
+    """Flatten solids, scaled along the axes: planes n . p <= d become (n / stretch) . p <= d, normalised."""
     flat = [plane for solid in solids for plane in solid.planes]
     planes = np.array([(*plane.normal, plane.offset) for plane in flat])
     planes[:, :3] /= stretch

@@ -1,4 +1,4 @@
-"""What surfaces send back and let through, at 905 nm: glass, paint, rubber, interiors."""
+"""Reflectivity and transmission of surfaces at 905 nm: glass, paint, rubber, interiors."""
 
 from dataclasses import dataclass
 
@@ -13,28 +13,30 @@ TYRE_REFLECTIVITY = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Glass:
-    """Windows: a weak echo of the pane, and what is behind it. All values are engineering estimates."""
+    """Windows: a weak echo of the pane, and one of the interior behind it. All values are engineering estimates."""
 
     pane_reflectivity: float = 0.06
-    """Diffuse reflectivity of a pane, 0 to 1. Clean glass mirrors some 8 % away from the unit (Fresnel, two faces of
-    index 1.5) and scatters next to nothing; dirt and printed edges scatter 0.02 to 0.1."""
+    """Diffuse reflectivity of a pane, 0 to 1. Clean glass reflects about 8 % specularly, away from the unit (Fresnel,
+    two faces of index 1.5), and scatters almost nothing; dirt and printed edges scatter 0.02 to 0.1."""
     transmission: float = 0.8
-    """Share of the power that one passage leaves, 0 to 1; light passes twice. 0 makes windows opaque."""
+    """Share of the power that passes a pane once, 0 to 1; light passes twice. 0 makes windows opaque."""
     interior_reflectivity: float = 0.2
     """Diffuse reflectivity of seats and trim, 0 to 1."""
     interior_depth_m: float = 0.6
-    """[m] How far behind windscreen and rear window the interior begins; half of it behind the side windows."""
+    """[m] Distance of the interior behind windscreen and rear window; half of it behind the side windows."""
 
     def __post_init__(self) -> None:
         shares = (self.pane_reflectivity, self.transmission, self.interior_reflectivity)
         if not all(0.0 <= share <= 1.0 for share in shares):
-            raise ValueError("pane_reflectivity, transmission and interior_reflectivity are shares: write 0 to 1")
+            raise ValueError("pane_reflectivity, transmission and interior_reflectivity must be from 0 to 1")
         if not 0.0 < self.interior_depth_m <= 1.0:
-            raise ValueError("interior_depth_m must be above 0 and at most 1, or the interior would not fit the cabin")
+            raise ValueError(
+                f"interior_depth_m = {self.interior_depth_m}: must be above 0 and at most 1 to fit the cabin"
+            )
 
 
 def plane_reflectivity(part: Bytes, paint: float, glass: Glass) -> Floats:
-    """Diffuse reflectivity (Q,) of planes of these parts (Q,) on an actor of this paint."""
+    """Return the diffuse reflectivity (Q,) of planes by `Part` (Q,), on an actor of this paint."""
     by_part = np.full(len(Part), paint)
     by_part[Part.GREENHOUSE] = glass.pane_reflectivity
     by_part[Part.WHEEL] = TYRE_REFLECTIVITY
@@ -43,5 +45,5 @@ def plane_reflectivity(part: Bytes, paint: float, glass: Glass) -> Floats:
 
 
 def plane_transmission(part: Bytes, glass: Glass) -> Floats:
-    """Two-way power transmission (Q,) of planes of these parts (Q,): that of a pane passed twice, else 0."""
+    """Return the two-way power transmission (Q,) of planes by `Part` (Q,); 0 for all parts but panes."""
     return np.where(part == Part.GREENHOUSE, glass.transmission**2, 0.0)

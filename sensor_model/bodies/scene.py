@@ -1,4 +1,4 @@
-"""All actors as convex bodies: what they are made of, and where they stand in the ego frame."""
+"""Bodies of all actors of a frame: convex solids and their poses in the ego frame."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.bodies.articulation import turned_boxes, turned_planes, turned_points, turned_vectors
-from sensor_model.bodies.body import Body, Look, build
+from sensor_model.bodies.articulation import rotate_boxes, rotate_planes, rotate_points, rotate_vectors
+from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sim.articulation import hitch
@@ -16,9 +16,10 @@ from sim.world import Actors, Ego, Kind, WorldFrame
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bodies:
-    """A bodies in the ego frame, flat: P solids and Q planes in all.
+    """A bodies in the ego frame, in flat arrays: P solids and Q planes in all.
 
-    The frame of an articulated body is its trailer's. A sweep lasts milliseconds: during it, the body keeps its bend.
+    The frame of an articulated body is that of its trailer. The articulation angle is constant during a scan, which
+    lasts milliseconds.
     """
 
     pose_ego: Floats
@@ -26,13 +27,13 @@ class Bodies:
     velocity_ego: Floats
     """(A, 2) over ground, along the axes of the ego frame [m/s]."""
     acceleration_ego: Floats
-    """(A, 2) likewise [m/s^2]."""
+    """(A, 2) over ground, along the axes of the ego frame [m/s^2]."""
     yaw_rate: Floats
     """(A,) over ground [rad/s]."""
     bounds: Floats
     """(A, 2, 3) box around all of a body's solids, mirrors included, in the body's frame [m]."""
     kingpin: Floats
-    """(A,) x of the place about which the body bends, in its frame [m]; of use where it does."""
+    """(A,) x of the kingpin in the body's frame [m]; meaningful for articulated bodies only."""
     body_solid: Ints
     """(A + 1,) body a has solids body_solid[a] to body_solid[a + 1]."""
     solid_plane: Ints
@@ -40,50 +41,50 @@ class Bodies:
     solid_bounds: Floats
     """(P, 2, 3) box around the solid, in the body's frame [m]."""
     solid_inner: Bools
-    """(P,) the solid is behind glass: only beams that pass a pane of its own body meet it."""
+    """(P,) True if the solid is behind glass: only beams that pass a pane of the same body hit it."""
     solid_tractor: Bools
-    """(P,) the solid is a part of an articulated body's tractor."""
+    """(P,) True if the solid is a part of an articulated body's tractor."""
     planes: Floats
     """(Q, 4) outward unit normal and offset, in the body's frame [m]."""
     plane_turn: Floats
-    """(Q,) by which the plane has been turned with a tractor, counter-clockwise [rad]."""
+    """(Q,) angle by which the plane is rotated with its tractor, counter-clockwise [rad]."""
     plane_part: Bytes
     """(Q,) `Part`."""
     plane_reflectivity: Floats
-    """(Q,) diffuse, 0 to 1; the actor's own paint where the plane is painted."""
+    """(Q,) diffuse, 0 to 1; that of the actor's paint for painted planes."""
     plane_transmission: Floats
-    """(Q,) two-way power transmission, 0 for what is opaque."""
+    """(Q,) two-way power transmission; 0 for opaque planes."""
 
     def __len__(self) -> int:
         return len(self.pose_ego)
 
     def straight_points(self, body: Ints, plane: Ints, points_body: Floats) -> Floats:
-        """(N, 2) where points on planes (N,) of bodies (N,) would be in their frames if no body were bent [m]."""
+        """Return points (N, 2) on planes (N,) of bodies (N,) in their frames, with articulation removed [m]."""
         turn = self.plane_turn[plane]
         on_turned = np.flatnonzero(turn)
         points = points_body.copy()
         kingpin = self.kingpin[body[on_turned]]
-        points[on_turned] = turned_points(points_body[on_turned], kingpin, -turn[on_turned])
+        points[on_turned] = rotate_points(points_body[on_turned], kingpin, -turn[on_turned])
         return points
 
     def straight_normals(self, plane: Ints) -> Floats:
-        """(N, 3) outward normals of planes (N,) if no body were bent."""
-        return turned_vectors(self.planes[plane, :3], -self.plane_turn[plane])
+        """Return the outward normals (N, 3) of planes (N,), with articulation removed."""
+        return rotate_vectors(self.planes[plane, :3], -self.plane_turn[plane])
 
 
 class BodyFactory:
-    """Builds the bodies of a frame's actors; unchanged actors are not built again.
+    """Factory of the bodies of a frame's actors; bodies of unchanged actors are cached.
 
     Parameters
     ----------
     mirrors
-        Whether vehicles have their side mirrors, which alone stick out of length x width x height.
+        If True, vehicles have side mirrors, the only parts outside of length x width x height.
     plain
-        Whether a body is the bounding prism from the ground to its height (side mirrors stay).
+        If True, a body is its bounding prism from the ground to its height; side mirrors stay.
     glass
-        Of the windows.
+        Glass of the windows.
     seed
-        Of proportions, which are drawn for each actor; None builds everybody in the middle of all ranges.
+        Seed of the proportions, which are drawn per actor; None selects the middle of all ranges.
     """
 
     def __init__(self, *, mirrors: bool, plain: bool, glass: Glass, seed: int | None) -> None:
@@ -91,29 +92,31 @@ class BodyFactory:
         self._plain = plain
         self._glass = glass
         self._seed = seed
-        self._looks = np.empty((0, 6))
+        self._appearances = np.empty((0, 6))
         self._built: dict[tuple[float, ...], Body] = {}
         self._straight = _pack([])
 
     def place(self, frame: WorldFrame) -> Bodies:
         """Return the bodies of a frame's actors, in their order, as seen from the ego."""
         actors, ego = frame.actors, frame.ego
-        looks = np.column_stack([actors.id, actors.kind, actors.size, actors.reflectivity])
-        if not np.array_equal(looks, self._looks):
-            rows = [tuple(row) for row in looks.tolist()]
+        appearances = np.column_stack([actors.id, actors.kind, actors.size, actors.reflectivity])
+        if not np.array_equal(appearances, self._appearances):
+            rows = [tuple(row) for row in appearances.tolist()]
             self._built = {row: self._built.get(row) or self._build(*row) for row in rows}
             self._straight = _pack([self._built[row] for row in rows])
-            self._looks = looks
-        return _placed(_bent(self._straight, actors) if actors.articulation.any() else self._straight, actors, ego)
+            self._appearances = appearances
+        return _placed(
+            _articulated(self._straight, actors) if actors.articulation.any() else self._straight, actors, ego
+        )
 
     def _build(self, id: float, kind: float, length: float, width: float, height: float, paint: float) -> Body:
-        look = Look(int(id), Kind(int(kind)), (length, width, height), paint)
-        draw = Draw(self._seed, look.actor_id)
-        return build(look, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
+        appearance = Appearance(int(id), Kind(int(kind)), (length, width, height), paint)
+        draw = Draw(self._seed, appearance.actor_id)
+        return build(appearance, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
 
 
 def _pack(bodies: list[Body]) -> Bodies:
-    """Flatten bodies, each standing at the origin."""
+    """Concatenate bodies, each at the origin."""
     count, no_counts = len(bodies), np.empty(0, np.int64)
     return Bodies(
         pose_ego=np.zeros((count, 3)),
@@ -139,8 +142,8 @@ def _offsets(counts: Ints) -> Ints:
     return np.concatenate([[0], np.cumsum(counts)])
 
 
-def _bent(straight: Bodies, actors: Actors) -> Bodies:
-    """Turn the tractors against their trailers."""
+def _articulated(straight: Bodies, actors: Actors) -> Bodies:
+    """Rotate the tractors against their trailers."""
     solids, planes = np.diff(straight.body_solid), np.diff(straight.solid_plane)
     kingpin = 0.5 * actors.size[:, 0] - hitch(actors.size[:, 0]).kingpin
     solid_turn = np.repeat(actors.articulation, solids) * straight.solid_tractor
@@ -149,8 +152,8 @@ def _bent(straight: Bodies, actors: Actors) -> Bodies:
     solid_kingpin = np.repeat(kingpin, solids)
     plane_kingpin = np.repeat(solid_kingpin, planes)
     bent_bounds, bent_planes = straight.solid_bounds.copy(), straight.planes.copy()
-    bent_bounds[solid] = turned_boxes(bent_bounds[solid], solid_kingpin[solid], solid_turn[solid])
-    bent_planes[plane] = turned_planes(bent_planes[plane], plane_kingpin[plane], plane_turn[plane])
+    bent_bounds[solid] = rotate_boxes(bent_bounds[solid], solid_kingpin[solid], solid_turn[solid])
+    bent_planes[plane] = rotate_planes(bent_planes[plane], plane_kingpin[plane], plane_turn[plane])
     low, high = bent_bounds[:, 0], bent_bounds[:, 1]
     first = straight.body_solid[:-1]
     return replace(
@@ -176,7 +179,7 @@ def _placed(bodies: Bodies, actors: Actors, ego: Ego) -> Bodies:
 
 
 def relative_pose(pose_world: Floats, ego_pose_world: Floats) -> Floats:
-    """Poses (..., 3) of the world frame in the ego frame: x, y [m], yaw [rad], not wrapped."""
+    """Transform poses (..., 3) from the world frame to the ego frame: x, y [m], yaw [rad], not wrapped."""
     x, y = np.moveaxis(pose_world[..., :2] - ego_pose_world[:2], -1, 0)
     cos, sin = np.cos(ego_pose_world[2]), np.sin(ego_pose_world[2])
     return np.stack([cos * x + sin * y, cos * y - sin * x, pose_world[..., 2] - ego_pose_world[2]], axis=-1)

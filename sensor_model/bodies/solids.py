@@ -1,4 +1,4 @@
-"""Convex solids as sets of half-spaces, and how to make them from side views and angles.
+"""Convex solids as sets of half-spaces, and their construction from side views and angles.
 
 Body frame: x forward, y left, z up, metres, origin at the box centre on the ground.
 """
@@ -15,12 +15,12 @@ Profile = Sequence[tuple[float, float]]
 """Convex polygon of x, z [m] in a side view, counter-clockwise with x to the right and z up."""
 
 HALF_FLAT = math.sqrt(2.0) - 1.0
-"""Half the side of an octagon around a circle of radius one."""
+"""Half the side of an octagon around the unit circle."""
 UPRIGHT = ((0.0, 0.0),)
-"""Sides that do not lean."""
+"""Vertical sides."""
 
 _FACETS = [(math.cos(angle), math.sin(angle)) for angle in (math.pi / 6, math.pi / 3)]
-"""Normals of the flats that stand for a quarter of a circle: tangent to it, and never 4 % of its radius outside."""
+"""Normals of the facets that approximate a quarter circle: tangents, less than 4 % of the radius outside of it."""
 
 
 class Plane(NamedTuple):
@@ -33,38 +33,38 @@ class Plane(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """The points that are in all half-spaces."""
+    """Intersection of half-spaces."""
 
     planes: tuple[Plane, ...]
     low: Vector
-    """Lower corner of a box around it [m]."""
+    """Lower corner of its bounding box [m]."""
     high: Vector
-    """Upper corner [m]."""
+    """Upper corner of its bounding box [m]."""
     inner: bool = False
-    """It is behind glass."""
+    """True if it is behind glass."""
     tractor: bool = False
-    """It is a part of an articulated vehicle's tractor, and turns with it."""
+    """True if it belongs to, and rotates with, the tractor of an articulated vehicle."""
 
     @property
     def is_mirror(self) -> bool:
-        """Whether it is a side mirror."""
+        """Return True for a side mirror."""
         return self.planes[0].part is Part.MIRROR
 
     def cut(self, planes: Iterable[Plane]) -> "Solid":
-        """Take away what is outside of further planes. The box around it stays."""
+        """Intersect the solid with further half-spaces; its bounding box stays."""
         return replace(self, planes=(*self.planes, *planes))
 
 
 def prism(part: Part, profile: Profile, half_width: float, leans: Sequence[tuple[float, float]] = UPRIGHT) -> Solid:
-    """Pull a side view across the width, symmetric about y = 0.
+    """Extrude a side view across the width, symmetric about y = 0.
 
     Parameters
     ----------
     half_width
-        [m] Where the sides are widest.
+        [m] Largest half width.
     leans
-        For one or more planes on either side: the height [m] at which it is half_width off the middle, and its lean
-        inwards from the vertical [deg].
+        For each plane on either side: the height at which y = half_width [m], and its inward lean from the vertical
+        [deg].
     """
     x, z = zip(*profile, strict=True)
     edges = [_through(a, b, part) for a, b in zip(profile, [*profile[1:], profile[0]], strict=True)]
@@ -73,7 +73,7 @@ def prism(part: Part, profile: Profile, half_width: float, leans: Sequence[tuple
 
 
 def box(part: Part, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Solid:
-    """Make a box from its extents along each axis [m]."""
+    """Make a box from its limits along each axis [m]."""
     planes = []
     for axis, (low, high) in enumerate((x, y, z)):
         planes += [
@@ -84,14 +84,14 @@ def box(part: Part, x: tuple[float, float], y: tuple[float, float], z: tuple[flo
 
 
 def mirrored(solid: Solid) -> Solid:
-    """Return the solid on the other side of the body."""
+    """Return the solid mirrored to the other side of the body."""
     planes = [Plane((x, -y, z), offset, part) for (x, y, z), offset, part in solid.planes]
     (x0, y0, z0), (x1, y1, z1) = solid.low, solid.high
     return Solid(tuple(planes), (x0, -y1, z0), (x1, -y0, z1), solid.inner)
 
 
 def slope(part: Part, x: float, z: float, angle_deg: float) -> Plane:
-    """Plane through the line x, z [m] across the body, rising at an angle [deg] from the horizontal.
+    """Return the plane through the line x, z [m] across the body, inclined by an angle [deg] to the horizontal.
 
     It faces forward up to 90 degrees, and rearward for negative angles.
     """
@@ -101,25 +101,25 @@ def slope(part: Part, x: float, z: float, angle_deg: float) -> Plane:
 
 
 def level(part: Part, z: float, *, up: bool = True) -> Plane:
-    """Horizontal plane at a height [m]: what is below it, or, not `up`, above it."""
+    """Return a horizontal plane at a height [m]: the half-space below it if `up`, else above it."""
     sign = 1.0 if up else -1.0
     return Plane((0.0, 0.0, sign), sign * z, part)
 
 
 def x_at(plane: Plane, z: float) -> float:
-    """Where a plane across the body is at a height: x [m]."""
+    """Return x of a plane across the body at a height [m]."""
     return (plane.offset - plane.normal[2] * z) / plane.normal[0]
 
 
 def sides(part: Part, half_width: float, z: float, lean_deg: float) -> list[Plane]:
-    """Left and right plane through y = +-half_width at z [m], leaning inwards by an angle [deg] from the vertical."""
+    """Return left and right plane through y = +-half_width at z [m], with an inward lean from the vertical [deg]."""
     lean = math.radians(lean_deg)
     cos, sin = math.cos(lean), math.sin(lean)
     return [Plane((0.0, side * cos, sin), half_width * cos + z * sin, part) for side in (1.0, -1.0)]
 
 
 def rounded(part: Part, x: float, half_width: float, radius: float) -> list[Plane]:
-    """Round the two vertical edges at x, y = +-half_width [m], in the front where x is positive, else in the rear."""
+    """Return planes that round the vertical edges at x, y = +-half_width [m]; at the front for positive x."""
     length = abs(x)
     return [
         Plane(
@@ -133,7 +133,7 @@ def rounded(part: Part, x: float, half_width: float, radius: float) -> list[Plan
 
 
 def bevel(part: Part, first: Plane, second: Plane, width: float) -> Plane:
-    """Cut the edge of two planes off by a strip of a width [m], evenly on both.
+    """Return the plane that bevels the edge of two planes symmetrically, with a strip of a width [m].
 
     The planes' normals are an angle t apart. The strip is the base of a triangle with equal legs and the angle pi - t
     between them, so it lies width / 2 tan(t / 2) deep.

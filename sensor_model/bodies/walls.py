@@ -1,4 +1,4 @@
-"""Static obstacles as upright faces, one for each side of a polygon."""
+"""Static obstacles as vertical faces, one per side of a polygon."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,20 +9,20 @@ from sensor_model.arrays import Floats, Ints
 from sim.world import Obstacles
 
 STRIDE = 20.0
-"""[m] The ego goes as far before the walls around it are looked up again: seldom, but with few walls too many."""
+"""[m] Distance the ego moves between two look-ups of nearby walls: long enough to be rare, short enough to stay few."""
 
-_SHORTEST = 1e-6  # [m], a repeated corner
-_SLACK = 0.1  # [m], for rounding, and as what a mirror shows starts 1 mm off it
+_SHORTEST = 1e-6  # [m] shorter sides are repeated corners
+_SLACK = 0.1  # [m] for rounding, and because mirrored rays start 1 mm off the mirror
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walls:
-    """E upright faces."""
+    """E vertical faces."""
 
     ends: Floats
-    """(E, 4) x, y of one end and x, y of the other [m]."""
+    """(E, 4) x, y of both ends [m]."""
     z: Floats
-    """(E, 2) of the lower and of the upper edge above the ground [m]."""
+    """(E, 2) heights of the lower and the upper edge above the ground [m]."""
     reflectivity: Floats
     """(E,) diffuse, 0 to 1."""
 
@@ -33,17 +33,17 @@ class Walls:
         return Walls(self.ends[rows], self.z[rows], self.reflectivity[rows])
 
     def seen_from(self, pose_world: Floats) -> "Walls":
-        """Express walls of the world frame in the frame of a pose (3,) x, y [m], yaw [rad]."""
+        """Transform walls from the world frame to the frame of a pose (3,) x, y [m], yaw [rad]."""
         x, y = (self.ends.reshape(-1, 2) - pose_world[:2]).T
         cos, sin = np.cos(pose_world[2]), np.sin(pose_world[2])
         ends = np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
         return replace(self, ends=ends.reshape(-1, 4))
 
 
-class Vicinity:
-    """The walls around the ego: in a city, only few of all.
+class NearbyWalls:
+    """Cache of the walls near the ego, few of all walls in a city.
 
-    They are those near a place where the ego was a while ago, within a radius that is larger than asked for.
+    It holds the walls around an earlier position of the ego, within a radius that exceeds the requested one.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ class Vicinity:
         self._place, self._radius, self._near = np.zeros(2), -math.inf, walls_world
 
     def seen_from(self, pose_world: Floats, reach: float) -> Walls:
-        """Express walls in the frame of a pose (3,) x, y [m], yaw [rad]: all within a reach [m], and some others.
+        """Return walls in the frame of a pose (3,) x, y [m], yaw [rad]: all within a reach [m], and some others.
 
-        Their order is that of all walls, which decides what a beam meets where walls coincide.
+        They keep their order, which decides the wall a beam hits where walls coincide.
         """
         if math.dist(pose_world[:2], self._place) + reach > self._radius:
             self._place, self._radius = pose_world[:2].copy(), reach + STRIDE
@@ -70,7 +70,7 @@ class Vicinity:
 
 
 def walls_of(obstacles: Obstacles) -> Walls:
-    """Turn polygons into walls in the world frame; a polygon of two points is one wall, a side of no length none."""
+    """Convert polygons to walls in the world frame; two points make one wall, sides of zero length are dropped."""
     ends, polygon = [np.empty((0, 4))], []
     for index, (first, last) in enumerate(zip(obstacles.offset[:-1], obstacles.offset[1:], strict=True)):
         corners = obstacles.vertices_world[first:last]

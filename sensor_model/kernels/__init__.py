@@ -1,1 +1,1 @@
-"""Hot loops of the sensor, compiled by numba: plain arrays in and out, no configuration, no state."""
+"""Hot loops of the sensor, compiled by numba: plain arrays in and out, without configuration or state."""

@@ -1,46 +1,40 @@
-"""Beams through clusters of droplets."""
+"""Intersections of beams with clusters of droplets."""
 
 import math
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from sensor_model.arrays import Bytes, Floats, Ints, Key
+from sensor_model.arrays import Floats, Key
 from sensor_model.kernels.philox import philox, uniform
+from sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses
 
-_UNIT_BITS = 8  # a beam's unit is a byte: what stands above it in the counter keeps these draws apart from all others
+_UNIT_BITS = 8  # a unit's number is a byte; the purpose in the counter's bits above separates these draws from others
 
 
 @njit(cache=True)
 def cluster_echoes(
-    key: Key, frame: int, purpose: int, centre: Floats, radius: Floats, share: Floats, tag: Ints,
-    origin: Floats, rotation: Floats, velocity: Floats,
-    unit: Bytes, index: npt.NDArray[np.int32], time: Floats, direction: Floats,
-    fan_unit: Ints, fan_row: Ints, fan_azimuth: Floats, row_beam: Ints,
+    key: Key, frame: int, purpose: int, clusters: Droplets, poses: UnitPoses, velocity: Floats, axes: BeamAxes,
+    fans: Fans,
 ) -> Floats:  # fmt: skip
-    """(B,) range of the nearest echo from C clusters of droplets, infinite where there is none [m].
+    """Return the (B,) range of the nearest echo from C clusters of droplets, infinite without one [m].
 
     Parameters
     ----------
-    centre, radius, share, tag
-        (C, 3), (C,), (C,), (C,) spheres in the ego frame [m], the share of the beams through them that give an echo,
-        and a number below 2^32 that tells a cluster's draws from those of others.
-    origin, rotation, velocity
-        (U, 3), (U, 3, 3), (2,) of the units in the ego frame [m], and over ground [m/s]; turning is neglected.
-    direction
-        (B, 3) in the frame of the beam's unit.
-    time
-        (B,) when each beam fires, from the frame's time [s].
-    unit, index, fan_unit, fan_row, fan_azimuth, row_beam
-        As in `beams.BeamTable`.
+    poses, velocity
+        Poses of the units, and their velocity (2,) over ground in the ego frame [m/s]; the ego's rotation is neglected.
     """
-    nearest = np.full(len(unit), np.inf)
+    # Unpacked once: each access to a record's array costs an atomic reference count.
+    centre, radius, share, tag = clusters.centre, clusters.radius, clusters.share, clusters.tag
+    origin, rotation = poses.origin, poses.rotation
+    index, direction, time = axes.number, axes.direction, axes.time
+    fan_unit, fan_row, fan_azimuth, row_beam = fans.fan_unit, fans.fan_row, fans.fan_azimuth, fans.row_beam
+    nearest = np.full(len(time), np.inf)
     to, drift = np.empty(3), np.empty(3)
     longest = 0.0
     for b in range(len(time)):
         longest = max(longest, abs(time[b]))
-    margin = longest * math.hypot(velocity[0], velocity[1])  # how far a unit is from where it is at the frame's time
+    margin = longest * math.hypot(velocity[0], velocity[1])  # of a unit since the frame's time
     for c in range(len(centre)):
         for f in range(len(fan_unit)):
             u = fan_unit[f]
@@ -51,7 +45,7 @@ def cluster_echoes(
                     to[axis] += rotation[u, k, axis] * (centre[c, k] - origin[u, k])
             columns = row_beam[fan_row[f] + 1] - row_beam[fan_row[f]]
             for turn in range(-1, 2):
-                begin, end = _beams_towards(to, radius[c] + margin, fan_azimuth[f], columns, turn)
+                begin, end = _beams_near(to, radius[c] + margin, fan_azimuth[f], columns, turn)
                 for row in range(fan_row[f], fan_row[f + 1]):
                     for b in range(row_beam[row] + begin, row_beam[row] + end):
                         middle, half = _chord(to, drift, radius[c], direction[b], time[b])
@@ -65,9 +59,9 @@ def cluster_echoes(
 
 @njit(cache=True)
 def _chord(to: Floats, drift: Floats, radius: float, direction: Floats, time: float) -> tuple[float, float]:
-    """Range of the middle of a beam's chord through a sphere, and half its length, 0 if it passes by.
+    """Return the range of the middle of a beam's chord through a sphere, and half its length, 0 if it misses.
 
-    `to` (3,) is the sphere's centre from the unit, which moves with `drift` (3,), in the unit's frame.
+    `to` (3,) is the vector from the unit to the sphere's centre, `drift` (3,) the unit's velocity, in the unit's frame.
     """
     middle, square = 0.0, radius * radius
     for axis in range(3):
@@ -79,10 +73,10 @@ def _chord(to: Floats, drift: Floats, radius: float, direction: Floats, time: fl
 
 
 @njit(cache=True)
-def _beams_towards(to: Floats, reach: float, azimuth: Floats, count: int, turn: int) -> tuple[int, int]:
-    """Beams [begin, end) of a fan that may pass within `reach` of `to` (3,), in the unit's frame, `turn` turns away.
+def _beams_near(to: Floats, reach: float, azimuth: Floats, count: int, turn: int) -> tuple[int, int]:
+    """Return the beams [begin, end) of a fan that may pass within `reach` of `to` (3,), which is `turn` turns away.
 
-    `azimuth` (2,) is the fan's first one and its step, negative; `count` its beams per row.
+    `to` is in the unit's frame, `azimuth` (2,) is the fan's first azimuth and negative step, `count` its beams per row.
     """
     away = math.hypot(to[0], to[1])
     if away <= reach:

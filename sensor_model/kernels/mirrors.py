@@ -1,47 +1,41 @@
-"""Beams that are mirrored by the surface that they meet."""
+"""Beams mirrored by the surfaces that they hit."""
 
 import math
 
 import numpy as np
 from numba import njit
 
-from sensor_model.arrays import Bytes, Floats, Ints
+from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.motion import ego_at
-from sensor_model.kernels.records import EgoDrive
+from sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
 
 Vector = tuple[float, float, float]
 
-_OFF_SURFACE_M = 1e-3  # mirrored rays start this far away, so as not to meet the mirror itself
+_OFF_SURFACE_M = 1e-3  # offset of a mirrored ray's origin from the mirror, so that it does not hit the mirror again
 
 
 @njit(cache=True)
 def bright_mirrors(
-    beam: Ints, range_: Floats, target: Ints, surface: Ints, part: Bytes,
-    pose: Floats, yaw_rate: Floats, planes: Floats, f0: Floats, quality: Floats,
-    origin: Floats, rotation: Floats, drive: EgoDrive,
-    unit: Bytes, direction: Floats, time: Floats, gain: Floats, threshold: Floats,
+    hits: SurfaceHits, bodies: MovingPlanes, reflectance: Reflectance, poses: UnitPoses, drive: EgoDrive,
+    axes: BeamAxes, gain: Floats, threshold: Floats,
 ) -> tuple[Ints, Floats]:  # fmt: skip
-    """Find, among N returns, the surfaces that mirror enough to show something white at no distance.
+    """Find, among N returns, the surfaces that mirror enough power to show a white surface at zero distance.
 
     Parameters
     ----------
-    beam, range_, target, surface, part
-        (N,) as in `returns.Returns`.
-    pose, yaw_rate, planes
-        (A, 3), (A,), (Q, 4) as in `bodies.Bodies`.
-    f0, quality
-        By part: reflectance at normal incidence, and share of the mirrored power that stays together.
-    origin, rotation
-        (U, 3), (U, 3, 3) of the units in the ego frame.
-    unit, direction, time, gain, threshold
-        (B,), (B, 3), (B,), (B,), (B,) of each beam: its unit, its direction there, when it fires, its sensitivity and
-        the power that it needs.
+    gain, threshold
+        (B,) sensitivity of each beam, and minimum power of an echo.
 
     Returns
     -------
-    (M,) rows of the returns; (M, 7) where each beam meets the mirror, where it goes from there, and the share of its
-    power that is mirrored
+    (M,) rows of the returns; (M, 7) origin and direction of each mirrored ray in the ego frame, and the share of the
+    beam's power that is mirrored.
     """
+    # Unpacked once: each access to a record's array costs an atomic reference count.
+    beam, range_, target, surface, part = hits.beam, hits.range, hits.target, hits.surface, hits.part
+    pose, yaw_rate, planes = bodies.pose, bodies.yaw_rate, bodies.planes
+    f0, quality = reflectance.normal, reflectance.quality
+    origin, rotation, unit, direction, time = poses.origin, poses.rotation, axes.unit, axes.direction, axes.time
     row, ray = np.empty(len(beam), np.int64), np.empty((len(beam), 7))
     count = 0
     for i in range(len(beam)):
@@ -50,7 +44,7 @@ def bright_mirrors(
         if target[i] < 0 or quality[part[i]] < least:
             continue
         turned = drive.yaw_rate * time[b]
-        d = _turn(_along(rotation[unit[b]], direction[b]), turned)
+        d = _turn(_rotated(rotation[unit[b]], direction[b]), turned)
         p = planes[surface[i]]
         n = _turn((p[0], p[1], p[2]), pose[target[i], 2] + yaw_rate[target[i]] * time[b])
         cosine = -(d[0] * n[0] + d[1] * n[1] + d[2] * n[2])
@@ -70,7 +64,7 @@ def bright_mirrors(
 
 
 @njit(cache=True)
-def _along(rotation: Floats, v: Floats) -> Vector:
+def _rotated(rotation: Floats, v: Floats) -> Vector:
     """Rotate a vector (3,) by a matrix (3, 3)."""
     return (
         rotation[0, 0] * v[0] + rotation[0, 1] * v[1] + rotation[0, 2] * v[2],

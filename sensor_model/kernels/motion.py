@@ -1,4 +1,4 @@
-"""Where things are a little before or after the frame's time: constant acceleration and yaw rate."""
+"""Motion of ego and bodies around the frame's time: constant acceleration and constant yaw rate."""
 
 from numba import njit
 
@@ -8,14 +8,14 @@ from sensor_model.kernels.records import EgoDrive
 
 @njit(cache=True, inline="always")
 def ego_at(drive: EgoDrive, time: float) -> tuple[float, float]:
-    """How far the ego has come by a time, x and y in the ego frame."""
+    """Return the ego's displacement since the frame's time, x and y in the ego frame [m]."""
     half = 0.5 * time * time
     return drive.vx * time + drive.ax * half, drive.vy * time + drive.ay * half
 
 
 @njit(cache=True, inline="always")
 def body_at(motion: Floats, a: int, time: float) -> tuple[float, float]:
-    """Where body a is at a time, x and y in the ego frame; `motion` as in `records.Solids`."""
+    """Return the position of body a at a time, x and y in the ego frame [m]; `motion` as in `records.Solids`."""
     half = 0.5 * time * time
     x = motion[a, 0] + motion[a, 3] * time + motion[a, 5] * half
     y = motion[a, 1] + motion[a, 4] * time + motion[a, 6] * half

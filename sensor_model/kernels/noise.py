@@ -1,4 +1,4 @@
-"""Hot loops of the noise: thresholds, outages, rare events, and what is left of echoes that are too close."""
+"""Kernels of the noise: random draws, thresholds, outages, rare events, and merging of close echoes."""
 
 import math
 
@@ -10,21 +10,21 @@ from sensor_model.arrays import Bools, Bytes, Floats, Ints, Key
 from sensor_model.kernels.philox import philox, uniform
 
 TABLE_BITS = 12
-"""Of the tables from which draws are taken where a function would cost too much."""
+"""Bits of the index into lookup tables that replace costly functions of a random number."""
 
 _TABLE_SHIFT = np.uint64(32 - TABLE_BITS)
 
 
 @njit(cache=True)
 def beam_pairs(key: Key, frame: int, unit: Bytes, index: npt.NDArray[np.int32], beam: Ints, purpose: Ints) -> Floats:
-    """(2, N) independent numbers in (0, 1) for N beams, from the counter (frame, unit, index, purpose).
+    """Return (2, N) independent numbers in (0, 1) for N beams, from the counter (frame, unit, index, purpose).
 
     Parameters
     ----------
     unit, index
-        (B,) a beam's unit and its index there.
+        (B,) unit of each beam, and index in that unit.
     beam, purpose
-        (N,) rows of the beam table, and what each draw is for, from 0 to 2^32 - 1.
+        (N,) rows of the beam table, and purpose of each draw, from 0 to 2^32 - 1.
     """
     pairs = np.empty((2, len(beam)))
     for i in range(len(beam)):
@@ -36,7 +36,7 @@ def beam_pairs(key: Key, frame: int, unit: Bytes, index: npt.NDArray[np.int32], 
 
 @njit(cache=True)
 def counter_pairs(key: Key, frame: Ints, first: Ints, second: Ints, purpose: Ints) -> Floats:
-    """(2, N) independent numbers in (0, 1) for counters given by four arrays (N,), all from 0 to 2^32 - 1."""
+    """Return (2, N) independent numbers in (0, 1) for counters given by four arrays (N,), all from 0 to 2^32 - 1."""
     pairs = np.empty((2, len(frame)))
     for i in range(len(frame)):
         words = philox(frame[i], first[i], second[i], purpose[i], key[0], key[1])
@@ -50,35 +50,35 @@ def soft_thresholds(
     key: Key, frame: int, purpose: int, unit: Bytes, index: npt.NDArray[np.int32],
     threshold: Floats, factor: Floats, random_rate: float,
 ) -> tuple[Floats, Bools]:  # fmt: skip
-    """Threshold of every beam in one frame, and whether the beam is lost by chance.
+    """Return the (B,) threshold of each beam in one frame, and the (B,) mask of beams lost at random.
 
     Parameters
     ----------
     unit, index
-        (B,) a beam's unit and its index there.
+        (B,) unit of each beam, and index in that unit.
     threshold
-        (U,) of each unit.
+        (U,) threshold of each unit.
     factor
-        (2^`TABLE_BITS`,) equally likely factors by which a beam's threshold may differ from its unit's.
+        (2^`TABLE_BITS`,) equally likely ratios of a beam's threshold to its unit's.
     random_rate
-        Share lost by chance.
+        Probability that a beam is lost at random.
     """
-    own, lost = np.empty(len(unit)), np.empty(len(unit), np.bool_)
+    thresholds, lost = np.empty(len(unit)), np.empty(len(unit), np.bool_)
     for i in range(len(unit)):
         words = philox(frame, unit[i], index[i], purpose, key[0], key[1])
-        own[i] = threshold[unit[i]] * factor[words[0] >> _TABLE_SHIFT]
+        thresholds[i] = threshold[unit[i]] * factor[words[0] >> _TABLE_SHIFT]
         lost[i] = uniform(words[1]) < random_rate
-    return own, lost
+    return thresholds, lost
 
 
 @njit(cache=True)
 def silent_units(key: Key, tick: int, purpose: int, units: int, failing: float, recovering: float) -> Bools:
-    """(U,) state of a two-state chain per unit at a tick >= 0: True where silent.
+    """Return the (U,) state of a two-state Markov chain per unit at a tick >= 0: True if silent.
 
-    At each tick a draw p below `failing` silences the unit and one above 1 - `recovering` wakes it, whatever its state;
-    others leave it. With failing + recovering < 1 this is the chain with those two transition probabilities, and the
-    state is known from the last decisive draw alone (coupling from the past, Propp and Wilson 1996). Before tick 0 the
-    state is drawn from the stationary distribution.
+    At each tick a draw p below `failing` silences the unit, and one above 1 - `recovering` restores it, in either
+    state; other draws leave it unchanged. With failing + recovering < 1 this is the chain with those transition
+    probabilities, and the last decisive draw alone determines the state (coupling from the past, Propp and Wilson
+    1996). The state before tick 0 is drawn from the stationary distribution.
     """
     silent = np.empty(units, np.bool_)
     for u in range(units):
@@ -93,10 +93,14 @@ def silent_units(key: Key, tick: int, purpose: int, units: int, failing: float, 
 
 @njit(cache=True)
 def rare_beams(key: Key, frame: int, purpose: int, unit_beam: Ints, rate: float) -> Ints:
-    """(K,) beams to which something happens, each with probability `rate` > 0 and independently of all others.
+    """Return (K,) randomly selected beams, each with probability `rate` > 0 and independently of all others.
 
-    The gaps between such beams are geometric, so that only those that are found are drawn. unit_beam (U + 1,): unit u
-    has beams unit_beam[u] to unit_beam[u + 1].
+    The gaps between selected beams are geometric, so the cost is one draw per selected beam.
+
+    Parameters
+    ----------
+    unit_beam
+        (U + 1,) unit u has beams unit_beam[u] to unit_beam[u + 1].
     """
     found = np.empty(unit_beam[-1], np.int64)
     count = 0
@@ -117,13 +121,15 @@ def rare_beams(key: Key, frame: int, purpose: int, unit_beam: Ints, rate: float)
 def separate_echoes(
     beam: Ints, range_: Floats, width: Floats, separation: Floats, echoes_max: Ints
 ) -> tuple[Bools, Floats]:
-    """Which of N echoes, ordered by beam and range, a unit tells apart, and how wide they are then.
+    """Return the (N,) mask of echoes that a unit reports, and their (N,) widths after merging [m].
+
+    The echoes come ordered by beam and range.
 
     Parameters
     ----------
     separation, echoes_max
-        (N,) of each echo's unit: echoes that start nearer than this to the start of the one before are part of it, and
-        only so many are kept, the nearest.
+        (N,) of each echo's unit: an echo that starts closer than this to the start of the previous one merges with it,
+        and of the others the nearest `echoes_max` are kept.
     """
     kept, merged = np.zeros(len(beam), np.bool_), width.copy()
     last, count = -1, 0

@@ -1,4 +1,4 @@
-"""Counter-based random numbers: a function of a key and a counter, nothing else."""
+"""Counter-based random numbers: a pure function of a key and a counter."""
 
 import numpy as np
 from numba import njit
@@ -13,7 +13,7 @@ _PHILOX_W0, _PHILOX_W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 
 @njit(cache=True)
 def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
-    """Four random 32-bit words of Philox4x32-10 (Salmon et al., SC 2011) for counter c and key k, all below 2^32."""
+    """Return four random 32-bit words of Philox4x32-10 (Salmon et al., SC 2011), counter c and key k below 2^32."""
     w0, w1, w2, w3 = np.uint64(c0), np.uint64(c1), np.uint64(c2), np.uint64(c3)
     key0, key1 = np.uint64(k0), np.uint64(k1)
     for _ in range(_PHILOX_ROUNDS):
@@ -25,5 +25,5 @@ def philox(c0: int, c1: int, c2: int, c3: int, k0: int, k1: int) -> tuple[np.uin
 
 @njit(cache=True)
 def uniform(word: np.uint64) -> float:
-    """Turn a random 32-bit word into a number in (0, 1)."""
+    """Convert a random 32-bit word to a number in (0, 1)."""
     return (float(word) + 0.5) * _ONE_32

@@ -1,4 +1,4 @@
-"""Where echoes are, seen from the bodies they are on."""
+"""Positions of echoes in the frames of the bodies they are on."""
 
 import math
 
@@ -14,20 +14,20 @@ from sensor_model.kernels.records import Beams, EgoDrive, Units
 def points_on_bodies(
     beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats, drive: EgoDrive
 ) -> Floats:
-    """Points of N echoes on the centres of their beams, in the frames of the bodies they are on, at their own time.
+    """Return the points of N echoes, on the centres of their beams, in the frames of their bodies at the firing time.
 
     Parameters
     ----------
     beam, distance, target
-        (N,) row of the beam table, range [m], and body; negative for none.
+        (N,) row of the beam table, range [m], and body; negative without a body.
     unit
-        (B,) of each beam.
+        (B,) unit of each beam.
     motion
         As in `records.Solids`.
 
     Returns
     -------
-    (N, 2) x and y [m], zero for points on no body.
+    (N, 2) x and y [m]; zero for points that are not on a body.
     """
     points = np.zeros((len(beam), 2))
     for e in range(len(beam)):

@@ -1,12 +1,28 @@
-"""What the kernels work on, gathered by what it belongs to."""
+"""Records that group the arguments of the kernels."""
 
 from typing import NamedTuple
 
-from sensor_model.arrays import Bools, Floats, Ints
+import numpy as np
+import numpy.typing as npt
+
+from sensor_model.arrays import Bools, Bytes, Floats, Ints
+
+INVERSE_DEPTH, COSINE, INNER_INVERSE_DEPTH, INNER_COSINE = range(4)
+"""Rows of `Rays.hit`."""
+RANGE, POWER, WIDTH = range(3)
+"""Rows of `Samples.value` (range, power) and of `ScanBuffers.echo` (all)."""
+TARGET, SURFACE = range(2)
+"""First rows of `Rays.hit_id`, `Samples.id` and `ScanBuffers.echo_id`."""
+INNER_SURFACE = 2
+"""Last row of `Rays.hit_id`."""
+BEAM = 2
+"""Last row of `ScanBuffers.echo_id`."""
+NONE = -1
+"""Index in place of a plane where none is hit."""
 
 
 class Fans(NamedTuple):
-    """Beams that fire in the same directions but for their layers; fields as in `beams.BeamTable`."""
+    """Fans of beams; the layers of a fan fire at the same azimuths. Fields as in `beams.BeamTable`."""
 
     fan_unit: Ints
     fan_row: Ints
@@ -16,22 +32,22 @@ class Fans(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Directions of all rays in the frames of their units.
+    """Ray directions in the frames of the units.
 
-    A beam is I rays, one above the other, times J, side by side. So fan f has J columns an azimuth, M in all, and in
-    each column n rays, I for each of its layers: ray i belongs to layer i // I, column m to azimuth m // J.
+    A beam has I rays over its height times J over its width. Fan f therefore has J columns per azimuth, M in all, and n
+    rays per column, I per layer: ray i belongs to layer i // I, column m to azimuth m // J.
     """
 
-    rises: int
+    rays_high: int
     """I"""
-    turns: int
+    rays_wide: int
     """J"""
     half_width: Floats
-    """(U,) of a beam [rad]."""
+    """(U,) half of a beam's width [rad]."""
     fan_column: Ints
     """(F + 1,) fan f has columns fan_column[f] to fan_column[f + 1]."""
     fan_ray: Ints
-    """(F + 1,) likewise of its rays, column by column."""
+    """(F + 1,) fan f has rays fan_ray[f] to fan_ray[f + 1], column by column."""
     azimuth: Floats
     """(2, columns) cosine and sine."""
     slope: Floats
@@ -39,24 +55,46 @@ class Grid(NamedTuple):
     cos: Floats
     """(rays,) cosine of the elevation."""
     far: Floats
-    """(rays,) nearness of the farthest range, 1 / (range x cosine)."""
+    """(rays,) inverse depth at the maximum range, 1 / (range x cosine) [1/m]."""
 
 
 class Beams(NamedTuple):
-    """Each beam's centre in its unit's frame, and how sensitive it is."""
+    """Centre direction and sensitivity of each beam, in its unit's frame."""
 
     direction: Floats
     """(B, 4) cosine and sine of the azimuth, cosine and sine of the elevation."""
     gain: Floats
     """(B,)"""
     threshold: Floats
-    """(B,) power that makes an echo [1/m^2]."""
+    """(B,) minimum power of an echo [1/m^2]."""
     time: Floats
-    """(B,) of firing, from the frame's [s]."""
+    """(B,) firing time relative to the frame's time [s]."""
+
+
+class BeamAxes(NamedTuple):
+    """Centre direction of each beam, in its unit's frame."""
+
+    unit: Bytes
+    """(B,) unit of the beam."""
+    number: npt.NDArray[np.int32]
+    """(B,) index of the beam in its unit."""
+    direction: Floats
+    """(B, 3) unit vectors."""
+    time: Floats
+    """(B,) firing time relative to the frame's time [s]."""
+
+
+class UnitPoses(NamedTuple):
+    """Poses of the U units in the ego frame."""
+
+    origin: Floats
+    """(U, 3) [m]."""
+    rotation: Floats
+    """(U, 3, 3) ego = rotation unit."""
 
 
 class Units(NamedTuple):
-    """Units (U,) in the ego frame, and their electronics; other fields as in `beams.UnitTable`."""
+    """Poses of the U units in the ego frame, and their receivers; receiver fields as in `beams.UnitTable`."""
 
     origin: Floats
     rotation: Floats
@@ -69,7 +107,7 @@ class Units(NamedTuple):
 
 
 class Solids(NamedTuple):
-    """Bodies in the ego frame; other fields as in `bodies.Bodies`."""
+    """Bodies in the ego frame; fields other than `motion` as in `bodies.Bodies`."""
 
     motion: Floats
     """(A, 8) pose x, y, yaw; velocity x, y; acceleration x, y; yaw rate."""
@@ -84,7 +122,7 @@ class Solids(NamedTuple):
 
 
 class StaticScene(NamedTuple):
-    """Walls in the ego frame, fields as in `walls.Walls`; and how light comes back from ground and air."""
+    """Walls in the ego frame, fields as in `walls.Walls`, and optical properties of ground and air."""
 
     ends: Floats
     z: Floats
@@ -95,7 +133,7 @@ class StaticScene(NamedTuple):
 
 
 class EgoDrive(NamedTuple):
-    """The ego's motion over ground, in the axes of the ego frame."""
+    """Ego motion over ground, in the axes of the ego frame at the frame's time [m/s, m/s^2, rad/s]."""
 
     vx: float
     vy: float
@@ -105,31 +143,109 @@ class EgoDrive(NamedTuple):
 
 
 class Rays(NamedTuple):
-    """The rays of a fan, n in each of its M columns, while they are cast.
+    """State of the rays of one fan during the cast: M columns of n rays.
 
-    A ray starts at its column's origin and goes along forward + slope x up. How soon it meets something is its
-    nearness, 1 / (distance x cos): of a plane that is linear in the slope.
+    A ray starts at the origin of its column and has the direction forward + slope x up. Hits are compared by inverse
+    depth, 1 / (distance x cos), because the inverse depth of a plane is linear in the slope.
     """
 
     column: Floats
-    """(9, M) origin, forward and up, in the ego frame, when the column fires."""
+    """(9, M) origin, forward and up in the ego frame, at the firing time of the column."""
     slope: Floats
     """(M, n) as in `Grid`."""
     cos: Floats
-    """(M, n)"""
+    """(M, n) as in `Grid`."""
     far: Floats
-    """(M, n)"""
-    nearness: Floats
-    """(M, n) of what the ray ends on, or of the farthest range [1/m]."""
+    """(M, n) as in `Grid`."""
+    hit: Floats
+    """(4, M, n) rows `INVERSE_DEPTH` of the nearest hit or of the maximum range [1/m]; `COSINE` of its angle of
+    incidence, not set for ground and nothing; the same of the inner surface, not set without one."""
+    hit_id: Ints
+    """(3, M, n) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not set
+    for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""
+
+
+class Receiver(NamedTuple):
+    """Receiver of one unit; fields as in `beams.UnitTable`."""
+
+    range_min: float
+    pulse_length: float
+    pulse_growth: float
+    echo_separation: float
+    echoes_max: int
+
+
+class Samples(NamedTuple):
+    """Light that returns to the K beams of one layer: S samples, at most two per ray, beam after beam."""
+
+    value: Floats
+    """(2, S) rows `RANGE` [m] and `POWER` [1/m^2]."""
+    id: Ints
+    """(2, S) rows `TARGET` and `SURFACE`, as in `Rays.hit_id`."""
+    order: Ints
+    """(S,) sample of each sorted range."""
+    start: Ints
+    """(K + 1,) beam k has samples start[k] to start[k + 1]."""
+    blocked: Bools
+    """(K,) True if a ray of the beam hit something nearer than `range_min`, which gives no sample."""
+
+
+class ScanBuffers(NamedTuple):
+    """Output of a scan. Only the first `counts` columns of each table are valid."""
+
+    echo: Floats
+    """(3, N) range [m], power [1/m^2] and width [m] of the echoes, in the order of the beams."""
+    echo_id: Ints
+    """(3, N) target, surface and beam of the echoes."""
+    lost_beam: Ints
+    """(B,) beams that hit something and have no echo."""
+    lost_echo: Floats
+    """(2, B) range [m] and value [1/m^2] of their highest returned power; range 0 if all hits are below range_min."""
+    counts: Ints
+    """(2,) echoes, and lost beams."""
+    free_range: Floats
+    """(B,) unobstructed range of each beam [m], or (0,) if it is not requested."""
+    unit_hits: Ints
+    """(U, A) rays that end on each body."""
+    unit_hits_alone: Ints
+    """(U, A) rays that would end on each body if it were alone on the ground."""
+
+
+class Droplets(NamedTuple):
+    """C clusters of droplets: spheres in the ego frame."""
+
+    centre: Floats
+    """(C, 3) [m]."""
+    radius: Floats
+    """(C,) [m]."""
+    share: Floats
+    """(C,) share of the beams through a cluster that get an echo."""
+    tag: Ints
+    """(C,) key of a cluster's random draws, below 2^32."""
+
+
+class SurfaceHits(NamedTuple):
+    """N returns; fields as in `returns.Returns`."""
+
+    beam: Ints
+    range: Floats
     target: Ints
-    """(M, n) what that is: a body, GROUND, WALL or NOTHING."""
     surface: Ints
-    """(M, n) which plane or wall; not set for the others."""
-    cosine: Floats
-    """(M, n) of the angle of incidence there; not set for ground and nothing."""
-    inner_surface: Ints
-    """(M, n) plane that is met behind the pane on which the ray ends, or NONE."""
-    inner_nearness: Floats
-    """(M, n) of that; not set where there is none."""
-    inner_cosine: Floats
-    """(M, n) likewise."""
+    part: Bytes
+
+
+class MovingPlanes(NamedTuple):
+    """Surfaces of A bodies in the ego frame; fields as in `bodies.Bodies`."""
+
+    pose: Floats
+    yaw_rate: Floats
+    planes: Floats
+
+
+class Reflectance(NamedTuple):
+    """Specular reflectance by part."""
+
+    normal: Floats
+    """Reflectance at normal incidence, F0 of Schlick (1994)."""
+    quality: Floats
+    """Share of the mirrored power that stays collimated."""

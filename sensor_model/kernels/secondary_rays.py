@@ -1,35 +1,36 @@
-"""Single rays, each from its own place at its own time."""
+"""Single rays, each with its own origin and firing time."""
 
 import math
 
 import numpy as np
 from numba import njit
 
-from sensor_model.arrays import Bools, Floats, Ints
+from sensor_model.arrays import Floats
 from sensor_model.kernels.motion import body_at
-from sensor_model.kernels.rays import NONE
-from sensor_model.kernels.records import Solids, StaticScene
+from sensor_model.kernels.records import NONE, Solids, StaticScene
 
-_SLACK = 1e-9  # rounding must not lose a ray that just grazes a thing
+_SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 
 
 @njit(cache=True)
 def cast_rays(
-    origin: Floats, direction: Floats, time: Floats, reach: Floats, bodies: Solids, around: StaticScene
+    origin: Floats, direction: Floats, time: Floats, reach: Floats, bodies: Solids, static: StaticScene
 ) -> tuple[Floats, Floats, Floats]:
-    """Cast single rays from origins (G, 3) along directions (G, 3), each at its time (G,) and as far as its reach (G,).
+    """Cast G single rays.
+
+    Parameters
+    ----------
+    origin, direction, time, reach
+        (G, 3), (G, 3) in the ego frame [m]; (G,) firing time relative to the frame's [s]; (G,) maximum range [m].
 
     Returns
     -------
-    (G,) range, infinite where a ray meets nothing; reflectivity of what it meets, and cosine of the angle of incidence.
+    (G,) range, infinite without a hit [m]; reflectivity of the surface hit; cosine of the angle of incidence.
     """
     nearest, reflectivity, cosine = reach.copy(), np.zeros(len(time)), np.zeros(len(time))
-    _meet_ground(origin, direction, around.ground_reflectivity, nearest, reflectivity, cosine)
-    _meet_walls(origin, direction, around.ends, around.z, around.reflectivity, nearest, reflectivity, cosine)
-    _meet_bodies(
-        origin, direction, time, bodies.motion, bodies.bounds, bodies.body_solid, bodies.solid_plane,
-        bodies.solid_bounds, bodies.solid_inner, bodies.planes, bodies.reflectivity, nearest, reflectivity, cosine,
-    )  # fmt: skip
+    _intersect_ground(origin, direction, static.ground_reflectivity, nearest, reflectivity, cosine)
+    _intersect_walls(origin, direction, static.ends, static.z, static.reflectivity, nearest, reflectivity, cosine)
+    _intersect_bodies(origin, direction, time, bodies, nearest, reflectivity, cosine)
     for g in range(len(time)):
         if nearest[g] == reach[g]:
             nearest[g] = math.inf
@@ -37,10 +38,10 @@ def cast_rays(
 
 
 @njit(cache=True, error_model="numpy")
-def _meet_ground(
+def _intersect_ground(
     origin: Floats, direction: Floats, ground: float, nearest: Floats, reflectivity: Floats, cosine: Floats
 ) -> None:
-    """Shorten the rays that meet the plane z = 0."""
+    """End the rays on the plane z = 0 where it is nearer than their hits so far."""
     for g in range(len(nearest)):
         t = -origin[g, 2] / direction[g, 2]
         if direction[g, 2] < 0.0 and t < nearest[g]:
@@ -48,11 +49,11 @@ def _meet_ground(
 
 
 @njit(cache=True, error_model="numpy")
-def _meet_walls(
+def _intersect_walls(
     origin: Floats, direction: Floats, ends: Floats, z: Floats, wall_reflectivity: Floats,
     nearest: Floats, reflectivity: Floats, cosine: Floats,
 ) -> None:  # fmt: skip
-    """Shorten the rays that meet walls."""
+    """End the rays on walls nearer than their hits so far."""
     for w in range(len(ends)):
         ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
         length = math.sqrt(ex * ex + ey * ey)
@@ -67,12 +68,15 @@ def _meet_walls(
 
 
 @njit(cache=True, error_model="numpy")
-def _meet_bodies(
-    origin: Floats, direction: Floats, time: Floats, motion: Floats, bounds: Floats, body_solid: Ints,
-    solid_plane: Ints, solid_bounds: Floats, solid_inner: Bools, planes: Floats, plane_reflectivity: Floats,
-    nearest: Floats, reflectivity: Floats, cosine: Floats,
+def _intersect_bodies(
+    origin: Floats, direction: Floats, time: Floats, bodies: Solids, nearest: Floats, reflectivity: Floats,
+    cosine: Floats,
 ) -> None:  # fmt: skip
-    """Shorten the rays that enter the outer solids of bodies; first come the circles around both, in plan."""
+    """End the rays on outer solids of bodies; circles around bodies and solids in plan cull most rays before."""
+    # Unpacked once: each access to a record's array costs an atomic reference count.
+    motion, bounds, body_solid, solid_plane = bodies.motion, bodies.bounds, bodies.body_solid, bodies.solid_plane
+    solid_bounds, solid_inner, planes = bodies.solid_bounds, bodies.solid_inner, bodies.planes
+    plane_reflectivity = bodies.reflectivity
     for a in range(len(motion)):
         front, side = max(-bounds[a, 0, 0], bounds[a, 1, 0]), max(-bounds[a, 0, 1], bounds[a, 1, 1])
         around_body = front * front + side * side
@@ -80,7 +84,7 @@ def _meet_bodies(
             dx, dy = direction[g, 0], direction[g, 1]
             body_x, body_y = body_at(motion, a, time[g])
             x, y = origin[g, 0] - body_x, origin[g, 1] - body_y
-            if _passes(-x, -y, dx, dy, around_body, nearest[g]):
+            if _misses_circle(-x, -y, dx, dy, around_body, nearest[g]):
                 continue
             yaw = motion[a, 2] + motion[a, 7] * time[g]
             cos, sin = math.cos(yaw), math.sin(yaw)
@@ -90,7 +94,9 @@ def _meet_bodies(
                 front, side = 0.5 * solid_bounds[p, 1, 0], 0.5 * solid_bounds[p, 1, 1]
                 rear, other = 0.5 * solid_bounds[p, 0, 0], 0.5 * solid_bounds[p, 0, 1]
                 around_solid = (front - rear) * (front - rear) + (side - other) * (side - other)
-                if solid_inner[p] or _passes(front + rear - x, side + other - y, dx, dy, around_solid, nearest[g]):
+                if solid_inner[p] or _misses_circle(
+                    front + rear - x, side + other - y, dx, dy, around_solid, nearest[g]
+                ):
                     continue
                 enter, plane, towards = _entry(
                     planes, solid_plane[p], solid_plane[p + 1], x, y, z, dx, dy, dz, nearest[g]
@@ -103,12 +109,15 @@ def _meet_bodies(
 def _entry(
     planes: Floats, begin: int, stop: int, x: float, y: float, z: float, dx: float, dy: float, dz: float, limit: float
 ) -> tuple[float, int, float]:
-    """Where a ray enters the convex solid of planes [begin, stop): range, plane, cosine of incidence; else no plane."""
+    """Return range, plane and cosine of incidence at which a ray enters the convex solid of planes [begin, stop).
+
+    The plane is NONE if the ray does not enter the solid before `limit`.
+    """
     enter, leave, plane, towards = -math.inf, limit, NONE, 0.0
     for q in range(begin, stop):
         inward = planes[q, 3] - planes[q, 0] * x - planes[q, 1] * y - planes[q, 2] * z
         along = planes[q, 0] * dx + planes[q, 1] * dy + planes[q, 2] * dz
-        if inward < 0.0:  # outside: the ray must come in here
+        if inward < 0.0:  # outside: the ray can only enter through this plane
             at = inward / along if along < 0.0 else math.inf
             if at > enter:
                 enter, plane, towards = at, q, -along
@@ -120,8 +129,8 @@ def _entry(
 
 
 @njit(cache=True)
-def _passes(x: float, y: float, dx: float, dy: float, radius_squared: float, limit: float) -> bool:
-    """Whether a ray from the origin, followed up to a limit, stays out of a circle around (x, y) in plan."""
+def _misses_circle(x: float, y: float, dx: float, dy: float, radius_squared: float, limit: float) -> bool:
+    """Return True if a ray from the origin, up to a limit, stays outside a circle around (x, y) in plan."""
     across, ahead, plan_squared = dx * y - dy * x, dx * x + dy * y, dx * dx + dy * dy
     wide, beyond = radius_squared * plan_squared + _SLACK, ahead - limit * plan_squared
     return across * across > wide or (ahead < 0.0 and ahead * ahead > wide) or (beyond > 0.0 and beyond * beyond > wide)

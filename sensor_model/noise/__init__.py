@@ -1,1 +1,1 @@
-"""What comes between the world and the reported points. Each kind of noise has its own switch, strength and cause."""
+"""Noise between the world and the reported points. Each kind has its own switch, strength and `Cause`."""

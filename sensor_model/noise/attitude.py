@@ -1,4 +1,4 @@
-"""Pitch and roll of the ego's body on its springs."""
+"""Pitch and roll of the ego's body on its suspension."""
 
 from dataclasses import dataclass
 
@@ -9,24 +9,26 @@ from sensor_model.arrays import Floats
 from sensor_model.noise.random_draws import Draws, Purpose
 
 _COSINES = 64
-_RUN = 0  # in place of a frame: one draw for the run
+_RUN = 0  # frame number of draws made once per run
 
 
 @dataclass(frozen=True, slots=True)
 class AttitudeNoise:
-    """Attitude of the ego's body over the level road, about the ego frame's origin: a constant part and a motion.
+    """Attitude of the ego's body relative to the level road: a constant part and a random motion.
+
+    The body rotates about the origin of the ego frame.
 
     Positive pitch is nose down, positive roll right side down.
     """
 
     enabled: bool = False
-    """If not, the ego is level, whatever stands below."""
+    """If false, the ego is level and the other keys have no effect."""
     pitch_deg: float = 0.0
-    """[deg] Constant pitch, as of a loaded or braking car; negative for a full boot."""
+    """[deg] Constant pitch, for example under braking; negative with a loaded boot."""
     roll_deg: float = 0.0
     """[deg] Constant roll."""
     pitch_sigma_deg: float = 0.5
-    """[deg] Standard deviation of the pitch in motion; an estimate, of a range 0.5 to 1.0 on ordinary roads."""
+    """[deg] Standard deviation of the pitch in motion; an estimate; 0.5 to 1.0 on ordinary roads."""
     roll_sigma_deg: float = 0.5
     """[deg] Standard deviation of the roll in motion; an estimate."""
     slowest_hz: float = 0.5
@@ -43,15 +45,17 @@ class AttitudeNoise:
                 raise ValueError(f"{name} = {getattr(self, name)}: must be from 0 to 5")
         for name in ("pitch", "roll"):
             constant, sigma = getattr(self, f"{name}_deg"), getattr(self, f"{name}_sigma_deg")
-            # Farther down a unit at a corner of the ego would go under the road.
+            # Beyond that, a unit at a corner of the ego would be below the road.
             if abs(constant) + 3.0 * sigma > 10.0:
-                raise ValueError(f"{name}_sigma_deg = {sigma}: |{name}_deg| + 3 sigma must be at most 10; lower either")
+                raise ValueError(
+                    f"{name}_sigma_deg = {sigma}: |{name}_deg| + 3 sigma must be at most 10; lower one of them"
+                )
         if not 0.0 < self.slowest_hz < self.fastest_hz <= 100.0:
             raise ValueError(f"fastest_hz = {self.fastest_hz}: must be above slowest_hz and at most 100")
 
 
 class Attitude:
-    """The attitude of one run, as a function of time.
+    """Attitude of one run as a function of time.
 
     Pitch and roll are independent stationary processes with an even spectrum between the two frequencies, each the sum
     of cosines sqrt(2 / n) sigma cos(2 pi f t + phase) with one random frequency in each of n even bands and random
@@ -69,7 +73,7 @@ class Attitude:
         self._level = np.eye(3)
 
     def at(self, time: float) -> Floats:
-        """(3, 3) rotation R of the body at a time [s]: level = R body, pitch about y, then roll about the turned x."""
+        """Return (3, 3) rotation R of the body at a time [s]: level = R body, first pitch about y, then roll."""
         config = self._config
         if not config.enabled:
             return self._level
@@ -78,6 +82,6 @@ class Attitude:
         return np.asarray(Rotation.from_euler("YX", [pitch_deg, roll_deg], degrees=True).as_matrix())
 
     def _wave(self, axis: int, time: float) -> float:
-        """Value of the axis' process of variance 1 [1]."""
+        """Return the value of the axis' process, which has variance 1."""
         rate, phase = self._waves[axis]
         return float(np.sqrt(2.0 / _COSINES) * np.cos(rate * time + phase).sum())

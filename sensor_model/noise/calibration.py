@@ -1,4 +1,4 @@
-"""Units that are not quite where, and do not fire quite when, the fusion box believes."""
+"""Calibration errors: deviations of mounting poses and firing times from their nominal values."""
 
 from dataclasses import dataclass
 
@@ -9,42 +9,45 @@ from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.rig.beams import UnitTable
 
-_RUN = 0  # in place of a frame: one draw for the run
+_RUN = 0  # frame number of draws made once per run
 
 
 @dataclass(frozen=True, slots=True)
 class CalibrationError:
-    """What is left after a good calibration.
+    """Residual errors of a good calibration.
 
-    Points are placed with the nominal mount and time, so that a contour which two units see is doubled. All strengths
+    Points are computed with the nominal pose and time, so that a contour seen by two units is doubled. All strengths
     are estimates.
     """
 
     enabled: bool = False
-    """If not, mounts and times are exact."""
+    """If false, poses and times are exact."""
     yaw_sigma_deg: float = 0.1
-    """[deg] Standard deviation of a unit's yaw about its nominal one, fixed for the run."""
+    """[deg] Standard deviation of a unit's yaw error, constant over a run."""
     pitch_sigma_deg: float = 0.1
-    """[deg] Likewise of its pitch."""
+    """[deg] Standard deviation of a unit's pitch error, constant over a run."""
     roll_sigma_deg: float = 0.1
-    """[deg] Likewise of its roll."""
+    """[deg] Standard deviation of a unit's roll error, constant over a run."""
     xy_sigma_m: float = 0.02
-    """[m] Likewise of each horizontal coordinate."""
+    """[m] Standard deviation of the error of a unit's horizontal coordinates, constant over a run."""
     z_sigma_m: float = 0.01
-    """[m] Likewise of its height."""
+    """[m] Standard deviation of a unit's height error, constant over a run."""
     sync_sigma_ms: float = 1.0
-    """[ms] Standard deviation of a unit's firing times about those that it reports, drawn for each frame and unit."""
+    """[ms] Standard deviation of a unit's firing time error, drawn per frame and unit."""
     doubled_beyond_m: float = 0.05
-    """[m] Points farther than this from where the nominal mount and time would have put them count as doubled, if more
-    than one unit sees their actor."""
+    """[m] Points displaced by more than this by the errors count as doubled, if more than one unit sees their actor."""
 
     def __post_init__(self) -> None:
         for name in ("yaw_sigma_deg", "pitch_sigma_deg", "roll_sigma_deg"):
             if not 0.0 <= getattr(self, name) <= 10.0:
-                raise ValueError(f"{name} = {getattr(self, name)}: must be from 0 to 10; write more into the rig file")
+                raise ValueError(
+                    f"{name} = {getattr(self, name)}: must be from 0 to 10; enter larger errors in the rig file"
+                )
         for name in ("xy_sigma_m", "z_sigma_m"):
             if not 0.0 <= getattr(self, name) <= 0.2:
-                raise ValueError(f"{name} = {getattr(self, name)}: must be from 0 to 0.2; write more into the rig file")
+                raise ValueError(
+                    f"{name} = {getattr(self, name)}: must be from 0 to 0.2; enter larger errors in the rig file"
+                )
         if not 0.0 <= self.sync_sigma_ms <= 20.0:
             raise ValueError(
                 f"sync_sigma_ms = {self.sync_sigma_ms}: must be from 0 to 20; or set phase_ms in the rig file"
@@ -54,12 +57,12 @@ class CalibrationError:
 
 
 def true_mounts(config: CalibrationError, units: UnitTable, draws: Draws) -> tuple[Floats, Floats]:
-    """Where the units really are, for the whole run.
+    """Draw the true mounting poses of the units, constant over a run.
 
     Returns
     -------
     (U, 3) origin_ego [m], (U, 3, 3) R_ego_unit: the nominal rotation after one by yaw about the unit's z, pitch about
-    its turned y and roll about its turned x
+    its new y and roll about its new x.
     """
     if not config.enabled:
         return units.origin_ego, units.R_ego_unit
@@ -72,27 +75,23 @@ def true_mounts(config: CalibrationError, units: UnitTable, draws: Draws) -> tup
 
 
 def sync_jitter(config: CalibrationError, units: int, frame: int, draws: Draws) -> Floats:
-    """(U,) by how much later than it reports each unit fires in a frame [s]."""
+    """Return the (U,) delay of each unit's true firing times relative to the reported ones in a frame [s]."""
     if not config.enabled:
         return np.zeros(units)
     return config.sync_sigma_ms / 1000.0 * draws.normal_of(frame, np.arange(units), 0, Purpose.SYNC)
 
 
-def doubled(config: CalibrationError, displacement: Floats, unit: Bytes, actor: Ints, actors: int) -> Bools:
-    """Say which points double a contour.
+def doubled_points(config: CalibrationError, displacement: Floats, unit: Bytes, actor: Ints, actors: int) -> Bools:
+    """Return the (N,) mask of points that double a contour.
 
     Parameters
     ----------
     displacement
-        (N,) distance of each point from where exact mount and time would have put it [m].
+        (N,) displacement of each point by the calibration errors [m].
     unit, actor
-        (N,) its unit, and the row of the actor that it is on, negative for none.
+        (N,) unit of each point, and row of the actor that it is on, negative without one.
     actors
-        How many there are.
-
-    Returns
-    -------
-    (N,) bool
+        Number of actors.
     """
     on_actor = actor >= 0
     seen_by = np.zeros((actors, 256), dtype=np.bool_)

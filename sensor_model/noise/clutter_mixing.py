@@ -1,4 +1,4 @@
-"""Echoes that come from no surface, and how they mix with those that do."""
+"""Clutter echoes, and their merging with the echoes of surfaces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,18 +17,18 @@ from tracker.scan import PointFlag
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clutter:
-    """C echoes, in no order."""
+    """C unordered echoes."""
 
     beam: Ints
     """(C,) row of the beam table."""
     range: Floats
     """(C,) [m]."""
     width: Floats
-    """(C,) of the pulse over the threshold [m]."""
+    """(C,) width of the pulse above the threshold [m]."""
     power: Floats
     """(C,) as in `Returns` [1/m^2]."""
     part: Bytes
-    """(C,) `Part`: DROPLET, which a surface on the way hides, or NONE."""
+    """(C,) `Part`: DROPLET, which nearer surfaces occlude, or NONE."""
     cause: Bytes
     """(C,) `Cause`."""
     flags: npt.NDArray[np.uint16]
@@ -38,15 +38,15 @@ class Clutter:
         return len(self.beam)
 
 
-def faint(
+def weak_clutter(
     beam: Ints, range_: Floats, part: Part, cause: Cause, labelled: Bools, beams: BeamTable, thresholds: Thresholds
 ) -> Clutter:
-    """Clutter that barely reaches the unit's own threshold, as short as its pulse; none of beams that do not fire.
+    """Return clutter at the unit's nominal threshold, as short as its pulse; beams that do not fire are dropped.
 
     Parameters
     ----------
     beam, range_, labelled
-        (C,) rows of the beam table, ranges [m], and whether the unit itself takes the echo for clutter.
+        (C,) rows of the beam table, ranges [m], and mask of the echoes that the unit flags as clutter.
     """
     firing = thresholds.firing[beam]
     beam, range_, labelled = beam[firing], range_[firing], labelled[firing]
@@ -54,7 +54,7 @@ def faint(
         beam=beam,
         range=range_,
         width=beams.units.pulse_length[beams.unit[beam]],
-        power=thresholds.own[beam],
+        power=thresholds.nominal[beam],
         part=np.full(len(beam), part, dtype=np.uint8),
         cause=np.full(len(beam), cause, dtype=np.uint8),
         flags=np.where(labelled, PointFlag.CLUTTER, PointFlag(0)).astype(np.uint16),
@@ -64,59 +64,59 @@ def faint(
 def droplets(
     beam: Ints, range_: Floats, cause: Cause, labelled: float, chance: Floats, beams: BeamTable, thresholds: Thresholds
 ) -> Clutter:
-    """Echoes of drops, which barely reach the unit's own threshold: of a raised one, own / threshold of them do.
+    """Return echoes of drops at the unit's nominal threshold; a raised threshold detects nominal / threshold of them.
 
     Parameters
     ----------
     beam, range_
         (C,) rows of the beam table, and ranges [m].
     labelled
-        Share of them that the unit itself takes for clutter.
+        Share of them that the unit flags as clutter.
     chance
-        (2, C) independent draws in (0, 1): for the label, and for being seen.
+        (2, C) independent draws in (0, 1): for the flag, and for detection.
     """
-    seen = chance[1] * thresholds.threshold[beam] < thresholds.own[beam]
+    seen = chance[1] * thresholds.threshold[beam] < thresholds.nominal[beam]
     beam, range_, by_unit = beam[seen], range_[seen], chance[0, seen] < labelled
-    return faint(beam, range_, Part.DROPLET, cause, by_unit, beams, thresholds)
+    return weak_clutter(beam, range_, Part.DROPLET, cause, by_unit, beams, thresholds)
 
 
 def unit_beams(beams: BeamTable) -> Ints:
-    """(U + 1,) unit u has beams unit_beams[u] to unit_beams[u + 1] of the table."""
+    """Return (U + 1,) offsets: unit u has beams unit_beams[u] to unit_beams[u + 1] of the table."""
     return np.searchsorted(beams.unit, np.arange(len(beams.units) + 1)).astype(np.int64)
 
 
 def unit_directions(beams: BeamTable) -> Floats:
-    """(B, 3) unit vectors along the beams in the frames of their units."""
+    """Return (B, 3) unit vectors along the beams in the frames of their units."""
     directions: Floats = np.einsum("bji,bj->bi", beams.units.R_ego_unit[beams.unit], beams.direction_ego)
     return directions
 
 
 def merge(returns: Returns, clutter: Sequence[Clutter], free_range: Floats, beams: BeamTable) -> Returns:
-    """Put clutter among the returns, as the units tell the echoes of a beam apart.
+    """Merge clutter into the returns, with the echo separation of the units.
 
-    Droplets behind a surface are not seen. Of echoes that start nearer to each other than the unit's echo separation
-    the nearest stands for all of them, widened to their common end; at most `echoes_max` remain, the nearest.
+    Droplets behind a surface are occluded. Echoes that start closer to each other than the unit's echo separation
+    become one, at the nearest range and widened to their common end. The nearest `echoes_max` remain.
 
     Parameters
     ----------
     returns
-        From surfaces.
+        Returns from surfaces.
     free_range
-        (B,) range of the first surface in each beam's way, infinite where there is none [m].
+        (B,) unobstructed range of each beam, infinite without a surface [m].
     """
     visible = [_visible(some, free_range, beams) for some in clutter if len(some)]
     if not any(len(some) for some in visible):
         return returns
-    both = _joined(returns, visible)
-    # One number to sort by, as the returns come in order: a stable sort then has little left to do.
+    both = _concatenated(returns, visible)
+    # A single sort key: the returns are already sorted, so that a stable sort is fast.
     order = np.argsort(both.beam * (both.range.max() + 1.0) + both.range, kind="stable")
-    both = _taken(both, order, both.width[order])
+    both = _selected(both, order, both.width[order])
     unit = beams.unit[both.beam]
     kept, width = separate_echoes(
         both.beam, both.range, both.width, beams.units.echo_separation[unit], beams.units.echoes_max[unit]
     )
     rows = np.flatnonzero(kept)
-    return _taken(both, rows, width[rows])
+    return _selected(both, rows, width[rows])
 
 
 def _visible(clutter: Clutter, free_range: Floats, beams: BeamTable) -> Clutter:
@@ -134,7 +134,7 @@ def _visible(clutter: Clutter, free_range: Floats, beams: BeamTable) -> Clutter:
     )
 
 
-def _joined(returns: Returns, clutter: list[Clutter]) -> Returns:
+def _concatenated(returns: Returns, clutter: list[Clutter]) -> Returns:
     count = sum(map(len, clutter))
     return Returns(
         beam=np.concatenate([returns.beam, *(some.beam for some in clutter)]),
@@ -150,7 +150,7 @@ def _joined(returns: Returns, clutter: list[Clutter]) -> Returns:
     )
 
 
-def _taken(returns: Returns, rows: Ints, width: Floats) -> Returns:
+def _selected(returns: Returns, rows: Ints, width: Floats) -> Returns:
     return Returns(
         beam=returns.beam[rows],
         range=returns.range[rows],

@@ -1,4 +1,4 @@
-"""The power that every beam needs to give an echo, and why a beam gave none."""
+"""Detection thresholds of the beams, and causes of lost beams."""
 
 from collections.abc import Sequence
 
@@ -17,12 +17,12 @@ from sensor_model.truth import Loss
 
 
 class DetectionThresholds:
-    """The detectors of one run.
+    """Detection thresholds of one run.
 
     Parameters
     ----------
     unit_names
-        (U) names of the units in the rig, to which outages and dirt refer.
+        (U,) names of the units in the rig, referred to by outages and dirt.
 
     Raises
     ------
@@ -34,7 +34,7 @@ class DetectionThresholds:
         self._config = config
         self._beams = beams
         self._sensitivity = Sensitivity(config.dropout, beams, draws)
-        self._passed = window_transmission(config.dirt, beams, unit_names)
+        self._transmission = window_transmission(config.dirt, beams, unit_names)
         self._outages = Outages(config.outage, draws, unit_names)
         self._glare = Glare(config.sun, beams)
         self._hard = beams.units.threshold[beams.unit]
@@ -44,18 +44,24 @@ class DetectionThresholds:
         self._all_fire = np.ones(len(beams), dtype=np.bool_) if np.all(self._turns == 1) else None
 
     def thresholds(self, frame: int, time: float, ego_yaw_world: float) -> Thresholds:
-        """What every beam needs in a frame.
+        """Return the detection thresholds of all beams in a frame.
 
         Parameters
         ----------
         frame, time
-            Index, and time since the start of the run [s].
+            Index of the frame, and time since the start of the run [s].
         ego_yaw_world
             Heading of the ego, for the sun [rad].
         """
-        config, own, gain, blind, firing = self._config, self._hard, self._shade, self._none_blind, self._firing(frame)
+        config, nominal, gain, blind, firing = (
+            self._config,
+            self._hard,
+            self._shade,
+            self._none_blind,
+            self._firing(frame),
+        )
         if config.dropout.enabled:
-            own, lost = self._sensitivity.threshold(frame)
+            nominal, lost = self._sensitivity.threshold(frame)
             blind = np.where(lost, np.uint8(Loss.RANDOM), blind)
         if config.sun.enabled:
             gain = np.where(self._glare.sunlit(ego_yaw_world), config.sun.gain, self._shade)
@@ -63,55 +69,55 @@ class DetectionThresholds:
             silent = self._outages.silent(time)[self._beams.unit]
             blind = np.where(silent, np.uint8(Loss.OUTAGE), blind)
             firing = firing & ~silent
-        with np.errstate(divide="ignore"):  # nothing passes: infinite
-            needed = own / (gain * self._passed)
+        with np.errstate(divide="ignore"):  # zero transmission: infinite threshold
+            needed = nominal / (gain * self._transmission)
         return Thresholds(
             threshold=np.where(blind == Loss.THRESHOLD, needed, np.inf),
-            own=own,
+            nominal=nominal,
             gain=gain,
-            passed=self._passed,
+            transmission=self._transmission,
             blind=blind,
             firing=firing,
         )
 
     def _firing(self, frame: int) -> Bools:
-        """(B,) whether the beam's mirror face is the one of this frame."""
+        """Return the (B,) mask of beams whose mirror face is active in this frame."""
         if self._all_fire is not None:
             return self._all_fire
         firing: Bools = frame % self._turns == self._turn
         return firing
 
 
-def why_lost(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_power: Floats) -> Bytes:
-    """Say why beams that met something gave no echo.
+def loss_causes(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_power: Floats) -> Bytes:
+    """Return the causes of beams that hit something and gave no echo.
 
-    The unit's own threshold comes first: an echo too weak for a clean, shaded, working unit in dry air is lost to it,
-    whatever else was in the way. Then comes what alone is the reason, so that without it there would have been an echo:
-    outage, chance, rain, dirt, sun. Where dirt and sun had to come together, the one that takes more is named.
+    The nominal threshold has priority: an echo too weak for a clean, shaded, working unit in dry air is lost to it.
+    Otherwise the cause is the effect without which there would have been an echo, in this order: outage, random loss,
+    rain, dirt, sun. If only dirt and sun together suppress the echo, the stronger of them is the cause.
 
     Parameters
     ----------
     beam
         (L,) rows of the beam table.
     peak_power, dry_power
-        (L,) highest power that came back, and what it would have been without rain [1/m^2].
+        (L,) highest power returned, and the same without rain [1/m^2].
 
     Returns
     -------
     (L,) `Loss`
     """
-    own, blind = thresholds.own[beam], thresholds.blind[beam]
-    gain, passed = thresholds.gain[beam], thresholds.passed[beam]
-    with np.errstate(divide="ignore"):  # nothing passes: infinite
-        in_shade = peak_power >= own / passed
-    cleaned = peak_power >= own / gain
-    loss = np.where(cleaned | (~in_shade & (passed <= gain)), np.uint8(Loss.DIRT), np.uint8(Loss.SUN))
+    nominal, blind = thresholds.nominal[beam], thresholds.blind[beam]
+    gain, transmission = thresholds.gain[beam], thresholds.transmission[beam]
+    with np.errstate(divide="ignore"):  # zero transmission: infinite threshold
+        in_shade = peak_power >= nominal / transmission
+    cleaned = peak_power >= nominal / gain
+    loss = np.where(cleaned | (~in_shade & (transmission <= gain)), np.uint8(Loss.DIRT), np.uint8(Loss.SUN))
     loss = np.where(dry_power >= thresholds.threshold[beam], np.uint8(Loss.RAIN), loss)
     loss = np.where(blind != Loss.THRESHOLD, blind, loss)
-    return np.where(dry_power < own, np.uint8(Loss.THRESHOLD), loss)
+    return np.where(dry_power < nominal, np.uint8(Loss.THRESHOLD), loss)
 
 
 def _fan(beams: BeamTable) -> Ints:
-    """(B,) fan of each beam."""
+    """Return the (B,) fan of each beam."""
     beams_of_fan = np.diff(beams.row_beam[beams.fan_row])
     return np.repeat(np.arange(len(beams_of_fan)), beams_of_fan)

@@ -7,21 +7,21 @@ import numpy as np
 
 from sensor_model.arrays import Floats
 from sensor_model.rig.beams import BeamTable
-from sensor_model.rig.unit_names import ALL_UNITS, rows_of
+from sensor_model.rig.unit_names import ALL_UNITS, unit_rows
 
-_ROUNDING = 1e-9  # [rad], so that a sector has the beams on its edges
+_ROUNDING = 1e-9  # [rad] tolerance that keeps beams on the edges of a sector inside
 
 
 @dataclass(frozen=True, slots=True)
 class DirtSector:
-    """A dirty part of a unit's window, over all its layers."""
+    """Dirty sector of a unit's window, over all its layers."""
 
     unit: str
-    """Name of the unit in the rig file, or * for all."""
+    """Name of the unit in the rig file, or * for all units."""
     from_deg: float
-    """[deg] Azimuth in the unit's frame where the dirt begins on the right, left positive."""
+    """[deg] Right edge: azimuth in the unit's frame, left positive."""
     to_deg: float
-    """[deg] Azimuth where it ends on the left. Sectors seen on cars are 5 to 30 degrees wide; an estimate."""
+    """[deg] Left edge. Sectors on cars are 5 to 30 degrees wide; an estimate."""
     transmission: float = 0.5
     """Share of the power that passes the window once, 0 to 1; light passes twice. An estimate."""
 
@@ -36,25 +36,25 @@ class DirtSector:
                     f"{name} = {getattr(self, name)}: must be from -180 to 180; split a sector that crosses the rear"
                 )
         if not 0.0 <= self.transmission <= 1.0:
-            raise ValueError(f"transmission = {self.transmission}: must be from 0, nothing passes, to 1, no dirt")
+            raise ValueError(f"transmission = {self.transmission}: must be from 0 (opaque) to 1 (no dirt)")
 
 
 @dataclass(frozen=True, slots=True)
 class Dirt:
-    """Dirty windows: they take from the power of an echo, and so from the range."""
+    """Dirty windows, which reduce the power of echoes and thereby the detection range."""
 
     enabled: bool = False
-    """If not, all windows are clean."""
+    """If false, all windows are clean."""
     sectors: tuple[DirtSector, ...] = (DirtSector(ALL_UNITS, from_deg=-10.0, to_deg=10.0),)
-    """Where the dirt is; a sector about the centre of every unit unless told otherwise."""
+    """Dirty sectors; the default is a sector about the centre of every unit."""
 
     def __post_init__(self) -> None:
         if self.enabled and not self.sectors:
-            raise ValueError("sectors = []: dirt is enabled and nothing is dirty; name at least one sector")
+            raise ValueError("sectors = []: dirt is enabled; name at least one sector")
 
 
 def window_transmission(config: Dirt, beams: BeamTable, unit_names: Sequence[str]) -> Floats:
-    """(B,) share of the power that passes each beam's window out and back, transmission^2.
+    """Return the (B,) two-way power transmission of the window per beam, transmission^2.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def window_transmission(config: Dirt, beams: BeamTable, unit_names: Sequence[str
     """
     passed = np.ones(len(beams))
     for sector in config.sectors if config.enabled else ():
-        of_unit = np.isin(beams.unit, rows_of(sector.unit, unit_names))
+        of_unit = np.isin(beams.unit, unit_rows(sector.unit, unit_names))
         right, left = np.deg2rad([sector.from_deg, sector.to_deg])
         dirty = of_unit & (beams.azimuth >= right - _ROUNDING) & (beams.azimuth <= left + _ROUNDING)
         passed[dirty] *= sector.transmission**2

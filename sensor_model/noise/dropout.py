@@ -1,4 +1,4 @@
-"""Echoes near the threshold, and echoes that get lost for no reason that is modelled."""
+"""Dropout: soft detection threshold, and random losses."""
 
 import math
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ _LOGISTIC_10_TO_90 = 2.0 * math.log(9.0)  # width of the standard logistic distr
 
 @dataclass(frozen=True, slots=True)
 class Dropout:
-    """Losses of a healthy detector."""
+    """Lost echoes of a healthy detector."""
 
     enabled: bool = True
-    """If not, a beam returns if and only if its echo reaches its unit's threshold."""
+    """If false, an echo is detected if and only if it reaches the threshold of its unit."""
     softness_db: float = 1.0
-    """[dB] Rise of the received power over which the share of beams that return goes from 10 to 90 %, along a logistic;
-    an estimate."""
+    """[dB] Increase of the received power over which the detection probability rises from 10 to 90 %, along a logistic
+    curve; an estimate."""
     random_rate: float = 0.01
-    """Share of beams lost whatever their power; an estimate, of a range 0.005 to 0.02."""
+    """Share of beams lost at random, at any power; an estimate; 0.005 to 0.02 is plausible."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.softness_db <= 20.0:
@@ -34,11 +34,11 @@ class Dropout:
 
 
 class Sensitivity:
-    """What the detectors of one run see.
+    """Soft detection thresholds of one run.
 
-    A unit of threshold K sees an echo of power P with the probability 1 / (1 + exp(-m / s)), m = 10 log10(P / K): so
-    the threshold of a shot is K in decibels plus a logistic draw of scale s = softness_db / (2 ln 9), taken from a
-    table of its quantiles.
+    A unit of threshold K detects an echo of power P with the probability 1 / (1 + exp(-m / s)), m = 10 log10(P / K).
+    The threshold of a shot is therefore K in decibels plus a logistic draw of scale s = softness_db / (2 ln 9), taken
+    from a table of its quantiles.
     """
 
     def __init__(self, config: Dropout, beams: BeamTable, draws: Draws) -> None:
@@ -50,7 +50,7 @@ class Sensitivity:
         self._factor: Floats = 10.0 ** (logistic_db / 10.0)
 
     def threshold(self, frame: int) -> tuple[Floats, Bools]:
-        """(B,) power that each beam needs in a frame [1/m^2], and (B,) whether it is lost whatever its power."""
+        """Return the (B,) threshold of each beam in a frame [1/m^2], and the (B,) mask of beams lost at random."""
         beams = self._beams
         threshold: Floats
         lost: Bools

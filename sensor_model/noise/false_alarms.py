@@ -1,4 +1,4 @@
-"""Echoes that the detector makes by itself."""
+"""False alarms of the detector."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from sensor_model.arrays import Ints
 from sensor_model.kernels.noise import rare_beams
-from sensor_model.noise.clutter_mixing import Clutter, faint, unit_beams
+from sensor_model.noise.clutter_mixing import Clutter, unit_beams, weak_clutter
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.rig.beams import BeamTable
@@ -15,12 +15,12 @@ from sensor_model.truth import Cause, Part
 
 @dataclass(frozen=True, slots=True)
 class FalseAlarms:
-    """Points on nothing, from noise of the detector or light of other units."""
+    """Points without an object, from detector noise or light of other units."""
 
     enabled: bool = True
-    """If not, the detector fires on echoes only."""
+    """If false, the detector responds to echoes only."""
     rate: float = 1e-4
-    """Share of the beams with a false alarm in a scan; an estimate, of a range 1e-5 to 1e-4. The six units of the
+    """Share of the beams with a false alarm in a scan; an estimate; 1e-5 to 1e-4 is plausible. The six units of the
     shipped rig have half a false alarm per scan."""
 
     def __post_init__(self) -> None:
@@ -29,10 +29,10 @@ class FalseAlarms:
 
 
 def false_alarms(config: FalseAlarms, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:
-    """Draw the false alarms of a frame, evenly over the unit's range. The unit does not know them for what they are."""
+    """Draw the false alarms of a frame, uniform over the unit's range; the unit does not flag them as clutter."""
     beam: Ints = rare_beams(draws.key, frame, int(Purpose.FALSE_ALARM), unit_beams(beams), config.rate)
     unit = beams.unit[beam]
     nearest, farthest = beams.units.range_min[unit], beams.units.range_max[unit]
     range_ = nearest + (farthest - nearest) * draws.uniform(frame, beam, Purpose.FALSE_ALARM_RANGE)[0]
     unlabelled = np.zeros(len(beam), dtype=np.bool_)
-    return faint(beam, range_, Part.NONE, Cause.FALSE_ALARM, unlabelled, beams, thresholds)
+    return weak_clutter(beam, range_, Part.NONE, Cause.FALSE_ALARM, unlabelled, beams, thresholds)

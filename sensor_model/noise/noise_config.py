@@ -1,4 +1,4 @@
-"""All kinds of noise, as the `[noise]` table of a scenario file names them."""
+"""Configuration of all kinds of noise: the `[noise]` table of a scenario file."""
 
 from dataclasses import dataclass, field
 
@@ -40,24 +40,24 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class MirrorNoise:
-    """Points on side mirrors, which stick out of the vehicle's outline."""
+    """Points on side mirrors, which protrude from the vehicle's outline."""
 
     enabled: bool = True
-    """If not, vehicles have no side mirrors."""
+    """If false, vehicles have no side mirrors."""
 
 
 @dataclass(frozen=True, slots=True)
 class LayerOverlap:
-    """Layers that meet a vehicle at different depths, as bumper and rear window."""
+    """Layers that hit a vehicle at different depths, such as bumper and rear window."""
 
     enabled: bool = True
-    """If not, every body is its plain bounding prism from the ground to its height, so that all layers see the same
+    """If false, every body is its bounding prism from the ground to its height, so that all layers see the same
     outline; side mirrors stay."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseConfig:
-    """All kinds of noise. The defaults are a healthy rig on a dry, overcast day and a smooth road."""
+    """All kinds of noise. The defaults represent a healthy rig on a dry, overcast day and a smooth road."""
 
     range: RangeNoise = field(default_factory=RangeNoise)
     dropout: Dropout = field(default_factory=Dropout)

@@ -1,20 +1,20 @@
-"""Dead reckoning by wheels and a gyroscope, which drifts."""
+"""Odometry drift: dead reckoning by wheel speeds and a gyroscope."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class OdometryNoise:
-    """What is wrong with the ego's own motion as its odometry tells it; the pose sums it up."""
+    """Errors of the ego motion measured by odometry; they accumulate in the pose."""
 
     enabled: bool = False
-    """If not, the pose is exact, whatever stands below."""
+    """If false, the pose is exact and the other keys have no effect."""
     speed_scale_sigma: float = 0.005
-    """[1] Standard deviation of the relative error of distances, constant over a run: worn tyres are 5 mm smaller."""
+    """[1] Standard deviation of the relative error of distances, constant over a run; worn tyres are 5 mm smaller."""
     yaw_rate_sigma_dps: float = 0.02
-    """[deg/s] Standard deviation of the gyroscope's offset, constant over a run, once it was set to zero at a halt."""
+    """[deg/s] Standard deviation of the gyroscope's bias after calibration at standstill, constant over a run."""
     yaw_walk_sigma_deg: float = 0.02
-    """[deg] Standard deviation of the yaw's random walk after one second; it grows with the root of time."""
+    """[deg] Standard deviation of the yaw's random walk after one second; it grows with the square root of time."""
 
     def __post_init__(self) -> None:
         limits = {"speed_scale_sigma": 0.1, "yaw_rate_sigma_dps": 2.0, "yaw_walk_sigma_deg": 2.0}

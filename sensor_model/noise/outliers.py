@@ -1,4 +1,4 @@
-"""Ranges that are simply wrong."""
+"""Range outliers."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from sensor_model.noise.random_draws import Draws, Purpose
 
 @dataclass(frozen=True, slots=True)
 class Outliers:
-    """Points on a surface with a gross range error, as from a distorted or saturated pulse."""
+    """Gross range errors of points on surfaces, such as from a distorted or saturated pulse."""
 
     enabled: bool = False
-    """If not, all errors are ordinary."""
+    """If false, there are no outliers."""
     rate: float = 0.002
-    """Share of the echoes; an estimate."""
+    """Share of the echoes that are outliers; an estimate."""
     scale_m: float = 1.0
-    """[m] Mean size of the error, which is as often too near as too far: a Laplace distribution; an estimate, near the
-    pulse's length, so that most outliers stay with their vehicle."""
+    """[m] Mean absolute error of a symmetric Laplace distribution; an estimate, close to the pulse length, so that most
+    outliers stay with their vehicle."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.rate <= 1.0:
@@ -28,9 +28,9 @@ class Outliers:
 
 
 def gross_error(config: Outliers, beam: Ints, place: Ints, draws: Draws, frame: int) -> tuple[Floats, Bools]:
-    """(N,) error of each echo [m], zero for most, and (N,) which are outliers.
+    """Return the (N,) gross error of each echo [m], 0 for inliers, and the (N,) mask of outliers.
 
-    `place` (N,) tells the echoes of a beam apart.
+    `place` (N,) distinguishes the echoes of a beam.
     """
     by_chance, where = draws.uniform(frame, beam, Purpose.OUTLIER, place)
     outlier = by_chance < config.rate

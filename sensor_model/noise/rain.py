@@ -1,4 +1,4 @@
-"""Rain: drops that give an echo, and light that it takes on the way."""
+"""Rain: echoes of drops, and attenuation."""
 
 import math
 from dataclasses import dataclass
@@ -22,19 +22,19 @@ class Rain:
     """Falling rain.
 
     The constants of the drops were fitted to a Velodyne VLP-32 (TU Darmstadt's open model; Linnhoff et al. 2022,
-    Sensors 22). No such figures are known for a LUX.
+    Sensors 22). No such figures are published for a LUX.
     """
 
     enabled: bool = False
-    """If not, the air is dry."""
+    """If false, the air is dry."""
     rate_mm_per_h: float = 10.0
     """[mm/h] Rainfall: 2.5 is light, 10 heavy, 50 violent."""
     drops_per_mm_per_h: float = 1.69e-4
     """Share of the beams with an echo from a drop, per mm/h."""
     range_log_mean: float = 1.362
-    """Mean of the natural logarithm of a drop's range in metres: half of them are nearer than 3.9 m."""
+    """Mean of the natural logarithm of a drop's range in metres; the median range is 3.9 m."""
     range_log_sigma: float = 0.784
-    """Its standard deviation."""
+    """Standard deviation of that logarithm."""
     labelled: float = 0.5
     """Share of the drops that the unit itself flags as clutter; an estimate."""
 
@@ -45,7 +45,7 @@ class Rain:
             raise ValueError(f"drops_per_mm_per_h = {self.drops_per_mm_per_h}: times rate_mm_per_h must be 0 to 1")
         if not -5.0 <= self.range_log_mean <= 5.0:
             raise ValueError(
-                f"range_log_mean = {self.range_log_mean}: must be from -5 to 5, half the drops within 148 m"
+                f"range_log_mean = {self.range_log_mean}: must be from -5 to 5; 5 puts the median range at 148 m"
             )
         if not 0.0 < self.range_log_sigma <= 5.0:
             raise ValueError(f"range_log_sigma = {self.range_log_sigma}: must be above 0 and at most 5")
@@ -54,10 +54,12 @@ class Rain:
 
 
 def extinction(config: Rain) -> float:
-    """Power that rain takes per metre of path, exp(-extinction x path) remains [1/m]; 0 in dry air.
+    """Return the extinction coefficient of rain [1/m]; 0 in dry air.
+
+    The power exp(-extinction x path) remains.
 
     1.076 R^0.67 dB/km at R mm/h, for free-space optical links (Carbonneau and Wisely 1998, Proc. SPIE 3232). At
-    10 mm/h that is 1.2e-3 per metre, which takes 11 % from an echo at 50 m.
+    10 mm/h that is 1.2e-3 per metre, which reduces an echo at 50 m by 11 %.
     """
     if not config.enabled:
         return 0.0
@@ -65,7 +67,7 @@ def extinction(config: Rain) -> float:
 
 
 def drops(config: Rain, beams: BeamTable, thresholds: Thresholds, draws: Draws, frame: int) -> Clutter:
-    """Draw the drops that give an echo in a frame: their ranges are lognormal."""
+    """Draw the drops that give an echo in a frame; their ranges are lognormal."""
     rate = config.drops_per_mm_per_h * config.rate_mm_per_h
     beam: Ints = rare_beams(draws.key, frame, int(Purpose.RAIN), unit_beams(beams), rate)
     log_range = config.range_log_mean + config.range_log_sigma * draws.normal(frame, beam, Purpose.RAIN_RANGE)

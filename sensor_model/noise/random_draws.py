@@ -1,8 +1,8 @@
-"""Random numbers that depend on nothing but what they are for.
+"""Counter-based random draws.
 
-Philox is a function of a key and a counter (Salmon et al., SC 2011). The key is the run's seed; the counter names
-frame, unit, beam and purpose. So a draw does not change when a unit, an actor or another kind of noise comes or goes,
-and it does not matter in which order frames are asked for.
+Philox is a function of a key and a counter (Salmon et al., SC 2011). The key is the run's seed; the counter is made of
+frame, unit, beam and purpose. A draw therefore does not depend on other units, actors or kinds of noise, nor on the
+order of the frames.
 """
 
 from enum import IntEnum
@@ -14,11 +14,11 @@ from sensor_model.kernels.noise import beam_pairs, counter_pairs
 from sensor_model.rig.beams import BeamTable
 
 _WORD = 0xFFFFFFFF
-_NUMBER = 256  # purposes are fewer
+_NUMBER = 256  # exceeds the number of purposes
 
 
 class Purpose(IntEnum):
-    """What a draw is for. The numbers are part of every recorded run: add new ones at the end."""
+    """Purpose of a draw. The numbers are part of every recorded run: add new ones at the end."""
 
     RANGE = 0
     DROPOUT = 1
@@ -44,12 +44,12 @@ class Purpose(IntEnum):
 
 
 class Draws:
-    """The draws of one run.
+    """Random draws of one run.
 
     Parameters
     ----------
     seed
-        Taken modulo 2^64.
+        Seed of the run, modulo 2^64.
     """
 
     def __init__(self, seed: int, beams: BeamTable) -> None:
@@ -57,28 +57,28 @@ class Draws:
         self._beams = beams
 
     def uniform(self, frame: int, beam: Ints, purpose: Purpose, number: Ints | int = 0) -> Floats:
-        """(2, H) independent draws in (0, 1) for H beams of the table; `number` tells several of a beam apart."""
+        """Return (2, H) draws in (0, 1) for H beams of the table; `number` distinguishes those of one beam."""
         of = np.empty(len(beam), dtype=np.int64)
         of[:] = purpose + _NUMBER * number
         pairs: Floats = beam_pairs(self.key, frame, self._beams.unit, self._beams.index, beam, of)
         return pairs
 
     def normal(self, frame: int, beam: Ints, purpose: Purpose, number: Ints | int = 0) -> Floats:
-        """(H,) standard normal draws for H beams of the table; `number` tells several of a beam apart."""
+        """Return (H,) standard normal draws for H beams of the table; `number` distinguishes those of one beam."""
         return _normal(self.uniform(frame, beam, purpose, number))
 
     def uniform_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
-        """(2, N) independent draws in (0, 1) for things named by up to three integers, which broadcast to (N,)."""
-        names = np.broadcast_arrays(np.atleast_1d(frame), first, second, int(purpose))
-        pairs: Floats = counter_pairs(self.key, *((name & _WORD).astype(np.int64) for name in names))
+        """Return (2, N) independent draws in (0, 1) for counters of up to three integers, which broadcast to (N,)."""
+        counters = np.broadcast_arrays(np.atleast_1d(frame), first, second, int(purpose))
+        pairs: Floats = counter_pairs(self.key, *((counter & _WORD).astype(np.int64) for counter in counters))
         return pairs
 
     def normal_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
-        """(N,) standard normal draws for things named by up to three integers."""
+        """Return (N,) standard normal draws for counters of up to three integers."""
         return _normal(self.uniform_of(frame, first, second, purpose))
 
 
 def _normal(uniform: Floats) -> Floats:
-    """(N,) standard normal numbers from two uniform ones each (2, N), by Box and Muller (1958)."""
+    """Return (N,) standard normal numbers from (2, N) uniform ones, by Box and Muller (1958)."""
     normal: Floats = np.sqrt(-2.0 * np.log(uniform[0])) * np.cos(2.0 * np.pi * uniform[1])
     return normal

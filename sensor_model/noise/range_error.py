@@ -1,4 +1,4 @@
-"""The error of an ordinary range."""
+"""Range noise: random error and fixed bias of a reported range."""
 
 import math
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from sensor_model.rig.beams import BeamTable
 
 @dataclass(frozen=True, slots=True)
 class RangeNoise:
-    """Error of the reported range, along the beam. How large it is says the unit's file; here it is scaled."""
+    """Error of the reported range, along the beam. The unit file has its size; these keys scale it."""
 
     enabled: bool = True
-    """If not, ranges are exact."""
+    """If false, ranges are exact."""
     sigma_scale: float = 1.0
-    """Multiplies the unit's `range_sigma_m`; 2.5 cm is what the TU Darmstadt model of the LUX uses."""
+    """Factor of the unit's `range_sigma_m`; the TU Darmstadt model of the LUX uses 2.5 cm."""
     layer_bias_scale: float = 1.0
-    """Multiplies the fixed range error of each layer, the unit's `layer_bias_m`."""
+    """Factor of the fixed range error of each layer, the unit's `layer_bias_m`."""
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.sigma_scale < math.inf:
@@ -27,9 +27,9 @@ class RangeNoise:
 
 
 def range_error(config: RangeNoise, beam: Ints, place: Ints, beams: BeamTable, draws: Draws, frame: int) -> Floats:
-    """(N,) error of each echo [m]: a normal draw, and the bias of its layer.
+    """Return the (N,) range error of each echo [m]: a normal draw plus the bias of its layer.
 
-    `place` (N,) tells the echoes of a beam apart.
+    `place` (N,) distinguishes the echoes of a beam.
     """
     sigma = beams.units.range_sigma.take(beams.unit.take(beam))
     error = draws.normal(frame, beam, Purpose.RANGE, place)

@@ -1,4 +1,4 @@
-"""The range that a unit reports for an echo."""
+"""Reported ranges: noise, outliers, quantisation and limits."""
 
 from dataclasses import dataclass
 
@@ -11,35 +11,35 @@ from sensor_model.noise.random_draws import Draws
 from sensor_model.noise.range_error import range_error
 from sensor_model.rig.beams import BeamTable
 
-_PLACE_M = 0.5  # less than the shipped units' echo separation; echoes that are nearer may share their error
+_PLACE_M = 0.5  # below the shipped units' echo separation; echoes within the same cell share their error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
-    """What N echoes are reported as."""
+class MeasuredRanges:
+    """Reported ranges of N echoes."""
 
     range: Floats
     """(N,) [m]."""
     outlier: Bools
-    """(N,) grossly wrong."""
+    """(N,) True if the range has a gross error."""
 
 
-def measured(
+def measure_ranges(
     beam: Ints, true_range: Floats, real: Bools, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
-) -> Measured:
-    """Measure echoes, each with draws of its own.
+) -> MeasuredRanges:
+    """Return the ranges that the units report, with independent draws per echo.
 
-    The echoes of a beam are told apart by the half metre that they are in, not by their number: so an echo keeps its
-    error when rain or a loss before it changes the numbers.
+    The half-metre cell of an echo, not its number in the beam, is the key of its draws. An echo therefore keeps its
+    error if rain or a loss in front of it changes the numbers.
 
-    Errors never take a range out of the limits of its unit. Ranges are whole quanta where range noise is enabled.
+    Reported ranges stay within the limits of the unit. They are multiples of the quantum if range noise is enabled.
 
     Parameters
     ----------
     beam, true_range
         (N,) rows of the beam table, and ranges of the leading edges [m].
     real
-        (N,) whether the echo is a surface's: gross errors are told of these alone.
+        (N,) True for echoes of surfaces; only these have gross errors.
     """
     place = (true_range / _PLACE_M).astype(np.int64)
     range_, outlier = true_range, np.zeros(len(beam), dtype=np.bool_)
@@ -55,4 +55,4 @@ def measured(
         range_ = np.rint(range_ / quantum) * quantum
     if config.range.enabled or config.outliers.enabled:
         range_ = np.minimum(np.maximum(range_, beams.units.range_min.take(unit)), beams.units.range_max.take(unit))
-    return Measured(range=range_, outlier=outlier)
+    return MeasuredRanges(range=range_, outlier=outlier)

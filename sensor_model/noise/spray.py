@@ -1,4 +1,4 @@
-"""Water that fast vehicles throw up from a wet road."""
+"""Spray of fast vehicles on a wet road."""
 
 import math
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import numpy as np
 from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.kernels.clusters import cluster_echoes
+from sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses
 from sensor_model.noise.clutter_mixing import Clutter, droplets, unit_directions
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
@@ -16,7 +17,7 @@ from sensor_model.scan_context import ScanContext
 from sensor_model.truth import Cause
 
 CYCLE_S = 0.1
-"""[s] Clusters are born at multiples of this, whatever the scan rate: the cycle of the unit they were counted with."""
+"""[s] Clusters are born at multiples of this, at any scan rate: the scan period of the unit of the measurements."""
 
 _KM_PER_H = 3.6  # per m/s
 _PLUME_WIDTH_M = 3.4
@@ -31,26 +32,26 @@ _LIFE = 3.0  # time constants after which 5 % of a cluster is left
 class Spray:
     """Clusters of droplets behind every fast vehicle.
 
-    Their constants were fitted to a Velodyne VLP-32 behind cars on a wetted track (TU Darmstadt's open model; Linnhoff
+    The constants were fitted to a Velodyne VLP-32 behind cars on a wetted track (TU Darmstadt's open model; Linnhoff
     et al. 2022, "Simulating Road Spray in Lidar Sensor Models").
     """
 
     enabled: bool = False
-    """If not, the road is dry."""
+    """If false, the road is dry."""
     water_film_mm: float = 0.5
-    """[mm] Height of the water on the road; an estimate for steady rain."""
+    """[mm] Depth of the water film on the road; an estimate for steady rain."""
     echo_share: float = 0.17
-    """Share of the beams through a fresh cluster that get an echo: the mean of that model's lognormal share of
-    parameters -2.3 and 1.1, cut at 1. Lower it for a unit that sees less of droplets than the VLP-32."""
+    """Share of the beams through a new cluster that get an echo: the mean of the model's lognormal share with
+    parameters -2.3 and 1.1, limited to 1. Lower it for a unit that is less sensitive to droplets than the VLP-32."""
     reach_m: float = 40.0
     """[m] Clusters farther than this from the ego give no echo; an estimate."""
     labelled: float = 0.5
-    """Share of the echoes that the unit itself flags as clutter; an estimate."""
+    """Share of the echoes that the unit flags as clutter; an estimate."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.water_film_mm <= 5.0:
             raise ValueError(
-                f"water_film_mm = {self.water_film_mm}: must be above 0 and at most 5; set enabled = false"
+                f"water_film_mm = {self.water_film_mm}: must be above 0 and at most 5; use enabled = false for none"
             )
         if not 0.0 < self.echo_share <= 1.0:
             raise ValueError(f"echo_share = {self.echo_share}: must be above 0 and at most 1")
@@ -69,24 +70,24 @@ class Clusters:
     radius: Floats
     """(C,) [m]."""
     share: Floats
-    """(C,) of the beams through it that give an echo."""
+    """(C,) share of the beams through a cluster that give an echo."""
     tag: Ints
-    """(C,) a random number of 32 bits that is the cluster's own for its life."""
+    """(C,) random 32-bit number that identifies the cluster during its life."""
 
 
 def clusters(config: Spray, bodies: Bodies, actor_id: Ints, draws: Draws, time: float) -> Clusters:
-    """Find the clusters that hang in the air, each where it was born or a little farther on.
+    """Return the clusters in the air at a time, at most slightly displaced from their place of birth.
 
     A vehicle of v > 50 km/h leaves (0.2 h + 0.1) (v - 50) clusters per `CYCLE_S` behind it, h the water film [mm], in a
-    plume 3.4 m wide and 1.5 m high. Radii are lognormal. A cluster starts at the vehicle's speed V and is braked by the
-    air, so that it has moved ln(1 + k V t) / k by the age t, k = 0.12 / m; it thins out as exp(-t / T) with
-    T = 0.02 h (v - 50) + 0.2 s. The vehicle's way back to where its clusters were born is that of constant
-    acceleration. So nothing has to be remembered from frame to frame.
+    plume 3.4 m wide and 1.5 m high. Radii are lognormal. A cluster starts at the vehicle's speed V and is
+    decelerated by drag, so that it has moved ln(1 + k V t) / k by the age t, k = 0.12 / m; its density decays as
+    exp(-t / T) with T = 0.02 h (v - 50) + 0.2 s. The vehicle's past positions, where its clusters were born, follow
+    from constant acceleration, so that no state is kept between frames.
 
     Parameters
     ----------
     actor_id
-        (A,) of each body: a cluster's draws depend on it and on its time of birth alone.
+        (A,) actor of each body: a cluster's draws depend only on it and on the time of birth.
     """
     found = [
         _wake(config, bodies, int(row), int(actor_id[row]), draws, time)
@@ -101,34 +102,34 @@ def clusters(config: Spray, bodies: Bodies, actor_id: Ints, draws: Draws, time: 
 
 
 def spray_echoes(
-    config: Spray, cloud: Clusters, setting: ScanContext, time: Floats, beams: BeamTable, thresholds: Thresholds,
+    config: Spray, cloud: Clusters, context: ScanContext, time: Floats, beams: BeamTable, thresholds: Thresholds,
     draws: Draws,
 ) -> Clutter:  # fmt: skip
-    """Echoes from clusters: a beam through one gets an echo with the cluster's share, anywhere on its chord.
+    """Return the echoes of clusters: a beam gets one with the cluster's share, uniform over its chord.
 
-    Of several in a beam the nearest counts. No cluster hangs where the ego is, between its units. Neglected are what
-    little a cluster takes from the light behind it, and how far the ego turns during the sweep.
+    The nearest echo of a beam counts. Clusters between the units of the ego are dropped. The attenuation by clusters
+    and the ego's rotation during the scan are neglected.
 
     Parameters
     ----------
     time
-        (B,) when each beam really fires, from the frame's time [s].
+        (B,) true firing times relative to the frame's time [s].
     """
-    cloud = _outside(cloud, setting.origin_ego)
+    cloud = _outside(cloud, context.origin_ego)
     nearest = cluster_echoes(
-        draws.key, setting.frame_index, int(Purpose.SPRAY_ECHO),
-        cloud.centre_ego, cloud.radius, cloud.share, cloud.tag,
-        setting.origin_ego, setting.R_ego_unit, setting.ego_velocity,
-        beams.unit, beams.index, time, unit_directions(beams),
-        beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.row_beam,
+        draws.key, context.frame_index, int(Purpose.SPRAY_ECHO),
+        Droplets(cloud.centre_ego, cloud.radius, cloud.share, cloud.tag),
+        UnitPoses(context.origin_ego, context.R_ego_unit), context.ego_velocity,
+        BeamAxes(beams.unit, beams.index, unit_directions(beams), time),
+        Fans(beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.fan_turn, beams.row_beam),
     )  # fmt: skip
     beam = np.flatnonzero(nearest < np.inf)
-    chance = draws.uniform(setting.frame_index, beam, Purpose.SPRAY_LABEL)
+    chance = draws.uniform(context.frame_index, beam, Purpose.SPRAY_LABEL)
     return droplets(beam, nearest[beam], Cause.SPRAY, config.labelled, chance, beams, thresholds)
 
 
 def _outside(cloud: Clusters, origin_ego: Floats) -> Clusters:
-    """Leave out clusters that touch the box in plan around the units (U, 3)."""
+    """Drop clusters that touch the bounding box in plan of the units (U, 3)."""
     low, high = origin_ego[:, :2].min(axis=0), origin_ego[:, :2].max(axis=0)
     beside = np.maximum(low - cloud.centre_ego[:, :2], cloud.centre_ego[:, :2] - high)
     out = beside.max(axis=1, initial=-np.inf) > cloud.radius
@@ -136,7 +137,7 @@ def _outside(cloud: Clusters, origin_ego: Floats) -> Clusters:
 
 
 def _wake(config: Spray, bodies: Bodies, row: int, actor_id: int, draws: Draws, time: float) -> Clusters:
-    """Clusters of one vehicle, by their birth number and their number in it."""
+    """Return the clusters of one vehicle, keyed by time of birth and number."""
     velocity, acceleration = bodies.velocity_ego[row], bodies.acceleration_ego[row]
     speed = math.hypot(*velocity)
     excess = speed * _KM_PER_H - _SLOWEST_KM_PER_H

@@ -1,4 +1,4 @@
-"""Beams that look towards the sun."""
+"""Glare of a low sun."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,16 @@ from sensor_model.rig.beams import BeamTable
 
 @dataclass(frozen=True, slots=True)
 class Sun:
-    """A low sun, which raises the noise of the detector and makes the unit less sensitive."""
+    """Low sun, which raises the detector noise and reduces the sensitivity of the unit."""
 
     enabled: bool = False
-    """If not, the sky is overcast."""
+    """If false, the sky is overcast."""
     azimuth_deg: float = 0.0
-    """[deg] Where the sun stands in the world frame, counter-clockwise from x (east)."""
+    """[deg] Azimuth of the sun in the world frame, counter-clockwise from x (east)."""
     half_width_deg: float = 15.0
-    """[deg] Beams within this of the sun's azimuth are sunlit; an estimate."""
+    """[deg] Beams within this angle of the sun's azimuth are sunlit; an estimate."""
     gain: float = 0.6
-    """Sensitivity of sunlit beams. The unit's own firmware goes down to 0.6 in direct sunlight (SICK LD-MRS parameter
+    """Sensitivity of sunlit beams. The firmware of the unit reduces it to 0.6 in direct sunlight (SICK LD-MRS parameter
     0x110B, from the driver `libsick_ldmrs`)."""
 
     def __post_init__(self) -> None:
@@ -32,7 +32,7 @@ class Sun:
 
 
 class Glare:
-    """Which beams are sunlit."""
+    """Selection of the sunlit beams."""
 
     def __init__(self, config: Sun, beams: BeamTable) -> None:
         self._azimuth = np.deg2rad(config.azimuth_deg)
@@ -41,7 +41,7 @@ class Glare:
         self._heading_ego = horizontal / np.linalg.norm(horizontal, axis=1, keepdims=True)
 
     def sunlit(self, ego_yaw_world: float) -> Bools:
-        """(B,) beams within the half width of the sun, for a heading of the ego [rad]."""
+        """Return the (B,) mask of beams within the half width of the sun, for a heading of the ego [rad]."""
         towards_ego = self._azimuth - ego_yaw_world
         sun_ego = np.array([np.cos(towards_ego), np.sin(towards_ego)])
         sunlit: Bools = self._heading_ego @ sun_ego >= self._narrowest

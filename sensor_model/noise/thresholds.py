@@ -1,4 +1,4 @@
-"""What it takes to be seen."""
+"""Detection thresholds of the beams of one frame."""
 
 from dataclasses import dataclass
 
@@ -7,17 +7,17 @@ from sensor_model.arrays import Bools, Bytes, Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Thresholds:
-    """What the B beams of one frame need. Not to be written to: frames may share the arrays."""
+    """Detection thresholds of B beams in one frame. Read-only: frames may share the arrays."""
 
     threshold: Floats
-    """(B,) power of the weakest echo that is seen [1/m^2]; infinite where none is."""
-    own: Floats
-    """(B,) what it would be in a clean, shaded and working unit [1/m^2]."""
+    """(B,) minimum power of an echo [1/m^2]; infinite for a blind beam."""
+    nominal: Floats
+    """(B,) threshold in a clean, shaded and working unit [1/m^2]."""
     gain: Floats
-    """(B,) sensitivity in the sun, 1 in the shade."""
-    passed: Floats
-    """(B,) share of the power that passes the window out and back, 1 where it is clean."""
+    """(B,) sensitivity under sun glare, 1 in the shade."""
+    transmission: Floats
+    """(B,) two-way power transmission of the window, 1 where it is clean."""
     blind: Bytes
-    """(B,) OUTAGE or RANDOM where no echo is seen, however strong; THRESHOLD elsewhere."""
+    """(B,) OUTAGE or RANDOM for a beam that detects no echo of any power, else THRESHOLD."""
     firing: Bools
-    """(B,) the beam's fan fires in this frame, and its unit is not silent."""
+    """(B,) True if the beam's fan fires in this frame and its unit is not silent."""

@@ -1,4 +1,4 @@
-"""The beam table of a rig: where every beam starts, where and when it goes, and how sensitive it is there."""
+"""Beam table of a rig: origin, direction, firing time and sensitivity of each beam."""
 
 from dataclasses import dataclass
 
@@ -13,28 +13,28 @@ from sensor_model.rig.unit import Fan, UnitModel
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnitTable:
-    """U units as the rig file places them."""
+    """U units as placed by the rig file."""
 
     origin_ego: Floats
-    """(U, 3) where each unit is [m]."""
+    """(U, 3) position of each unit [m]."""
     R_ego_unit: Floats
     """(U, 3, 3) rotation of each unit: ego = R unit."""
     range_min: Floats
-    """(U,) a surface nearer than this blocks without an echo [m]."""
+    """(U,) surfaces nearer than this block the beam and give no echo [m]."""
     range_max: Floats
     """(U,) [m]."""
     threshold: Floats
     """(U,) power of the weakest echo, reflectivity x cos(incidence) x gain / range^2 [1/m^2]."""
     pulse_length: Floats
-    """(U,) returns within this difference in range add up [m]."""
+    """(U,) returns within this difference in range are summed [m]."""
     pulse_growth: Floats
-    """(U,) echo pulse width per power over the threshold [m/dB]."""
+    """(U,) growth of the echo pulse width with the power relative to the threshold [m/dB]."""
     pulse_quantum: Floats
     """(U,) step of the echo pulse width [m]."""
     echo_separation: Floats
-    """(U,) echoes that start nearer to each other than this are one [m]."""
+    """(U,) echoes that start closer to each other than this are merged [m]."""
     echoes_max: Ints
-    """(U,) echoes per beam."""
+    """(U,) maximum number of echoes per beam."""
     beam_width: Floats
     """(U,) footprint over azimuth, edge to edge [rad]."""
     beam_height: Floats
@@ -52,9 +52,9 @@ class UnitTable:
 class BeamTable:
     """B nominal beams of U units, ordered by unit, fan, layer and firing order (left to right).
 
-    Beams of one unit, fan and layer make a row: their azimuths are evenly spaced, so that the caster can go
-    straight to the beams that may meet a thing. R rows of F fans, ordered like the beams; the rows of a fan are its
-    layers and have the same azimuths.
+    Beams of one unit, fan and layer form a row. Their azimuths are evenly spaced, so that the caster can compute the
+    beams that may hit an object. There are R rows of F fans, ordered like the beams; the rows of a fan are its layers
+    and have the same azimuths.
     """
 
     unit: Bytes
@@ -68,9 +68,9 @@ class BeamTable:
     elevation: Floats
     """(B,) in the unit's frame, up positive [rad]."""
     time_offset: Floats
-    """(B,) when the beam fires after the frame's time; before it if negative [s]."""
+    """(B,) firing time relative to the frame's time [s]."""
     gain: Floats
-    """(B,) sensitivity, 1 at the unit's centre."""
+    """(B,) sensitivity, 1 at the centre of the unit."""
     layer_bias: Floats
     """(B,) fixed range error [m]."""
     direction_ego: Floats
@@ -78,11 +78,11 @@ class BeamTable:
     row_beam: Ints
     """(R + 1,) row r holds beams row_beam[r] to row_beam[r + 1]."""
     fan_unit: Ints
-    """(F,) the fan's unit."""
+    """(F,) unit of the fan."""
     fan_row: Ints
     """(F + 1,) fan f has rows fan_row[f] to fan_row[f + 1]."""
     fan_azimuth: Floats
-    """(F, 2) first azimuth and step, negative since the sweep runs to the right [rad]."""
+    """(F, 2) first azimuth, and step, negative because the sweep runs to the right [rad]."""
     fan_turn: Ints
     """(F, 2) turn and turns: the fan fires in frames whose index % turns == turn."""
     units: UnitTable
@@ -92,9 +92,9 @@ class BeamTable:
 
 
 def beam_table(rig: Rig) -> BeamTable:
-    """Lay out every beam of the rig.
+    """Return the beam table of a rig.
 
-    A beam of azimuth h [rad] fires at phase - h / (2 pi scan rate): the mirror turns evenly, once a scan.
+    A beam of azimuth h [rad] fires at phase - h / (2 pi scan rate): the mirror rotates evenly, once per scan.
     Behind a mirror face of tilt b its elevation is that of its layer plus b (-sqrt(2) sin(h / 2 - pi / 4) - 1),
     which is 0 at h = 0 (SICK LD-MRS and LUX 8L, as the driver `libsick_ldmrs` computes it).
     """
@@ -126,7 +126,7 @@ def beam_table(rig: Rig) -> BeamTable:
 
 
 def unit_table(rig: Rig) -> UnitTable:
-    """Where the units are in the ego frame, and what they make of light."""
+    """Return poses and receivers of the units of a rig."""
     models = [mount.model for mount in rig.mounts]
     return UnitTable(
         origin_ego=np.array([(rig.rear_axle_x_m + mount.x_m, mount.y_m, mount.z_m) for mount in rig.mounts]),
@@ -147,33 +147,33 @@ def unit_table(rig: Rig) -> UnitTable:
 
 
 def _rotation(mount: Mount) -> Floats:
-    """(3, 3) ego = R unit: yaw about z, then pitch about the turned y, then roll about the turned x."""
+    """Return (3, 3) ego = R unit: yaw about z, then pitch about the new y, then roll about the new x."""
     angles_deg = [mount.yaw_deg, mount.pitch_deg, mount.roll_deg]
     return np.asarray(Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix())
 
 
 def _azimuth(fan: Fan) -> Floats:
-    """(K,) azimuths of one layer of the fan in firing order [rad]."""
+    """Return (K,) azimuths of one layer of the fan in firing order [rad]."""
     first, step = np.deg2rad([fan.start_deg, -fan.step_deg])
     azimuth: Floats = first + step * np.arange(fan.count)
     return azimuth
 
 
 def _elevation(model: UnitModel, fan: Fan, layer: int) -> Floats:
-    """(K,) elevations of one layer's beams [rad]."""
+    """Return (K,) elevations of one layer's beams [rad]."""
     tilted = -np.sqrt(2.0) * np.sin(_azimuth(fan) / 2.0 - np.pi / 4.0) - 1.0
     elevation: Floats = np.deg2rad(model.layer_elevation_deg[layer] + fan.tilt_deg * tilted)
     return elevation
 
 
 def _gain(model: UnitModel, fan: Fan) -> Floats:
-    """(K,) gain of one layer's beams, linear between the knots, which fall from left to right."""
+    """Return (K,) gain of one layer's beams, linear between the knots, whose azimuths fall."""
     azimuth_deg = fan.start_deg - fan.step_deg * np.arange(fan.count)
     gain: Floats = np.interp(-azimuth_deg, -np.array(model.gain_azimuth_deg), np.array(fan.gain_percent) / 100.0)
     return gain
 
 
 def _unit_vector(azimuth: Floats, elevation: Floats) -> Floats:
-    """(B, 3) directions in the unit's frame."""
+    """Return (B, 3) directions in the unit's frame."""
     cos = np.cos(elevation)
     return np.stack([cos * np.cos(azimuth), cos * np.sin(azimuth), np.sin(elevation)], axis=1)

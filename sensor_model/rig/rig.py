@@ -1,4 +1,4 @@
-"""Which units sit where on the ego, and the files that say so; docs/rig-files.md explains every key."""
+"""Rigs: units and their mounting poses on the ego, and the rig files; docs/rig-files.md explains every key."""
 
 import os
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from sensor_model.rig.unit_names import ALL_UNITS
 __all__ = ["SHIPPED", "Mount", "Rig", "RigError", "load_rig", "load_unit"]
 
 SHIPPED = Path(__file__).parents[1]
-"""Home of the shipped `rigs/*.toml` and `units/*.toml`."""
+"""Folder of the shipped `rigs/*.toml` and `units/*.toml`."""
 
 _MAX_UNITS = 255  # a point's unit is a byte
 
@@ -20,7 +20,7 @@ _MAX_UNITS = 255  # a point's unit is a byte
 class Mount:
     """A unit and its pose in the rear-axle frame: x forward, y left, z up from the ground.
 
-    The unit's axes are turned by yaw about z, then pitch about y (positive looks down), then roll about x.
+    The unit's axes are rotated by yaw about z, then pitch about y (positive looks down), then roll about x.
     """
 
     name: str
@@ -32,23 +32,23 @@ class Mount:
     pitch_deg: float
     roll_deg: float
     phase_ms: float = 0.0
-    """How long after the frame's time the unit fires at its azimuth 0."""
+    """Firing time of the unit's azimuth 0, relative to the frame's time."""
 
     def __post_init__(self) -> None:
         if not self.z_m > 0.0:
-            raise ValueError(f"z_m = {self.z_m}: must be positive, the height above the ground")
+            raise ValueError(f"z_m = {self.z_m}: must be positive; it is the height above the ground")
         if not abs(self.phase_ms) <= 1000.0 / self.model.scan_rate_hz:
-            raise ValueError(f"phase_ms = {self.phase_ms}: must be no more than a scan, either way")
+            raise ValueError(f"phase_ms = {self.phase_ms}: must be at most one scan, earlier or later")
         if self.name == ALL_UNITS:
-            raise ValueError(f"name = {self.name!r}: stands for all units; choose another")
+            raise ValueError(f"name = {self.name!r}: reserved for all units; choose another")
 
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """All units of the ego. They scan at one rate."""
+    """All units of the ego; they have the same scan rate."""
 
     rear_axle_x_m: float
-    """Where the rear axle is in the ego frame, whose origin is the box centre."""
+    """Position of the rear axle in the ego frame, whose origin is the box centre."""
     mounts: tuple[Mount, ...]
 
     def __post_init__(self) -> None:
@@ -57,16 +57,16 @@ class Rig:
         names = [mount.name for mount in self.mounts]
         for i, mount in enumerate(self.mounts):
             if mount.name in names[:i]:
-                raise ValueError(f"unit[{i}].name = {mount.name!r}: another unit has it; choose another")
+                raise ValueError(f"unit[{i}].name = {mount.name!r}: used by another unit; choose another")
             if mount.model.scan_rate_hz != self.scan_rate_hz:
                 raise ValueError(
                     f"unit[{i}].model: scan_rate_hz = {mount.model.scan_rate_hz}, but unit[0] has {self.scan_rate_hz}: "
-                    "choose models of one scan rate"
+                    "choose models with the same scan rate"
                 )
 
     @property
     def scan_rate_hz(self) -> float:
-        """Scans a second, the same for all units."""
+        """Scans per second, the same for all units."""
         return self.mounts[0].model.scan_rate_hz
 
 
@@ -148,7 +148,7 @@ def _fan(table: Table, gain: Table) -> Fan:
 
 
 def _column(gain: Table, fan: Table) -> tuple[float, ...]:
-    """Return the column of [gain_percent] that the fan names."""
+    """Return the column of [gain_percent] named by the fan."""
     name = fan.text("gain")
     if name not in gain.values:
         raise fan.error("gain", f"no such column; [gain_percent] has: {', '.join(gain.values)}")
@@ -156,19 +156,19 @@ def _column(gain: Table, fan: Table) -> tuple[float, ...]:
 
 
 def _read(name_or_path: str, kind: str, folder: Path) -> Table:
-    """Read a file of rigs or units; what it leaves out is taken from the file that it is `like`."""
+    """Read a rig or unit file; missing keys are taken from the file named by its key `like`."""
     table = read_table(_find(name_or_path, kind, folder))
     like = table.text("like", "")
     if not like:
         return table
     model = read_table(_find(like, kind, table.file.parent))
     if "like" in model.values:
-        raise table.error("like", f"that {kind} is itself like {model.values['like']!r}; name that one")
-    return Table(table.file, {**model.values, **table.values}, asked=table.asked)
+        raise table.error("like", f"this {kind} is based on {model.values['like']!r} itself; name that one")
+    return Table(table.file, {**model.values, **table.values}, read=table.read)
 
 
 def _find(name_or_path: str, kind: str, folder: Path) -> Path:
-    """Resolve a shipped name, else a path relative to `folder`."""
+    """Resolve a shipped name, or else a path relative to `folder`."""
     shipped = {path.stem: path for path in sorted((SHIPPED / f"{kind}s").glob("*.toml"))}
     path = shipped.get(name_or_path, folder / name_or_path)
     if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long

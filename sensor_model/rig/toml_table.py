@@ -1,4 +1,4 @@
-"""Strict reading of rig and unit files: every key is asked for by name, and what was not asked for is an error."""
+"""Strict reader of rig and unit files: keys that are not read are errors."""
 
 import tomllib
 from collections.abc import Callable
@@ -10,11 +10,11 @@ _Record = TypeVar("_Record")
 
 
 class RigError(Exception):
-    """A rig or unit file is missing or wrong; the message is one line: file, key, value, remedy."""
+    """Missing or invalid rig or unit file; the message is one line: file, key, value, remedy."""
 
 
 def read_table(path: Path) -> "Table":
-    """Read a TOML file; RigError if it is none."""
+    """Read a TOML file; raise RigError if that fails."""
     try:
         return Table(path, tomllib.loads(path.read_text(encoding="utf-8")))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
@@ -23,81 +23,81 @@ def read_table(path: Path) -> "Table":
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """One table of a file. It knows where it stands and which of its keys were asked for.
+    """Table of a file, with its path in the file and the keys read so far.
 
-    What asks for a key returns its value, or the default where the key is left out and there is one, else RigError.
+    The methods that read a key return its value, or the default for a missing key. They raise RigError without either.
     """
 
     file: Path
     values: dict[str, object]
     path: str = ""
-    asked: set[str] = field(default_factory=set)
+    read: set[str] = field(default_factory=set)
 
     def build(self, record: Callable[..., _Record], **fields: object) -> _Record:
-        """Make the record, once it is sure that the table has no keys beyond those asked for."""
+        """Make the record; raise RigError if the table has keys that were not read."""
         for key in self.values:
-            if key not in self.asked:
-                raise self.error(key, f"unknown key; known here: {', '.join(sorted(self.asked))}")
+            if key not in self.read:
+                raise self.error(key, f"unknown key; known here: {', '.join(sorted(self.read))}")
         try:
             return record(**fields)
         except ValueError as error:
             raise RigError(f"{self.file}: {self.path}{error}") from error
 
     def number(self, key: str, default: float | None = None) -> float:
-        """Ask for a finite number."""
+        """Read a finite number."""
         value = self._value(key, default)
         if not _is_number(value):
             raise self.error(key, "give a number")
         return float(value)  # type: ignore[arg-type]
 
     def numbers(self, key: str) -> tuple[float, ...]:
-        """Ask for a list of finite numbers."""
+        """Read a list of finite numbers."""
         value = self._value(key)
         if not isinstance(value, list) or not all(map(_is_number, value)):
             raise self.error(key, "give a list of numbers")
         return tuple(float(number) for number in value)
 
     def integer(self, key: str, default: int | None = None) -> int:
-        """Ask for a whole number."""
+        """Read an integer."""
         value = self._value(key, default)
         if not isinstance(value, int) or isinstance(value, bool):
             raise self.error(key, "give a whole number")
         return value
 
     def integers(self, key: str) -> tuple[int, ...]:
-        """Ask for a list of whole numbers."""
+        """Read a list of integers."""
         if not all(number.is_integer() for number in self.numbers(key)):
             raise self.error(key, "give a list of whole numbers")
         return tuple(int(number) for number in self.numbers(key))
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Ask for a text."""
+        """Read a string."""
         value = self._value(key, default)
         if not isinstance(value, str):
-            raise self.error(key, "give a text in quotes")
+            raise self.error(key, "give a string in quotes")
         return value
 
     def table(self, key: str) -> "Table":
-        """Ask for a table of this table."""
+        """Read a sub-table."""
         value = self._value(key)
         if not isinstance(value, dict):
             raise self.error(key, f"give a [{key}] table")
         return Table(self.file, value, f"{self.path}{key}.")
 
     def tables(self, key: str) -> "list[Table]":
-        """Ask for an array of at least one table."""
+        """Read an array of at least one table."""
         value = self._value(key)
         if not isinstance(value, list) or not value or not all(isinstance(row, dict) for row in value):
             raise self.error(key, f"give at least one [[{key}]] table")
         return [Table(self.file, row, f"{self.path}{key}[{i}].") for i, row in enumerate(value)]
 
     def error(self, key: str, remedy: str) -> RigError:
-        """Say what is wrong with a key, and what to do."""
+        """Return the error for a key, with its value and the remedy."""
         value = repr(self.values[key]) if key in self.values else "missing"
         return RigError(f"{self.file}: {self.path}{key} = {value}: {remedy}")
 
     def _value(self, key: str, default: object = None) -> object:
-        self.asked.add(key)
+        self.read.add(key)
         return self.values.get(key, default)
 
 

@@ -1,6 +1,6 @@
-"""What a LIDAR unit is: its layers, where they fire, and what it makes of the light that returns.
+"""LIDAR unit models: layers, firing pattern and receiver.
 
-Data, read from `units/*.toml`; docs/rig-files.md explains every key.
+The data are read from `units/*.toml`; docs/rig-files.md explains every key.
 """
 
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ _AT_MOST = {
     "reference_reflectivity": 10.0, "reference_range_m": 1e6, "range_quantum_m": 10.0, "pulse_quantum_m": 10.0,
     "echoes_max": 255,
 }  # fmt: skip
-"""An echo's number is a byte; the others are far beyond any LIDAR."""
+"""Upper limits: an echo's number is a byte; the others are far beyond any LIDAR."""
 _LEAST_REFERENCE_M = 0.001
-"""[m] so that the threshold is a number."""
+"""[m] Lower limit, which keeps the threshold finite."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fan:
     """Layers that fire at the same azimuths, in even steps from left to right (from high to low azimuth).
 
-    A layer may be part of several fans, as when its step changes over the field of view.
+    A layer may be in several fans, for example if its step changes over the field of view.
     """
 
     layers: tuple[int, ...]
@@ -37,13 +37,13 @@ class Fan:
     stop_deg: float
     """Last azimuth, a whole number of steps below `start_deg`."""
     step_deg: float
-    """Positive."""
+    """Step between azimuths, positive."""
     gain_percent: tuple[float, ...]
     """Sensitivity at the model's `gain_azimuth_deg`, percent of the centre's."""
     turn: int = 0
-    """The fan fires in frames whose index leaves this remainder by the model's `turns`."""
+    """The fan fires in frames with index % turns == turn; `turns` is the model's."""
     tilt_deg: float = 0.0
-    """Tilt of the mirror's face, positive looks up: elevations change over azimuth, see `beams.beam_table`."""
+    """Tilt of the mirror face, up positive; elevations change over azimuth, see `beams.beam_table`."""
 
     def __post_init__(self) -> None:
         if not self.layers:
@@ -53,7 +53,7 @@ class Fan:
         if self.step_deg <= 0.0:
             raise ValueError(f"step_deg = {self.step_deg}: must be positive")
         if self.stop_deg > self.start_deg:
-            raise ValueError(f"stop_deg = {self.stop_deg}: must not exceed start_deg, the sweep runs to the right")
+            raise ValueError(f"stop_deg = {self.stop_deg}: must not exceed start_deg; the sweep runs to the right")
         for key, azimuth in (("start_deg", self.start_deg), ("stop_deg", self.stop_deg)):
             if abs(azimuth) > 180.0:
                 raise ValueError(f"{key} = {azimuth}: azimuths are from -180 to 180; split a fan that crosses the rear")
@@ -73,32 +73,32 @@ class Fan:
 
 @dataclass(frozen=True, slots=True)
 class UnitModel:
-    """A type of LIDAR. Its mirror or head turns once a scan, evenly, from left to right."""
+    """LIDAR type. Its mirror or head rotates once per scan, at a constant rate, from left to right."""
 
     scan_rate_hz: float
-    """Scans a second; the beam sweeps at 360 deg x scan_rate_hz."""
+    """Scans per second; the beam sweeps at 360 deg x scan_rate_hz."""
     range_min_m: float
-    """A surface nearer than this blocks the beam without an echo."""
+    """Surfaces nearer than this block the beam and give no echo."""
     range_max_m: float
     beam_width_deg: float
     """Footprint of one beam over azimuth, edge to edge."""
     beam_height_deg: float
     """Footprint of one beam over elevation, edge to edge."""
     reference_reflectivity: float
-    """The weakest diffuse surface that still returns an echo at `reference_range_m`, when it fills the footprint
-    and faces a beam of gain 1. Received power is counted in reflectivity / m^2, so the detector's threshold is
+    """Reflectivity of the weakest diffuse surface that gives an echo at `reference_range_m`, if it fills the footprint
+    and faces a beam of gain 1. Received power is in reflectivity / m^2, so the detection threshold is
     reference_reflectivity / reference_range_m^2."""
     reference_range_m: float
     pulse_length_m: float
-    """Returns within this difference in range add up in the detector: c tau / 2 of a pulse of duration tau."""
+    """Returns within this difference in range are summed by the detector: c tau / 2 of a pulse of duration tau."""
     pulse_growth_m_per_db: float
-    """Growth of the echo pulse width with the echo's peak power over the threshold."""
+    """Growth of the echo pulse width with the peak power relative to the threshold."""
     pulse_quantum_m: float
     """Step of the reported echo pulse width."""
     echoes_max: int
     """Echoes reported per beam, nearest first."""
     echo_separation_m: float
-    """Echoes that start nearer to each other than this are reported as one, at the nearer range."""
+    """Echoes that start closer to each other than this are reported as one, at the nearer range."""
     range_sigma_m: float
     """Standard deviation of a reported range."""
     range_quantum_m: float
@@ -108,9 +108,9 @@ class UnitModel:
     layer_bias_m: tuple[float, ...]
     """Fixed range error of each layer."""
     gain_azimuth_deg: tuple[float, ...]
-    """Azimuths at which the fans' `gain_percent` is known, falling; linear between them, constant beyond."""
+    """Azimuths of the fans' `gain_percent`, falling; linear between them, constant beyond."""
     turns: int
-    """Scans after which the pattern repeats: 2 for a mirror with two unlike sides, otherwise 1."""
+    """Scans after which the firing pattern repeats: 2 for a mirror with two different faces, otherwise 1."""
     fans: tuple[Fan, ...]
 
     def __post_init__(self) -> None:
@@ -131,10 +131,10 @@ class UnitModel:
         if self.range_min_m >= self.range_max_m:
             raise ValueError(f"range_min_m = {self.range_min_m}: must be below range_max_m")
         if not 0 < layers <= _MAX_LAYERS:
-            raise ValueError(f"layer_elevation_deg has {layers} numbers: give 1 to {_MAX_LAYERS}, one a layer")
+            raise ValueError(f"layer_elevation_deg has {layers} numbers: give 1 to {_MAX_LAYERS}, one per layer")
         if np.any(np.diff(self.layer_elevation_deg) <= 0.0):
             raise ValueError(
-                f"layer_elevation_deg = {list(self.layer_elevation_deg)}: must rise, layer 0 is the lowest"
+                f"layer_elevation_deg = {list(self.layer_elevation_deg)}: must rise; layer 0 is the lowest"
             )
         if len(self.layer_bias_m) != layers:
             raise ValueError(f"layer_bias_m = {list(self.layer_bias_m)}: give one number for each of {layers} layers")

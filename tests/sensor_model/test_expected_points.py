@@ -1,8 +1,8 @@
-"""Points on a lone vehicle against an independent model's figures.
+"""Points on a single vehicle against the figures of an independent model.
 
-They come from a study made before this sensor: the same rig and resolution, 9 x 3 rays a beam, the same threshold, car
-bodies of reflectivity 0.4 with glass that returns 0.2 and lets nothing through; black ones of 0.05 with glass of 0.06,
-one echo a beam. Ours are taken from the caster, without noise, on bodies of middling proportions.
+The figures are from a study made before this sensor: the same rig and resolution, 9 x 3 rays per beam, the same
+threshold, car bodies of reflectivity 0.4 with opaque glass of 0.2, black ones of 0.05 with glass of 0.06, one echo per
+beam. Ours come from the ray caster, without noise, on bodies of mean proportions.
 """
 
 from dataclasses import replace
@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.sensor_scenes import LUX_RIG, Thing, ahead, placed_scene, world
+from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
@@ -29,7 +29,7 @@ PUBLISHED = {
     (Kind.CAR, ADJACENT, BLACK): {20: 39, 30: 5, 40: 0},
     (Kind.SUV, LANE, BLACK): {20: 64, 30: 22, 40: 0},
 }
-# Here the power of whole layers is within 2 dB of the threshold: a few centimetres of bumper decide. Ours, in brackets.
+# Here the power of whole layers is within 2 dB of the threshold: a few centimetres of bumper decide. In brackets: ours.
 AT_THE_THRESHOLD = {
     (Kind.CAR, LANE, PAINTED, 60),  # (9)
     (Kind.CAR, ADJACENT, PAINTED, 60),  # (5)
@@ -42,18 +42,18 @@ ROWS = [(*vehicle, gap, points) for vehicle, row in PUBLISHED.items() for gap, p
 
 
 class Points:
-    """What a rig sees of a thing: (N,) arrays of its points."""
+    """Points of a rig on one actor, as (N,) arrays."""
 
-    def __init__(self, thing, rig=LUX_RIG, pitch_deg=0.0, footprint=(9, 3)):
-        black = thing.paint == BLACK
+    def __init__(self, actor, rig=LUX_RIG, pitch_deg=0.0, footprint=(9, 3)):
+        black = actor.paint == BLACK
         if black:
             rig = with_models(rig, echoes_max=1)
         glass = Glass(pane_reflectivity=0.06 if black else 0.2, transmission=0.0)
         sensor = SensorConfig(footprint=footprint, glass=glass)
-        beams, bodies, walls, setting = placed_scene(rig, sensor, world(thing))
+        beams, bodies, walls, context = placed_scene(rig, sensor, world(actor))
         R = Rotation.from_euler("y", pitch_deg, degrees=True).as_matrix()
-        setting = replace(setting, origin_ego=setting.origin_ego @ R.T, R_ego_unit=R @ setting.R_ego_unit)
-        echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
+        context = replace(context, origin_ego=context.origin_ego @ R.T, R_ego_unit=R @ context.R_ego_unit)
+        echoes = Raycaster(beams, sensor).cast(bodies, walls, context)
         on = np.flatnonzero(echoes.target == 0)
         beam = echoes.beam[on]
         self.part = bodies.plane_part[echoes.surface[on]]
@@ -68,7 +68,7 @@ class Points:
         return int(np.sum(self.part == part))
 
     def spreads(self):
-        """By how much layers differ in range in each cell of 0.5 degrees that more than one sees; not at mirrors."""
+        """Range differences of layers in each azimuth cell of 0.5 degrees hit by several, without mirrors."""
         spreads = []
         for unit, cell in sorted(set(zip(self.unit.tolist(), self.cell.tolist(), strict=True))):
             here = (self.unit == unit) & (self.cell == cell)
@@ -78,7 +78,7 @@ class Points:
 
 
 def with_models(rig, z_m=None, **changes):
-    """The rig with units of other properties, and all at another height if given."""
+    """Return the rig with changed unit properties, and optionally another height of all units."""
     return replace(
         rig,
         mounts=tuple(
@@ -93,7 +93,7 @@ def vehicle(kind, y, paint, gap):
 
 
 @pytest.mark.parametrize(("kind", "y", "paint", "gap", "published"), ROWS)
-def test_points_on_a_lone_vehicle(kind, y, paint, gap, published):
+def test_points_on_a_single_vehicle(kind, y, paint, gap, published):
     """Fails for a wrong beam table, interlace, threshold, gain, incidence or body."""
     row = (kind, y, paint, gap)
     points = Points(vehicle(*row))
@@ -101,24 +101,24 @@ def test_points_on_a_lone_vehicle(kind, y, paint, gap, published):
         keen, dull = (with_models(LUX_RIG, reference_reflectivity=0.1 * 10.0 ** (db / 10.0)) for db in (-2.0, 2.0))
         assert len(Points(vehicle(*row), keen)) >= published >= len(Points(vehicle(*row), dull))
     elif row == LOST_TO_THE_GROUND:
-        # The lower edge of layer 1, 0.79 degrees down, meets the ground 39.8 m away, just before the car's rear. The
-        # study calls such echoes the ground's, however weak its share; ours start where enough comes back, on the car.
+        # The lower edge of layer 1, 0.79 degrees down, hits the ground 39.8 m away, just before the car's rear. The
+        # study counts such echoes as ground at any share; ours start where the power suffices, on the car.
         assert points.count(Part.BODY) == 20
         assert np.sum(points.layer != 1) == pytest.approx(published, rel=0.25)
     else:
         assert len(points) == pytest.approx(published, rel=0.25)
 
 
-def test_the_ground_is_too_weak_to_hide_what_stands_on_it():
-    """At a grazing angle it returns rho h / R^3, which reaches the threshold up to 14 m only; the lowest layer meets it
-    20 m away. This is why 20 points of layer 0 are on a car at 20 m that the study gives to the ground."""
+def test_ground_is_too_weak_to_hide_vehicles():
+    """At a grazing angle it returns rho h / R^3, which reaches the threshold only up to 14 m; the lowest layer hits it
+    20 m away. Therefore 20 points of layer 0 are on a car at 20 m that the study assigns to the ground."""
     farthest = (GROUND_REFLECTIVITY * 0.55 / (0.1 / 50.0**2)) ** (1.0 / 3.0)
     assert farthest == pytest.approx(14.0, abs=0.1)
     assert np.sum(Points(ahead(20.0)).layer == 0) == 20
 
 
 def test_points_on_a_car_alongside():
-    assert len(Points(Thing(0.0, 3.5))) == pytest.approx(650, rel=0.25)
+    assert len(Points(ActorSpec(0.0, 3.5))) == pytest.approx(650, rel=0.25)
 
 
 @pytest.mark.parametrize(("kind", "y"), [(Kind.CAR, LANE), (Kind.CAR, ADJACENT), (Kind.SUV, LANE)])
@@ -133,10 +133,10 @@ def test_share_of_points_on_mirrors_where_mirrors_are_in_view(kind, y):
 
 @pytest.mark.parametrize("kind", [Kind.CAR, Kind.SUV])
 @pytest.mark.parametrize("gap", [10.0, 15.0, 20.0])
-def test_layers_agree_where_all_meet_the_body(kind, gap):
-    """0.03 to 0.19 m: the rear is not quite upright. The top layer of a level unit at 0.55 m stays below the deck.
+def test_layers_agree_if_all_hit_the_body(kind, gap):
+    """0.03 to 0.19 m: the rear is not quite vertical. The top layer of a level unit at 0.55 m stays below the deck.
 
-    The median over cells is less than 0.03 m where all layers are on the bumper, which is upright on our bodies.
+    The median over cells is less than 0.03 m if all layers are on the bumper, which is vertical on our bodies.
     """
     points = Points(ahead(gap, kind=kind))
     assert points.count(Part.GREENHOUSE) == 0
@@ -149,7 +149,7 @@ HIGHER, NOSE_UP = {"rig": with_models(LUX_RIG, z_m=0.80)}, {"pitch_deg": -1.0}
 
 @pytest.mark.parametrize("view", [HIGHER, NOSE_UP], ids=["0.80 m high", "nose up by 1 deg"])
 @pytest.mark.parametrize("gap", [20.0, 25.0])
-def test_layers_disagree_where_the_top_one_clears_the_deck(view, gap):
+def test_layers_disagree_if_the_top_one_clears_the_deck(view, gap):
     """0.85 to 1.45 m on a sedan, 10 to 18 of 38 to 84 points on its glass; 0.13 to 0.30 m on an SUV."""
     sedan, suv = Points(ahead(gap), **view), Points(ahead(gap, kind=Kind.SUV), **view)
     assert 0.85 < np.median(sedan.spreads()) < 1.45
@@ -158,17 +158,17 @@ def test_layers_disagree_where_the_top_one_clears_the_deck(view, gap):
     assert 0.13 * 0.75 < np.median(suv.spreads()) < 0.30 * 1.25
 
 
-def test_a_deck_too_narrow_to_trigger_leaves_the_window_to_be_measured():
-    """The study has this effect nearly absent with level beams 0.55 m high: there any share of the beam on the deck
-    sets the range. Here the deck must return enough by itself, and from 30 m on it does not; up to 25 m it does."""
+def test_window_is_measured_if_the_deck_is_too_narrow_to_trigger():
+    """In the study this effect is nearly absent with level beams 0.55 m high, because any share of the beam on the deck
+    sets the range. Here the deck alone must reach the threshold, which it does up to 25 m, but not from 30 m on."""
     near, far = Points(ahead(25.0)), Points(ahead(30.0))
     assert near.count(Part.GREENHOUSE) == 0
     assert far.count(Part.GREENHOUSE) == 9
     assert np.median(far.spreads()) > 0.85
 
 
-def test_centre_rays_exaggerate_how_much_layers_disagree():
-    """14 of 46 points at 25 m are on glass, where whole footprints see none."""
+def test_centre_rays_exaggerate_the_disagreement_of_layers():
+    """14 of 46 points at 25 m are on glass, with whole footprints none."""
     centre_rays = Points(ahead(25.0), footprint=(1, 1))
     assert len(centre_rays) == pytest.approx(46, rel=0.25)
     assert centre_rays.count(Part.GREENHOUSE) == pytest.approx(14, rel=0.25)

@@ -1,4 +1,4 @@
-"""The caster against its naive twin, and against an independent ray tracer."""
+"""Ray caster against a slow reference implementation, and against an independent ray tracer."""
 
 import math
 from dataclasses import replace
@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_echoes
-from support.naive_caster import jiggled
-from support.sensor_scenes import NO_OBSTACLES, STILL, Thing, one_unit_rig, placed_scene, small_unit, wall, world
+from support.naive_caster import perturbed
+from support.sensor_scenes import NO_OBSTACLES, STILL, ActorSpec, one_unit_rig, placed_scene, small_unit, wall, world
 from support.solid_mesh import corners, embree_ranges, placed
 
 from sensor_model.bodies.materials import Glass
@@ -31,17 +31,16 @@ TWO_SIDES = (
 )
 
 
-def odd(low, high):
-    """Numbers without the round ones, of which Hypothesis is fond: whether a plane holds a unit would be for rounding
-    to decide."""
+def unround(low, high):
+    """Floats that are not round numbers, so that a unit never lies exactly in a plane, where rounding would decide."""
     return st.floats(low, high).map(lambda number: number + 0.0137)
 
 
 pairs = st.tuples(st.floats(-40, 40), st.floats(-40, 40))
 accelerations = st.tuples(st.floats(-9, 9), st.floats(-9, 9))
 motions = {"velocity": pairs, "acceleration": accelerations, "yaw_rate": st.floats(-1, 1)}
-things = st.builds(
-    lambda bearing, distance, **rest: Thing(distance * np.cos(bearing), distance * np.sin(bearing), **rest),
+actor_specs = st.builds(
+    lambda bearing, distance, **rest: ActorSpec(distance * np.cos(bearing), distance * np.sin(bearing), **rest),
     bearing=st.floats(-0.3, 0.3) | st.floats(-0.3, 0.3) | st.floats(-3, 3),
     distance=st.floats(1, 30),
     yaw=st.floats(-4, 4),
@@ -51,7 +50,7 @@ things = st.builds(
     articulation=st.just(0.0) | st.floats(-1.6, 1.6),
     **motions,
 )
-egos = st.just(STILL) | st.builds(Thing, x=st.just(3.0), y=st.just(-7.0), yaw=st.floats(-3, 3), **motions)
+egos = st.just(STILL) | st.builds(ActorSpec, x=st.just(3.0), y=st.just(-7.0), yaw=st.floats(-3, 3), **motions)
 models = st.builds(
     lambda layout, **rest: small_unit(layout[1], turns=layout[0], **rest),
     layout=st.sampled_from([(1, AHEAD), (1, AHEAD), (1, ALL_AROUND), (2, TWO_SIDES)]),
@@ -68,12 +67,12 @@ models = st.builds(
 rigs = st.builds(
     one_unit_rig,
     model=models,
-    x=odd(-3, 3),
-    y=odd(-2, 2),
-    z=odd(0.2, 2),
-    yaw_deg=odd(-12, 12) | odd(-12, 12) | odd(-180, 180),
-    pitch_deg=odd(-4, 4),
-    roll_deg=odd(-10, 10),
+    x=unround(-3, 3),
+    y=unround(-2, 2),
+    z=unround(0.2, 2),
+    yaw_deg=unround(-12, 12) | unround(-12, 12) | unround(-180, 180),
+    pitch_deg=unround(-4, 4),
+    roll_deg=unround(-10, 10),
     phase_ms=st.floats(-40, 40),
 )
 obstacles = st.builds(
@@ -95,27 +94,27 @@ def sensors(footprints):
     return st.builds(SensorConfig, footprint=footprints, sweep=st.booleans(), glass=panes)
 
 
-def as_answers(echoes, beams):
-    """What the caster found for each beam: the power that it lost, None if it did not, and its echoes."""
+def as_results(echoes, beams):
+    """Return the caster's results per beam: power of a lost beam, else None, and its echoes."""
     lost = dict(zip(echoes.lost_beam.tolist(), echoes.lost_power.tolist(), strict=True))
-    answers = [(lost.get(b), []) for b in range(len(beams))]
+    results = [(lost.get(b), []) for b in range(len(beams))]
     columns = (echoes.range, echoes.width, echoes.power, echoes.target, echoes.surface)
     for b, *row in zip(echoes.beam.tolist(), *(column.tolist() for column in columns), strict=True):
-        answers[b][1].append(naive_echoes.Echo(*row))
-    return answers
+        results[b][1].append(naive_echoes.Echo(*row))
+    return results
 
 
-def agree(answer, found, metres, share):
-    """Whether a beam's answer by the twin (None for a beam that does not fire) is what the caster found."""
+def agree(result, found, metres, share):
+    """Return True if the reference result of a beam (None if it does not fire) equals the caster's."""
     lost_power, echoes = found
-    if answer is None or not answer.met:
+    if result is None or not result.hit:
         return lost_power is None and not echoes
-    if not answer.echoes:
-        return not echoes and lost_power is not None and math.isclose(lost_power, answer.peak, rel_tol=share)
+    if not result.echoes:
+        return not echoes and lost_power is not None and math.isclose(lost_power, result.peak, rel_tol=share)
     return (
         lost_power is None
-        and len(echoes) == len(answer.echoes)
-        and all(same(one, other, metres, share) for one, other in zip(echoes, answer.echoes, strict=True))
+        and len(echoes) == len(result.echoes)
+        and all(same(one, other, metres, share) for one, other in zip(echoes, result.echoes, strict=True))
     )
 
 
@@ -128,49 +127,49 @@ def same(echo, other, metres, share):
     )
 
 
-def check_beams(echoes, sensor, beams, bodies, walls, setting, chosen):
-    """Hold some beams to the twin, and return its answers for them."""
+def check_beams(echoes, sensor, beams, bodies, walls, context, chosen):
+    """Compare some beams with the reference implementation, and return its results."""
     assert np.all(np.diff(echoes.beam) >= 0)
-    found = as_answers(echoes, beams)
+    found = as_results(echoes, beams)
 
-    def twin(b, things):
-        return naive_echoes.answer(beams, sensor, *things, setting, b)
+    def reference(b, scene):
+        return naive_echoes.beam_result(beams, sensor, *scene, context, b)
 
-    answers = {b: twin(b, (bodies, walls)) for b in chosen}
-    for b, answer in answers.items():
-        if not agree(answer, found[b], 1e-9, 1e-12):
-            # Then rounding decides: the twin itself answers so when everything moves by a nanometre.
-            others = [twin(b, jiggled(bodies, walls, seed)) for seed in range(40)]
-            assert any(agree(other, found[b], 1e-6, 1e-6) for other in others), (b, answer, found[b])
-    return answers
+    results = {b: reference(b, (bodies, walls)) for b in chosen}
+    for b, result in results.items():
+        if not agree(result, found[b], 1e-9, 1e-12):
+            # Rounding decides: the reference implementation gives this result, too, under shifts of a nanometre.
+            others = [reference(b, perturbed(bodies, walls, seed)) for seed in range(40)]
+            assert any(agree(other, found[b], 1e-6, 1e-6) for other in others), (b, result, found[b])
+    return results
 
 
-def check_against_twin(sensor, beams, bodies, walls, setting):
-    """Hold all beams and all counts to the twin."""
-    echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
-    answers = check_beams(echoes, sensor, beams, bodies, walls, setting, range(len(beams)))
+def check_against_twin(sensor, beams, bodies, walls, context):
+    """Compare all beams and counts with the reference implementation."""
+    echoes = Raycaster(beams, sensor).cast(bodies, walls, context)
+    results = check_beams(echoes, sensor, beams, bodies, walls, context, range(len(beams)))
     counted = np.array([echoes.unit_hits, echoes.unit_hits_alone])
-    if not np.array_equal(counted, hits(answers, beams, bodies)):
+    if not np.array_equal(counted, hits(results, beams, bodies)):
         others = [
-            hits({b: naive_echoes.answer(beams, sensor, *things, setting, b) for b in answers}, beams, bodies)
-            for things in (jiggled(bodies, walls, seed) for seed in range(10))
+            hits({b: naive_echoes.beam_result(beams, sensor, *scene, context, b) for b in results}, beams, bodies)
+            for scene in (perturbed(bodies, walls, seed) for seed in range(10))
         ]
         assert np.all((np.min(others, axis=0) <= counted) & (counted <= np.max(others, axis=0)))
 
 
-def hits(answers, beams, bodies):
-    """(2, A, U) rays that end on each body, and that would if it were alone."""
+def hits(results, beams, bodies):
+    """Return (2, A, U) rays that end on each body, and that would end on it if it were alone."""
     total = np.zeros((2, len(bodies), len(beams.units)), dtype=int)
-    for b, answer in answers.items():
-        if answer is not None:
-            total[:, :, beams.unit[b]] += [answer.hits, answer.hits_alone]
+    for b, result in results.items():
+        if result is not None:
+            total[:, :, beams.unit[b]] += [result.hits, result.hits_alone]
     return total
 
 
 @given(
     rig=rigs,
     sensor=sensors(st.sampled_from([(3, 2), (2, 2), (1, 1)])),
-    actors=st.lists(things, min_size=1, max_size=3),
+    actors=st.lists(actor_specs, min_size=1, max_size=3),
     ego=egos,
     index=st.integers(0, 3),
     obstacles=obstacles | st.just(NO_OBSTACLES),
@@ -179,42 +178,42 @@ def hits(answers, beams, bodies):
     jitter=st.floats(-0.01, 0.01),
 )
 @settings(deadline=None, max_examples=1500)
-def test_caster_equals_its_naive_twin(rig, sensor, actors, ego, index, obstacles, seed, extinction, jitter):
-    """Fails when a ray is not tried on something that it meets, when anything is not where it is at the beam's time,
-    or when power, runs, merging, width or surface do not follow the text."""
-    frame = world(*(moved_with(ego, thing) for thing in actors), ego=ego, index=index)
-    beams, bodies, walls, setting = placed_scene(rig, sensor, frame, obstacles)
+def test_caster_equals_reference_implementation(rig, sensor, actors, ego, index, obstacles, seed, extinction, jitter):
+    """Fails if a hit is culled, if a pose is not that of the beam's firing time, or if power, echo detection, merging,
+    width or surface deviate from the documented model."""
+    frame = world(*(moved_with(ego, spec) for spec in actors), ego=ego, index=index)
+    beams, bodies, walls, context = placed_scene(rig, sensor, frame, obstacles)
     rng = np.random.default_rng(seed)
     factor = np.where(rng.random(len(beams)) < 0.03, np.inf, 10.0 ** rng.uniform(-2.5, 1.5, len(beams)))
-    setting = replace(
-        setting, threshold=setting.threshold * factor, extinction=extinction, time_jitter=np.array([jitter])
+    context = replace(
+        context, threshold=context.threshold * factor, extinction=extinction, time_jitter=np.array([jitter])
     )
-    check_against_twin(sensor, beams, bodies, walls, setting)
+    check_against_twin(sensor, beams, bodies, walls, context)
 
 
-def moved_with(ego, thing):
-    """A thing given in the ego's frame, in the world's: where it stands is relative, its motion is not."""
+def moved_with(ego, spec):
+    """Transform the pose of an actor from the ego's frame to the world frame; its motion is already there."""
     cos, sin = np.cos(ego.yaw), np.sin(ego.yaw)
-    x, y = ego.x + cos * thing.x - sin * thing.y, ego.y + sin * thing.x + cos * thing.y
-    return replace(thing, x=x, y=y, yaw=thing.yaw + ego.yaw)
+    x, y = ego.x + cos * spec.x - sin * spec.y, ego.y + sin * spec.x + cos * spec.y
+    return replace(spec, x=x, y=y, yaw=spec.yaw + ego.yaw)
 
 
 @given(
     rig=rigs,
     sensor=sensors(st.just((9, 3))),
-    actors=st.lists(things, min_size=1, max_size=2),
+    actors=st.lists(actor_specs, min_size=1, max_size=2),
     obstacles=obstacles,
 )
 @settings(deadline=None, max_examples=60)
-def test_whole_footprints_equal_the_naive_twin(rig, sensor, actors, obstacles):
+def test_whole_footprints_equal_reference_implementation(rig, sensor, actors, obstacles):
     scene = placed_scene(rig, sensor, world(*actors), obstacles)
     check_against_twin(sensor, *scene)
 
 
-@given(actors=st.lists(things, min_size=1, max_size=3), plain=st.booleans(), mirrors=st.booleans())
+@given(actors=st.lists(actor_specs, min_size=1, max_size=3), plain=st.booleans(), mirrors=st.booleans())
 @settings(deadline=None, max_examples=40)
-def test_units_of_a_rig_equal_the_naive_twin(actors, plain, mirrors):
-    """Fails when beams are cast from, or timed, counted and limited by, another unit than theirs."""
+def test_units_of_a_rig_equal_reference_implementation(actors, plain, mirrors):
+    """Fails if a beam uses the origin, timing, counts or limits of another unit."""
     mounts = (
         Mount("left", small_unit(AHEAD), 2.0137, 0.8, 0.6, 31.0, 1.0, 0.0, phase_ms=10.0),
         Mount("right", small_unit(ALL_AROUND, range_max_m=18.0, echoes_max=1), -2.0137, 0.7, 0.9, -152.0, 0.0, 2.0),
@@ -226,10 +225,10 @@ def test_units_of_a_rig_equal_the_naive_twin(actors, plain, mirrors):
 
 @pytest.mark.parametrize("name", ["srx_six_lux", "srx_six_lux_8l", "roof_spinning_16"])
 @pytest.mark.parametrize("index", [0, 1])
-def test_shipped_rigs_equal_the_naive_twin(name, index):
-    """Beams at random, and among those that meet someone: fails when one is left out where many are skipped."""
+def test_shipped_rigs_equal_reference_implementation(name, index):
+    """Random beams, and beams that hit actors: fails if culling drops a hit."""
     rng = np.random.default_rng(index)
-    actors = [random_thing(rng, distance) for distance in rng.uniform(8.0, 45.0, 10)]
+    actors = [random_actor(rng, distance) for distance in rng.uniform(8.0, 45.0, 10)]
     actors = [replace(one, velocity=tuple(rng.uniform(-30, 30, 2)), yaw_rate=rng.uniform(-1, 1)) for one in actors]
     ego = replace(STILL, velocity=(25.0, 0.0), yaw_rate=0.3)
     sensor = SensorConfig()
@@ -242,54 +241,56 @@ def test_shipped_rigs_equal_the_naive_twin(name, index):
 
 
 @pytest.mark.parametrize("yaw", [0.3, 2.0, 4.0])
-def test_a_unit_under_a_trailer_sees_it_all_around(yaw):
-    """Fails when the azimuth interval of a box around the unit leaves directions out."""
+def test_unit_under_a_trailer_sees_it_in_all_directions(yaw):
+    """Fails if the azimuth interval of a box around the unit misses directions."""
     full_turn = Fan((0, 1, 2), 180.0, -172.0, 8.0, (100.0,))
     rig, sensor = one_unit_rig(small_unit((full_turn,)), x=0.4, y=0.3, z=0.5), SensorConfig((1, 1))
-    scene = placed_scene(rig, sensor, world(Thing(1.0, 0.0, yaw, Kind.TRAILER_TRUCK)), NO_OBSTACLES)
+    scene = placed_scene(rig, sensor, world(ActorSpec(1.0, 0.0, yaw, Kind.TRAILER_TRUCK)), NO_OBSTACLES)
     check_against_twin(sensor, *scene)
     echoes = Raycaster(scene[0], sensor).cast(*scene[1:])
     assert np.ptp(scene[0].azimuth[echoes.beam[echoes.target == 0]]) > np.pi
 
 
 @pytest.mark.parametrize("quarters", range(4))
-def test_a_beam_along_the_axes_of_a_body_meets_it(quarters):
-    """Fails when a direction with a component of exactly zero is divided by, or taken for a miss."""
+def test_beam_along_the_axes_of_a_body_hits_it(quarters):
+    """Fails if a zero component of a direction is a divisor or counts as a miss."""
     straight = Fan((0,), 0.0, 0.0, 1.0, (100.0,))
     rig = one_unit_rig(small_unit((straight,), elevation_deg=(0.0,)))
-    car = Thing(10.0, 0.0, quarters * np.pi / 2)
+    car = ActorSpec(10.0, 0.0, quarters * np.pi / 2)
     sensor = SensorConfig((1, 1))
     beams, *scene = placed_scene(rig, sensor, world(car), plain=True, mirrors=False)
     depth = car.lwh[quarters % 2] / 2
     assert Raycaster(beams, sensor).cast(*scene).range == pytest.approx([10.0 - depth], abs=1e-12)
 
 
-def test_a_unit_exactly_as_high_as_a_roof_sees_it_below_its_horizon_only():
-    """Mounts and wheels have round heights. Fails when a plane that holds the unit is no limit to its solid."""
+def test_unit_at_roof_height_hits_the_body_only_below_the_horizon():
+    """Mounts and wheels have round heights. Fails if a plane through the unit does not bound its solid."""
     straight = Fan((0, 1), 0.0, 0.0, 1.0, (100.0,))
     rig = one_unit_rig(small_unit((straight,), elevation_deg=(-1.0, 1.0)), z=1.0)
     sensor = SensorConfig((1, 1))
-    beams, *scene = placed_scene(rig, sensor, world(Thing(10.0, 0.0, size=(4.0, 2.0, 1.0))), plain=True, mirrors=False)
+    beams, *scene = placed_scene(
+        rig, sensor, world(ActorSpec(10.0, 0.0, size=(4.0, 2.0, 1.0))), plain=True, mirrors=False
+    )
     assert beams.layer[Raycaster(beams, sensor).cast(*scene).beam].tolist() == [0]
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_embree_agrees_on_the_same_bodies_as_meshes(seed):
-    """An independent oracle: triangle meshes made by computational geometry, traced by Embree; 10^5 rays in all.
+def test_embree_agrees_on_meshes_of_the_bodies(seed):
+    """Independent oracle: triangle meshes made by computational geometry, traced by Embree; 10^5 rays in all.
 
-    Embree works in single precision, where 50 m are known to 4e-6 m, and a ray at a grazing angle a little worse.
+    Embree works in single precision, which resolves 50 m to 4e-6 m, and less at grazing angles.
     """
     rng = np.random.default_rng(seed)
     elevation_deg = tuple(np.sort(rng.uniform(-6.0, 3.0, 16)).tolist())
     model = small_unit((Fan(tuple(range(16)), 180.0, -179.5, 0.5, (100.0,)),), elevation_deg, range_max_m=60.0)
     mounts = [Mount(str(u), model, x, 0.0, 1.0 + 0.2 * u, 7.0 * u, 2.0, -3.0) for u, x in enumerate((-2.0, 0.0, 2.0))]
-    actors = [random_thing(rng, distance) for distance in rng.uniform(10.0, 45.0, 24)]
+    actors = [random_actor(rng, distance) for distance in rng.uniform(10.0, 45.0, 24)]
     fences = [place + rng.uniform(-3.0, 3.0, (2, 2)) for place in 30.0 * rng.normal(0.0, 1.0, (8, 1, 2))]
     obstacles = Obstacles.from_polygons(fences, [2.0] * 8, base=0.45)
     sensor = SensorConfig(footprint=(1, 1), sweep=False, glass=Glass(transmission=0.0))
-    beams, bodies, walls, setting = placed_scene(Rig(0.0, tuple(mounts)), sensor, world(*actors), obstacles)
-    setting = replace(setting, threshold=np.full(len(beams), 1e-30))
-    echoes = Raycaster(beams, sensor).cast(bodies, walls, setting)
+    beams, bodies, walls, context = placed_scene(Rig(0.0, tuple(mounts)), sensor, world(*actors), obstacles)
+    context = replace(context, threshold=np.full(len(beams), 1e-30))
+    echoes = Raycaster(beams, sensor).cast(bodies, walls, context)
     found = np.full(len(beams), np.inf)
     found[echoes.beam] = echoes.range
 
@@ -300,22 +301,25 @@ def test_embree_agrees_on_the_same_bodies_as_meshes(seed):
     assert min((echoes.target >= 0).sum(), (echoes.target == WALL).sum(), (echoes.target == GROUND).sum()) > 500
     odd = np.flatnonzero(~np.isclose(found, traced, rtol=0, atol=1e-4))
     assert len(odd) < 0.001 * len(beams)
-    # Single precision may see a ray pass by an edge, or not: so does the twin, when everything moves by so much.
+    # Single precision decides hits near edges; the reference implementation agrees under shifts of that size.
     others = np.array(
-        [[twin_range(beams, sensor, *jiggled(bodies, walls, s, size=3e-5), setting, b) for b in odd] for s in range(30)]
+        [
+            [reference_range(beams, sensor, *perturbed(bodies, walls, s, size=3e-5), context, b) for b in odd]
+            for s in range(30)
+        ]
     )
     assert np.all(np.isclose(others, traced[odd], rtol=0, atol=1e-3).any(axis=0))
 
 
-def random_thing(rng, distance):
+def random_actor(rng, distance):
     bearing, kind = rng.uniform(-np.pi, np.pi), Kind(rng.integers(len(Kind)))
     size = tuple(SHAPES[kind].size * rng.uniform(0.9, 1.15, 3))
     x, y = distance * np.cos(bearing), distance * np.sin(bearing)
-    return Thing(x, y, rng.uniform(-np.pi, np.pi), kind, size)
+    return ActorSpec(x, y, rng.uniform(-np.pi, np.pi), kind, size)
 
 
 def meshes_of(bodies, walls):
-    """Hulls of all solids that can be met from outside, sheets for the walls, and a plate for the ground."""
+    """Return hulls of all outer solids, sheets for the walls, and a plate for the ground."""
     import trimesh
 
     meshes = [trimesh.creation.box(bounds=[[-400, -400, -1], [400, 400, 0]])]
@@ -330,6 +334,6 @@ def meshes_of(bodies, walls):
     return trimesh.util.concatenate(meshes)
 
 
-def twin_range(beams, sensor, bodies, walls, setting, b):
-    echoes = naive_echoes.answer(beams, sensor, bodies, walls, setting, b).echoes
+def reference_range(beams, sensor, bodies, walls, context, b):
+    echoes = naive_echoes.beam_result(beams, sensor, bodies, walls, context, b).echoes
     return echoes[0].range if echoes else np.inf

@@ -1,4 +1,4 @@
-"""docs/sensor.md and docs/ablation.md: every key is there with its true default, every name, picture and row too."""
+"""docs/sensor.md and docs/ablation.md: completeness of keys, defaults, names, pictures and rows."""
 
 import dataclasses
 import importlib
@@ -25,13 +25,13 @@ draw_sensor = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(draw_sensor)
 
 ROWS = dict(re.findall(r"^\| `(\w+(?:\.\w+)+)` \| `([^`]*)` \|", PAGE, flags=re.MULTILINE))
-"""Dotted key to its default, as the page's tables have them."""
-FILES = {"cast", "visibility"}
-"""Modules of `sensor_model` whose constants the page quotes."""
+"""Dotted key to its default, from the tables of the page."""
+FILES = {"raycaster", "visibility"}
+"""Modules of `sensor_model` with constants on the page."""
 
 
 def defaults(config, prefix):
-    """Every key of a dataclass by its dotted name; tables within are followed, lists of tables are values."""
+    """Return the keys of a dataclass by dotted name; nested tables are expanded, lists of tables are values."""
     found = {}
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
@@ -43,20 +43,20 @@ def defaults(config, prefix):
 
 
 def plain(value):
-    """As TOML has it."""
+    """Return a value in TOML syntax."""
     if dataclasses.is_dataclass(value):
         return dataclasses.asdict(value)
     return [plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-def test_every_key_of_noise_and_sensor_is_told():
+def test_every_key_of_noise_and_sensor_is_documented():
     keys = {*defaults(NoiseConfig(), "noise"), *defaults(SensorConfig(), "sensor")}
     assert {key for key in ROWS if key.startswith(("noise.", "sensor."))} == keys
 
 
 @pytest.mark.parametrize("key", ROWS)
-def test_every_default_is_the_one_in_the_code(key):
-    told = tomllib.loads(f"value = {ROWS[key]}")["value"]
+def test_documented_defaults_equal_the_code(key):
+    documented = tomllib.loads(f"value = {ROWS[key]}")["value"]
     table, _, name = key.partition(".")
     if table == "unit":
         true = plain(getattr(load_unit("lux", SHIPPED), name))
@@ -64,22 +64,22 @@ def test_every_default_is_the_one_in_the_code(key):
         true = getattr(importlib.import_module(f"sensor_model.{table}"), name)
     else:
         true = (defaults(NoiseConfig(), "noise") | defaults(SensorConfig(), "sensor"))[key]
-    assert told == true
+    assert documented == true
 
 
 @pytest.mark.parametrize("name", ["Part", "Cause", "Loss", "View"])
-def test_every_name_of_the_truth_is_told(name):
+def test_every_member_of_the_truth_is_documented(name):
     table = re.search(rf"^\| `{name}` \|.*\n(?:\|.*\n)+", PAGE, flags=re.MULTILINE)[0]
     assert re.findall(r"^\| `(\w+)`", table, flags=re.MULTILINE)[1:] == [member.name for member in getattr(truth, name)]
 
 
-def test_every_field_of_the_truth_is_told():
+def test_every_field_of_the_truth_is_documented():
     for field in dataclasses.fields(truth.ScanTruth):
         assert f"`{field.name}`" in PAGE
 
 
-def test_every_picture_is_made_and_shown():
-    """A picture that no module draws, or that is drawn and not shown, would go stale."""
+def test_every_picture_is_drawn_and_shown():
+    """Fails for a picture without a module that draws it, and for one that is drawn but not shown."""
     shown = set(re.findall(r"pictures/sensor_(\w+)\.png\)", PAGE))
     assert shown == set(draw_sensor.PICTURES)
     for name in draw_sensor.PICTURES:
@@ -88,20 +88,20 @@ def test_every_picture_is_made_and_shown():
 
 
 def block(name):
-    """Rows of a generated table, without its head."""
+    """Return the rows of a generated table, without its header."""
     table = re.search(rf"<!-- {name} -->\n(.*?)<!-- end -->", ABLATION, flags=re.DOTALL)[1]
     return [[cell.strip() for cell in line.strip("|\n").split("|")] for line in table.splitlines()[2:]]
 
 
-def test_the_ablation_has_a_row_for_every_kind_of_noise():
+def test_ablation_has_a_row_for_every_kind_of_noise():
     kinds = [field.name for field in dataclasses.fields(NoiseConfig)]
     names = [row[0].strip("`") for row in block("alone")]
     assert names == ["none", *kinds, *(row.name for row in ablation.TOGETHER), ablation.PAPERS_OWN[0]]
     assert [row[0] for row in block("base")] == [row.name for row in ablation.ON_BASE]
 
 
-def test_the_default_of_the_ablation_is_that_of_the_code():
-    """Its name in the table lists what is on: a changed default makes the table stale."""
+def test_default_of_the_ablation_is_that_of_the_code():
+    """Its name in the table lists the enabled kinds: a changed default makes the table stale."""
     on = [field.name for field in dataclasses.fields(NoiseConfig) if getattr(NoiseConfig(), field.name).enabled]
     assert any(row[0] == f"default: {', '.join(on)}" for row in block("alone"))
 

@@ -1,4 +1,4 @@
-"""What must hold of the whole sensor, in whatever scene."""
+"""Properties of the whole sensor that hold in every scene."""
 
 import math
 from dataclasses import fields, replace
@@ -13,7 +13,7 @@ from support.sensor_scenes import (
     FOOTPRINT,
     LUX_RIG,
     PLAIN,
-    Thing,
+    ActorSpec,
     ahead,
     beam_origins,
     one_unit_rig,
@@ -36,34 +36,34 @@ from sim.world import Kind
 STREET = (
     ahead(8.0, velocity=(4.0, 0.5), acceleration=(-2.0, 0.0)),
     ahead(14.0, y=3.5, kind=Kind.SUV, velocity=(9.0, 0.0), yaw_rate=0.1),
-    Thing(-12, -3.5, kind=Kind.VAN, velocity=(12.0, 0.0)),
-    Thing(5, -8, 1.2, Kind.BUS),
+    ActorSpec(-12, -3.5, kind=Kind.VAN, velocity=(12.0, 0.0)),
+    ActorSpec(5, -8, 1.2, Kind.BUS),
 )
 FENCE = wall((-40, 9), (40, 9), height=2.0)
-MOVING = Thing(0.0, 0.0, velocity=(10.0, 0.3), acceleration=(1.0, 0.0), yaw_rate=0.05)
+MOVING = ActorSpec(0.0, 0.0, velocity=(10.0, 0.3), acceleration=(1.0, 0.0), yaw_rate=0.05)
 KINDS = [field.name for field in fields(NoiseConfig)]
 GRIDS = pytest.mark.parametrize("sensor", [CENTRE_RAY, FOOTPRINT], ids=["centre ray", "footprint"])
 
 
-def turned(vector, yaw):
+def rotated(vector, yaw):
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array(vector) @ np.array([[cos, sin], [-sin, cos]])
 
 
-def turned_thing(thing, yaw, shift=(0.0, 0.0)):
-    x, y = turned([thing.x, thing.y], yaw) + shift
+def rotated_actor(spec, yaw, shift=(0.0, 0.0)):
+    x, y = rotated([spec.x, spec.y], yaw) + shift
     return replace(
-        thing,
+        spec,
         x=x,
         y=y,
-        yaw=thing.yaw + yaw,
-        velocity=tuple(turned(thing.velocity, yaw)),
-        acceleration=tuple(turned(thing.acceleration, yaw)),
+        yaw=spec.yaw + yaw,
+        velocity=tuple(rotated(spec.velocity, yaw)),
+        acceleration=tuple(rotated(spec.acceleration, yaw)),
     )
 
 
 def points_of(result):
-    """A scan as a dictionary: which beam and echo, and all that it says of it, bit by bit."""
+    """Return a scan as a dictionary from beam and echo to the values of the point."""
     beam = zip(result.unit.tolist(), result.layer.tolist(), result.time_offset.tolist(), strict=True)
     rows = zip(result.points_ego.tolist(), result.echo_pulse_width.tolist(), result.flags.tolist(), strict=True)
     return {(*where, echo): row for where, echo, row in zip(beam, result.echo.tolist(), rows, strict=True)}
@@ -71,42 +71,42 @@ def points_of(result):
 
 @given(yaw=st.floats(-3, 3), x=st.floats(-1e5, 1e5), y=st.floats(-1e5, 1e5))
 @settings(deadline=None, max_examples=10)
-def test_where_in_the_world_it_happens_changes_nothing(yaw, x, y):
-    """Fails when single precision, or a sign of the ego's yaw, gets into poses or motions."""
+def test_scans_do_not_depend_on_the_position_in_the_world(yaw, x, y):
+    """Fails if poses or motions use single precision, or the wrong sign of the ego's yaw."""
     barrier = np.array([[-30.0, 12.0], [40.0, 14.0]])
     here, _ = scan(*STREET, obstacles=wall(*barrier), ego=MOVING)
     there, _ = scan(
-        *(turned_thing(thing, yaw, (x, y)) for thing in STREET),
-        obstacles=wall(*(turned(barrier, yaw) + np.array([x, y]))),
-        ego=turned_thing(MOVING, yaw, (x, y)),
+        *(rotated_actor(spec, yaw, (x, y)) for spec in STREET),
+        obstacles=wall(*(rotated(barrier, yaw) + np.array([x, y]))),
+        ego=rotated_actor(MOVING, yaw, (x, y)),
     )
     np.testing.assert_allclose(there.points_ego, here.points_ego, atol=1e-4)
     assert np.array_equal(there.time_offset, here.time_offset)
 
 
 @pytest.mark.parametrize("yaw", [0.5, -2.0])
-def test_a_rig_turned_with_the_world_sees_the_same(yaw):
-    """Fails when a unit's pose is composed in the wrong order, or anything depends on the ego's own axes."""
-    turned_rig = Rig(
+def test_rig_rotated_with_the_world_gives_the_same_scan(yaw):
+    """Fails if a unit's pose is composed in the wrong order, or if results depend on the ego's axes."""
+    rotated_rig = Rig(
         0.0,
         tuple(
             replace(mount, x_m=x, y_m=y, yaw_deg=mount.yaw_deg + math.degrees(yaw))
             for mount in LUX_RIG.mounts
-            for x, y in [turned([mount.x_m + LUX_RIG.rear_axle_x_m, mount.y_m], yaw)]
+            for x, y in [rotated([mount.x_m + LUX_RIG.rear_axle_x_m, mount.y_m], yaw)]
         ),
     )
     barrier = np.array([[-30.0, 12.0], [40.0, 14.0]])
     here, here_truth = scan(*STREET, obstacles=wall(*barrier), ego=MOVING)
-    ego = replace(turned_thing(MOVING, yaw), yaw=0.0)
-    things = [turned_thing(thing, yaw) for thing in STREET]
-    there, there_truth = scan(*things, obstacles=wall(*turned(barrier, yaw)), ego=ego, rig=turned_rig)
-    np.testing.assert_allclose(there.points_ego[:, :2], turned(here.points_ego[:, :2], yaw), atol=1e-4)
+    ego = replace(rotated_actor(MOVING, yaw), yaw=0.0)
+    actors = [rotated_actor(spec, yaw) for spec in STREET]
+    there, there_truth = scan(*actors, obstacles=wall(*rotated(barrier, yaw)), ego=ego, rig=rotated_rig)
+    np.testing.assert_allclose(there.points_ego[:, :2], rotated(here.points_ego[:, :2], yaw), atol=1e-4)
     np.testing.assert_allclose(there_truth.true_range, here_truth.true_range, atol=1e-4)
     assert np.array_equal(there_truth.unit_hits, here_truth.unit_hits)
 
 
 occluders = st.builds(
-    lambda bearing, distance, **rest: Thing(distance * np.cos(bearing), distance * np.sin(bearing), **rest),
+    lambda bearing, distance, **rest: ActorSpec(distance * np.cos(bearing), distance * np.sin(bearing), **rest),
     bearing=st.floats(-3, 3),
     distance=st.floats(5, 25),
     yaw=st.floats(-3, 3),
@@ -118,13 +118,13 @@ SENSITIVE = (Fan((0, 1, 2, 3), 180.0, -177.5, 2.5, (100.0,)),)
 @GRIDS
 @given(occluder=occluders)
 @settings(deadline=None, max_examples=25)
-def test_an_occluder_only_shortens_ranges(sensor, occluder):
-    """Of a unit for which nothing is too weak or too near. Fails when what is hidden leaks through."""
+def test_occluder_only_shortens_ranges(sensor, occluder):
+    """For a unit without lower limits of power and range. Fails if occluded objects return points."""
     model = small_unit(SENSITIVE, (-4.0, -1.2, -0.4, 0.4), reference_range_m=1e6, range_min_m=0.0)
     rig = one_unit_rig(model, z=0.8)
-    things = (Thing(20.0, 3.0, 0.4), Thing(-15.0, 8.0, kind=Kind.TRUCK), Thing(4.0, -22.0, kind=Kind.SUV))
-    without, _ = scan(*things, rig=rig, sensor=sensor, obstacles=FENCE)
-    within, _ = scan(*things, occluder, rig=rig, sensor=sensor, obstacles=FENCE)
+    actors = (ActorSpec(20.0, 3.0, 0.4), ActorSpec(-15.0, 8.0, kind=Kind.TRUCK), ActorSpec(4.0, -22.0, kind=Kind.SUV))
+    without, _ = scan(*actors, rig=rig, sensor=sensor, obstacles=FENCE)
+    within, _ = scan(*actors, occluder, rig=rig, sensor=sensor, obstacles=FENCE)
     first = [
         {key[:3]: np.linalg.norm(point[0]) for key, point in points_of(one).items() if key[3] == 0}
         for one in (nearest_to_unit(without, rig), nearest_to_unit(within, rig))
@@ -138,11 +138,11 @@ def nearest_to_unit(result, rig):
 
 
 @GRIDS
-def test_the_visible_fraction_never_rises_as_an_occluder_slides_in(sensor):
-    """Fails when rays that end on the occluder count for the actor, or a lone actor's depend on the occluder."""
+def test_visible_fraction_never_rises_as_an_occluder_moves_in(sensor):
+    """Fails if hits on the occluder count for the actor, or if hits alone depend on the occluder."""
     fractions, alone = [], set()
     for edge in np.arange(-3.0, 3.01, 0.15):
-        _, truth = scan(Thing(20, 0), obstacles=wall((12, -9), (12, edge)), sensor=sensor)
+        _, truth = scan(ActorSpec(20, 0), obstacles=wall((12, -9), (12, edge)), sensor=sensor)
         fractions.append(truth.visible_fraction[0])
         alone.add(tuple(truth.unit_hits_alone[0].tolist()))
     assert len(alone) == 1
@@ -153,20 +153,20 @@ def test_the_visible_fraction_never_rises_as_an_occluder_slides_in(sensor):
 
 @GRIDS
 @pytest.mark.parametrize(
-    ("things", "obstacles"),
+    ("actors", "obstacles"),
     [
-        ([Thing(20, 0)], wall((15, -15), (15, 15))),
+        ([ActorSpec(20, 0)], wall((15, -15), (15, 15))),
         (
-            [Thing(0, 7), Thing(0, 3.6, kind=Kind.BUS, size=(14.0, 2.5, 3.0))],
+            [ActorSpec(0, 7), ActorSpec(0, 3.6, kind=Kind.BUS, size=(14.0, 2.5, 3.0))],
             walls(((-7, 4.85), (7, 4.85)), height=1.5),
         ),
     ],
     ids=["behind a wall", "behind a bus and its apron"],
 )
-def test_a_hidden_car_has_no_points(sensor, things, obstacles):
-    """scenario_simulator_v2#1227: hidden objects leaked into the output."""
+def test_hidden_car_has_no_points(sensor, actors, obstacles):
+    """scenario_simulator_v2#1227: hidden objects appeared in the output."""
     for noise in (EXACT, PLAIN, NoiseConfig()):
-        _, truth = scan(*things, obstacles=obstacles, noise=noise, sensor=sensor)
+        _, truth = scan(*actors, obstacles=obstacles, noise=noise, sensor=sensor)
         assert not np.any(truth.actor_id == 0)
         assert truth.hits[0] == 0
         assert truth.hits_alone[0] > 50
@@ -176,16 +176,16 @@ def test_a_hidden_car_has_no_points(sensor, things, obstacles):
 @GRIDS
 @given(bearing=st.floats(-3, 3), distance=st.floats(7, 60), yaw=st.floats(-3, 3), kind=st.sampled_from(list(Kind)))
 @settings(deadline=None, max_examples=20)
-def test_a_lone_actor_shows_all_it_can(sensor, bearing, distance, yaw, kind):
-    _, truth = scan(Thing(distance * np.cos(bearing), distance * np.sin(bearing), yaw, kind), sensor=sensor)
+def test_lone_actor_is_fully_visible(sensor, bearing, distance, yaw, kind):
+    _, truth = scan(ActorSpec(distance * np.cos(bearing), distance * np.sin(bearing), yaw, kind), sensor=sensor)
     assert np.array_equal(truth.unit_hits, truth.unit_hits_alone)
     assert truth.visible_fraction[0] == (1.0 if truth.hits[0] else 0.0)
 
 
 @pytest.mark.parametrize("noise", [EXACT, NoiseConfig()], ids=["exact", "noisy"])
-def test_an_actor_out_of_sight_changes_no_point(noise):
-    """Fails when draws are taken one after another instead of by what they are for."""
-    hidden = Thing(25.0, 14.0, id=40)  # behind the fence, which is higher than it
+def test_hidden_actor_changes_no_point(noise):
+    """Fails if draws come from a sequence instead of counters."""
+    hidden = ActorSpec(25.0, 14.0, id=40)  # behind the fence, which is higher
     fence = wall((-40, 9), (90, 9), height=3.0)
     alone, alone_truth = scan(*STREET, noise=noise, obstacles=fence, ego=MOVING)
     joined, joined_truth = scan(*STREET, hidden, noise=noise, obstacles=fence, ego=MOVING)
@@ -195,7 +195,7 @@ def test_an_actor_out_of_sight_changes_no_point(noise):
     assert np.array_equal(joined_truth.cause, alone_truth.cause)
 
 
-def test_another_unit_changes_no_point_of_the_others():
+def test_added_unit_changes_no_point_of_the_others():
     extra = replace(LUX_RIG.mounts[0], name="extra", x_m=0.5, y_m=0.0, z_m=2.1)
     rig = replace(LUX_RIG, mounts=(*LUX_RIG.mounts, extra))
     as_shipped = points_of(scan(*STREET, noise=NoiseConfig(), obstacles=FENCE, ego=MOVING)[0])
@@ -205,7 +205,7 @@ def test_another_unit_changes_no_point_of_the_others():
 
 
 def noise_with(*kinds):
-    """These kinds, at strengths that show in one scan."""
+    """Return these kinds of noise, at strengths that have an effect in one scan."""
     config = only(*kinds)
     return replace(
         config,
@@ -221,7 +221,7 @@ BUSY = (
     *STREET,
     ahead(19.0, y=-3.5, velocity=(25.0, 0.0)),
     ahead(28.0, y=1.0, velocity=(30.0, 0.0)),
-    Thing(8.0, 4.0, 0.05, Kind.BUS, velocity=(22.0, 0.0)),
+    ActorSpec(8.0, 4.0, 0.05, Kind.BUS, velocity=(22.0, 0.0)),
 )
 FACADE = walls(((-40, 9), (40, 9)), ((40, 40), (40, -40)), height=6.0, reflectivity=0.9)
 
@@ -231,7 +231,7 @@ GEOMETRY = {"calibration", "attitude"}
 POSE = {"odometry"}
 
 
-def test_odometry_that_errs_moves_no_point():
+def test_odometry_errors_move_no_point():
     before, after = (
         by_surface_point(*scan(*BUSY, noise=noise_with(*kinds), obstacles=FACADE, ego=MOVING))
         for kinds in (OTHERS, {*OTHERS, *POSE})
@@ -240,8 +240,8 @@ def test_odometry_that_errs_moves_no_point():
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in GEOMETRY | POSE])
-def test_a_kind_of_noise_leaves_the_draws_of_the_others(kind):
-    """What one kind takes away, moves or adds is its own: the others' points stay where they are, to the bit."""
+def test_each_kind_of_noise_has_independent_draws(kind):
+    """A kind removes, moves or adds only its own points; the others stay equal, bit by bit."""
     before, after = (
         by_surface_point(*scan(*BUSY, noise=noise_with(*kinds), obstacles=FACADE, ego=MOVING))
         for kinds in (set(OTHERS) - {kind}, {*OTHERS, kind})
@@ -256,14 +256,14 @@ def test_a_kind_of_noise_leaves_the_draws_of_the_others(kind):
 
 
 def by_surface_point(result, truth):
-    """Position of each point, by its beam, true range and cause."""
+    """Return the position of each point, keyed by beam, true range and cause."""
     rows = zip(result.unit, result.layer, result.time_offset, truth.true_range, truth.cause, strict=True)
     return {tuple(map(float, row)): tuple(place) for row, place in zip(rows, result.points_ego.tolist(), strict=True)}
 
 
 @pytest.mark.parametrize("kind", sorted(GEOMETRY))
-def test_other_rays_leave_false_alarms_as_they_are(kind):
-    """With true mounts or attitude off the nominal, no surface is met where it was; what is met by none stays."""
+def test_geometry_errors_do_not_change_false_alarms(kind):
+    """Errors of mounts or attitude move all hits on surfaces; false alarms stay."""
     without, within = (scan(*STREET, noise=noise_with(*OTHERS, *kinds), obstacles=FACADE) for kinds in ((), (kind,)))
     before, after = (
         {key: place for key, place in by_surface_point(*one).items() if key[-1] == Cause.FALSE_ALARM}
@@ -274,7 +274,7 @@ def test_other_rays_leave_false_alarms_as_they_are(kind):
     assert all(before[key] == after[key] for key in common)
 
 
-def test_same_seed_same_scans_in_any_order_and_from_a_fresh_lidar():
+def test_same_seed_gives_same_scans_in_any_order_and_from_a_new_lidar():
     frames = [world(*STREET, ego=MOVING, index=index) for index in range(4)]
     lidar = Lidar(LUX_RIG, NoiseConfig(), FOOTPRINT, 9, FENCE)
     scans = [points_of(lidar.scan(frame)[0]) for frame in frames]
@@ -287,21 +287,21 @@ def test_same_seed_same_scans_in_any_order_and_from_a_fresh_lidar():
     assert still[0] != still[1]
 
 
-def outline_distance(places, thing, tau):
-    """(N,) how far points of the ground plane are from the rectangle of a thing, as it stands at their own times."""
+def outline_distance(places, spec, tau):
+    """Return the (N,) distance of points in plan from the outline of an actor at the times of the points."""
     tau = np.asarray(tau)[:, None]
-    moved = np.multiply(thing.velocity, tau) + np.multiply(thing.acceleration, tau**2 / 2)
-    yaw = thing.yaw + thing.yaw_rate * tau[:, 0]
-    x, y = (places - [thing.x, thing.y] - moved).T
+    moved = np.multiply(spec.velocity, tau) + np.multiply(spec.acceleration, tau**2 / 2)
+    yaw = spec.yaw + spec.yaw_rate * tau[:, 0]
+    x, y = (places - [spec.x, spec.y] - moved).T
     local = np.abs([np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x])
-    return np.abs(np.max(local - np.array(thing.lwh[:2])[:, None] / 2, axis=0))
+    return np.abs(np.max(local - np.array(spec.lwh[:2])[:, None] / 2, axis=0))
 
 
-CROSSING = Thing(15.0, -4.0, 1.4, velocity=(0.0, 30.0), acceleration=(2.0, -5.0), yaw_rate=0.8)
+CROSSING = ActorSpec(15.0, -4.0, 1.4, velocity=(0.0, 30.0), acceleration=(2.0, -5.0), yaw_rate=0.8)
 
 
-def test_each_point_is_on_its_car_at_its_own_time():
-    """LGSVL#649: truth and points were of different times. A car that crosses at 30 m/s moves 0.7 m in a scan."""
+def test_each_point_is_on_its_car_at_its_firing_time():
+    """LGSVL#649: truth and points had different times. A car that crosses at 30 m/s moves 0.7 m in a scan."""
     result, truth = scan(CROSSING, noise=PLAIN, sensor=CENTRE_RAY)
     on_car = truth.actor_id == 0
     places, tau = result.points_ego[on_car, :2].astype(float), result.time_offset[on_car]
@@ -311,17 +311,17 @@ def test_each_point_is_on_its_car_at_its_own_time():
     assert outline_distance(places, CROSSING, 0.0 * tau).max() > 0.1
 
 
-def test_a_frozen_sweep_is_an_instant():
+def test_scan_without_sweep_is_instantaneous():
     result, truth = scan(CROSSING, noise=PLAIN, sensor=replace(CENTRE_RAY, sweep=False), ego=MOVING)
     on_car = truth.actor_id == 0
     assert not result.time_offset.any()
     assert outline_distance(result.points_ego[on_car, :2].astype(float), CROSSING, np.zeros(on_car.sum())).max() < 1e-4
 
 
-def test_the_egos_own_motion_skews_what_stands_still():
-    """A wall 30 m ahead of an ego at 30 m/s that turns: where a point lies in the ego frame of its own time, and where
-    that frame then is, gives the wall."""
-    ego = Thing(0.0, 0.0, velocity=(30.0, 0.0), acceleration=(-4.0, 0.0), yaw_rate=0.4)
+def test_ego_motion_skews_static_objects():
+    """A wall 30 m ahead of a turning ego at 30 m/s: a point in the ego frame of its firing time, with the pose of that
+    frame, lies on the wall."""
+    ego = ActorSpec(0.0, 0.0, velocity=(30.0, 0.0), acceleration=(-4.0, 0.0), yaw_rate=0.4)
     result, truth = scan(obstacles=wall((30, -60), (30, 60)), ego=ego, sensor=CENTRE_RAY)
     tau = result.time_offset.astype(float)
     yaw = ego.yaw_rate * tau
@@ -341,9 +341,9 @@ def test_time_offsets_are_those_of_the_beams():
     assert result.time_offset.max() == pytest.approx(60.0 / 4500.0, abs=1e-6)
 
 
-def test_misses_stay_misses():
-    """Range noise on beams without a return made ghost points elsewhere (drcsim#288). Only a detector that fires by
-    itself, and drops in the air, make points of nothing."""
+def test_beams_without_a_hit_give_no_point():
+    """Another simulator made points of range noise on misses (drcsim#288). Only false alarms and droplets give points
+    without a surface."""
     with_air = {"false_alarms", "rain", "spray"}
     empty, truth = scan(noise=noise_with(*(set(KINDS) - with_air - GEOMETRY)))
     layer = beam_table(LUX_RIG).layer
@@ -354,9 +354,9 @@ def test_misses_stay_misses():
     assert set(with_alarms.actor_id) == {NO_ACTOR}
 
 
-def test_noise_does_not_wear_out():
+def test_noise_statistics_hold_over_long_runs():
     """webots#2139: noise became a fixed pattern after minutes; #4786: it was wrong after a reset. Range errors on the
-    walls of a room in 20 frames, at the start, 10^5 frames on, and again from a fresh sensor."""
+    walls of a room in 20 frames: at the start, after 10^5 frames, and again from a new sensor."""
     rig = one_unit_rig(small_unit((Fan((0,), 50.0, -50.0, 0.5, (100.0,)),), (0.0,), range_quantum_m=1e-6))
     room = walls(((-20, -20), (20, -20), (20, 20), (-20, 20)), reflectivity=0.8)
     errors = []

@@ -1,11 +1,11 @@
-"""Truth of what each actor shows, on scenes whose answer is known."""
+"""Ground truth of visibility in scenes with known results."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from support import traffic
-from support.sensor_scenes import CENTRE_RAY, EGO_FRONT, EXACT, LUX_RIG, PLAIN, Thing, ahead, scan, wall
+from support.sensor_scenes import CENTRE_RAY, EGO_FRONT, EXACT, LUX_RIG, PLAIN, ActorSpec, ahead, scan, wall
 
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
@@ -20,8 +20,8 @@ HEAD_ON = np.pi
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_truck_of_the_occlusion_scenario_hides_the_car_from_every_beam(seed):
-    """A ray under the truck's floor or over its hood would count."""
+def test_truck_of_the_occlusion_scenario_hides_the_car_from_every_beam(seed):
+    """Fails if a ray passes under the truck's floor or over its hood."""
     scenario = Scenario.load(shipped.find("truck-shadow"))
     source = ScriptedSource(scenario.traffic, scenario.folder, 200.0)
     rig = load_rig(str(scenario.rig), scenario.folder)
@@ -37,34 +37,34 @@ def test_the_truck_of_the_occlusion_scenario_hides_the_car_from_every_beam(seed)
 
 
 @pytest.mark.parametrize(
-    ("thing", "faces", "view"),
+    ("actor", "faces", "view"),
     [
         (ahead(10), Face.REAR, View.REAR),
-        (Thing(15, 0, HEAD_ON), Face.FRONT, View.FRONT),
-        (Thing(0, 3.5), Face.RIGHT, View.SIDE),
-        (Thing(0, 3.5, HEAD_ON), Face.LEFT, View.SIDE),
+        (ActorSpec(15, 0, HEAD_ON), Face.FRONT, View.FRONT),
+        (ActorSpec(0, 3.5), Face.RIGHT, View.SIDE),
+        (ActorSpec(0, 3.5, HEAD_ON), Face.LEFT, View.SIDE),
         (ahead(6, y=3.5), Face.REAR | Face.RIGHT, View.L_SHAPE),
         (ahead(6, y=-3.5), Face.REAR | Face.LEFT, View.L_SHAPE),
-        (Thing(-10, 3.5), Face.FRONT | Face.RIGHT, View.L_SHAPE),
-        (Thing(150, 150), Face(0), View.NONE),
+        (ActorSpec(-10, 3.5), Face.FRONT | Face.RIGHT, View.L_SHAPE),
+        (ActorSpec(150, 150), Face(0), View.NONE),
     ],
 )
 @pytest.mark.parametrize("noise", [EXACT, PLAIN], ids=["body", "box"])
-def test_faces_and_view_follow_from_where_the_car_is(thing, faces, view, noise):
-    _, truth = scan(thing, noise=noise)
+def test_faces_and_view_follow_from_the_pose_of_the_car(actor, faces, view, noise):
+    _, truth = scan(actor, noise=noise)
     assert Face(truth.faces[0]) == faces
     assert View(truth.view[0]) == view
 
 
 @pytest.mark.parametrize("y", [4.0, 6.0, -6.0])
-def test_wheels_and_guards_of_a_truck_abreast_are_no_ends_of_it(y):
-    """Treads and the rear guard look forward, deep inside the outline; no unit can see either end of the truck."""
-    _, truth = scan(Thing(0.0, y, kind=Kind.TRUCK))
+def test_wheels_and_guards_of_a_truck_abreast_do_not_count_as_its_ends(y):
+    """Treads and the rear guard face forward, deep inside the outline; no unit sees an end of the truck."""
+    _, truth = scan(ActorSpec(0.0, y, kind=Kind.TRUCK))
     assert Face(truth.faces[0]) == (Face.RIGHT if y > 0.0 else Face.LEFT)
     assert View(truth.view[0]) == View.SIDE
 
 
-def test_mirrors_seen_from_behind_stick_out_ahead_of_the_rear():
+def test_mirrors_seen_from_behind_protrude_ahead_of_the_rear():
     """Sensor facts 4.1: 2.8 to 3.1 m ahead of the rear face and up to 0.2 m outside the width."""
     found = 0
     for gap in np.arange(14.0, 21.0, 0.5):
@@ -81,7 +81,7 @@ def test_mirrors_seen_from_behind_stick_out_ahead_of_the_rear():
 
 
 def test_points_well_inside_the_outline_are_layer_overlap():
-    """From behind and 0.80 m above the ground, at 15 m, the top layer clears the deck and meets the rear window."""
+    """From behind and 0.80 m above the ground, at 15 m, the top layer clears the deck and hits the rear window."""
     car = ahead(15.0)
     rig = replace(LUX_RIG, mounts=tuple(replace(mount, z_m=0.80) for mount in LUX_RIG.mounts))
     result, truth = scan(car, rig=rig, sensor=CENTRE_RAY)
@@ -96,7 +96,7 @@ def test_points_well_inside_the_outline_are_layer_overlap():
     assert np.all(plain.cause == Cause.CLEAN)
 
 
-def test_points_on_no_actor_name_none():
+def test_points_off_actors_have_no_actor_id():
     _, truth = scan(ahead(10), obstacles=wall((20, -30), (20, 30)))
     elsewhere = (truth.part == Part.GROUND) | (truth.part == Part.OBSTACLE)
     assert elsewhere.any()
@@ -104,14 +104,14 @@ def test_points_on_no_actor_name_none():
     assert np.all(truth.cause[elsewhere] == Cause.CLEAN)
 
 
-def test_ids_are_the_actors_own():
-    _, truth = scan(Thing(10, 4, id=7), Thing(-12, -4, id=31))
+def test_actor_ids_are_those_of_the_frame():
+    _, truth = scan(ActorSpec(10, 4, id=7), ActorSpec(-12, -4, id=31))
     assert set(truth.actor_id[truth.part > Part.OBSTACLE]) == {7, 31}
 
 
-def test_a_ray_that_ends_on_an_actor_is_a_point_of_it_or_lost():
-    """With one ray a beam; fails when hits are counted after the losses, or for another actor."""
-    _, truth = scan(Thing(10, 4, id=7), Thing(-12, -4, id=31, paint=0.02), sensor=CENTRE_RAY)
+def test_ray_that_ends_on_an_actor_gives_a_point_or_is_lost():
+    """With one ray per beam; fails if hits are counted after the losses, or for another actor."""
+    _, truth = scan(ActorSpec(10, 4, id=7), ActorSpec(-12, -4, id=31, paint=0.02), sensor=CENTRE_RAY)
     points = np.array([np.sum(truth.actor_id == actor) for actor in (7, 31)])
     assert np.all(truth.hits >= points)
     assert np.all(points > 0)

@@ -7,7 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sensor_scenes import EXACT, PLAIN, Thing, one_unit_rig, placed_scene, scan, small_unit, world
+from support.sensor_scenes import EXACT, PLAIN, ActorSpec, one_unit_rig, placed_scene, scan, small_unit, world
 from support.solid_mesh import body_mesh, corners, embree_ranges, pieces, placed
 
 from sensor_model.bodies.materials import Glass
@@ -28,7 +28,7 @@ seeds = st.none() | st.integers(0, 2**32)
 
 
 def lorry(articulation, x=0.0, y=0.0, yaw=0.0, **more):
-    return Thing(x, y, yaw, Kind.TRAILER_TRUCK, articulation=articulation, **more)
+    return ActorSpec(x, y, yaw, Kind.TRAILER_TRUCK, articulation=articulation, **more)
 
 
 def place(*bodies, plain=False, seed=None):
@@ -138,7 +138,7 @@ def test_an_articulated_truck_is_connected_and_its_cab_clears_the_trailer(angle,
 
 def test_straight_bodies_are_unaffected_by_articulation():
     """Fails if another body's articulation, or an angle of zero, changes a bit."""
-    bodies = [Thing(0, 0), lorry(0.0, x=30.0), Thing(9, 9, kind=Kind.BUS, articulation=0.4)]
+    bodies = [ActorSpec(0, 0), lorry(0.0, x=30.0), ActorSpec(9, 9, kind=Kind.BUS, articulation=0.4)]
     alone, beside = place(*bodies), place(*bodies, lorry(0.3, x=60.0))
     assert alone.planes is not beside.planes
     for name in ("bounds", "solid_bounds", "planes", "plane_turn"):
@@ -219,7 +219,7 @@ def test_points_on_the_side_of_a_rotated_cab_are_on_the_outline(noise):
 
 def test_a_rotated_cab_occludes_what_is_behind_it():
     """The car beside the truck's front is visible until the tractor turns in front of it."""
-    car = Thing(25.0, 2.0, id=9)
+    car = ActorSpec(25.0, 2.0, id=9)
     for articulation, visible in ((0.0, 1.0), (np.pi / 2, 0.0)):
         _, truth = scan(lorry(articulation, 14.0, -2.0, id=1), car, noise=EXACT)
         assert truth.visible_fraction[1] == pytest.approx(visible, abs=0.3)

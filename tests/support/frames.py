@@ -1,6 +1,6 @@
-"""Builders of small worlds: frames, scans with their truth, traces and tracks, all written out by hand.
+"""Builders of hand-made scenes: frames, scans with their truth, traces and tracks.
 
-Plane geometry is done with complex numbers, apart from both the tracker's and the grader's.
+Plane geometry uses complex numbers, independently of tracker and grader.
 """
 
 import cmath
@@ -34,7 +34,7 @@ STRAIGHT = (0.0,) * len(METHODS)
 
 @dataclass(frozen=True)
 class Body:
-    """An actor of one frame."""
+    """Actor of one frame."""
 
     id: int
     x: float
@@ -42,27 +42,27 @@ class Body:
     yaw: float = 0.0
     speed: float = 0.0
     mode: Mode | None = None
-    """By its speed where left out: stationary, or constant velocity."""
+    """Default by speed: stationary or constant velocity."""
     size: tuple[float, float, float] = CAR_SIZE
     kind: Kind = Kind.CAR
     points: int = 20
-    """Scan points that lie on it."""
+    """Number of scan points on it."""
     visible: float = 1.0
-    """Beams that end on it, of those that would were it alone."""
+    """Beams that end on it, out of `hits_alone`."""
     alone: int = 100
-    """Beams that would end on it."""
+    """Beams that would end on it if it were alone."""
     view: View = View.L_SHAPE
     articulation: float = 0.0
 
 
 def compose(frame, pose):
-    """The pose (x, y, yaw) given in `frame`, as seen from the parent of `frame`."""
+    """Transform a pose (x, y, yaw) from `frame` to the parent of `frame`."""
     at = complex(*frame[:2]) + complex(*pose[:2]) * cmath.exp(1j * frame[2])
     return np.array([at.real, at.imag, math.remainder(frame[2] + pose[2], math.tau)])
 
 
 def express(frame, pose):
-    """The pose as seen from `frame`, both given in the same parent."""
+    """Transform a pose to `frame`, both given in the same parent frame."""
     at = (complex(*pose[:2]) - complex(*frame[:2])) * cmath.exp(-1j * frame[2])
     return np.array([at.real, at.imag, math.remainder(pose[2] - frame[2], math.tau)])
 
@@ -108,7 +108,7 @@ def _mode(body):
 
 
 def observe(frame, bodies, ego_pose_odom=(0.0, 0.0, 0.0), noise=()):
-    """A scan with each body's points at its centre, and its truth; `noise` adds (actor id, cause) points."""
+    """Return a scan with each body's points at its centre, and its truth; `noise` adds (actor id, cause) points."""
     bodies = sorted(bodies, key=lambda body: body.id)
     owner = [body.id for body in bodies for _ in range(body.points)] + [actor for actor, _ in noise]
     cause = [Cause.CLEAN] * (len(owner) - len(noise)) + [cause for _, cause in noise]
@@ -143,9 +143,9 @@ def observe(frame, bodies, ego_pose_odom=(0.0, 0.0, 0.0), noise=()):
 
 
 def trace_of(frame, truth, label=None, turn_deg=STRAIGHT, line=None, best=2):
-    """A trace whose rectangles are the true boxes, turned by `turn_deg`, one value per method.
+    """Return a trace whose rectangles are the true boxes, rotated by `turn_deg`, one value per method.
 
-    Without `label` (N,) every actor is a segment of its own; segment s is then fitted to the actor most seen in it.
+    Without `label` (N,) every actor is a separate segment; segment s is then fitted to the actor most seen in it.
     """
     n = len(truth.actor_id)
     ids = frame.actors.id.tolist()
@@ -188,7 +188,7 @@ def trace_of(frame, truth, label=None, turn_deg=STRAIGHT, line=None, best=2):
 
 @dataclass(frozen=True)
 class Estimate:
-    """A track of one frame: the box it reports, in the odometry frame."""
+    """Track of one frame: its reported box, in the odometry frame."""
 
     id: int
     x: float
@@ -200,7 +200,7 @@ class Estimate:
     model: int = 1
     position_variance: float = 0.01
     model_offset: tuple[complex, complex, complex] = (0j, 0j, 0j)
-    """Added to the tracked corner for each model alone."""
+    """Offset of the tracked corner for each single model."""
 
 
 def tracks_of(estimates):
@@ -226,24 +226,24 @@ def tracks_of(estimates):
 
 
 def follow(body, track_id=None, **changes):
-    """A perfect estimate of a body, for an ego at the origin of world and odometry frame."""
+    """Return a perfect estimate of a body, for an ego at the origin of world and odometry frame."""
     track_id = body.id if track_id is None else track_id
     return replace(Estimate(track_id, body.x, body.y, body.yaw, body.size[:2]), **changes)
 
 
 def drive(x, y, yaw, speed, index, dt=DT):
-    """Where something that started at (x, y) and drives straight is in frame `index`."""
+    """Return the position in frame `index` of a body that starts at (x, y) and drives straight."""
     at = complex(x, y) + cmath.rect(speed * index * dt, yaw)
     return at.real, at.imag
 
 
 def still(_):
-    """An ego that stands at the origin, with odometry that agrees."""
+    """Return the poses of an ego at rest at the origin, with exact odometry."""
     return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
 def make_frames(scene, ego=still):
-    """World frames of a scene: a list of bodies per frame; `ego(index)` gives its true and its odometry pose."""
+    """Return the frames of a scene: a list of bodies per frame; `ego(index)` gives its true and its odometry pose."""
     return [world_frame(i, bodies, ego(i)[0]) for i, bodies in enumerate(scene)]
 
 
@@ -262,7 +262,7 @@ def grade_run(scene, tracker, ego=still, config=None, trace=None):
 
 @dataclass
 class Scripted:
-    """Reports the estimates it was given, frame by frame, in the odometry frame."""
+    """Tracker that reports given estimates, frame by frame, in the odometry frame."""
 
     script: list
     index: int = -1

@@ -1,4 +1,4 @@
-"""Slow and obvious twin of the caster's geometry: one ray, tried against everything that is there, one at a time."""
+"""Slow reference implementation of the caster's geometry: one ray against all surfaces, one at a time."""
 
 import math
 from dataclasses import replace
@@ -16,8 +16,8 @@ class Ray(NamedTuple):
     direction: tuple[float, float, float]
 
 
-class Met(NamedTuple):
-    """Where a ray meets a surface."""
+class Hit(NamedTuple):
+    """Intersection of a ray and a surface."""
 
     range: float
     target: int
@@ -33,18 +33,18 @@ class Solid(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """All there is to meet at one instant, in the ego frame of the frame's time."""
+    """All surfaces at one instant, in the ego frame of the frame's time."""
 
     poses: list[tuple[float, float, float]]
     """x, y, yaw of each body."""
     solids: list[list[Solid]]
-    """Of each body."""
+    """Solids of each body."""
     walls: list[tuple[float, ...]]
     """x, y of one end, x, y of the other, lower and upper edge."""
 
 
 def scene_at(bodies, walls, tau):
-    """Bodies and walls as they stand at a time offset from the frame [s]."""
+    """Return bodies and walls at a time offset from the frame [s]."""
     motions = zip(bodies.pose_ego, bodies.velocity_ego, bodies.acceleration_ego, bodies.yaw_rate, strict=True)
     return Scene(
         poses=[pose_at(*motion, tau) for motion in motions],
@@ -62,35 +62,35 @@ def solids_of_body(bodies, a):
 
 
 def pose_at(pose, velocity, acceleration, yaw_rate, tau):
-    """x, y [m], yaw [rad] at a time offset: constant acceleration and constant yaw rate."""
+    """Return x, y [m], yaw [rad] at a time offset, with constant acceleration and yaw rate."""
     x = pose[0] + velocity[0] * tau + acceleration[0] * tau**2 / 2
     y = pose[1] + velocity[1] * tau + acceleration[1] * tau**2 / 2
     return float(x), float(y), float(pose[2] + yaw_rate * tau)
 
 
-def everything(ray, scene):
-    """Where a ray meets each body, each wall and the ground, as if each were alone; None where it does not.
+def all_hits(ray, scene):
+    """Return the hit of a ray on each body, each wall and the ground, each as if it were alone; None without a hit.
 
-    It starts in the air: a solid around its origin is not met, and an inner solid only through a pane.
+    A solid around the ray's origin is not hit, and an inner solid only through a pane.
     """
-    met = [meet_body(ray, scene, a) for a in range(len(scene.poses))]
-    met += [_meet_wall(ray, w, *wall) for w, wall in enumerate(scene.walls)]
-    return [*met, _meet_ground(ray)]
+    hits = [hit_body(ray, scene, a) for a in range(len(scene.poses))]
+    hits += [_hit_wall(ray, w, *wall) for w, wall in enumerate(scene.walls)]
+    return [*hits, _hit_ground(ray)]
 
 
-def nearest(met):
-    return min((one for one in met if one), key=lambda one: one.range, default=None)
+def nearest(hits):
+    return min((one for one in hits if one), key=lambda one: one.range, default=None)
 
 
-def meet_body(ray, scene, a, *, inner=False, beyond=0.0):
-    """The nearest of the outer, or of the inner, solids of a body that a ray enters beyond a range."""
+def hit_body(ray, scene, a, *, inner=False, beyond=0.0):
+    """Return the nearest hit beyond a range on the outer, or the inner, solids of a body."""
     local = _into(scene.poses[a], ray)
-    met = [_meet_solid(local, a, solid) for solid in scene.solids[a] if solid.inner == inner]
-    return nearest([one for one in met if one and one.range > beyond])
+    hits = [_hit_solid(local, a, solid) for solid in scene.solids[a] if solid.inner == inner]
+    return nearest([one for one in hits if one and one.range > beyond])
 
 
 def _into(pose, ray):
-    """A ray in the frame of a pose."""
+    """Transform a ray to the frame of a pose."""
     x, y, yaw = pose
     cos, sin = math.cos(yaw), math.sin(yaw)
     (px, py, pz), (dx, dy, dz) = ray
@@ -98,8 +98,8 @@ def _into(pose, ray):
     return Ray((cos * px + sin * py, cos * py - sin * px, pz), (cos * dx + sin * dy, cos * dy - sin * dx, dz))
 
 
-def _meet_solid(ray, body, solid):
-    """A ray is in a convex solid from the last plane that it enters through to the first that it leaves through."""
+def _hit_solid(ray, body, solid):
+    """Slab method: a ray is in a convex solid from its last entry plane to its first exit plane."""
     (x, y, z), (dx, dy, dz) = ray
     enter, leave, surface, cosine = 0.0, math.inf, None, 0.0
     for row, (nx, ny, nz, offset) in enumerate(solid.planes, solid.first):
@@ -114,13 +114,13 @@ def _meet_solid(ray, body, solid):
             enter, surface, cosine = -outside / rate, row, -rate
         if enter >= leave:
             return None
-    return None if surface is None else Met(enter, body, surface, cosine)
+    return None if surface is None else Hit(enter, body, surface, cosine)
 
 
-def _meet_wall(ray, w, x1, y1, x2, y2, low, high):
-    """A wall is the upright rectangle from one end to the other, between two heights, and has two faces.
+def _hit_wall(ray, w, x1, y1, x2, y2, low, high):
+    """Hit on a two-sided vertical rectangle between two ends and two heights.
 
-    On it, origin + reach * direction = end + share * (other end - end).
+    On the wall, origin + reach * direction = end + share * (other end - end).
     """
     (ox, oy, oz), (dx, dy, dz) = ray
     side_x, side_y = x2 - x1, y2 - y1
@@ -130,20 +130,20 @@ def _meet_wall(ray, w, x1, y1, x2, y2, low, high):
     reach = ((x1 - ox) * side_y - (y1 - oy) * side_x) / facing
     share = ((x1 - ox) * dy - (y1 - oy) * dx) / facing
     if reach > 0.0 and 0.0 <= share <= 1.0 and low <= oz + reach * dz <= high:
-        return Met(reach, WALL, w, abs(facing) / math.hypot(side_x, side_y))
+        return Hit(reach, WALL, w, abs(facing) / math.hypot(side_x, side_y))
     return None
 
 
-def _meet_ground(ray):
+def _hit_ground(ray):
     height, down = ray.origin[2], -ray.direction[2]
-    return Met(height / down, GROUND, 0, down) if height > 0.0 and down > 0.0 else None
+    return Hit(height / down, GROUND, 0, down) if height > 0.0 and down > 0.0 else None
 
 
-def jiggled(bodies, walls, seed, size=1e-9):
-    """The same bodies and walls with every plane, every end and every height moved a little, at random [m].
+def perturbed(bodies, walls, seed, size=1e-9):
+    """Return the bodies and walls with every plane, end and height shifted at random, by at most `size` [m].
 
-    Where a ray grazes an edge, or two surfaces lie in one plane, rounding decides what it meets. There the twin itself
-    changes its mind when everything moves by a nanometre.
+    Rounding decides the hit of a ray that grazes an edge or hits coincident surfaces. In these cases the result of the
+    reference implementation changes, too, under shifts of a nanometre.
     """
     rng = np.random.default_rng(seed)
     planes = bodies.planes.copy()
@@ -153,7 +153,7 @@ def jiggled(bodies, walls, seed, size=1e-9):
 
 
 def philox4x32(counter, key):
-    """Four words of Philox4x32-10, from the definition in Salmon et al. (SC 2011): 64-bit products, halves swapped."""
+    """Return four words of Philox4x32-10, by the definition in Salmon et al. (SC 2011)."""
     c, k = list(counter), list(key)
     for _ in range(10):
         high0, low0 = divmod(0xD2511F53 * c[0], 1 << 32)

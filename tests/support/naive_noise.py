@@ -1,4 +1,4 @@
-"""The kernels of the noise once more, as slow and as plain as can be."""
+"""Slow reference implementations of the noise kernels."""
 
 import itertools
 import math
@@ -8,13 +8,13 @@ from support.naive_caster import philox4x32
 
 
 def uniforms(key, *counter):
-    """Two numbers in (0, 1) for a counter of four words."""
+    """Return two numbers in (0, 1) for a counter of four words."""
     words = philox4x32([int(word) for word in counter], [int(word) for word in key])
     return [(word + 0.5) / 2**32 for word in words[:2]]
 
 
 def soft_threshold(key, frame, purpose, unit, index, threshold, softness_db, random_rate):
-    """Threshold of one shot [1/m^2], and whether it is lost by chance."""
+    """Return the threshold of one shot [1/m^2], and True if it is lost at random."""
     p, chance = uniforms(key, frame, unit, index, purpose)
     scale_db = softness_db / (2 * math.log(9))
     p = (math.floor(p * 4096) + 0.5) / 4096
@@ -22,17 +22,17 @@ def soft_threshold(key, frame, purpose, unit, index, threshold, softness_db, ran
 
 
 def silent_unit(key, tick, purpose, unit, failing, recovering):
-    """State of one unit, stepped forward from the start."""
+    """Return the state of one unit, computed forward from the start."""
     silent = uniforms(key, 0, unit, 0, purpose)[0] < failing / (failing + recovering)
     for t in range(tick + 1):
         p = uniforms(key, t + 1, unit, 0, purpose)[0]
         silent = p < 1 - recovering if silent else p < failing
-        # Of a silent unit p above 1 - recovering wakes it; of a working one p below failing silences it.
+        # A silent unit recovers for p above 1 - recovering; a working one fails for p below failing.
     return silent
 
 
 def rare_beams(key, frame, purpose, unit_beam, rate):
-    """Beams to which something rare happens, unit by unit, gap by gap."""
+    """Return the randomly selected beams, unit by unit, gap by gap."""
     found = []
     for unit, (first, end) in enumerate(itertools.pairwise(unit_beam.tolist())):
         beam, draw = first, 0
@@ -48,7 +48,7 @@ def rare_beams(key, frame, purpose, unit_beam, rate):
 
 
 def separate_echoes(echoes, separation, echoes_max):
-    """Echoes [(range, width)] of one beam, near to far, that a unit tells apart."""
+    """Return the reported echoes [(range, width)] of one beam, near to far."""
     runs = []
     for start, width in echoes:
         if runs and start - runs[-1][0] < separation:
@@ -61,7 +61,7 @@ def separate_echoes(echoes, separation, echoes_max):
 
 
 def cluster_echo(key, frame, purpose, clusters, beam, beams, origin, rotation, velocity):
-    """Range of the nearest echo of one beam [m]; clusters are (centre, radius, share, tag)."""
+    """Return the range of the nearest echo of one beam [m]; clusters are (centre, radius, share, tag)."""
     unit, index = int(beams.unit[beam]), int(beams.index[beam])
     azimuth, elevation = beams.azimuth[beam], beams.elevation[beam]
     ahead = [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
@@ -82,7 +82,7 @@ def cluster_echo(key, frame, purpose, clusters, beam, beams, origin, rotation, v
 
 
 def mirrored_ray(at, heading, normal, f0, quality):
-    """Where a ray that ends at `at` goes on, and the share of its power that does; None if it comes from behind."""
+    """Return the mirrored ray of one that ends at `at`, and its share of the power; None from behind."""
     cosine = -(heading @ normal)
     if cosine <= 0:
         return None
@@ -91,6 +91,6 @@ def mirrored_ray(at, heading, normal, f0, quality):
 
 
 def moved(vector, yaw, shift=(0.0, 0.0)):
-    """A vector (3,) turned about z, then shifted in plan."""
+    """Rotate a vector (3,) about z, then shift it in plan."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ vector + [*shift, 0.0]

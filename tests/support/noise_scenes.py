@@ -1,4 +1,4 @@
-"""The shipped rig, and what noise needs of it."""
+"""The shipped rig, and inputs of the noise models."""
 
 from pathlib import Path
 
@@ -20,13 +20,13 @@ HARD = Dropout(enabled=False)
 
 
 def thresholds(config=None, frame=0, time=0.0, ego_yaw=0.0, seed=1, beams=BEAMS, names=NAMES):
-    """Those of a frame; hard ones unless told otherwise."""
+    """Return the thresholds of a frame; hard ones by default."""
     config = config or NoiseConfig(dropout=HARD)
     return DetectionThresholds(config, beams, Draws(seed, beams), names).thresholds(frame, time, ego_yaw)
 
 
-def setting(beams=BEAMS, **changes):
-    """An ego that stands still, its units where they should be, in dry air."""
+def context(beams=BEAMS, **changes):
+    """Return the context of an ego at standstill with nominal mounts in dry air."""
     values = {
         "frame_index": 0,
         "origin_ego": beams.units.origin_ego,
@@ -41,7 +41,7 @@ def setting(beams=BEAMS, **changes):
 
 
 def returns(beam, range_, width=0.5):
-    """Returns from surfaces; each has its number as its target."""
+    """Return returns from surfaces; each has its index as its target."""
     count = len(beam)
     return Returns(
         beam=np.asarray(beam, dtype=np.int64),
@@ -58,5 +58,5 @@ def returns(beam, range_, width=0.5):
 
 
 def within(count, trials, share, sigmas=4.5):
-    """Whether a binomial count is within so many standard deviations of its mean."""
+    """Return True if a binomial count is within so many standard deviations of its mean."""
     return abs(count - trials * share) <= sigmas * np.sqrt(trials * share * (1 - share)) + 1e-9

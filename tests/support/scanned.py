@@ -1,4 +1,4 @@
-"""Scenarios of the catalog, played and scanned without a tracker."""
+"""Catalog scenarios, simulated and scanned without a tracker."""
 
 from contextlib import closing
 from functools import cache
@@ -12,13 +12,13 @@ from sensor_model.rig.rig import load_rig
 
 
 def load(name, seed=None):
-    """Load a scenario of the catalog, with its own seed unless another is given."""
+    """Load a catalog scenario, with its own seed by default."""
     return Scenario.load(paths()[name], {} if seed is None else {"seed": seed})
 
 
 @cache
 def played(name, seed=None):
-    """The obstacles and all frames of a scenario's traffic."""
+    """Return the obstacles and all frames of a scenario's traffic."""
     scenario = load(name, seed)
     with closing(loop._source(scenario, load_rig(str(scenario.rig), scenario.folder))) as source:
         obstacles = source.reset(scenario.seed)
@@ -28,7 +28,7 @@ def played(name, seed=None):
 def scans(name, when, seed=None, change=lambda frame: frame, traffic=None):
     """Yield an `FrameTruth` of each frame for which `when` holds, changed before it is scanned.
 
-    `traffic` is a scenario of the same traffic, to play it but once.
+    `traffic` names a scenario with the same traffic, which is then simulated only once.
     """
     scenario = load(name, seed)
     obstacles, frames = played(traffic or name, seed)
@@ -39,10 +39,10 @@ def scans(name, when, seed=None, change=lambda frame: frame, traffic=None):
 
 
 def row(frame, name):
-    """Row of an actor, by its name."""
+    """Return the row of an actor with this name."""
     return frame.actors.name.tolist().index(name)
 
 
 def ahead(frame, name):
-    """How far an actor's centre is ahead of the ego's on a road to the east [m]."""
+    """Return the distance of an actor's centre ahead of the ego's, on a road to the east [m]."""
     return frame.actors.pose_world[row(frame, name), 0] - frame.ego.pose_world[0]

@@ -1,4 +1,4 @@
-"""Perfect observations: what the fitting half would deliver for known vehicles."""
+"""Perfect observations of known vehicles, as the detection stage would deliver them."""
 
 import numpy as np
 
@@ -9,12 +9,12 @@ CORNERS = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1)])
 
 
 def corners(pose, size):
-    """(4, 2) corners of a box in the order of CORNERS."""
+    """Return (4, 2) corners of a box in the order of CORNERS."""
     return np.asarray(pose[:2]) + rotate(0.5 * CORNERS * np.asarray(size), pose[2])
 
 
 def observe_boxes(poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05, heading_std_rad=0.02, time_offset=0.0):
-    """Observations of boxes (x, y, yaw) with (length, width), their headings named `quarters` turns away."""
+    """Return observations of boxes (x, y, yaw) with (length, width), headings rotated by `quarters` quarter turns."""
     poses, sizes = np.atleast_2d(poses).astype(float), np.atleast_2d(sizes).astype(float)
     heading = poses[:, 2] + quarters * np.pi / 2
     size = sizes[:, ::-1] if quarters % 2 else sizes

@@ -1,4 +1,4 @@
-"""Small worlds for the sensor, and rigs of few beams."""
+"""Small scenes for the sensor, and rigs of few beams."""
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -19,7 +19,7 @@ from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 
 
 def only(*kinds):
-    """Noise of these kinds, at their default strength, and of no other."""
+    """Return a noise configuration with only these kinds, at default strength."""
     config = NoiseConfig()
     return replace(
         config, **{f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
@@ -29,9 +29,9 @@ def only(*kinds):
 LUX_RIG = load_rig("srx_six_lux", Path())
 NO_OBSTACLES = Obstacles.from_polygons([], [])
 EXACT = only("mirror", "layer_overlap")
-"""No loss at random and no range error, but bodies as they are."""
+"""No random loss and no range error; detailed bodies."""
 PLAIN = only()
-"""Nor mirrors, and bodies are boxes."""
+"""In addition no mirrors, and bodies are boxes."""
 FOOTPRINT = SensorConfig()
 CENTRE_RAY = SensorConfig(footprint=(1, 1))
 EGO_SIZE = (4.83, 1.91, 1.67)
@@ -39,7 +39,7 @@ EGO_FRONT = EGO_SIZE[0] / 2
 
 
 @dataclass(frozen=True)
-class Thing:
+class ActorSpec:
     x: float
     y: float
     yaw: float = 0.0
@@ -57,26 +57,26 @@ class Thing:
         return self.size or SHAPES[self.kind].size
 
 
-STILL = Thing(0.0, 0.0)
+STILL = ActorSpec(0.0, 0.0)
 
 
-def world(*things, ego=STILL, index=0):
-    """A frame with these things in it; ids are their order unless given. Of the ego, only its motion counts."""
-    count = len(things)
+def world(*specs, ego=STILL, index=0):
+    """Return a frame with these actors; ids default to their order. Only the motion of `ego` is used."""
+    count = len(specs)
     actors = Actors(
-        id=np.array([thing.id or i for i, thing in enumerate(things)], dtype=np.int64),
-        name=np.array([f"thing {i}" for i in range(count)], dtype=np.str_),
-        kind=np.array([thing.kind for thing in things], dtype=np.uint8),
-        pose_world=np.array([(t.x, t.y, t.yaw) for t in things], dtype=np.float64).reshape(-1, 3),
-        velocity_world=np.array([thing.velocity for thing in things], dtype=np.float64).reshape(-1, 2),
-        acceleration_world=np.array([thing.acceleration for thing in things], dtype=np.float64).reshape(-1, 2),
-        yaw_rate=np.array([thing.yaw_rate for thing in things], dtype=np.float64),
-        articulation=np.array([thing.articulation for thing in things], dtype=np.float64),
+        id=np.array([spec.id or i for i, spec in enumerate(specs)], dtype=np.int64),
+        name=np.array([f"actor {i}" for i in range(count)], dtype=np.str_),
+        kind=np.array([spec.kind for spec in specs], dtype=np.uint8),
+        pose_world=np.array([(t.x, t.y, t.yaw) for t in specs], dtype=np.float64).reshape(-1, 3),
+        velocity_world=np.array([spec.velocity for spec in specs], dtype=np.float64).reshape(-1, 2),
+        acceleration_world=np.array([spec.acceleration for spec in specs], dtype=np.float64).reshape(-1, 2),
+        yaw_rate=np.array([spec.yaw_rate for spec in specs], dtype=np.float64),
+        articulation=np.array([spec.articulation for spec in specs], dtype=np.float64),
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=np.zeros((count, 2)),
-        size=np.array([thing.lwh for thing in things], dtype=np.float64).reshape(-1, 3),
-        reflectivity=np.array([thing.paint for thing in things], dtype=np.float64),
+        size=np.array([spec.lwh for spec in specs], dtype=np.float64).reshape(-1, 3),
+        reflectivity=np.array([spec.paint for spec in specs], dtype=np.float64),
     )
     ego = Ego(
         pose_world=np.array([ego.x, ego.y, ego.yaw], dtype=np.float64),
@@ -90,26 +90,26 @@ def world(*things, ego=STILL, index=0):
     return WorldFrame(index, 0.08 * index, ego, actors)
 
 
-def ahead(gap, y=0.0, **thing):
-    """A car whose rear is `gap` in front of the ego's front [m]."""
-    length = Thing(0.0, 0.0, **thing).lwh[0]
-    return Thing(EGO_FRONT + gap + length / 2, y, **thing)
+def ahead(gap, y=0.0, **spec):
+    """Return a car whose rear is `gap` in front of the ego's front [m]."""
+    length = ActorSpec(0.0, 0.0, **spec).lwh[0]
+    return ActorSpec(EGO_FRONT + gap + length / 2, y, **spec)
 
 
-def scan(*things, noise=EXACT, sensor=FOOTPRINT, seed=1, obstacles=NO_OBSTACLES, rig=LUX_RIG, index=0, ego=STILL):
-    return Lidar(rig, noise, sensor, seed, obstacles).scan(world(*things, index=index, ego=ego))
+def scan(*specs, noise=EXACT, sensor=FOOTPRINT, seed=1, obstacles=NO_OBSTACLES, rig=LUX_RIG, index=0, ego=STILL):
+    return Lidar(rig, noise, sensor, seed, obstacles).scan(world(*specs, index=index, ego=ego))
 
 
 def placed_scene(rig, sensor, frame, obstacles=NO_OBSTACLES, *, plain=False, mirrors=True, **circumstances):
-    """Beams, bodies, walls and setting of a frame, as a caster takes them; mounts as in the file, no noise anywhere.
+    """Return beams, bodies, walls and context of a frame for a caster, with nominal mounts and without noise.
 
-    `circumstances` change fields of the setting.
+    `circumstances` change fields of the context.
     """
     beams = beam_table(rig)
     bodies = BodyFactory(mirrors=mirrors, plain=plain, glass=sensor.glass, seed=None).place(frame)
     cos, sin = np.cos(frame.ego.pose_world[2]), np.sin(frame.ego.pose_world[2])
     R_world_ego = np.array([[cos, -sin], [sin, cos]])
-    setting = ScanContext(
+    context = ScanContext(
         frame_index=frame.index,
         origin_ego=beams.units.origin_ego,
         R_ego_unit=beams.units.R_ego_unit,
@@ -121,7 +121,7 @@ def placed_scene(rig, sensor, frame, obstacles=NO_OBSTACLES, *, plain=False, mir
         extinction=0.0,
     )
     walls = walls_of(obstacles).seen_from(frame.ego.pose_world)
-    return beams, bodies, walls, replace(setting, **circumstances)
+    return beams, bodies, walls, replace(context, **circumstances)
 
 
 def wall(*corners, height=3.0, reflectivity=0.3, base=0.0):
@@ -134,7 +134,7 @@ def walls(*polygons, height=3.0, reflectivity=0.3, base=0.0):
 
 
 def small_unit(fans=None, elevation_deg=(-6.0, 1.0, 9.0), **changes):
-    """A coarse unit, so that the naive twin is quick. Its sensitivity is that of the LUX."""
+    """Return a coarse unit, for which the reference implementation is fast. Its sensitivity is that of the LUX."""
     layers = tuple(range(len(elevation_deg)))
     fans = fans or (Fan(layers, start_deg=60.0, stop_deg=-60.0, step_deg=7.5, gain_percent=(100.0,)),)
     values = {
@@ -164,12 +164,12 @@ def one_unit_rig(model, x=0.0, y=0.0, z=0.6, yaw_deg=0.0, pitch_deg=0.0, roll_de
 
 
 def beam_origins(scan, beams):
-    """(N, 3) where the beam of each point starts; units that the table does not know start at its first one."""
+    """Return (N, 3) origins of the points' beams; that of the first unit for units missing in the table."""
     return beams.units.origin_ego[np.where(scan.unit < len(beams.units), scan.unit, 0)]
 
 
 def beams_of(scan, beams):
-    """(N,) row of the beam table of each point, found by its direction; -1 for units that the table does not know."""
+    """Return the (N,) row of the beam table of each point, by its direction; -1 for units missing in the table."""
     heading = scan.points_ego - beam_origins(scan, beams)
     found = np.full(len(scan), -1)
     for unit, layer in sorted(set(zip(beams.unit.tolist(), beams.layer.tolist(), strict=True))):

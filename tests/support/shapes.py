@@ -1,4 +1,4 @@
-"""Builders of point sets whose true lines, headings and outliers are known."""
+"""Builders of point sets with known lines, headings and outliers."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ LAYER_BIAS_M = (0.016, 0.030, 0.045, 0.023)
 
 
 def l_shape(heading: float, length: float = 4.0, width: float = 2.0, step: float = 0.25) -> Floats:
-    """(N, 2) points on two perpendicular sides, evenly spaced from their common corner at (10, 5)."""
+    """Return (N, 2) points on two perpendicular sides, evenly spaced from their common corner at (10, 5)."""
     along = np.arange(0.0, length + 1e-9, step)
     across = np.arange(step, width + 1e-9, step)
     body = np.concatenate([np.stack([along, 0 * along], axis=1), np.stack([0 * across, across], axis=1)])
@@ -20,7 +20,7 @@ def l_shape(heading: float, length: float = 4.0, width: float = 2.0, step: float
 
 
 def rotation(angle: float) -> Floats:
-    """(2, 2) counter-clockwise by `angle`."""
+    """Return the (2, 2) rotation counter-clockwise by `angle`."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
@@ -54,17 +54,17 @@ class Car:
     heading: float = 0.0
     size: tuple[float, float] = (4.7, 1.8)
     chamfer: float = 0.35
-    """How much each corner of the outline is cut [m]."""
+    """Length cut off each corner of the outline [m]."""
     window_depth: float = 0.0
-    """How far behind the rear the top layer meets the rear window [m]; 0 for a flat rear."""
+    """Depth of the rear window hit by the top layer, behind the rear [m]; 0 for a flat rear."""
     mirrors: bool = False
-    """Whether layer 2 meets side mirrors."""
+    """True if layer 2 hits side mirrors."""
     range_std: float = 0.025
     layer_bias: tuple[float, ...] = LAYER_BIAS_M
 
 
 def outline(front: float, rear: float, half_width: float, chamfer: float) -> Floats:
-    """(8, 2) counter-clockwise box from -rear to front, corners cut."""
+    """Return (8, 2) corners of a counter-clockwise box from -rear to front with cut corners."""
     c, w = chamfer, half_width
     return np.array(
         [
@@ -75,7 +75,7 @@ def outline(front: float, rear: float, half_width: float, chamfer: float) -> Flo
 
 
 def layer_bodies(car: Car, layer: int) -> list[Floats]:
-    """Convex outlines in the car's frame that a layer meets: the body, and on layer 2 the mirrors."""
+    """Return the convex outlines that a layer hits, in the car's frame: the body, and mirrors for layer 2."""
     length, width = car.size
     deep = car.window_depth if layer == 3 else 0.0
     bodies = [outline(length / 2, length / 2 - deep, width / 2 - 0.15 * (deep > 0), car.chamfer)]
@@ -86,13 +86,13 @@ def layer_bodies(car: Car, layer: int) -> list[Floats]:
 
 
 def depth_inside(car: Car, points: Floats) -> Floats:
-    """(N,) how deep points lie within the car's box, negative outside [m]."""
+    """Return the (N,) depth of points inside the car's box, negative outside [m]."""
     local = (points - np.array(car.center)) @ rotation(car.heading)
     return np.min(0.5 * np.array(car.size) - np.abs(local), axis=1)
 
 
 def cast(polygon: Floats, directions: Floats) -> Floats:
-    """(B,) range at which rays from the origin enter a convex counter-clockwise polygon, inf where they miss."""
+    """Return the (B,) ranges at which rays from the origin enter a convex counter-clockwise polygon; inf for misses."""
     edges = np.roll(polygon, -1, axis=0) - polygon
     normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
     offset = np.sum(normals * polygon, axis=1)
@@ -105,7 +105,7 @@ def cast(polygon: Floats, directions: Floats) -> Floats:
 
 
 def scan_car(car: Car, rng: np.random.Generator, step_deg: float = 0.5) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Points of a car and which of them are on a mirror or a window, off its outline: (N, 2), (N,).
+    """Return (N, 2) points of a car, and the (N,) mask of points off its outline, on mirrors or windows.
 
     Layers 0 and 1 fire between the beams of layers 2 and 3, as in the LUX (sensor_facts 1.2).
     """

@@ -1,4 +1,4 @@
-"""Bodies as points and triangle meshes, by computational geometry that shares nothing with the caster."""
+"""Bodies as points and triangle meshes, by computational geometry that is independent of the caster."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ import scipy
 
 @dataclass(frozen=True)
 class Piece:
-    """One solid of a body, taken out of the flat record."""
+    """Solid of a body, extracted from the flat record."""
 
     planes: np.ndarray
     part: np.ndarray
@@ -17,7 +17,7 @@ class Piece:
     bounds: np.ndarray
 
     def faces(self):
-        """(corners of the face in order around it, part) of each plane that has a face."""
+        """Yield the ordered corners and the part of each plane that has a face."""
         points = corners(self.planes)
         for plane, part in zip(self.planes, self.part, strict=True):
             on_face = points[np.abs(points @ plane[:3] - plane[3]) < 1e-9]
@@ -28,7 +28,7 @@ class Piece:
 
 
 def pieces(bodies, row):
-    """The solids of one body."""
+    """Return the solids of one body."""
     found = []
     for solid in range(bodies.body_solid[row], bodies.body_solid[row + 1]):
         planes = slice(bodies.solid_plane[solid], bodies.solid_plane[solid + 1])
@@ -45,7 +45,7 @@ def pieces(bodies, row):
 
 
 def corners(planes):
-    """(V, 3) corners of the convex solid {p : n . p <= d}, planes (K, 4)."""
+    """Return the (V, 3) corners of the convex solid {p : n . p <= d}, planes (K, 4)."""
     normals, offsets = planes[:, :3], planes[:, 3]
     # Centre of the largest ball inside: maximise r subject to n . c + r <= d.
     bounds = [(None, None)] * 3 + [(0.0, None)]
@@ -57,21 +57,21 @@ def corners(planes):
 
 
 def body_mesh(solids):
-    """One mesh of solids that have planes (K, 4), in the frame of the body."""
+    """Return one mesh of solids with planes (K, 4), in the frame of the body."""
     import trimesh
 
     return trimesh.util.concatenate([trimesh.convex.convex_hull(corners(solid.planes)) for solid in solids])
 
 
 def placed(mesh, pose):
-    """A copy of the mesh at a pose x, y [m], yaw [rad]."""
+    """Return a copy of the mesh at a pose x, y [m], yaw [rad]."""
     x, y, yaw = pose
     cos, sin = np.cos(yaw), np.sin(yaw)
     return mesh.copy().apply_transform([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
 def embree_ranges(origins, directions, scene):
-    """(N,) range at which each ray meets a mesh first, infinite where it does not; traced by Embree."""
+    """Return the (N,) range of the first hit of each ray on a mesh, infinite without a hit; traced by Embree."""
     assert type(scene.ray).__module__.endswith("ray_pyembree")
     _, ray, place = scene.ray.intersects_id(origins, directions, multiple_hits=False, return_locations=True)
     ranges = np.full(len(origins), np.inf)

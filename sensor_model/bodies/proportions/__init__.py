@@ -1,27 +1,27 @@
-"""What differs between two vehicles of one kind and one size: drawn for each actor, within the ranges of its kind.
+"""Proportions that vary between vehicles of one kind and size, drawn per actor within the ranges of its kind.
 
 All ranges are engineering estimates around published dimensions: bumper faces at 0.41 to 0.51 m (49 CFR 581), hood
-edges below 0.76 m on low cars and up to 1.02 m on medium ones, windscreens not below 28 degrees, sides that lean in
-by 15 to 22 degrees on sedans and hardly on vans. Every draw uses the same counter-based generator, keyed by (seed,
-actor), so an actor's body depends on nobody else.
+edges below 0.76 m on low cars and up to 1.02 m on medium ones, windscreens not below 28 degrees, sides that lean
+inwards by 15 to 22 degrees on sedans and hardly on vans. Every draw uses the same counter-based generator, keyed by
+(seed, actor), so an actor's body does not depend on other actors.
 """
 
 import numpy as np
 
 _STREAM = 3
-"""Last word of the generator's counter; paint, starts and sizes of actors use 1, 2 and 4 of the same keys."""
+"""Last word of the generator's counter; paint, starts and sizes of actors use 1, 2 and 4 with the same keys."""
 _WORD = 2**64
 
 
 class Draw:
-    """Draws numbers from ranges, one after the other: the same for the same seed and actor.
+    """Sequence of uniform draws from ranges, reproducible by seed and actor.
 
     Parameters
     ----------
     seed
-        Of the run, taken modulo 2^64; None gives the middle of every range.
+        Seed of the run, modulo 2^64; None returns the middle of every range.
     actor_id
-        Whose.
+        Actor of the draws.
     """
 
     def __init__(self, seed: int | None, actor_id: int = 0) -> None:
@@ -31,5 +31,5 @@ class Draw:
             self._random = np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, _STREAM])).random
 
     def __call__(self, low: float, high: float) -> float:
-        """Return a number between low and high, all equally likely."""
+        """Return a uniform draw between low and high."""
         return low + (high - low) * (0.5 if self._random is None else self._random())

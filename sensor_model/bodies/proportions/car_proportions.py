@@ -19,7 +19,7 @@ class CarProportions:
     bumper_bottom: float
     bumper_top: float
     nose: float
-    """How far the front edge of the hood stands behind the bumper."""
+    """Setback of the hood's front edge from the bumper."""
     hood_front: float
     hood_rear: float
     """Height of the hood's rear edge, at the foot of the windscreen."""
@@ -29,9 +29,9 @@ class CarProportions:
     """Foot of the rear window to rear bumper; a van has none."""
     deck_height: float
     tail: float
-    """How far the rear edge of the deck stands before the bumper."""
+    """Setback of the deck's rear edge from the bumper."""
     front_radius: float
-    """Of the corners in plan."""
+    """Radius of the front corners in plan."""
     rear_radius: float
     glazing: Glazing
     mirror: MirrorBox
@@ -100,7 +100,7 @@ def suv(draw: Draw) -> CarProportions:
 
 
 def van(draw: Draw) -> CarProportions:
-    """Draw a van, 4.7 to 6.5 m long; its rear pillars stand behind the doors of the cab."""
+    """Draw a van, 4.7 to 6.5 m long; its rear pillars are behind the doors of the cab."""
     return CarProportions(
         clearance=draw(0.16, 0.20),
         wheel_radius=draw(0.32, 0.36),

@@ -1,4 +1,4 @@
-"""What the bodies of many kinds have: windows and side mirrors."""
+"""Proportions shared by many kinds of vehicles: windows and side mirrors."""
 
 from dataclasses import dataclass
 
@@ -12,9 +12,9 @@ class MirrorBox:
     """Beyond the width of the vehicle."""
     height: float
     z: float
-    """Of its middle."""
+    """Height of its centre."""
     x: float
-    """Of its middle, as a share of the vehicle's length in front of the box centre."""
+    """Position of its centre in front of the box centre, as a share of the vehicle's length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +26,9 @@ class Glazing:
     backlight_deg: float
     """From the horizontal."""
     tumblehome_deg: float
-    """Lean of the side windows, from the vertical."""
+    """Inward lean of the side windows from the vertical."""
     shoulder: float
-    """How far the foot of the side windows stands inside the vehicle's side [m]."""
+    """Inset of the foot of the side windows from the vehicle's side [m]."""
     front_pillar: float
     """Width of the pillars beside the windscreen [m]."""
     rear_pillar: float

@@ -24,7 +24,7 @@ class TruckProportions:
     windscreen_deg: float
     """From the horizontal."""
     radius: float
-    """Of the front corners in plan."""
+    """Radius of the front corners in plan."""
     mirror: MirrorBox
 
 
@@ -72,7 +72,7 @@ class BusProportions:
     windscreen_deg: float
     """From the horizontal."""
     radius: float
-    """Of the corners in plan."""
+    """Radius of the corners in plan."""
     mirror: MirrorBox
 
 

@@ -7,7 +7,7 @@ from sensor_model.bodies.proportions import Draw
 
 @dataclass(frozen=True, slots=True)
 class RiderProportions:
-    """Whoever sits on two wheels, and those. Lengths [m], heights [m] above the ground."""
+    """Two-wheelers and their riders. Lengths [m], heights [m] above the ground."""
 
     wheel_radius: float
     wheel_width: float
@@ -19,7 +19,7 @@ class RiderProportions:
     shoulders: float
     """Half the width of the rider's shoulders."""
     bend: float
-    """How far the shoulders are before the hips."""
+    """Offset of the shoulders in front of the hips."""
 
 
 def motorcycle(draw: Draw) -> RiderProportions:
@@ -50,14 +50,14 @@ def bicycle(draw: Draw) -> RiderProportions:
 
 @dataclass(frozen=True, slots=True)
 class FigureProportions:
-    """Somebody on foot; heights as shares of the whole."""
+    """Pedestrians; heights as shares of the body height."""
 
     waist: float
     shoulders: float
     hips: float
-    """Width of hips and legs as a share of that of the shoulders."""
+    """Width of hips and legs as a share of the width of the shoulders."""
     head: float
-    """Width of the head as a share of that of the shoulders."""
+    """Width of the head as a share of the width of the shoulders."""
 
 
 def pedestrian(draw: Draw) -> FigureProportions:

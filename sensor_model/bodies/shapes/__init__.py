@@ -1,4 +1,4 @@
-"""What each kind of road user looks like: how its solids are made, and in which sizes."""
+"""Shapes of the kinds of road users: construction of their solids, and their sizes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ def plain(size: Vector) -> list[Solid]:
 
 
 def plain_articulated(size: Vector) -> list[Solid]:
-    """Make two bounding prisms, of the tractor and of the trailer; straight, they fill one."""
+    """Make bounding prisms of the tractor and of the trailer; without articulation they fill one box."""
     end = size[0] / 2
     trailer_front = end - float(hitch(np.array(size[:1])).trailer_front[0])
     return [_prism(size, -end, trailer_front), replace(_prism(size, trailer_front, end), tractor=True)]
@@ -32,17 +32,17 @@ def _prism(size: Vector, rear: float, front: float) -> Solid:
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """One kind of road user. Sizes are length, width and height [m]."""
+    """Shape of one kind of road user. Sizes are length, width and height [m]."""
 
     size: Vector
-    """A usual one."""
+    """Typical size."""
     smallest: Vector
     largest: Vector
-    """Between these, angles and heights are those of the proportions. Any other size is the nearest one, stretched."""
+    """Between these sizes, angles and heights are those of the proportions. Other sizes are the nearest one, scaled."""
     make: Callable[[Vector, Draw, Glass], list[Solid]]
-    """Its solids, from a size, a draw of its proportions, and the glass that tells how deep its interior lies."""
+    """Constructor of the solids from size, draw of the proportions, and glass (interior depth)."""
     plain: Callable[[Vector], list[Solid]] = plain
-    """What encloses them."""
+    """Constructor of the bounding prisms."""
 
 
 SHAPES = {

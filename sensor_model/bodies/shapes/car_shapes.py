@@ -1,4 +1,4 @@
-"""Sedans, sport utility vehicles and vans: a lower body, what is above the beltline, wheels and mirrors."""
+"""Sedans, sport utility vehicles and vans: lower body, upper body above the beltline, wheels and mirrors."""
 
 import math
 
@@ -9,45 +9,45 @@ from sensor_model.bodies.solids import Solid, Vector, bevel, prism, rounded
 from sensor_model.truth import Part
 
 _CHIN = 0.20
-"""[m] How far the lower edges of the bumpers stand back at the underbody."""
+"""[m] Setback of the bumpers' lower edges at the underbody."""
 _TUCK_DEG, _LEAN_DEG = 5.0, 3.0
-"""[deg] The sides' lean inwards below and above their widest line, which is at the top of the bumpers."""
+"""[deg] Inward lean of the sides below and above their widest line, which is at the top of the bumpers."""
 _WHEEL_WIDTH = 0.21
 """[m]"""
 _WHEEL_INSET = 0.012
-"""[m] Of the tyres' outer faces; below the widest line they stand out of the tucked sides."""
+"""[m] Inset of the tyres' outer faces; below the widest line they protrude from the sides."""
 _MIRROR_ROOT = 0.06
-"""[m] Deep enough to meet the leaning side windows."""
+"""[m] Depth of the mirrors' roots, enough to reach the leaning side windows."""
 _SEAM = 0.002
-"""[m] By which a load space is wider than the cab in front of it."""
+"""[m] Excess of a load space's half width over the cab's."""
 _CAB = 1.9
-"""[m] Foot of the windscreen of a van to the rear edge of its doors, at the most."""
+"""[m] Largest distance from the foot of a van's windscreen to the rear edge of its doors."""
 _SCREEN = 0.85
-"""[m] Height of a van's windscreen, at the most."""
+"""[m] Largest height of a van's windscreen."""
 
 
 def sedan(size: Vector, p: CarProportions, glass: Glass) -> list[Solid]:
-    """Three boxes, glazed all around, pillars between the doors."""
+    """Make a three-box car, glazed on all sides, with pillars between the doors."""
     above = _glazed(size, p, glass)
     return [_lower_body(size, p), *above, side_pillar(above[0], 0.5, 0.10), *_fittings(size, p)]
 
 
 def suv(size: Vector, p: CarProportions, glass: Glass) -> list[Solid]:
-    """Two boxes, glazed all around, pillars between and behind the doors."""
+    """Make a two-box car, glazed on all sides, with pillars between and behind the doors."""
     above = _glazed(size, p, glass)
     pillars = [side_pillar(above[0], share, 0.12) for share in (0.32, 0.80)]
     return [_lower_body(size, p), *above, *pillars, *_fittings(size, p)]
 
 
 def van(size: Vector, p: CarProportions, glass: Glass) -> list[Solid]:
-    """Load space of sheet metal behind a glazed cab."""
+    """Make a van: load space of sheet metal behind a glazed cab."""
     length, width, height = size
     cowl = length / 2 - p.hood_share * length
     screen_top = min(p.hood_rear + _SCREEN, height - 0.08)
     door = cowl - min(_CAB, 0.40 * length)
     half_width = width / 2 - p.glazing.shoulder
     cab = greenhouse(p.glazing, glass, (door, p.hood_rear), (cowl, p.hood_rear), half_width, screen_top, Part.BODY)
-    # The load space begins where the cab's roof does, and above it slopes up to its own.
+    # The load space begins at the cab's roof and slopes up to its own.
     front, belt = door + 0.3, p.hood_rear - 0.03
     tail = (height - belt) / math.tan(math.radians(p.glazing.backlight_deg))
     load = prism(
@@ -92,7 +92,7 @@ def _lower_body(size: Vector, p: CarProportions) -> Solid:
 
 
 def _glazed(size: Vector, p: CarProportions, glass: Glass) -> list[Solid]:
-    """Make an upper part that is glazed on all sides."""
+    """Make an upper body that is glazed on all sides."""
     length, width, height = size
     rear_foot = (p.deck - length / 2, p.deck_height)
     front_foot = (length / 2 - p.hood_share * length, p.hood_rear)

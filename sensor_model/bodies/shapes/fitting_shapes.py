@@ -1,4 +1,4 @@
-"""What many vehicles have: wheels, side mirrors, a glazed upper part with its pillars and what is behind the glass."""
+"""Fittings shared by vehicles: wheels, side mirrors, and the glazed upper body with pillars and interior."""
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions.fitting_proportions import Glazing, MirrorBox
@@ -19,22 +19,22 @@ from sensor_model.bodies.solids import (
 from sensor_model.truth import Part
 
 _PROUD = 0.004
-"""[m] How far pillars stand out of the panes."""
+"""[m] Protrusion of pillars from the panes."""
 _HEADROOM = 0.15
-"""[m] Between roof and the tops of seats and heads."""
+"""[m] Gap between the roof and the tops of seats and heads."""
 _SUNK = 0.03
-"""[m] How deep the glazed part reaches into the body, that no gap is left."""
+"""[m] Overlap of the glazed part with the body, which closes the gap."""
 _LINING = 0.10
-"""[m] Between a wall, or the edge of a shelf, and the panes."""
+"""[m] Gap between the interior's walls, or the edge of a shelf, and the panes."""
 
 
 def wheels(x: float, radius: float, outer: float, width: float) -> list[Solid]:
-    """Make a wheel on either side: octagons from the side, without the two upper flats, which are in the body.
+    """Make a wheel on either side: octagons in side view, without the two upper facets, which are inside the body.
 
     Parameters
     ----------
     outer, width
-        [m] Distance of the outer faces from the middle, and their distance from the inner ones.
+        [m] Distance of the outer faces from the middle, and width of a wheel.
     """
     flat = HALF_FLAT * radius
     ring = [(-flat, -radius), (flat, -radius), (radius, -flat), (radius, radius), (-radius, radius), (-radius, -flat)]
@@ -51,9 +51,9 @@ def side_mirrors(mirror: MirrorBox, length: float, half_width: float, root: floa
     Parameters
     ----------
     length, half_width
-        [m] Of the vehicle.
+        [m] Length and half width of the vehicle.
     root
-        [m] How deep inside the vehicle's side the shells begin.
+        [m] Depth inside the vehicle's side at which the shells begin.
     """
     x, outer = mirror.x * length, half_width + mirror.protrusion
     left = box(
@@ -74,20 +74,20 @@ def greenhouse(
     roof: float,
     rear: Part = Part.GREENHOUSE,
 ) -> list[Solid]:
-    """Make the glazed part of a vehicle and what is behind its windows.
+    """Make the glazed part of a vehicle and its interior.
 
-    Roof, pillars at the four corners, headers and rails are sheet metal: flats between the panes.
+    Roof, corner pillars, headers and rails are sheet metal: facets between the panes.
 
     Parameters
     ----------
     rear_foot, front_foot
         x, z [m] of the feet of rear window and windscreen; the latter is at the beltline.
     half_width
-        Of the side windows at the beltline [m].
+        Half width at the beltline [m].
     roof
         Height [m].
     rear
-        What the rear window is made of.
+        Material of the rear window.
     """
     pane, metal, belt = Part.GREENHOUSE, Part.BODY, front_foot[1]
     back = slope(rear, *rear_foot, -glazing.backlight_deg)
@@ -104,20 +104,20 @@ def greenhouse(
 
 
 def side_pillar(greenhouse: Solid, share: float, width: float) -> Solid:
-    """Make the pillars between two side windows: a slice across the greenhouse, a few millimetres wider.
+    """Make the pillars between two side windows: a slice of the greenhouse, a few millimetres wider.
 
     Parameters
     ----------
     share
-        Where on the roof it stands, 0 at its front edge to 1 at its rear edge.
+        Position along the roof, 0 at its front edge to 1 at its rear edge.
     width
-        [m] Along the vehicle.
+        [m] Width along the vehicle.
     """
     front, back, left, right, top, floor = greenhouse.planes[:6]
     rail = greenhouse.planes[-2]
     ahead, behind = x_at(front, top.offset), x_at(back, top.offset)
     x = ahead + share * (behind - ahead)
-    # Where the side windows end under the rail.
+    # Height at which the side windows end under the rail.
     (_, y, z), offset = left.normal, left.offset
     z_end = (rail.offset * y - offset * rail.normal[1]) / (rail.normal[2] * y - z * rail.normal[1])
     low, high = (x - width / 2, greenhouse.low[1], greenhouse.low[2]), (x + width / 2, greenhouse.high[1], z_end)
@@ -133,7 +133,7 @@ def side_pillar(greenhouse: Solid, share: float, width: float) -> Solid:
 
 
 def _interior(greenhouse: Solid, depth: float, belt: float) -> list[Solid]:
-    """Seats and heads, some way behind the panes, and at the height of the beltline dashboard and parcel shelf."""
+    """Make seats and heads behind the panes, and dashboard and parcel shelf at the height of the beltline."""
     part = Part.INTERIOR
     front, back, left, right, top, floor = greenhouse.planes[:6]
     behind_back = depth if back.part is Part.GREENHOUSE else _LINING

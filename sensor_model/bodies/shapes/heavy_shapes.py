@@ -1,4 +1,4 @@
-"""Box trucks, articulated trucks and buses. Beneath their load bodies one looks through, past wheels and frame."""
+"""Box trucks, articulated trucks and buses. The space beneath load bodies is open between wheels and frame."""
 
 from dataclasses import replace
 
@@ -11,13 +11,13 @@ from sensor_model.truth import Part
 from sim.articulation import AXLE_SPACING_M, WHEELBASE_M
 
 _MIRROR_ROOT = 0.03
-"""[m] How deep the mirrors' arms begin inside the side."""
+"""[m] Depth inside the side at which the mirrors' arms begin."""
 _WHEEL_WIDTH, _TWIN_WIDTH = 0.32, 0.58
-"""[m] Of single and of twin wheels."""
+"""[m] Width of single and of twin wheels."""
 _WHEEL_INSET = 0.02
-"""[m] Of the tyres' outer faces."""
+"""[m] Inset of the tyres' outer faces."""
 _FRAME = 0.43
-"""[m] Half the width of the ladder frame, a standard 0.86 m."""
+"""[m] Half the standard width of a ladder frame, 0.86 m."""
 _FRAME_DEPTH = 0.30
 """[m]"""
 _GUARD_BOTTOM = 0.50
@@ -25,17 +25,17 @@ _GUARD_BOTTOM = 0.50
 _GUARD_INSET = 0.03
 """[m]"""
 _BAND_INSET = 0.02
-"""[m] How far the windows of a bus stand inside the sheet metal below."""
+"""[m] Inset of a bus's windows from the sheet metal below."""
 _GAP = 0.10
-"""[m] Between cab and load body of a box truck."""
+"""[m] Gap between cab and load body of a box truck."""
 _TRAILER_GAP = 0.65
-"""[m] Between cab and trailer, where it swings."""
+"""[m] Gap between cab and trailer, in which the trailer swings."""
 _TAIL = 0.75
-"""[m] From the drive axle of a tractor to the end of its frame."""
+"""[m] Distance from a tractor's drive axle to the end of its frame."""
 
 
 def truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
-    """Cab, box on a frame, side guards between the axles, underrun bar, twin wheels in the rear."""
+    """Make a box truck: cab, box on a frame, side guards, underrun bar, twin wheels in the rear."""
     length, width, height = size
     front, rear = length / 2, -length / 2
     box_front = front - p.cab - _GAP
@@ -54,9 +54,9 @@ def truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
 
 
 def trailer_truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
-    """Two-axle tractor and a trailer with three axles and side guards before them, in line.
+    """Make a two-axle tractor and, in line, a trailer with three axles and side guards in front of them.
 
-    The frames of both overlap from the trailer's front to the end of the tractor's.
+    Their frames overlap from the trailer's front to the end of the tractor's frame.
     """
     length, width, height = size
     front, rear = length / 2, -length / 2
@@ -83,7 +83,7 @@ def trailer_truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid
 
 
 def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
-    """Sheet metal to the beltline, a band of windows, a roof; the engine behind a closed rear."""
+    """Make a bus: sheet metal up to the beltline, a band of windows, a roof, and a closed rear."""
     length, width, height = size
     front, rear = length / 2, -length / 2
     belt, outer = p.belt, width / 2 - _WHEEL_INSET
@@ -125,13 +125,13 @@ def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
 
 
 def _side_guards(rear: float, front: float, side: float, top: float) -> list[Solid]:
-    """A plate between the axles on each side, as UN Regulation 73 asks of trucks and trailers alike."""
+    """Make a plate between the axles on each side, as required by UN Regulation 73 for trucks and trailers."""
     guard = box(Part.BODY, (rear, front), (side - _GUARD_INSET - 0.05, side - _GUARD_INSET), (_GUARD_BOTTOM, top))
     return [guard, mirrored(guard)]
 
 
 def _cab(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
-    """A cab over the engine: lower part with the bumper, and a glazed upper part with a closed rear wall."""
+    """Make a cab over engine: lower part with the bumper, and a glazed upper part with a closed rear wall."""
     length, width, height = size
     front, back = length / 2, length / 2 - p.cab
     half_width = width / 2 - 0.01
@@ -159,7 +159,7 @@ def _cab(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
         frame=0.20,
     )
     upper = greenhouse(glazing, glass, (back, belt), (front - 0.07, belt), half_width - 0.01, roof, Part.BODY)
-    # Behind the doors is sheet metal.
+    # Sheet metal behind the doors.
     return [lower.cut(rounded(Part.BODY, front, half_width, p.radius)), *upper, side_pillar(upper[0], 0.8, 0.3 * p.cab)]
 
 

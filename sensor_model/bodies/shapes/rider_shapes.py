@@ -5,11 +5,11 @@ from sensor_model.bodies.solids import HALF_FLAT, Solid, Vector, box, mirrored, 
 from sensor_model.truth import Part
 
 _HEAD = 0.13
-"""[m] Half the width of a head, with helmet."""
+"""[m] Half the width of a head with helmet."""
 
 
 def motorcycle(size: Vector, p: RiderProportions) -> list[Solid]:
-    """Wheels, tank and engine, handlebar, mirrors, and the rider."""
+    """Make a motorcycle: wheels, tank and engine, handlebar, mirrors, and the rider."""
     length, width, _ = size
     front, rear = length / 2, -length / 2
     body = prism(
@@ -40,7 +40,7 @@ def motorcycle(size: Vector, p: RiderProportions) -> list[Solid]:
 
 
 def bicycle(size: Vector, p: RiderProportions) -> list[Solid]:
-    """Wheels, frame, handlebar, and the rider."""
+    """Make a bicycle: wheels, frame, handlebar, and the rider."""
     length, width, _ = size
     front, rear = length / 2, -length / 2
     frame = prism(
@@ -58,7 +58,7 @@ def bicycle(size: Vector, p: RiderProportions) -> list[Solid]:
 
 
 def pedestrian(size: Vector, p: FigureProportions) -> list[Solid]:
-    """Legs, torso with arms, head."""
+    """Make a pedestrian: legs, torso with arms, head."""
     length, width, height = size
     depth, waist, neck = length / 2, p.waist * height, p.shoulders * height
     hips, head = p.hips * width / 2, p.head * width / 2
@@ -86,7 +86,7 @@ def pedestrian(size: Vector, p: FigureProportions) -> list[Solid]:
 
 
 def _rider(size: Vector, p: RiderProportions, x_hips: float, z_feet: float, x_bar: float) -> list[Solid]:
-    """Legs astride, torso bent to the handlebar, arms, head; the top of the head is the vehicle's height."""
+    """Make a rider: legs astride, torso bent to the handlebar, arms, head; the head's top is the vehicle's height."""
     height = size[2]
     neck = height - 0.27
     x_neck = x_hips + p.bend
@@ -138,7 +138,7 @@ def _wheel(x: float, p: RiderProportions) -> Solid:
 
 
 def _octagon(x: float, z: float, half_length: float, half_height: float) -> list[tuple[float, float]]:
-    """Make a profile in a box, widest in the middle."""
+    """Return an octagonal profile inscribed in a box."""
     flat = HALF_FLAT
     ring = [(-flat, -1), (flat, -1), (1, -flat), (1, flat), (flat, 1), (-flat, 1), (-1, flat), (-1, -flat)]
     return [(x + half_length * dx, z + half_height * dz) for dx, dz in ring]

@@ -1,4 +1,4 @@
-"""Bodies: they fill their boxes, look as the vehicles they claim to be, and are drawn for each actor alone."""
+"""Bodies: box dimensions, proportions of real vehicles, and independent draws per actor."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.sensor_scenes import STILL, Thing, world
+from support.sensor_scenes import STILL, ActorSpec, world
 from support.solid_mesh import corners, pieces
 
 from sensor_model.bodies.materials import TYRE_REFLECTIVITY, Glass
@@ -27,18 +27,18 @@ SIZES = {
 }
 
 
-def place(*things, mirrors=True, plain=False, glass=None, seed=None):
-    shop = BodyFactory(mirrors=mirrors, plain=plain, glass=glass or Glass(), seed=seed)
-    return shop.place(world(*things))
+def place(*specs, mirrors=True, plain=False, glass=None, seed=None):
+    factory = BodyFactory(mirrors=mirrors, plain=plain, glass=glass or Glass(), seed=seed)
+    return factory.place(world(*specs))
 
 
 def body(kind, size=None, actor=0, **keys):
-    """The solids of one actor."""
-    return pieces(place(Thing(0, 0, kind=kind, size=size, id=actor), **keys), 0)
+    """Return the solids of one actor."""
+    return pieces(place(ActorSpec(0, 0, kind=kind, size=size, id=actor), **keys), 0)
 
 
 def in_facts(kind):
-    """Sizes of a kind that the facts describe."""
+    """Return a strategy of sizes of a kind in the range of the facts."""
     low, high = SIZES[kind]
     return st.tuples(*(st.floats(a, b) for a, b in zip(low, high, strict=True)))
 
@@ -54,10 +54,10 @@ factors = st.tuples(*[st.floats(0.5, 2)] * 3)
 @pytest.mark.parametrize("kind", list(Kind))
 @given(factor=factors, seed=seeds, actor=actors)
 @settings(deadline=None, max_examples=15)
-def test_bodies_fill_their_box_and_only_mirrors_stick_out(kind, factor, seed, actor):
-    """Fails when a piece is outside, does not reach the size of the truth box, or leaves its bounds."""
+def test_bodies_fill_their_box_and_only_mirrors_protrude(kind, factor, seed, actor):
+    """Fails if a solid is outside of the truth box or of its bounds, or if the body is smaller than the truth box."""
     size = np.multiply(SHAPES[kind].size, factor)
-    bodies = place(Thing(0, 0, kind=kind, size=tuple(size.tolist()), id=actor), seed=seed)
+    bodies = place(ActorSpec(0, 0, kind=kind, size=tuple(size.tolist()), id=actor), seed=seed)
     low, high = -0.5 * size * [1, 1, 0], 0.5 * size * [1, 1, 2]
     whole = []
     for piece in pieces(bodies, 0):
@@ -78,18 +78,18 @@ def test_bodies_fill_their_box_and_only_mirrors_stick_out(kind, factor, seed, ac
 @given(share=st.tuples(*[st.floats(0, 1)] * 3), seed=seeds, actor=actors)
 @settings(deadline=None, max_examples=25)
 def test_every_plane_is_a_face(kind, share, seed, actor):
-    """Fails for a profile that is not convex, a pillar that swallows a window, or a plane that only costs time."""
+    """Fails for a profile that is not convex, a pillar that covers a window, or a redundant plane."""
     shape = SHAPES[kind]
     size = tuple((np.array(shape.smallest) + share * np.subtract(shape.largest, shape.smallest)).tolist())
     for piece in body(kind, size, actor, seed=seed):
         np.testing.assert_allclose(np.linalg.norm(piece.planes[:, :3], axis=1), 1.0, atol=1e-12)
-        # What is behind glass may run out in an edge, in a low cabin.
+        # In a low cabin the interior may end in an edge.
         assert piece.inner or len(list(piece.faces())) == len(piece.planes)
 
 
 @pytest.mark.parametrize("kind", list(Kind))
 def test_vehicles_are_made_of_few_planes(kind):
-    """Every plane costs time in the caster: Fails when somebody adds detail without thinking of it."""
+    """Every plane costs time in the caster: guards against costly detail."""
     solids = body(kind)
     outer = sum(len(piece.planes) for piece in solids if not piece.inner)
     if kind in (Kind.CAR, Kind.SUV, Kind.VAN):
@@ -129,8 +129,8 @@ def test_plain_bodies_are_boxes_with_mirrors():
 )
 @given(data=st.data())
 @settings(deadline=None, max_examples=30)
-def test_glass_leans_as_on_real_cars(kind, windscreen_deg, backlight_deg, tumblehome_deg, inset, data):
-    """Fails when an actor's size stretches its angles, or a range leaves the facts."""
+def test_inclination_of_glass_is_that_of_real_cars(kind, windscreen_deg, backlight_deg, tumblehome_deg, inset, data):
+    """Fails if an actor's size changes its angles, or if a range leaves the facts."""
     size = data.draw(in_facts(kind))
     solids = body(kind, size, data.draw(actors), seed=data.draw(seeds))
     glass = next(piece for piece in solids if Part.GREENHOUSE in piece.part)
@@ -147,7 +147,7 @@ def test_glass_leans_as_on_real_cars(kind, windscreen_deg, backlight_deg, tumble
     assert inset[0] - 0.01 <= (glass.planes[nz > 0.99, 3][0] - belt) / np.tan(np.deg2rad(side[0])) <= inset[1] + 0.01
 
 
-def test_a_sedan_in_the_middle_of_all_ranges_is_the_one_of_the_facts():
+def test_sedan_in_the_middle_of_all_ranges_matches_the_facts():
     lower, glass, *_ = body(Kind.CAR, (4.7, 1.82, 1.46))
     points = corners(lower.planes)
     assert points[:, 2].min() == pytest.approx(0.15, abs=0.01)  # ground clearance
@@ -159,10 +159,10 @@ def test_a_sedan_in_the_middle_of_all_ranges_is_the_one_of_the_facts():
     assert hood[:, 2].max() == pytest.approx(0.95, abs=0.01)  # rear
     deck = points[(points[:, 0] < -2.0) & (points[:, 2] > 0.9)]
     assert deck[:, 2] == pytest.approx(1.0, abs=0.01)
-    # The rear window meets the deck 0.55 to 0.70 m before the bumper.
+    # The rear window reaches the deck 0.55 to 0.70 m before the bumper.
     back = glass.planes[(glass.part == Part.GREENHOUSE) & (glass.planes[:, 0] < -0.1)][0]
     assert 0.55 <= (back[3] - back[2] * 1.0) / back[0] + 2.35 <= 0.70
-    # Corners rounded by 0.30 to 0.40 m: the first flat of two that stand for the arc is tangent at 30 degrees.
+    # Corners rounded by 0.30 to 0.40 m: the first of the two facets of the arc is tangent at 30 degrees.
     radius = (0.91 - np.abs(bumper[:, 1]).max()) / (1 - np.tan(np.pi / 12))
     assert 0.30 <= radius <= 0.40
     wheels = [corners(piece.planes) for piece in body(Kind.CAR) if piece.part[0] == Part.WHEEL]
@@ -175,7 +175,7 @@ def test_a_sedan_in_the_middle_of_all_ranges_is_the_one_of_the_facts():
 @pytest.mark.parametrize("kind", [Kind.CAR, Kind.SUV, Kind.VAN, Kind.TRUCK, Kind.TRAILER_TRUCK, Kind.BUS])
 @given(seed=seeds, actor=actors)
 @settings(deadline=None, max_examples=20)
-def test_mirrors_stick_out_by_12_to_22_cm(kind, seed, actor):
+def test_mirrors_protrude_by_12_to_22_cm(kind, seed, actor):
     length, width, _ = SHAPES[kind].size
     solids = body(kind, None, actor, seed=seed)
     mirrors = [corners(piece.planes) for piece in solids if piece.part[0] == Part.MIRROR]
@@ -186,12 +186,12 @@ def test_mirrors_stick_out_by_12_to_22_cm(kind, seed, actor):
         assert 0.12 <= np.abs(points[:, 1]).max() - width / 2 <= 0.22
         assert points[:, 0].mean() > 0.1 * length
         assert 0.9 < points[:, 2].mean() < 2.2
-    # Nothing floats: a mirror begins inside the box of the vehicle, at glass or body.
+    # A mirror is attached: it begins inside the box of the vehicle, at glass or body.
     assert all(np.abs(points[:, 1]).min() < width / 2 for points in mirrors)
 
 
-def test_one_looks_through_under_a_trailer():
-    """Fails when the load body reaches down to the bumper: half of the paper's trucks would be boxes."""
+def test_space_under_a_trailer_is_open():
+    """Fails if the load body reaches down to the bumper."""
     bodies = body(Kind.TRAILER_TRUCK)
     low_across = [
         points
@@ -209,7 +209,7 @@ def test_one_looks_through_under_a_trailer():
 @pytest.mark.parametrize("kind", GLAZED)
 @given(seed=seeds, actor=actors, depth=st.floats(0.3, 1.0))
 @settings(deadline=None, max_examples=15)
-def test_the_interior_lies_inside_the_glass(kind, seed, actor, depth):
+def test_interior_lies_inside_the_glass(kind, seed, actor, depth):
     solids = body(kind, None, actor, seed=seed, glass=Glass(interior_depth_m=depth))
     glass = next(piece for piece in solids if Part.GREENHOUSE in piece.part)
     panes = glass.planes[glass.part == Part.GREENHOUSE]
@@ -218,15 +218,15 @@ def test_the_interior_lies_inside_the_glass(kind, seed, actor, depth):
     for points in inner:
         assert np.max(points @ panes[:, :3].T - panes[:, 3]) < -0.02
         assert np.all((points @ glass.planes[:, :3].T - glass.planes[:, 3])[:, glass.planes[:, 2] > -0.9] < 1e-9)
-    # The seats begin this far behind the windscreen, at any height.
+    # The seats begin at this depth behind the windscreen, at any height.
     windscreen = panes[panes[:, 0] > 0.1][0]
     seats = inner[0]
     assert np.min(windscreen[3] - seats @ windscreen[:3]) == pytest.approx(depth * windscreen[0], abs=1e-6)
 
 
-def test_only_panes_let_light_through_and_only_the_interior_is_inner():
+def test_only_panes_transmit_light_and_only_the_interior_is_inner():
     for kind in VEHICLES:
-        bodies = place(Thing(0, 0, kind=kind), glass=Glass(transmission=0.7))
+        bodies = place(ActorSpec(0, 0, kind=kind), glass=Glass(transmission=0.7))
         through = bodies.plane_transmission > 0.0
         np.testing.assert_array_equal(through, bodies.plane_part == Part.GREENHOUSE)
         assert bodies.plane_transmission[through] == pytest.approx(0.49)
@@ -235,8 +235,8 @@ def test_only_panes_let_light_through_and_only_the_interior_is_inner():
         assert through.any() == inner.any() == (kind in GLAZED)
 
 
-def test_pillars_stand_out_of_the_panes_by_millimetres():
-    """Fails when the slices between the doors are hidden by the glass, or are walls of their own."""
+def test_pillars_protrude_from_the_panes_by_millimetres():
+    """Fails if glass hides the pillars between the doors, or if they protrude too far."""
     solids = body(Kind.SUV)
     glass = next(piece for piece in solids if Part.GREENHOUSE in piece.part)
     left = glass.planes[(glass.part == Part.GREENHOUSE) & (glass.planes[:, 1] > 0.1)][0]
@@ -255,7 +255,7 @@ def test_pillars_stand_out_of_the_panes_by_millimetres():
 
 def test_reflectivity_is_that_of_paint_glass_rubber_and_seats():
     glass = Glass(pane_reflectivity=0.07, interior_reflectivity=0.25)
-    bodies = place(Thing(0, 0, paint=0.03), Thing(0, 0, kind=Kind.VAN, paint=0.7), glass=glass)
+    bodies = place(ActorSpec(0, 0, paint=0.03), ActorSpec(0, 0, kind=Kind.VAN, paint=0.7), glass=glass)
     owner = np.repeat([0, 1], np.diff(bodies.solid_plane[bodies.body_solid]))
     painted = np.isin(bodies.plane_part, [Part.BODY, Part.MIRROR])
     np.testing.assert_array_equal(bodies.plane_reflectivity[painted], np.array([0.03, 0.7])[owner[painted]])
@@ -275,12 +275,12 @@ def test_impossible_glass_is_refused(wrong):
         Glass(**wrong)
 
 
-# ---- draws and the shop
+# ---- draws and the factory
 
 
-def test_a_body_depends_on_seed_and_actor_alone():
-    """Fails when the order of actors, their number, or their paint leads into their proportions."""
-    car, other = Thing(0, 0, id=7), Thing(9, 9, kind=Kind.BUS, id=3)
+def test_body_depends_only_on_seed_and_actor():
+    """Fails if order, number or paint of the actors changes the proportions."""
+    car, other = ActorSpec(0, 0, id=7), ActorSpec(9, 9, kind=Kind.BUS, id=3)
     alone = pieces(place(car, seed=5), 0)
     last = pieces(place(other, replace(other, id=4), replace(car, paint=0.1), seed=5), 2)
     assert len(alone) == len(last)
@@ -289,7 +289,7 @@ def test_a_body_depends_on_seed_and_actor_alone():
         assert not np.array_equal(changed.planes, place(car, seed=5).planes)
 
 
-def test_draws_reach_over_their_whole_range():
+def test_draws_cover_their_whole_range():
     drawn = np.array([Draw(9, actor)(2.0, 3.0) for actor in range(1000)])
     assert drawn.min() < 2.02
     assert drawn.max() > 2.98
@@ -298,13 +298,13 @@ def test_draws_reach_over_their_whole_range():
     assert Draw(9 + 2**64, 4)(2.0, 3.0) == drawn[4]
 
 
-def test_a_shop_gives_what_a_new_one_would_whoever_was_there_before():
-    """Fails when a body is taken from the cache for another actor, size or paint, or an offset is off by one."""
-    things = [Thing(5, 1, kind=kind, id=number, paint=0.3) for number, kind in enumerate(Kind, start=1)]
-    rounds = [things[:4], things[2:], [], [replace(things[3], paint=0.6), replace(things[2], size=(5.0, 1.9, 1.7))]]
-    shop = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=2)
-    for present in [*rounds, things, things]:
-        kept, fresh = shop.place(world(*present)), place(*present, seed=2)
+def test_cached_bodies_equal_those_of_a_new_factory():
+    """Fails if the cache returns a body of another actor, size or paint, or if an offset is off by one."""
+    specs = [ActorSpec(5, 1, kind=kind, id=number, paint=0.3) for number, kind in enumerate(Kind, start=1)]
+    rounds = [specs[:4], specs[2:], [], [replace(specs[3], paint=0.6), replace(specs[2], size=(5.0, 1.9, 1.7))]]
+    factory = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=2)
+    for present in [*rounds, specs, specs]:
+        kept, fresh = factory.place(world(*present)), place(*present, seed=2)
         for name in Bodies.__dataclass_fields__:
             np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name), strict=True)
         assert len(kept) == len(present)
@@ -313,16 +313,16 @@ def test_a_shop_gives_what_a_new_one_would_whoever_was_there_before():
 
 @given(ego_yaw=st.floats(-3, 3), yaw=st.floats(-3, 3), x=st.floats(-50, 50), y=st.floats(-50, 50))
 @settings(deadline=None, max_examples=20)
-def test_poses_and_motions_are_turned_into_the_ego_frame(ego_yaw, yaw, x, y):
-    thing = Thing(x, y, yaw, velocity=(8.0, -2.0), acceleration=(1.0, 3.0), yaw_rate=0.2)
+def test_poses_and_motions_are_transformed_to_the_ego_frame(ego_yaw, yaw, x, y):
+    spec = ActorSpec(x, y, yaw, velocity=(8.0, -2.0), acceleration=(1.0, 3.0), yaw_rate=0.2)
     ego = replace(STILL, x=4.0, y=-3.0, yaw=ego_yaw)
-    shop = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=None)
-    bodies = shop.place(world(thing, ego=ego))
+    factory = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=None)
+    bodies = factory.place(world(spec, ego=ego))
     turn = np.exp(-1j * ego_yaw)
     for array, (a, b) in {
         "pose_ego": (x - 4.0, y + 3.0),
-        "velocity_ego": thing.velocity,
-        "acceleration_ego": thing.acceleration,
+        "velocity_ego": spec.velocity,
+        "acceleration_ego": spec.acceleration,
     }.items():
         expected = (a + 1j * b) * turn
         np.testing.assert_allclose(getattr(bodies, array)[0, :2], [expected.real, expected.imag], atol=1e-12)

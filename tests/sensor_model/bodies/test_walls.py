@@ -1,4 +1,4 @@
-"""Static things as the sensor sees them: where their faces are, and what they hide and leave open."""
+"""Static obstacles in the scan: positions of their faces, and occlusion."""
 
 import math
 from dataclasses import fields
@@ -11,7 +11,7 @@ from support.sensor_scenes import (
     CENTRE_RAY,
     LUX_RIG,
     PLAIN,
-    Thing,
+    ActorSpec,
     ahead,
     one_unit_rig,
     only,
@@ -22,8 +22,8 @@ from support.sensor_scenes import (
     world,
 )
 
-from sensor_model.bodies.walls import STRIDE, Vicinity, walls_of
-from sensor_model.kernels.culling import reach_of_rig
+from sensor_model.bodies.walls import STRIDE, NearbyWalls, walls_of
+from sensor_model.kernels.culling import rig_reach
 from sensor_model.kernels.records import EgoDrive
 from sensor_model.lidar import Lidar
 from sensor_model.noise.noise_config import NoiseConfig
@@ -34,16 +34,16 @@ from sim.obstacles import build, obstacles
 from sim.world import Kind, Obstacles
 
 FRONT_UNITS_X = 3.55 - 1.385
-"""[m] Of the two units that look ahead, at a height of 0.55 m."""
+"""[m] Position of the two forward units, at a height of 0.55 m."""
 
 
-def street(*things):
-    """Obstacles of (kind, points, sizes)."""
-    return obstacles([p for kind, points, sizes in things for p in build(kind, np.array(points, float), **sizes)])
+def street(*specs):
+    """Return obstacles of (kind, points, sizes)."""
+    return obstacles([p for kind, points, sizes in specs for p in build(kind, np.array(points, float), **sizes)])
 
 
 def on_obstacles(scene):
-    """First echoes from obstacles, and their layers."""
+    """Return the first echoes from obstacles, and their layers."""
     seen, truth = scene
     rows = np.flatnonzero((truth.part == Part.OBSTACLE) & (seen.echo == 0))
     return seen.points_ego[rows].astype(float), seen.layer[rows]
@@ -52,7 +52,7 @@ def on_obstacles(scene):
 # ---- faces
 
 
-def test_each_side_is_a_face_with_its_polygon_s_edges():
+def test_each_side_of_a_polygon_is_a_face_with_its_heights():
     square = np.array([[0.0, 0], [2, 0], [2, 2], [2, 2], [0, 2]])
     walls = walls_of(Obstacles.from_polygons([square, square[:2]], [3.0, 1.0], [0.2, 0.4], [0.0, 0.5]))
     assert walls.ends.tolist() == [[0, 0, 2, 0], [2, 0, 2, 2], [2, 2, 0, 2], [0, 2, 0, 0], [0, 0, 2, 0]]
@@ -67,13 +67,13 @@ def test_no_obstacles_no_faces():
     assert len(walls.seen_from(np.zeros(3))) == 0
 
 
-def test_seen_from_a_pose_a_face_is_turned_back():
+def test_faces_are_transformed_to_the_frame_of_a_pose():
     walls = walls_of(wall((10.0, 5.0), (10.0, 8.0))).seen_from(np.array([10.0, 2.0, math.pi / 2]))
-    assert walls.ends == pytest.approx(np.array([[3.0, 0.0, 6.0, 0.0]]))  # north of an ego that looks north
+    assert walls.ends == pytest.approx(np.array([[3.0, 0.0, 6.0, 0.0]]))  # north of an ego that heads north
     assert walls.z.tolist() == [[0.0, 3.0]]
 
 
-# ---- what is seen of them
+# ---- visibility
 
 
 def test_a_pole_is_seen_by_several_layers_at_its_place_and_size():
@@ -87,8 +87,8 @@ def test_a_pole_is_seen_by_several_layers_at_its_place_and_size():
     assert 0.25 < np.ptp(points[:, 1]) < 0.43
 
 
-def test_a_guard_rail_is_seen_through_below_and_above():
-    """The top layer passes over a rail at 20 m, the lowest one under it between its posts; the third meets it."""
+def test_beams_pass_below_and_above_a_guard_rail():
+    """The top layer passes over a rail at 20 m, the lowest one under it between its posts; the third hits it."""
     rail = ("guard-rail", [(FRONT_UNITS_X + 20, -9.0), (FRONT_UNITS_X + 20, 9.0)], {})
     house = ("building", [(FRONT_UNITS_X + 21.5, -30.0), (FRONT_UNITS_X + 21.5, 30.0)], {})
     points, layer = on_obstacles(scan(obstacles=street(rail, house)))
@@ -98,10 +98,10 @@ def test_a_guard_rail_is_seen_through_below_and_above():
     assert behind[layer == 3].all()
     assert not behind[layer == 2].any()
     below = behind[layer == 0]
-    assert 0.5 < below.mean() < 1.0, "some beams meet a post"
+    assert 0.5 < below.mean() < 1.0, "some beams hit a post"
 
 
-def test_what_floats_hides_nothing_below_it():
+def test_raised_wall_hides_no_object_below_it():
     car, corners = ahead(10.0), [(8.0, -9.0), (8.0, 9.0)]
     free, _ = scan(car)
     under, _ = scan(car, obstacles=street(("wall", corners, {"base": 2.0, "height": 4.0})))
@@ -110,12 +110,12 @@ def test_what_floats_hides_nothing_below_it():
     assert not (behind.actor_id >= 0).any()
 
 
-# ---- which of them count
+# ---- walls within reach
 
 
 ALL_NOISE = only(*(field.name for field in fields(NoiseConfig)))
 HEADS_ON = small_unit([Fan((0,), 45.0, -45.0, 7.5, (100.0,))], (0.0,), range_max_m=60.0, reference_range_m=1000.0)
-"""A unit that sees level, and even what a mirror shows as far as its range."""
+"""A unit with level beams, sensitive enough for mirror images up to its range."""
 
 WALL = st.tuples(st.floats(-280, 280), st.floats(-280, 280), st.floats(0.1, 300), st.floats(-4, 4), st.floats(0.1, 20))
 STEP = st.tuples(st.floats(-40, 40), st.floats(-40, 40), st.floats(-1, 1))
@@ -125,14 +125,14 @@ LIMIT = st.tuples(st.floats(-4, 4), st.sampled_from((-1.0, 0.0, 1.0)) | st.float
 
 
 def at_the_limit(place, limits):
-    """Walls across what a LUX at a place sees 200 m away, of (bearing, how much farther) each, as `town` takes them."""
+    """Yield walls for `town` across the view of a LUX, 200 m away plus an excess, each of (bearing, excess)."""
     for bearing, beyond in limits:
         cos, sin, far = math.cos(bearing), math.sin(bearing), 200.0 + beyond
         yield place[0] + far * cos + 30.0 * sin, place[1] + far * sin - 30.0 * cos, 60.0, bearing + math.pi / 2, 9.0
 
 
 def town(sides):
-    """Walls of (x, y, length, direction, height), from x, y on; those of the same corner cross each other."""
+    """Return walls of (x, y, length, direction, height), each starting at x, y."""
     ends = [((x, y), (x + length * math.cos(a), y + length * math.sin(a))) for x, y, length, a, _ in sides]
     return Obstacles.from_polygons([np.array(pair) for pair in ends], [side[-1] for side in sides])
 
@@ -143,16 +143,18 @@ def reversed_order(obstacles):
 
 
 def drive(poses):
-    """Frames of a fast ego at each of these poses, between the same two cars; the one beside it is a mirror."""
+    """Yield frames of a fast ego at each pose, between the same two cars; the one beside it acts as a mirror."""
     for index, (x, y, yaw) in enumerate(poses):
         cos, sin = math.cos(yaw), math.sin(yaw)
-        cars = [Thing(x + cos * a - sin * b, y + sin * a + cos * b, yaw, id=id) for a, b, id in ((9, 0, 1), (4, -3, 2))]
-        ego = Thing(x, y, yaw, velocity=(30.0 * cos, 30.0 * sin), acceleration=(-3.0, 1.0), yaw_rate=0.3)
+        cars = [
+            ActorSpec(x + cos * a - sin * b, y + sin * a + cos * b, yaw, id=id) for a, b, id in ((9, 0, 1), (4, -3, 2))
+        ]
+        ego = ActorSpec(x, y, yaw, velocity=(30.0 * cos, 30.0 * sin), acceleration=(-3.0, 1.0), yaw_rate=0.3)
         yield world(*cars, ego=ego, index=index)
 
 
 def scans(obstacles, poses, *, all_walls=False):
-    """All that a LIDAR says of a drive, with its truth; it can be made to go through all walls of the world."""
+    """Return all scan and truth fields of a drive, optionally with culling of walls disabled."""
     with pytest.MonkeyPatch.context() as patch:
         if all_walls:
             patch.setattr(Raycaster, "reach", lambda *_: math.inf)
@@ -170,8 +172,8 @@ def assert_same(some, others):
     sides=st.lists(WALL, max_size=20), limits=st.lists(LIMIT, max_size=9), steps=st.lists(STEP, min_size=1, max_size=4)
 )
 @settings(deadline=None, max_examples=40)
-def test_walls_out_of_reach_change_nothing(sides, limits, steps):
-    """Fails when a wall that a beam may meet, straight on or by a mirror, is left out, or when walls change order."""
+def test_culling_of_walls_changes_no_scan(sides, limits, steps):
+    """Fails if culling drops a wall that a beam may hit, directly or by a mirror, or changes the order of walls."""
     poses = np.cumsum(steps, axis=0)
     obstacles = town([*sides, *at_the_limit(poses[-1], limits)])
     assert_same(scans(obstacles, poses), scans(obstacles, poses, all_walls=True))
@@ -179,8 +181,8 @@ def test_walls_out_of_reach_change_nothing(sides, limits, steps):
 
 @given(seed=st.integers(0, 1000))
 @settings(deadline=None, max_examples=10)
-def test_the_order_of_obstacles_changes_nothing(seed):
-    """Fails when something depends on a wall's number. No two walls coincide here: of such the first is met."""
+def test_order_of_obstacles_changes_no_scan(seed):
+    """Fails if results depend on a wall's index. Here no walls coincide; of coinciding walls the first is hit."""
     rng = np.random.default_rng(seed)
     low, high = (-100, -100, 5, -3, 1), (100, 100, 60, 3, 9)
     obstacles, poses = town(rng.uniform(low, high, (60, 5)).tolist()), [(0.0, 0.0, 0.1), (15.0, 2.0, 0.3)]
@@ -189,45 +191,45 @@ def test_the_order_of_obstacles_changes_nothing(seed):
 
 @pytest.mark.parametrize(("beyond", "seen"), [(-0.01, True), (0.0, False), (0.01, False)])
 @pytest.mark.parametrize("x", [0.0, STRIDE, STRIDE + 1.0])
-def test_a_wall_counts_up_to_the_range_of_a_unit_where_it_fires(x, beyond, seen):
-    """The unit is ahead of the ego's middle, and fires late: fails when either is left out of its reach."""
+def test_wall_is_seen_up_to_the_range_of_a_unit_at_its_firing_position(x, beyond, seen):
+    """The unit is ahead of the ego's centre and fires late: fails if the reach omits either."""
     rig = one_unit_rig(HEADS_ON, x=3.0, phase_ms=40.0)
     at = x + 3.0 + 0.04 * 25.0 + 60.0 + beyond
     lidar = Lidar(rig, PLAIN, CENTRE_RAY, 1, wall((at, -0.1), (at, 0.1)))
     for index, place in enumerate((0.0, x)):
-        points, truth = lidar.scan(world(ego=Thing(place, 0.0, velocity=(25.0, 0.0)), index=index))
+        points, truth = lidar.scan(world(ego=ActorSpec(place, 0.0, velocity=(25.0, 0.0)), index=index))
     assert len(points) == seen
     assert (truth.part == Part.OBSTACLE).all()
 
 
 @pytest.mark.parametrize("x", [0.0, STRIDE])
-def test_a_wall_counts_if_it_is_seen_in_a_mirror_alone(x):
-    """A beam 15 degrees to the left meets a truck's flank, and from there a wall between two other beams."""
+def test_wall_seen_only_in_a_mirror_is_kept(x):
+    """A beam 15 degrees to the left hits a truck's flank, and from there a wall between two other beams."""
     lidar = Lidar(one_unit_rig(HEADS_ON), only("ghost"), CENTRE_RAY, 1, wall((x + 57.9, -14.0), (x + 57.9, -8.0)))
     for index, place in enumerate((0.0, x)):
-        truck = Thing(place + 10.0, 3.5, kind=Kind.TRUCK, size=(20.0, 2.5, 4.0))
-        _, truth = lidar.scan(world(truck, ego=Thing(place, 0.0), index=index))
+        truck = ActorSpec(place + 10.0, 3.5, kind=Kind.TRUCK, size=(20.0, 2.5, 4.0))
+        _, truth = lidar.scan(world(truck, ego=ActorSpec(place, 0.0), index=index))
     assert not (truth.part == Part.OBSTACLE).any()
     ghosts = truth.true_range[truth.cause == Cause.GHOST]
     assert ghosts == pytest.approx([57.9 / math.cos(math.radians(15.0))], abs=2e-3)
 
 
-def test_the_reach_of_a_rig_is_that_of_its_farthest_beam():
-    """5 m ahead of the middle, 0.1 s early or late: 3 m by speed, 0.05 m by acceleration, 0.1 m by turning."""
+def test_reach_of_a_rig_is_that_of_its_farthest_beam():
+    """5 m from the centre, 0.1 s early or late: 3 m by speed, 0.05 m by acceleration, 0.1 m by turning."""
     origin = np.array([[0.0, 0.0, 1.0], [3.0, 4.0, 0.5]])
     turning = EgoDrive(30.0, 0.0, 0.0, -10.0, -0.2)
-    assert reach_of_rig(origin, np.array([50.0, 60.0]), 0.1, turning) == pytest.approx(5.0 + 60.0 + 3.0 + 0.05 + 0.1)
-    assert reach_of_rig(origin, np.array([70.0, 60.0]), 0.1, turning) == pytest.approx(70.0 + 3.0 + 0.05)
+    assert rig_reach(origin, np.array([50.0, 60.0]), 0.1, turning) == pytest.approx(5.0 + 60.0 + 3.0 + 0.05 + 0.1)
+    assert rig_reach(origin, np.array([70.0, 60.0]), 0.1, turning) == pytest.approx(70.0 + 3.0 + 0.05)
 
 
-def test_walls_around_are_near_or_long_and_keep_their_order():
-    """A noise barrier passes near by, its middle is far; what is as far as that is not kept."""
+def test_nearby_walls_are_near_or_long_and_keep_their_order():
+    """A long noise barrier passes near by although its middle is far; a short wall at that distance is dropped."""
     barrier, far, near = ((-20.0, 30.0), (400.0, 30.0)), ((190.0, 40.0), (191.0, 40.0)), ((5.0, 5.0), (6.0, 5.0))
-    vicinity = Vicinity(walls_of(walls(far, barrier, far, near)))
+    nearby = NearbyWalls(walls_of(walls(far, barrier, far, near)))
     pose = np.zeros(3)
-    around = vicinity.seen_from(pose, 50.0)
+    around = nearby.seen_from(pose, 50.0)
     assert around.ends.tolist() == [[-20, 30, 400, 30], [5, 5, 6, 5]]
     pose[0] = 140.0
-    assert len(vicinity.seen_from(pose, 50.0)) == 3, "the ego came to the others, and left one"
+    assert len(nearby.seen_from(pose, 50.0)) == 3, "the ego approached the others and left one"
     pose[0] = 0.0
-    assert len(vicinity.seen_from(pose, 50.0)) == 2, "and went back"
+    assert len(nearby.seen_from(pose, 50.0)) == 2, "and returned"

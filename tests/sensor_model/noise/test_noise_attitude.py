@@ -1,4 +1,4 @@
-"""The motion of the ego's body against its spectrum."""
+"""Attitude of the ego's body: statistics and spectrum."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ FRAME_S = 0.08
 
 
 def angles_deg(config, times, seed=3):
-    """(N, 2) pitch and roll [deg]."""
+    """Return (N, 2) pitch and roll [deg]."""
     attitude = Attitude(config, Draws(seed, BEAMS))
     R = np.array([attitude.at(time) for time in times])
     return Rotation.from_matrix(R).as_euler("YXZ", degrees=True)[:, :2]
@@ -30,15 +30,15 @@ def test_pitch_and_roll_have_their_sigmas_and_no_mean(start):
     assert abs(np.corrcoef(angles.T)[0, 1]) < 0.1
 
 
-def test_it_is_gaussian_over_runs():
-    """At one instant of 800 runs: variance and kurtosis. Fails when phases are not random."""
+def test_attitude_is_gaussian_over_runs():
+    """At one instant of 800 runs: variance and kurtosis. Fails if phases are not random."""
     pitch = np.array([angles_deg(ON, [7.0], seed)[0, 0] for seed in range(800)]) / 0.5
     assert abs(pitch.mean()) < 4 / np.sqrt(800)
     assert pitch.std() == pytest.approx(1.0, rel=4 / np.sqrt(1600))
     assert np.mean(pitch**4) == pytest.approx(3.0, abs=4 * np.sqrt(96 / 800))
 
 
-def test_the_power_is_evenly_in_the_band():
+def test_power_is_uniform_in_the_band():
     pitch = angles_deg(ON, 0.04 * np.arange(20000))[:, 0]
     frequency, density = scipy.signal.welch(pitch, fs=25.0, nperseg=512)
     inside = (frequency > 0.45) & (frequency < 2.55)
@@ -47,8 +47,8 @@ def test_the_power_is_evenly_in_the_band():
     assert halves[0] == pytest.approx(halves[1], rel=0.25)
 
 
-def test_the_motion_is_continuous_and_does_not_repeat():
-    """A step of 1 ms turns the body by at most its fastest rate; a grid of frequencies would repeat after 32 s."""
+def test_motion_is_continuous_and_does_not_repeat():
+    """A step of 1 ms rotates the body by at most its fastest rate; a grid of frequencies would repeat after 32 s."""
     times = np.arange(0.0, 3.0, 0.001)
     steps = np.abs(np.diff(angles_deg(ON, times), axis=0)).max(axis=0)
     assert np.all(steps < 2 * np.pi * 2.5 * 0.001 * np.array([0.5, 0.8]) * 4)
@@ -73,5 +73,5 @@ def test_constant_pitch_is_nose_down_and_constant_roll_right_side_down():
     assert left[2] == pytest.approx(np.sin(np.deg2rad(2.0)) * np.cos(np.deg2rad(1.0)))
 
 
-def test_without_it_the_ego_is_level():
+def test_ego_is_level_if_disabled():
     assert np.array_equal(Attitude(AttitudeNoise(pitch_deg=1.0), Draws(3, BEAMS)).at(5.0), np.eye(3))

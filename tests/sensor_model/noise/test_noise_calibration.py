@@ -1,4 +1,4 @@
-"""Where the units really are, and which points show it."""
+"""Calibration errors of the units, and doubled points."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.noise_scenes import BEAMS, RIG
 
-from sensor_model.noise.calibration import doubled, sync_jitter, true_mounts
+from sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
 from sensor_model.noise.noise_config import CalibrationError
 from sensor_model.noise.random_draws import Draws
 from sensor_model.rig.beams import beam_table, unit_table
@@ -16,7 +16,7 @@ UNITS = BEAMS.units
 
 
 def errors(config, seeds=1500):
-    """Shifts [m] and rotation vectors [deg] in the unit's frame of all units over many runs."""
+    """Return translations [m] and rotation vectors [deg] in the unit's frame, of all units over many runs."""
     shift, turn = [], []
     for seed in range(seeds):
         origin, R_ego_unit = true_mounts(config, UNITS, Draws(seed, BEAMS))
@@ -26,8 +26,8 @@ def errors(config, seeds=1500):
     return np.concatenate(shift), np.concatenate(turn)
 
 
-def test_mount_errors_have_their_sigmas_in_the_units_own_axes():
-    """Roll, pitch and yaw told apart; 9000 draws, four standard errors."""
+def test_mount_errors_have_their_sigmas_in_the_unit_frame():
+    """Separate roll, pitch and yaw; 9000 draws, four standard errors."""
     config = replace(ON, yaw_sigma_deg=0.1, pitch_sigma_deg=0.2, roll_sigma_deg=0.3)
     shift, turn = errors(config)
     tolerance = 4 / np.sqrt(2 * len(shift))
@@ -38,7 +38,7 @@ def test_mount_errors_have_their_sigmas_in_the_units_own_axes():
     assert np.abs(correlation).max() < 4.5 / np.sqrt(len(shift))
 
 
-def test_mounts_are_rotations_and_hold_for_the_run():
+def test_mounts_are_rotations_and_constant_over_a_run():
     origin, R_ego_unit = true_mounts(ON, UNITS, Draws(3, BEAMS))
     np.testing.assert_allclose(R_ego_unit @ np.swapaxes(R_ego_unit, 1, 2), np.tile(np.eye(3), (6, 1, 1)), atol=1e-12)
     again = true_mounts(ON, UNITS, Draws(3, BEAMS))
@@ -46,7 +46,7 @@ def test_mounts_are_rotations_and_hold_for_the_run():
     assert np.array_equal(R_ego_unit, again[1])
 
 
-def test_without_it_mounts_and_times_are_exact():
+def test_mounts_and_times_are_exact_if_disabled():
     origin, R_ego_unit = true_mounts(CalibrationError(), UNITS, Draws(3, BEAMS))
     assert np.array_equal(origin, UNITS.origin_ego)
     assert np.array_equal(R_ego_unit, UNITS.R_ego_unit)
@@ -62,7 +62,7 @@ def test_sync_jitter_is_drawn_for_each_frame_and_unit():
     assert abs(np.corrcoef(jitter[1:, 0], jitter[:-1, 0])[0, 1]) < 4.5 / np.sqrt(2000)
 
 
-def test_another_unit_changes_nothing_for_the_others():
+def test_added_unit_does_not_change_the_others():
     more = replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another")))
     draws, draws_more = Draws(3, BEAMS), Draws(3, beam_table(more))
     for before, after in zip(true_mounts(ON, UNITS, draws), true_mounts(ON, unit_table(more), draws_more), strict=True):
@@ -70,16 +70,16 @@ def test_another_unit_changes_nothing_for_the_others():
     assert np.array_equal(sync_jitter(ON, 6, 4, draws), sync_jitter(ON, 7, 4, draws_more)[:6])
 
 
-def test_a_point_is_doubled_if_it_is_out_of_place_on_an_actor_that_two_units_see():
-    """Actor 0 is seen by units 0 and 1, actor 1 by unit 0 only; -1 is nobody."""
+def test_displaced_points_on_actors_seen_by_two_units_are_doubled():
+    """Actor 0 is seen by units 0 and 1, actor 1 by unit 0 only; -1 means no actor."""
     actor = np.array([0, 0, 0, 1, 1, -1])
     unit = np.array([0, 0, 1, 0, 0, 1], np.uint8)
     displacement = np.array([0.06, 0.04, 0.0, 0.06, 0.07, 0.5])
-    result = doubled(ON, displacement, unit, actor, 2)
+    result = doubled_points(ON, displacement, unit, actor, 2)
     assert result.tolist() == [True, False, False, False, False, False]
-    assert doubled(ON, np.empty(0), np.empty(0, np.uint8), np.empty(0, np.int64), 0).tolist() == []
+    assert doubled_points(ON, np.empty(0), np.empty(0, np.uint8), np.empty(0, np.int64), 0).tolist() == []
 
 
-def test_a_yaw_error_displaces_far_points_more():
-    """0.1 deg at 30 m is 5.2 cm: the default limit is about what a sigma of yaw does there."""
+def test_yaw_error_displaces_far_points_more():
+    """0.1 deg at 30 m is 5.2 cm: about the default limit for one sigma of yaw."""
     assert pytest.approx(np.deg2rad(ON.yaw_sigma_deg) * 30.0, rel=0.05) == ON.doubled_beyond_m

@@ -1,4 +1,4 @@
-"""False alarms and rain against their statistics, and what becomes of echoes that meet in a beam."""
+"""False alarms and rain: statistics, and merging of echoes in a beam."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from support import naive_noise
 from support.noise_scenes import ALL, BEAMS, HARD, RIG, returns, thresholds, within
 
 from sensor_model.kernels.noise import rare_beams, separate_echoes
-from sensor_model.noise.clutter_mixing import faint, merge, unit_beams
+from sensor_model.noise.clutter_mixing import merge, unit_beams, weak_clutter
 from sensor_model.noise.false_alarms import false_alarms
 from sensor_model.noise.noise_config import (
     Dirt,
@@ -40,12 +40,12 @@ KEY = np.array([5, 0], np.uint32)
 def of(beam, range_, part=Part.NONE, cause=Cause.FALSE_ALARM, beams=BEAMS):
     beam = np.asarray(beam, np.int64)
     labelled = np.zeros(len(beam), np.bool_)
-    return faint(beam, np.asarray(range_, np.float64), part, cause, labelled, beams, HEALTHY)
+    return weak_clutter(beam, np.asarray(range_, np.float64), part, cause, labelled, beams, HEALTHY)
 
 
 @given(rate=st.sampled_from([1.0, 0.3, 0.01, 1e-6, 1e-300]), frame=st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=30)
-def test_rare_beams_equal_their_naive_twin(rate, frame):
+def test_rare_beams_equal_reference_implementation(rate, frame):
     unit_beam = np.array([0, 7, 7, 30])
     expected = naive_noise.rare_beams(KEY, frame, 6, unit_beam, rate)
     assert rare_beams(KEY, frame, 6, unit_beam, rate).tolist() == expected
@@ -53,8 +53,8 @@ def test_rare_beams_equal_their_naive_twin(rate, frame):
 
 @pytest.mark.parametrize(("rate", "frames"), [(0.02, 400), (1e-4, 20_000)])
 @pytest.mark.parametrize("first", [0, 100_000])
-def test_skipping_gives_independent_beams_of_equal_chance(rate, frames, first):
-    """Skips are geometric: counts are binomial, over frames and over beams. Fails if the first beams get more."""
+def test_geometric_gaps_give_independent_beams_of_equal_probability(rate, frames, first):
+    """Counts are binomial, over frames and over beams. Fails if the first beams are preferred."""
     unit_beam = unit_beams(BEAMS)
     found = [rare_beams(KEY, frame, 6, unit_beam, rate) for frame in range(first, first + frames)]
     total = sum(map(len, found))
@@ -65,14 +65,14 @@ def test_skipping_gives_independent_beams_of_equal_chance(rate, frames, first):
     assert per_frame.var() == pytest.approx(4740 * rate * (1 - rate), rel=5 * np.sqrt(2 / frames + 1 / total))
 
 
-def test_another_unit_moves_no_rare_beam_of_the_others():
+def test_added_unit_changes_no_rare_beam_of_the_others():
     more = beam_table(replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another"))))
     for frame in range(20):
         found = rare_beams(KEY, frame, 6, unit_beams(more), 0.01)
         assert np.array_equal(rare_beams(KEY, frame, 6, unit_beams(BEAMS), 0.01), found[found < len(BEAMS)])
 
 
-def test_false_alarms_are_even_over_range_and_nobodys():
+def test_false_alarms_are_uniform_over_range_and_on_no_actor():
     some = [false_alarms(FalseAlarms(rate=0.05), BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(20)]
     assert within(sum(map(len, some)), 20 * len(BEAMS), 0.05)
     ranges = np.concatenate([each.range for each in some])
@@ -84,8 +84,8 @@ def test_false_alarms_are_even_over_range_and_nobodys():
     lambda thresholds: false_alarms(FalseAlarms(rate=0.2), BEAMS, thresholds, Draws(2, BEAMS), 0),
     lambda thresholds: drops(Rain(True, rate_mm_per_h=100.0), BEAMS, thresholds, Draws(2, BEAMS), 0),
 ])  # fmt: skip
-def test_a_silent_unit_is_silent(make):
-    """Fails when clutter comes from a unit that is out; and its outage moves the others' clutter."""
+def test_silent_unit_has_no_clutter(make):
+    """Fails if a silent unit has clutter, or if its outage changes the clutter of other units."""
     all_units, without = make(HEALTHY), make(SIDE_LEFT_OUT)
     of_others = BEAMS.unit[all_units.beam] != 2
     assert 0 < of_others.sum() < len(all_units)
@@ -94,7 +94,7 @@ def test_a_silent_unit_is_silent(make):
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
-def test_rain_has_its_share_of_drops_at_lognormal_ranges(first):
+def test_drops_have_their_rate_and_lognormal_ranges(first):
     """1.69e-4 per mm/h, log range 1.362 +- 0.784 (TU Darmstadt's fit to a VLP-32); half of them labelled."""
     rain = Rain(True, rate_mm_per_h=20.0)
     some = [drops(rain, BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(first, first + 200)]
@@ -107,20 +107,20 @@ def test_rain_has_its_share_of_drops_at_lognormal_ranges(first):
 
 
 def rained(config):
-    """Drops of 200 frames of heavy rain, all as (frame, beam) in one number."""
+    """Return the drops of 200 frames of heavy rain, each (frame, beam) as one number."""
     rain, need = Rain(True, rate_mm_per_h=100.0), thresholds(config)
     some = [drops(rain, BEAMS, need, Draws(2, BEAMS), frame) for frame in range(200)]
     return np.concatenate([frame * len(BEAMS) + each.beam for frame, each in enumerate(some)])
 
 
-def test_a_blocked_window_sees_no_rain():
-    """Nor does a beam that is lost whatever comes back. Fails when drops come from behind the dirt."""
+def test_blocked_window_sees_no_rain():
+    """Nor does a blind beam. Fails if drops are detected through opaque dirt."""
     blocked = Dirt(True, (DirtSector("*", -180.0, 180.0, transmission=0.0),))
     assert len(rained(NoiseConfig(dropout=HARD, dirt=blocked))) == 0
     assert len(rained(NoiseConfig(dropout=Dropout(random_rate=1.0)))) == 0
 
 
-def test_a_raised_threshold_leaves_its_share_of_the_drops():
+def test_raised_threshold_keeps_its_share_of_the_drops():
     """Dirt of transmission 0.8 and a sun of gain 0.5 leave 0.8^2 0.5 of them, and add none."""
     dirt = Dirt(True, (DirtSector("*", -180.0, 180.0, transmission=0.8),))
     clean = rained(NoiseConfig(dropout=HARD))
@@ -130,14 +130,14 @@ def test_a_raised_threshold_leaves_its_share_of_the_drops():
     assert np.all(np.isin(dull, clean))
 
 
-def test_rain_takes_what_carbonneau_and_wisely_say():
-    """1.076 R^0.67 dB/km: at 1 mm/h a kilometre takes 1.076 dB, at 25 mm/h 9.30 dB."""
+def test_extinction_of_rain_is_that_of_carbonneau_and_wisely():
+    """1.076 R^0.67 dB/km: 1.076 dB per kilometre at 1 mm/h, 9.30 dB at 25 mm/h."""
     assert np.exp(-1000 * extinction(Rain(True, rate_mm_per_h=1.0))) == pytest.approx(10**-0.1076, rel=1e-12)
     assert np.exp(-1000 * extinction(Rain(True, rate_mm_per_h=25.0))) == pytest.approx(10**-0.930, rel=1e-3)
     assert extinction(Rain()) == 0.0
 
 
-def test_rain_leaves_the_false_alarms_as_they_were():
+def test_rain_does_not_change_the_false_alarms():
     before = false_alarms(FalseAlarms(rate=0.1), BEAMS, HEALTHY, Draws(2, BEAMS), 4)
     draws = Draws(2, BEAMS)
     drops(Rain(True), BEAMS, HEALTHY, draws, 4)
@@ -151,7 +151,7 @@ ranges = st.lists(st.floats(0.3, 30.0), max_size=8).map(sorted)
 
 @given(beams=st.lists(ranges, max_size=5), separation=st.floats(0.0, 6.0), echoes_max=st.integers(1, 3))
 @settings(deadline=None, max_examples=200)
-def test_separate_echoes_equal_their_naive_twin(beams, separation, echoes_max):
+def test_separate_echoes_equal_reference_implementation(beams, separation, echoes_max):
     beam = np.repeat(np.arange(len(beams)), [len(each) for each in beams]).astype(np.int64)
     range_ = np.array([r for each in beams for r in each], dtype=np.float64)
     width = 0.3 + range_ % 1.0
@@ -165,7 +165,7 @@ def test_separate_echoes_equal_their_naive_twin(beams, separation, echoes_max):
         np.testing.assert_allclose(np.column_stack([range_[mine], merged[mine]]), np.reshape(expected, (-1, 2)))
 
 
-def test_clutter_takes_its_place_in_the_order_of_beam_and_range():
+def test_merged_clutter_is_ordered_by_beam_and_range():
     merged = merge(returns([3, 8, 8], [20.0, 10.0, 30.0]), [of([8, 2], [20.0, 50.0])], OPEN, BEAMS)
     assert merged.beam.tolist() == [2, 3, 8, 8, 8]
     assert merged.range.tolist() == [50.0, 20.0, 10.0, 20.0, 30.0]
@@ -177,12 +177,12 @@ def test_clutter_takes_its_place_in_the_order_of_beam_and_range():
 
 
 def test_only_the_nearest_echoes_are_kept():
-    """Three a beam: a far surface is lost to the clutter in front of it."""
+    """Three per beam: clutter in front displaces a far surface."""
     merged = merge(returns([8], [40.0]), [of([8, 8, 8], [10.0, 20.0, 30.0])], OPEN, BEAMS)
     assert merged.range.tolist() == [10.0, 20.0, 30.0]
 
 
-def test_an_echo_too_near_to_the_one_before_is_part_of_it():
+def test_echo_too_close_to_the_previous_one_merges_with_it():
     separation = BEAMS.units.echo_separation[0]
     near, far = 20.0 - 0.9 * separation, 20.0 - 1.1 * separation
     assert merge(returns([8], [20.0]), [of([8], [far])], OPEN, BEAMS).range.tolist() == [far, 20.0]
@@ -192,8 +192,8 @@ def test_an_echo_too_near_to_the_one_before_is_part_of_it():
     assert merged.width.tolist() == pytest.approx([20.0 + 0.5 - near])
 
 
-def test_a_surface_hides_drops_but_not_false_alarms():
-    """Also a surface that gave no echo."""
+def test_surface_hides_drops_but_not_false_alarms():
+    """This includes surfaces without an echo."""
     free = OPEN.copy()
     free[[5, 6]] = 15.0
     some = [of([5, 5, 6], [14.0, 16.0, 14.5], Part.DROPLET, Cause.RAIN), of([6], [18.0])]
@@ -202,12 +202,12 @@ def test_a_surface_hides_drops_but_not_false_alarms():
     assert merged.range.tolist() == [14.0, 14.5, 18.0]
 
 
-def test_clutter_beyond_the_limits_of_a_unit_is_not_seen():
+def test_clutter_beyond_the_limits_of_a_unit_is_dropped():
     merged = merge(returns([], []), [of([1, 2, 3], [0.1, 5.0, 250.0], Part.DROPLET, Cause.RAIN)], OPEN, BEAMS)
     assert merged.range.tolist() == [5.0]
 
 
-def test_without_clutter_nothing_changes():
+def test_returns_are_unchanged_without_clutter():
     """Misses stay misses."""
     some = returns([3, 8, 8], [20.0, 10.0, 10.1])
     assert merge(some, [], OPEN, BEAMS) is some
@@ -215,7 +215,7 @@ def test_without_clutter_nothing_changes():
 
 
 def test_beams_without_clutter_keep_their_echoes():
-    """Fails when rows are taken apart from their values."""
+    """Fails if columns are reordered differently."""
     rng = np.random.default_rng(4)
     beam = np.sort(rng.choice(ALL, 2000, replace=False))
     before = returns(beam, rng.uniform(1, 100, 2000))

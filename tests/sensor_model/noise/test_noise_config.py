@@ -1,4 +1,4 @@
-"""Bad strengths are refused in one line that says the remedy; the defaults are what the docs say."""
+"""Noise configuration: one-line errors for invalid values, and documented defaults."""
 
 from dataclasses import fields
 
@@ -10,7 +10,7 @@ from sensor_model.noise.noise_config import NoiseConfig
 NAN, INF = float("nan"), float("inf")
 
 
-def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
+def test_defaults_are_a_healthy_rig_on_a_dry_day():
     config = NoiseConfig()
     on = {field.name for field in fields(config) if getattr(config, field.name).enabled}
     assert on == {"range", "dropout", "mirror", "ghost", "layer_overlap", "false_alarms"}
@@ -20,7 +20,7 @@ def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
 
 
 @pytest.mark.parametrize(
-    ("kind", "values", "says"),
+    ("kind", "values", "pattern"),
     [
         (noise.RangeNoise, {"sigma_scale": -0.1}, "sigma_scale = -0.1: must not be negative; use 0"),
         (noise.RangeNoise, {"sigma_scale": NAN}, "sigma_scale = nan: must not be negative"),
@@ -57,7 +57,7 @@ def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
         (
             noise.AttitudeNoise,
             {"pitch_deg": -6.0, "pitch_sigma_deg": 1.5},
-            r"pitch_sigma_deg = 1.5: \|pitch_deg\| \+ 3 sigma must be at most 10; lower either",
+            r"pitch_sigma_deg = 1.5: \|pitch_deg\| \+ 3 sigma must be at most 10; lower one of them",
         ),
         (noise.AttitudeNoise, {"roll_sigma_deg": 3.5}, r"roll_sigma_deg = 3.5: \|roll_deg\| \+ 3 sigma must be"),
         (noise.AttitudeNoise, {"fastest_hz": 0.5}, "fastest_hz = 0.5: must be above slowest_hz"),
@@ -79,15 +79,15 @@ def test_the_defaults_are_a_healthy_rig_on_a_dry_day():
         (noise.Spray, {"labelled": -1.0}, "labelled = -1.0: must be from 0 to 1"),
     ],
 )
-def test_a_strength_out_of_range_is_refused(kind, values, says):
-    with pytest.raises(ValueError, match=says) as caught:
+def test_value_out_of_range_is_refused(kind, values, pattern):
+    with pytest.raises(ValueError, match=pattern) as caught:
         kind(**values)
     assert "\n" not in str(caught.value)
 
 
 def test_every_kind_with_strengths_has_a_case_above():
-    """Fails when a kind is added whose strengths nobody checks."""
+    """Fails if a kind of noise is added without validated values."""
     kinds = {type(getattr(NoiseConfig(), field.name)) for field in fields(NoiseConfig)}
     with_strengths = {kind for kind in kinds if len(fields(kind)) > 1}
-    marks = test_a_strength_out_of_range_is_refused.pytestmark
+    marks = test_value_out_of_range_is_refused.pytestmark
     assert with_strengths <= {case[0] for mark in marks for case in mark.args[1]}

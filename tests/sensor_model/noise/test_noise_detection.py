@@ -1,4 +1,4 @@
-"""What every beam needs to be seen, against power, geometry and a table of reasons."""
+"""Detection thresholds by power and geometry, and causes of lost beams."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import scipy
 from support.naive_noise import soft_threshold
 from support.noise_scenes import ALL, BEAMS, HARD, NAMES, thresholds, within
 
-from sensor_model.noise.detection import DetectionThresholds, why_lost
+from sensor_model.noise.detection import DetectionThresholds, loss_causes
 from sensor_model.noise.noise_config import Dirt, DirtSector, Dropout, FixedOutage, NoiseConfig, Outage, Sun
 from sensor_model.noise.random_draws import Draws, Purpose
 from sensor_model.noise.thresholds import Thresholds
@@ -25,39 +25,39 @@ def of_frames(dropout, frames, first=0):
     return [detection.thresholds(frame, 0.08 * frame, 0.0) for frame in range(first, first + frames)]
 
 
-def named(needed):
-    """(B,) why an echo that a clean, shaded, working unit would just see is lost, each beam's own."""
-    return why_lost(needed, ALL, needed.own, needed.own)
+def causes(limits):
+    """Return the (B,) causes of loss of echoes at the nominal threshold of each beam."""
+    return loss_causes(limits, ALL, limits.nominal, limits.nominal)
 
 
-def test_soft_thresholds_equal_their_naive_twin():
+def test_soft_thresholds_equal_reference_implementation():
     result = thresholds(NoiseConfig(dropout=Dropout(softness_db=2.0, random_rate=0.1)), frame=9, seed=4)
     for beam in [*range(0, 4740, 37), 4739]:
         own, lost = soft_threshold(
             [4, 0], 9, Purpose.DROPOUT, BEAMS.unit[beam], BEAMS.index[beam], K, softness_db=2.0, random_rate=0.1
         )
-        assert result.own[beam] == pytest.approx(own, rel=1e-12)
-        assert result.threshold[beam] == (np.inf if lost else result.own[beam])
+        assert result.nominal[beam] == pytest.approx(own, rel=1e-12)
+        assert result.threshold[beam] == (np.inf if lost else result.nominal[beam])
         assert result.blind[beam] == (Loss.RANDOM if lost else Loss.THRESHOLD)
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
-def test_the_share_that_returns_rises_with_power_along_a_logistic(first):
-    """10, 50 and 90 % return at -0.5, 0 and +0.5 dB; in between by Kolmogorov and Smirnov. After 1e5 frames too."""
-    own = np.concatenate([each.own for each in of_frames(Dropout(random_rate=0.0), 10, first)])
+def test_detection_probability_rises_with_power_along_a_logistic(first):
+    """10, 50 and 90 % at -0.5, 0 and +0.5 dB; in between a Kolmogorov-Smirnov test. After 1e5 frames too."""
+    own = np.concatenate([each.nominal for each in of_frames(Dropout(random_rate=0.0), 10, first)])
     margin_db = 10 * np.log10(own / K)
     for power_db, share in [(-0.5, 0.1), (0.0, 0.5), (0.5, 0.9)]:
         assert within(np.sum(margin_db <= power_db), len(own), share)
     assert scipy.stats.kstest(margin_db, scipy.stats.logistic(scale=1 / (2 * np.log(9))).cdf).pvalue > 1e-3
 
 
-def test_the_random_floor_takes_its_share():
+def test_random_losses_have_their_rate():
     lost = np.concatenate([np.isinf(each.threshold) for each in of_frames(Dropout(random_rate=0.05), 10)])
     assert within(lost.sum(), len(lost), 0.05)
 
 
-def test_without_noise_the_threshold_is_that_of_the_unit():
-    """The LUX sees 10 % at 50 m: 0.1 / 50^2 = 4e-5. Fails if one frame's losses leak into the next."""
+def test_threshold_is_that_of_the_unit_without_noise():
+    """The LUX detects 10 % at 50 m: 0.1 / 50^2 = 4e-5. Fails if losses of a frame carry over to the next."""
     detection = DetectionThresholds(NoiseConfig(dropout=HARD), BEAMS, Draws(1, BEAMS), NAMES)
     for frame in range(2):
         result = detection.thresholds(frame, 0.08 * frame, 0.0)
@@ -66,24 +66,24 @@ def test_without_noise_the_threshold_is_that_of_the_unit():
         assert np.all(result.firing)
 
 
-def test_dirt_takes_the_power_of_two_passages_from_its_sector_only():
+def test_dirt_attenuates_twice_and_only_in_its_sector():
     result = thresholds(NoiseConfig(dropout=HARD, dirt=HALF))
     azimuth = np.rad2deg(BEAMS.azimuth)
     dirty = (BEAMS.unit == 0) & (azimuth > -5.01) & (azimuth < 10.01)
     assert 100 < dirty.sum() < 200
     assert result.threshold[dirty] == pytest.approx(4e-5 / 0.49)
     assert result.threshold[~dirty] == pytest.approx(4e-5)
-    assert np.array_equal(named(result) == Loss.DIRT, dirty)
-    assert result.own == pytest.approx(4e-5)
+    assert np.array_equal(causes(result) == Loss.DIRT, dirty)
+    assert result.nominal == pytest.approx(4e-5)
 
 
-def test_a_blocked_sector_sees_nothing():
+def test_blocked_sector_has_infinite_thresholds():
     result = thresholds(NoiseConfig(dropout=HARD, dirt=Dirt(True, (DirtSector("*", -5.0, 5.0, 0.0),))))
     assert np.array_equal(np.isinf(result.threshold), np.abs(np.rad2deg(BEAMS.azimuth)) < 5.01)
 
 
 @pytest.mark.parametrize(("sun_deg", "ego_deg"), [(0.0, 0.0), (90.0, 60.0), (-170.0, 170.0), (350.0, 0.0)])
-def test_the_sun_dazzles_the_beams_that_look_at_it(sun_deg, ego_deg):
+def test_sun_reduces_the_gain_of_beams_towards_it(sun_deg, ego_deg):
     sun = Sun(True, azimuth_deg=sun_deg, half_width_deg=15.0, gain=0.6)
     result = thresholds(NoiseConfig(dropout=HARD, sun=sun), ego_yaw=np.deg2rad(ego_deg))
     heading_deg = np.rad2deg(np.arctan2(*BEAMS.direction_ego[:, 1::-1].T)) + ego_deg
@@ -92,11 +92,11 @@ def test_the_sun_dazzles_the_beams_that_look_at_it(sun_deg, ego_deg):
     assert 100 < sunlit.sum() < 1500
     assert result.threshold[sunlit] == pytest.approx(4e-5 / 0.6)
     assert result.threshold[off_deg > 15 + 1e-6] == pytest.approx(4e-5)
-    assert np.all(named(result)[sunlit] == Loss.SUN)
+    assert np.all(causes(result)[sunlit] == Loss.SUN)
 
 
-def test_the_gravest_reason_is_named():
-    """Outage before chance before dirt before sun; the factors of dirt and sun multiply."""
+def test_cause_of_loss_follows_the_order_of_priority():
+    """Outage before random loss before dirt before sun; the factors of dirt and sun multiply."""
     out = Outage(True, mean_uptime_s=1e9, fixed=(FixedOutage("rear left", 0.0, 1.0),))
     config = NoiseConfig(
         dropout=Dropout(softness_db=0.0, random_rate=0.2),
@@ -111,16 +111,16 @@ def test_the_gravest_reason_is_named():
         [Loss.OUTAGE, Loss.RANDOM, Loss.DIRT],
         Loss.SUN,
     )
-    assert np.array_equal(named(result), expected)
+    assert np.array_equal(causes(result), expected)
     assert set(expected) == {Loss.OUTAGE, Loss.RANDOM, Loss.DIRT, Loss.SUN}
-    needed = {Loss.OUTAGE: np.inf, Loss.RANDOM: np.inf, Loss.DIRT: K / 0.25 / 0.6, Loss.SUN: K / 0.6}
-    for loss, threshold in needed.items():
+    limits = {Loss.OUTAGE: np.inf, Loss.RANDOM: np.inf, Loss.DIRT: K / 0.25 / 0.6, Loss.SUN: K / 0.6}
+    for loss, threshold in limits.items():
         assert result.threshold[expected == loss] == pytest.approx(threshold)
     assert np.array_equal(result.firing, expected != Loss.OUTAGE)
 
 
 @pytest.mark.parametrize(
-    ("blind", "passed", "gain", "peak", "dry", "loss"),
+    ("blind", "transmission", "gain", "peak", "dry", "loss"),
     [
         (Loss.THRESHOLD, 1.0, 1.0, 3.0, 3.0, Loss.THRESHOLD),
         (Loss.OUTAGE, 1.0, 1.0, 3.0, 3.0, Loss.THRESHOLD),  # too weak for a working unit
@@ -131,39 +131,39 @@ def test_the_gravest_reason_is_named():
         (Loss.THRESHOLD, 0.0, 1.0, 1e9, 1e9, Loss.DIRT),
         (Loss.THRESHOLD, 1.0, 0.5, 5.0, 5.0, Loss.SUN),
         (Loss.THRESHOLD, 1.0, 1.0, 3.0, 5.0, Loss.RAIN),
-        (Loss.THRESHOLD, 0.5, 1.0, 5.0, 9.0, Loss.RAIN),  # the dirt alone would have let it pass
-        (Loss.THRESHOLD, 0.5, 1.0, 3.0, 5.0, Loss.DIRT),  # the rain alone would have taken it too, but dirt comes first
+        (Loss.THRESHOLD, 0.5, 1.0, 5.0, 9.0, Loss.RAIN),  # detected with dirt alone
+        (Loss.THRESHOLD, 0.5, 1.0, 3.0, 5.0, Loss.DIRT),  # also lost with rain alone, but dirt has priority
         (Loss.OUTAGE, 1.0, 1.0, 3.0, 5.0, Loss.OUTAGE),
-        # Dirt and sun: clean 4 / gain, shaded 4 / passed are needed, for both more.
+        # Dirt and sun: clean 4 / gain, shaded 4 / transmission are the thresholds; both together need more.
         (Loss.THRESHOLD, 0.998, 0.3, 5.0, 5.0, Loss.SUN),
         (Loss.THRESHOLD, 0.3, 0.998, 5.0, 5.0, Loss.DIRT),
-        (Loss.THRESHOLD, 0.998, 0.3, 13.35, 13.35, Loss.DIRT),  # enough for the sun alone, and for a hair of dirt alone
-        (Loss.THRESHOLD, 0.5, 0.4, 6.0, 6.0, Loss.SUN),  # too weak for either alone: the graver
+        (Loss.THRESHOLD, 0.998, 0.3, 13.35, 13.35, Loss.DIRT),  # detected with sun alone, and with slight dirt alone
+        (Loss.THRESHOLD, 0.5, 0.4, 6.0, 6.0, Loss.SUN),  # lost with either alone: the stronger
         (Loss.THRESHOLD, 0.4, 0.5, 6.0, 6.0, Loss.DIRT),
     ],
 )
-def test_why_a_beam_was_lost(blind, passed, gain, peak, dry, loss):
-    """A clean, shaded unit needs a power of 4 here."""
+def test_cause_of_a_lost_beam(blind, transmission, gain, peak, dry, loss):
+    """The threshold of a clean, shaded unit is 4 here."""
     with np.errstate(divide="ignore"):
-        raised = np.array([4.0]) / (gain * np.array([passed]))
+        raised = np.array([4.0]) / (gain * np.array([transmission]))
     one = Thresholds(
         threshold=raised if blind == Loss.THRESHOLD else np.array([np.inf]),
-        own=np.array([4.0]),
+        nominal=np.array([4.0]),
         gain=np.array([gain]),
-        passed=np.array([passed]),
+        transmission=np.array([transmission]),
         blind=np.array([blind], np.uint8),
         firing=np.array([True]),
     )
-    assert why_lost(one, np.array([0]), np.array([peak]), np.array([dry])).tolist() == [loss]
+    assert loss_causes(one, np.array([0]), np.array([peak]), np.array([dry])).tolist() == [loss]
 
 
-def test_a_hair_of_dirt_is_not_blamed_for_the_sun():
-    """Power 1.5 K: the sun of gain 0.3 alone hides it, dirt of transmission 0.999 alone does not."""
+def test_slight_dirt_is_not_the_cause_of_a_loss_by_the_sun():
+    """Power 1.5 K: the sun of gain 0.3 alone suppresses it, dirt of transmission 0.999 alone does not."""
     dirt = Dirt(True, (DirtSector("*", -60.0, 60.0, transmission=0.999),))
-    needed = thresholds(NoiseConfig(dropout=HARD, dirt=dirt, sun=Sun(True, half_width_deg=180.0, gain=0.3)))
+    limits = thresholds(NoiseConfig(dropout=HARD, dirt=dirt, sun=Sun(True, half_width_deg=180.0, gain=0.3)))
     power = np.full(len(ALL), 1.5 * K)
-    assert np.all(power < needed.threshold)
-    assert np.all(why_lost(needed, ALL, power, power) == Loss.SUN)
+    assert np.all(power < limits.threshold)
+    assert np.all(loss_causes(limits, ALL, power, power) == Loss.SUN)
 
 
 def test_only_the_mirror_face_of_the_frame_fires():
@@ -175,24 +175,24 @@ def test_only_the_mirror_face_of_the_frame_fires():
     assert len(np.unique(beams.layer[even])) == 4
 
 
-def test_a_unit_that_is_not_there_is_refused():
+def test_unknown_unit_is_refused():
     for config in (
         NoiseConfig(dirt=Dirt(True, (DirtSector("roof", -5.0, 5.0),))),
         NoiseConfig(outage=Outage(True, fixed=(FixedOutage("roof", 0.0, 1.0),))),
     ):
-        with pytest.raises(ValueError, match="unit = 'roof': the rig has no such unit; name one of: front left, "):
+        with pytest.raises(ValueError, match="unit = 'roof': not a unit of the rig; name one of: front left, "):
             thresholds(config)
 
 
-def test_switches_leave_the_other_draws_as_they_were():
-    """Fails when the kinds share a sequence of random numbers."""
+def test_switches_do_not_change_the_other_draws():
+    """Fails if kinds of noise share a sequence of random numbers."""
     plain, all_on = (
         thresholds(NoiseConfig()),
         thresholds(
             NoiseConfig(dirt=HALF, sun=Sun(True), outage=Outage(True, fixed=(FixedOutage("side left", 0.0, 9.0),)))
         ),
     )
-    assert np.array_equal(plain.own, all_on.own)
+    assert np.array_equal(plain.nominal, all_on.nominal)
     lost = plain.blind == Loss.RANDOM
     assert lost.sum() > 20
     assert np.all(np.isin(all_on.blind[lost], [Loss.RANDOM, Loss.OUTAGE]))

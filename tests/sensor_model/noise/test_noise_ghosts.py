@@ -1,4 +1,4 @@
-"""Ghosts in a plane mirror, worked out by hand."""
+"""Ghosts in a plane mirror, against values computed by hand."""
 
 from dataclasses import replace
 
@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.naive_noise import mirrored_ray, moved
-from support.noise_scenes import ALL, BEAMS, returns, setting
+from support.noise_scenes import ALL, BEAMS, context, returns
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.scene import BodyFactory
 from sensor_model.kernels.mirrors import bright_mirrors
-from sensor_model.kernels.records import EgoDrive
+from sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
 from sensor_model.noise.ghosts import Mirrored, Mirrors
 from sensor_model.noise.noise_config import Ghost
 from sensor_model.truth import Cause, Part
@@ -21,7 +21,7 @@ from sim.world import Actors, Ego, Kind, WorldFrame
 PERFECT = Ghost(glass_quality=1.0, paint_quality=1.0)
 NOW = np.zeros(len(BEAMS))
 WALL_X, FLANK_Y = 20.0, 2.0
-"""A truck's flank, 2 m to the left of the ego's middle and looking right, and a wall ahead of both."""
+"""A truck's flank, 2 m to the left of the ego's centre and facing right, and a wall ahead of both."""
 
 
 def trucks():
@@ -49,7 +49,7 @@ FLANK = int(np.flatnonzero(TRUCK.planes[:, 1] < -0.999)[0])
 
 
 def on_flank(part=Part.BODY, surface=FLANK):
-    """Returns of the front left unit from the flank, which it sees at 6 to 30 degrees to the left of straight ahead."""
+    """Return the returns of the front left unit from the flank, at 6 to 30 degrees to the left of straight ahead."""
     azimuth_deg = np.rad2deg(np.arctan2(*BEAMS.direction_ego[:, 1::-1].T))
     beam = np.flatnonzero((BEAMS.unit == 0) & (azimuth_deg > 6.0) & (azimuth_deg < 30.0))
     some = returns(beam, (FLANK_Y - BEAMS.units.origin_ego[0, 1]) / BEAMS.direction_ego[beam, 1])
@@ -63,25 +63,25 @@ def on_flank(part=Part.BODY, surface=FLANK):
 
 
 def wall(beam, origin, direction, _reach):
-    """Cast against the wall of reflectivity 0.8, which is as high and wide as needed."""
+    """Cast against an unlimited wall of reflectivity 0.8."""
     assert len(beam) == len(origin) == len(direction)
     ahead = direction[:, 0] > 0.0
     range_ = np.where(ahead, (WALL_X - origin[:, 0]) / np.where(ahead, direction[:, 0], 1.0), np.inf)
     return Mirrored(range=range_, reflectivity=np.full(len(beam), 0.8), cosine=np.abs(direction[:, 0]))
 
 
-def nothing(beam, _origin, _direction, _reach):
+def no_hit(beam, _origin, _direction, _reach):
     return Mirrored(np.full(len(beam), np.inf), np.zeros(len(beam)), np.zeros(len(beam)))
 
 
 def seen(config=PERFECT, some=None, cast=wall, **circumstances):
     some = on_flank() if some is None else some
-    return Mirrors(config, BEAMS).ghosts(some, TRUCK, setting(**circumstances), NOW, cast)
+    return Mirrors(config, BEAMS).ghosts(some, TRUCK, context(**circumstances), NOW, cast)
 
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=20)
-def test_bright_mirrors_equal_their_naive_twin(seed):
+def test_bright_mirrors_equal_reference_implementation(seed):
     """Ego and bodies move and turn while the beams fire; only mirrors that are bright enough are found."""
     rng = np.random.default_rng(seed)
     count, bodies = 60, 4
@@ -97,8 +97,9 @@ def test_bright_mirrors_equal_their_naive_twin(seed):
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     units = BEAMS.units
     row, ray = bright_mirrors(
-        beam, range_, target, surface, part, pose, yaw_rate, planes, f0, quality,
-        units.origin_ego, units.R_ego_unit, EgoDrive(*drive), BEAMS.unit, direction, time, BEAMS.gain, threshold,
+        SurfaceHits(beam, range_, target, surface, part), MovingPlanes(pose, yaw_rate, planes),
+        Reflectance(f0, quality), UnitPoses(units.origin_ego, units.R_ego_unit), EgoDrive(*drive),
+        BeamAxes(BEAMS.unit, BEAMS.index, direction, time), BEAMS.gain, threshold,
     )  # fmt: skip
     expected = {}
     for i in range(count):
@@ -118,8 +119,8 @@ def test_bright_mirrors_equal_their_naive_twin(seed):
 @pytest.mark.parametrize(
     ("part", "f0"), [(Part.BODY, 0.04), (Part.GREENHOUSE, 0.08), (Part.MIRROR, None), (Part.WHEEL, None)]
 )
-def test_schlick_gives_the_textbook_values(part, f0):
-    """Index 1.5: 4 % a face at normal incidence, everything at grazing; at 60 deg 0.04 + 0.96 / 32 = 0.07."""
+def test_schlick_reflectance_has_textbook_values(part, f0):
+    """Index 1.5: 4 % per face at normal incidence, all at grazing incidence; at 60 deg 0.04 + 0.96 / 32 = 0.07."""
     shares = []
     for incidence_deg in (0.0, 60.0, 89.999):
         # A beam straight ahead of unit 0 and a plane at this angle to it.
@@ -134,15 +135,15 @@ def test_schlick_gives_the_textbook_values(part, f0):
             some, target=np.zeros(1, np.int64), surface=np.zeros(1, np.int64), part=np.array([part], np.uint8)
         )
         result = Mirrors(PERFECT, BEAMS).ghosts(
-            some, tilted, setting(), NOW, lambda beam, *_: Mirrored(*np.ones((3, len(beam))))
+            some, tilted, context(), NOW, lambda beam, *_: Mirrored(*np.ones((3, len(beam))))
         )
         # F^2 gain / (1 + 1)^2
         shares += np.sqrt(result.power * 4 / BEAMS.gain[beam]).tolist()
     assert shares == pytest.approx([] if f0 is None else [f0, f0 + (1 - f0) / 32, 1.0], rel=1e-3)
 
 
-def test_a_ghost_is_the_mirror_image_of_what_it_shows():
-    """Reflected in the flank y = 2, the wall x = 20 goes on behind it: there the ghosts are, behind the mirror."""
+def test_ghost_is_a_mirror_image():
+    """The mirror image of the wall x = 20 in the flank y = 2 lies behind the flank, and so do the ghosts."""
     result = seen()
     assert len(result) > 20
     place = BEAMS.units.origin_ego[0] + result.range[:, None] * BEAMS.direction_ego[result.beam]
@@ -152,8 +153,8 @@ def test_a_ghost_is_the_mirror_image_of_what_it_shows():
     assert np.all(result.part == Part.NONE)
 
 
-def test_the_threshold_decides_by_the_power_of_the_way_there_and_back():
-    """P = F^2 rho cos(t) gain / (r1 + r2)^2, worked out here for the straight way to the wall behind the mirror."""
+def test_threshold_applies_to_the_power_of_the_whole_path():
+    """P = F^2 rho cos(t) gain / (r1 + r2)^2, computed here for the straight path to the wall behind the mirror."""
     some = on_flank()
     heading = BEAMS.direction_ego[some.beam]
     reflectance = 0.04 + 0.96 * (1.0 - heading[:, 1]) ** 5
@@ -168,8 +169,8 @@ def test_the_threshold_decides_by_the_power_of_the_way_there_and_back():
     assert result.width == pytest.approx(BEAMS.units.pulse_length[0] + BEAMS.units.pulse_growth[0] * over_db, abs=1e-3)
 
 
-def test_rain_weakens_ghosts_on_the_whole_way():
-    """Fails when only one of the two legs, or one direction, is in the rain."""
+def test_rain_attenuates_ghosts_on_the_whole_path():
+    """Fails if only one of the two legs, or one direction, is attenuated."""
     dry, wet = seen(), seen(extinction=1e-3)
     lost = np.exp(-2e-3 * dry.range)
     kept = dry.power * lost >= 4e-5
@@ -177,23 +178,23 @@ def test_rain_weakens_ghosts_on_the_whole_way():
     assert wet.power == pytest.approx((dry.power * lost)[kept])
 
 
-def test_a_poor_mirror_a_deaf_unit_and_open_sky_show_nothing():
+def test_poor_mirror_insensitive_unit_and_open_sky_give_no_ghost():
     assert len(seen(Ghost(paint_quality=0.01))) == 0
     assert len(seen(threshold=np.full(len(BEAMS), np.inf))) == 0
-    assert len(seen(cast=nothing)) == 0
+    assert len(seen(cast=no_hit)) == 0
 
 
-def test_glass_mirrors_better_than_paint():
+def test_glass_reflects_more_than_paint():
     usual = Ghost()
     assert len(seen(usual, on_flank(Part.GREENHOUSE))) > len(seen(usual))
 
 
-def test_surfaces_that_face_away_are_no_mirrors():
+def test_surfaces_that_face_away_are_not_mirrors():
     far_side = int(np.flatnonzero(TRUCK.planes[:, 1] > 0.999)[0])
     assert len(seen(some=on_flank(surface=far_side))) == 0
 
 
-def test_no_returns_no_ghosts():
+def test_no_ghosts_without_returns():
     assert len(seen(some=returns([], []))) == 0
     on_ground = replace(on_flank(), target=np.full(len(on_flank()), -2))
     assert len(seen(some=on_ground)) == 0

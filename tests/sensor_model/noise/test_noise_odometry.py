@@ -1,4 +1,4 @@
-"""Dead reckoning: exact by default, and off by what its noise says."""
+"""Dead reckoning: exact without noise, and with the configured errors."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def draws(tmp_path_factory):
 
 
 def arc(frames, speed=10.0, yaw_rate=0.2):
-    """Poses (K, 3) on a circle, in a world whose origin is far away."""
+    """Return poses (K, 3) on a circle, far from the origin of the world."""
     time = DT * np.arange(frames)
     yaw = 1.0 + yaw_rate * time
     radius = speed / yaw_rate
@@ -30,8 +30,8 @@ def driven(odometry, poses, time):
     return np.array([odometry.pose(pose, t, k) for k, (pose, t) in enumerate(zip(poses, time, strict=True))])
 
 
-def test_without_errors_the_sum_of_motions_is_the_exact_pose(draws):
-    """A wrong frame or order in summing up would show on a curve."""
+def test_accumulated_pose_is_exact_without_errors(draws):
+    """A curve reveals a wrong frame or order of accumulation."""
     poses, time = arc(400)
     none = OdometryNoise(enabled=True, speed_scale_sigma=0.0, yaw_rate_sigma_dps=0.0, yaw_walk_sigma_deg=0.0)
     summed = driven(Odometry(none, draws(1)), poses, time)
@@ -39,7 +39,7 @@ def test_without_errors_the_sum_of_motions_is_the_exact_pose(draws):
     assert summed == pytest.approx(exact, abs=1e-9)
 
 
-def test_distances_are_off_by_one_factor_over_a_run(draws):
+def test_distances_have_a_constant_scale_error_over_a_run(draws):
     time = DT * np.arange(5)
     poses = np.stack([10.0 * time, 0 * time, 0 * time], axis=1)
     noise = OdometryNoise(enabled=True, yaw_rate_sigma_dps=0.0, yaw_walk_sigma_deg=0.0)
@@ -52,14 +52,14 @@ def test_distances_are_off_by_one_factor_over_a_run(draws):
     assert np.std(factor) == pytest.approx(noise.speed_scale_sigma, rel=0.2)
 
 
-def test_yaw_drifts_as_offset_and_random_walk_say(draws):
-    """After t seconds: (offset t)^2 + walk^2 t."""
+def test_yaw_drift_has_bias_and_random_walk(draws):
+    """Variance after t seconds: (bias t)^2 + walk^2 t."""
     poses, time = np.zeros((11, 3)), np.arange(11.0)
     noise = OdometryNoise(enabled=True, yaw_rate_sigma_dps=0.05, yaw_walk_sigma_deg=0.2)
     yaw = np.degrees([driven(Odometry(noise, draws(seed)), poses, time)[-1, 2] for seed in range(150)])
     assert np.std(yaw) == pytest.approx(np.sqrt((0.05 * 10) ** 2 + 0.2**2 * 10), rel=0.2)
 
 
-def test_bad_noise_is_refused():
+def test_invalid_noise_is_refused():
     with pytest.raises(ValueError, match="yaw_walk_sigma_deg"):
         OdometryNoise(yaw_walk_sigma_deg=-1.0)

@@ -1,4 +1,4 @@
-"""Outages against the statistics of their chain."""
+"""Outages: statistics of the Markov chain."""
 
 import math
 
@@ -19,8 +19,8 @@ def outages(config=OFTEN, names=NAMES, seed=3):
     return Outages(config, Draws(seed, BEAMS), names)
 
 
-def test_states_equal_a_chain_that_is_stepped_forward():
-    """The kernel looks back for the last draw that decides; its twin steps through all of them."""
+def test_states_equal_reference_implementation():
+    """The kernel searches backwards for the last decisive draw; the reference steps forward through all draws."""
     config = Outage(True, mean_uptime_s=0.5, mean_outage_s=0.2)
     failing, recovering = transitions(config)
     for tick in [0, 1, 2, 30, 31, 200]:
@@ -29,7 +29,7 @@ def test_states_equal_a_chain_that_is_stepped_forward():
 
 
 def test_transitions_are_those_of_a_process_in_continuous_time():
-    """Twice the probability 0.02 / 20 at first order, and never more than certain."""
+    """Twice the probability 0.02 / 20 at first order, and never above 1."""
     failing, recovering = transitions(OFTEN)
     assert failing == pytest.approx(TICK_S / 20.0, rel=0.01)
     assert recovering == pytest.approx(TICK_S / 2.0, rel=0.01)
@@ -38,14 +38,14 @@ def test_transitions_are_those_of_a_process_in_continuous_time():
     assert transitions(Outage(True, mean_uptime_s=1e9))[0] < 1e-10
 
 
-def test_uptimes_outages_and_share_hold_over_1e5_frames_and_after_a_fresh_start():
-    """Mean lengths of stays in frames: 1 / P(leave within a frame). Fails if long runs change the noise."""
+def test_uptimes_outages_and_share_hold_over_1e5_frames_and_after_a_new_start():
+    """Mean durations in frames: 1 / P(transition within a frame). Fails if long runs change the noise."""
     of_run = outages()
     silent = np.array([of_run.silent(FRAME_S * frame) for frame in range(100_000)])
     for part in (silent[:50_000], silent[50_000:]):
         down, stays = part.mean(), np.sum(part[1:] & ~part[:-1])
         share = 2.0 / 22.0
-        # A stay of mean d leaves a mean over time T with the variance 2 share^2 (1 - share) d / T per unit.
+        # States of mean duration d give a mean over time T with the variance 2 share^2 (1 - share) d / T per unit.
         error = math.sqrt(2 * share * (1 - share) ** 2 * 2.0 / (len(part) * FRAME_S * 6))
         assert down == pytest.approx(share, abs=4.5 * error)
         leave = -math.expm1(-(1 / 20 + 1 / 2) * FRAME_S) * 20 / 22
@@ -56,19 +56,19 @@ def test_uptimes_outages_and_share_hold_over_1e5_frames_and_after_a_fresh_start(
         assert np.array_equal(again.silent(FRAME_S * frame), silent[frame])
 
 
-def test_the_start_is_stationary():
-    """Fails when every run starts with all units working."""
+def test_initial_state_is_stationary():
+    """Fails if every run starts with all units working."""
     starts = np.array([outages(seed=seed).silent(0.0) for seed in range(2000)])
     assert within(starts.sum(), starts.size, 2 / 22)
 
 
-def test_outages_are_the_same_at_any_scan_rate():
+def test_outages_do_not_depend_on_the_scan_rate():
     slow, fast = outages(), outages()
     for frame in range(0, 400, 7):
         assert np.array_equal(slow.silent(0.08 * frame), fast.silent(0.04 * (2 * frame)))
 
 
-def test_another_unit_changes_nothing_for_the_others():
+def test_added_unit_does_not_change_the_others():
     for frame in range(0, 3000, 10):
         assert np.array_equal(outages().silent(0.08 * frame), outages(names=[*NAMES, "roof"]).silent(0.08 * frame)[:6])
 

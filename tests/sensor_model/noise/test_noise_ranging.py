@@ -1,4 +1,4 @@
-"""Reported ranges against the statistics of their errors."""
+"""Reported ranges: statistics of their errors."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from support.noise_scenes import ALL, BEAMS, within
 
 from sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
 from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import measured
+from sensor_model.noise.ranging import measure_ranges
 
 REAL = np.ones(len(ALL), np.bool_)
 TWENTY = np.full(len(ALL), 20.004)
@@ -19,7 +19,7 @@ SMOOTH = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 1e-9
 
 def errors(config, frames=(0, 1, 2, 3), beams=BEAMS):
     draws = Draws(3, beams)
-    return np.array([measured(ALL, TWENTY, REAL, beams, config, draws, frame).range - 20.004 for frame in frames])
+    return np.array([measure_ranges(ALL, TWENTY, REAL, beams, config, draws, frame).range - 20.004 for frame in frames])
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
@@ -43,39 +43,39 @@ def test_layer_bias_scales_and_is_zero_on_average():
     assert error[BEAMS.layer == 2] == pytest.approx(0.033)
 
 
-def test_ranges_are_whole_quanta():
+def test_ranges_are_multiples_of_the_quantum():
     reported_cm = 100.0 * (20.004 + errors(NoiseConfig()))
     assert np.abs(reported_cm - np.round(reported_cm)).max() < 1e-6
 
 
-def test_without_noise_ranges_are_exact():
+def test_ranges_are_exact_without_noise():
     assert np.all(errors(EXACT) == 0.0)
 
 
-def test_echoes_of_a_beam_have_errors_of_their_own():
-    """Fails when an echo's error depends on the other echoes of its beam, as it does when it goes by their number."""
+def test_echoes_of_a_beam_have_independent_errors():
+    """Fails if an echo's error depends on the other echoes of its beam, for example by its index."""
     draws, two = Draws(3, SMOOTH), np.repeat(ALL, 2)
     ranges = np.tile([20.0, 21.4], len(ALL))
-    both = measured(two, ranges, np.repeat(REAL, 2), SMOOTH, NoiseConfig(), draws, 5).range - ranges
-    second_alone = measured(ALL, np.full(len(ALL), 21.4), REAL, SMOOTH, NoiseConfig(), draws, 5).range - 21.4
+    both = measure_ranges(two, ranges, np.repeat(REAL, 2), SMOOTH, NoiseConfig(), draws, 5).range - ranges
+    second_alone = measure_ranges(ALL, np.full(len(ALL), 21.4), REAL, SMOOTH, NoiseConfig(), draws, 5).range - 21.4
     assert np.array_equal(both[1::2], second_alone)
     bias = BEAMS.layer_bias
     assert abs(np.corrcoef(both[::2] - bias, both[1::2] - bias)[0, 1]) < 4.5 / np.sqrt(len(ALL))
 
 
 def test_ranges_stay_within_the_limits_of_the_unit():
-    """Fails when noise puts a point behind its unit."""
+    """Fails if noise puts a point behind its unit."""
     near, far = np.full(len(ALL), 0.31), np.full(len(ALL), 199.99)
     config = NoiseConfig(range=RangeNoise(sigma_scale=10.0), outliers=Outliers(True, rate=0.5, scale_m=5.0))
     for true_range in (near, far):
-        range_ = measured(ALL, true_range, REAL, BEAMS, config, Draws(3, BEAMS), 0).range
+        range_ = measure_ranges(ALL, true_range, REAL, BEAMS, config, Draws(3, BEAMS), 0).range
         assert range_.min() >= 0.3
         assert range_.max() <= 200.0
 
 
-def test_outliers_have_their_share_and_a_laplace_distribution():
+def test_outliers_have_their_rate_and_a_laplace_distribution():
     config = replace(EXACT, outliers=Outliers(True, rate=0.05, scale_m=0.8))
-    some = [measured(ALL, TWENTY, REAL, BEAMS, config, Draws(3, BEAMS), frame) for frame in range(10)]
+    some = [measure_ranges(ALL, TWENTY, REAL, BEAMS, config, Draws(3, BEAMS), frame) for frame in range(10)]
     outlier = np.concatenate([each.outlier for each in some])
     error = np.concatenate([each.range for each in some]) - 20.004
     assert within(outlier.sum(), len(outlier), 0.05)
@@ -83,38 +83,38 @@ def test_outliers_have_their_share_and_a_laplace_distribution():
     assert scipy.stats.kstest(error[outlier], scipy.stats.laplace(0.0, 0.8).cdf).pvalue > 1e-3
 
 
-def test_outliers_leave_the_error_of_all_others_as_it_was():
-    """Fails when both kinds take their draws from one sequence."""
+def test_outliers_do_not_change_other_errors():
+    """Fails if both kinds share a sequence of draws."""
     draws = Draws(3, BEAMS)
-    before = measured(ALL, TWENTY, REAL, BEAMS, NoiseConfig(), draws, 5)
-    after = measured(ALL, TWENTY, REAL, BEAMS, NoiseConfig(outliers=Outliers(True, rate=0.1)), draws, 5)
+    before = measure_ranges(ALL, TWENTY, REAL, BEAMS, NoiseConfig(), draws, 5)
+    after = measure_ranges(ALL, TWENTY, REAL, BEAMS, NoiseConfig(outliers=Outliers(True, rate=0.1)), draws, 5)
     assert not before.outlier.any()
     assert 300 < after.outlier.sum() < 700
     assert np.array_equal(before.range[~after.outlier], after.range[~after.outlier])
 
 
 def test_only_echoes_of_surfaces_have_gross_errors():
-    """Fails when a drop or a ghost is told to be a surface at a wrong range, or moves the draws of others."""
+    """Fails if a drop or a ghost gets a gross error, or changes the draws of others."""
     draws, real = Draws(3, BEAMS), ALL % 2 == 0
     config = replace(EXACT, outliers=Outliers(True, rate=0.1))
-    every, some = (measured(ALL, TWENTY, of, BEAMS, config, draws, 5) for of in (REAL, real))
+    every, some = (measure_ranges(ALL, TWENTY, of, BEAMS, config, draws, 5) for of in (REAL, real))
     assert every.outlier[~real].sum() > 100
     assert np.array_equal(some.outlier, every.outlier & real)
     assert np.all(some.range[~real] == 20.004)
     assert np.array_equal(some.range[real], every.range[real])
 
 
-def test_rounding_takes_no_range_out_of_the_limits():
-    """In whole quanta of 0.7 m the limits 0.3 m and 200 m are 0 and 200.2 m. Fails when ranges are clipped first."""
+def test_rounding_keeps_ranges_within_the_limits():
+    """In multiples of 0.7 m the limits 0.3 m and 200 m become 0 and 200.2 m. Fails if ranges are clipped before."""
     coarse = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 0.7)))
     for true_range in (0.3, 200.0):
-        of = measured(ALL, np.full(len(ALL), true_range), REAL, coarse, NoiseConfig(), Draws(3, BEAMS), 0)
+        of = measure_ranges(ALL, np.full(len(ALL), true_range), REAL, coarse, NoiseConfig(), Draws(3, BEAMS), 0)
         assert of.range.min() >= 0.3
         assert of.range.max() <= 200.0
 
 
-def test_no_returns_make_no_ranges():
+def test_no_ranges_without_returns():
     none = np.empty(0, np.int64)
     config = NoiseConfig(outliers=Outliers(True))
-    result = measured(none, none.astype(float), none.astype(bool), BEAMS, config, Draws(3, BEAMS), 0)
+    result = measure_ranges(none, none.astype(float), none.astype(bool), BEAMS, config, Draws(3, BEAMS), 0)
     assert len(result.range) == len(result.outlier) == 0

@@ -1,4 +1,4 @@
-"""Spray: where its clusters are, and which beams meet them."""
+"""Spray: positions of clusters, and beams that hit them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.naive_noise import cluster_echo
-from support.noise_scenes import BEAMS, HARD, setting, thresholds, within
+from support.noise_scenes import BEAMS, HARD, context, thresholds, within
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.scene import BodyFactory
@@ -30,7 +30,7 @@ LENGTH = 4.7
 
 
 def bodies(*cars):
-    """Cars (id, x, y, yaw, speed along yaw [km/h]) around an ego that stands at the origin."""
+    """Return bodies of cars (id, x, y, yaw, speed along yaw [km/h]) around an ego at rest at the origin."""
     id_, x, y, yaw, speed = np.array(cars, dtype=np.float64).T
     count = len(cars)
     actors = Actors(
@@ -57,14 +57,14 @@ def wakes(*cars, config=ON, time=10.0, seed=1):
     return clusters(config, *bodies(*cars), Draws(seed, BEAMS), time)
 
 
-def test_slow_vehicles_throw_up_nothing():
+def test_slow_vehicles_make_no_spray():
     assert len(wakes((1, 10, 0, 0, 49.9)).radius) == 0
     assert len(wakes((1, 10, 0, 0, 80.0)).radius) > 0
 
 
 @pytest.mark.parametrize(("speed", "film", "births", "lasting"), [(100, 0.5, 10.0, 0.7), (130, 1.0, 24.0, 1.8)])
-def test_clusters_are_as_many_as_linnhoff_counts(speed, film, births, lasting):
-    """(0.2 h + 0.1) (v - 50) for each 0.1 s of the three time constants 0.02 h (v - 50) + 0.2 s that they live."""
+def test_number_of_clusters_is_that_of_linnhoff(speed, film, births, lasting):
+    """(0.2 h + 0.1) (v - 50) per 0.1 s of their life of three time constants 0.02 h (v - 50) + 0.2 s."""
     wet = replace(ON, water_film_mm=film)
     counts = [len(wakes((id_, 0, 0, 0, speed), config=wet, time=10.05).radius) for id_ in range(20)]
     assert np.mean(counts) == pytest.approx(births * 3 * lasting / CYCLE_S, rel=0.03)
@@ -92,10 +92,10 @@ def test_clusters_are_in_the_wake():
     assert cloud.share.min() >= 0.17 * np.exp(-3.0) - 1e-12
 
 
-def test_a_cluster_lives_on_from_frame_to_frame_and_is_braked_by_the_air():
-    """The same clusters a moment later: moved on by the solution of dv/dt = -0.12 v^2 between their two ages.
+def test_clusters_persist_between_frames_and_are_decelerated_by_drag():
+    """The same clusters a moment later, moved by the solution of dv/dt = -0.12 v^2 between their two ages.
 
-    Fails when a cluster is drawn anew each frame, or rides along with the car.
+    Fails if a cluster is redrawn in each frame, or moves with the car.
     """
     speed = 30.0
     before = wakes((1, 0.0, 0.0, 0.0, speed * 3.6), time=10.0)
@@ -111,20 +111,20 @@ def test_a_cluster_lives_on_from_frame_to_frame_and_is_braked_by_the_air():
     assert np.array_equal(before.radius[i], after.radius[j])
 
 
-def test_another_vehicle_changes_no_cluster_of_the_first():
+def test_added_vehicle_changes_no_cluster_of_the_first():
     alone, both = wakes((4, 0, 0, 0, 100)), wakes((2, 30, 4, 0, 120), (4, 0, 0, 0, 100))
     assert set(alone.tag) < set(both.tag)
     assert np.array_equal(alone.centre_ego, both.centre_ego[np.isin(both.tag, alone.tag)])
 
 
-def test_clusters_out_of_reach_are_left_out():
+def test_clusters_out_of_reach_are_dropped():
     cloud = wakes((1, 60, 0, 0, 100), config=replace(ON, reach_m=40.0))
     assert 0 < len(cloud.radius) < len(wakes((1, 60, 0, 0, 100)).radius)
     assert np.hypot(*cloud.centre_ego[:, :2].T).max() < 40.0
 
 
 def on_ego(centre, radius, origin):
-    """Whether a sphere touches the box around all units, seen from above."""
+    """Return True if a sphere touches the box around all units in plan."""
     return all(origin[:, axis].min() - radius <= centre[axis] <= origin[:, axis].max() + radius for axis in range(2))
 
 
@@ -134,10 +134,10 @@ LATE = replace(BEAMS, time_offset=BEAMS.time_offset + 0.08)
 @pytest.mark.parametrize("beams", [BEAMS, LATE, beam_table(load_rig("roof_spinning_16", Path()))])
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(deadline=None, max_examples=10)
-def test_echoes_equal_their_naive_twin(beams, seed):
-    """Units turned and moved anyhow, a fast ego, clusters on all sides, some on the ego; a sweep of a full turn.
+def test_echoes_equal_reference_implementation(beams, seed):
+    """Units at random poses, a fast ego, clusters on all sides, some on the ego; a sweep of a full turn.
 
-    And units that fire 80 ms late, when the ego is up to 4.5 m from where it was: all beams that meet a cluster then.
+    Also units that fire 80 ms late, when the ego has moved up to 4.5 m. All beams that hit a cluster are compared.
     """
     rng = np.random.default_rng(seed)
     cloud = Clusters(
@@ -147,7 +147,7 @@ def test_echoes_equal_their_naive_twin(beams, seed):
         tag=rng.integers(0, 2**32, 12),
     )
     units = len(beams.units)
-    moved = setting(
+    moved = context(
         beams,
         frame_index=7,
         origin_ego=beams.units.origin_ego + rng.normal(0, 0.3, (units, 3)),
@@ -174,11 +174,11 @@ def test_echoes_equal_their_naive_twin(beams, seed):
 
 
 def echoes(cloud, config=ON, frame=0, need=HEALTHY):
-    return spray_echoes(config, cloud, setting(frame_index=frame), BEAMS.time_offset, BEAMS, need, Draws(1, BEAMS))
+    return spray_echoes(config, cloud, context(frame_index=frame), BEAMS.time_offset, BEAMS, need, Draws(1, BEAMS))
 
 
-def test_echoes_are_on_the_chords_and_have_the_clusters_share():
-    """One cluster ahead, 3 m wide: each beam's echo is even over its chord."""
+def test_echoes_are_on_the_chords_and_have_the_share_of_the_cluster():
+    """A cluster ahead, 3 m wide: each beam's echo is uniform over its chord."""
     cloud = Clusters(np.array([[15.0, 0.0, 0.6]]), np.array([1.5]), np.array([0.4]), np.array([77]))
     through = echoes(replace(cloud, share=np.array([1.0])))
     some = [echoes(cloud, frame=frame) for frame in range(50)]
@@ -191,7 +191,7 @@ def test_echoes_are_on_the_chords_and_have_the_clusters_share():
     assert np.all(np.isin(BEAMS.unit[beam], [0, 1]))
 
 
-def test_spray_is_droplets_half_of_them_labelled():
+def test_spray_echoes_are_droplets_half_of_them_labelled():
     some = [echoes(wakes((1, 12, 0, 0, 110)), frame=frame) for frame in range(10)]
     flags = np.concatenate([each.flags for each in some])
     assert len(flags) > 500
@@ -199,15 +199,15 @@ def test_spray_is_droplets_half_of_them_labelled():
     assert all(np.all(each.part == Part.DROPLET) and np.all(each.cause == Cause.SPRAY) for each in some)
 
 
-def test_a_silent_unit_sees_no_spray():
+def test_silent_unit_sees_no_spray():
     out = thresholds(NoiseConfig(dropout=HARD, outage=Outage(True, fixed=(FixedOutage("front left", 0.0, 9.0),))))
     cloud = wakes((1, 12, 0, 0, 110))
     assert 0 in BEAMS.unit[echoes(cloud).beam]
     assert 0 not in BEAMS.unit[echoes(cloud, need=out).beam]
 
 
-def test_no_cluster_hangs_where_the_ego_is():
-    """Fails when a unit looks out of the middle of a cluster and sees nothing else."""
+def test_clusters_on_the_ego_are_dropped():
+    """Fails if a unit is inside a cluster that hides the scene."""
     for place in ([0.0, 0.0, 0.6], [2.5, 0.75, 0.55]):
         cloud = Clusters(np.array([place]), np.array([0.8]), np.array([1.0]), np.array([77]))
         assert len(echoes(cloud)) == 0

@@ -1,4 +1,4 @@
-"""Draws against published vectors, and against each other."""
+"""Random draws: published test vectors, and independence."""
 
 from dataclasses import replace
 
@@ -31,15 +31,15 @@ word = st.integers(0, 2**32 - 1)
         ),
     ],
 )
-def test_philox_gives_the_published_words(counter, key, words):
+def test_philox_reproduces_published_words(counter, key, words):
     assert list(philox(*counter, *key)) == words
     assert philox4x32(counter, key) == words
 
 
 @given(counter=st.tuples(word, st.integers(0, 255), st.integers(0, 2**31 - 1), word), seed=st.integers(0, 2**64 - 1))
 @settings(deadline=None, max_examples=200)
-def test_draws_equal_their_naive_twin(counter, seed):
-    """Nothing else goes in: no time, no state, no entropy of the machine."""
+def test_draws_equal_reference_implementation(counter, seed):
+    """The draws depend on counter and seed only: no time, no state, no entropy of the machine."""
     frame, unit, index, purpose = counter
     key = np.array([seed % 2**32, seed // 2**32], dtype=np.uint32)
     expected = uniforms(key, *counter)
@@ -51,7 +51,7 @@ def test_draws_equal_their_naive_twin(counter, seed):
 
 @pytest.mark.parametrize("first", [0, 100_000])
 def test_normal_draws_are_standard_normal_early_and_late(first):
-    """Moments of 94800 draws; the bounds are four standard errors. Fails if noise turns into a pattern in long runs."""
+    """Moments of 94800 draws; the bounds are four standard errors. Fails if noise becomes a pattern in long runs."""
     draws = Draws(5, BEAMS)
     z = np.concatenate([draws.normal(frame, ALL, Purpose.RANGE) for frame in range(first, first + 20)])
     n = len(z)
@@ -61,8 +61,8 @@ def test_normal_draws_are_standard_normal_early_and_late(first):
     assert abs((z**4).mean() - 3) < 4 * np.sqrt(96 / n)
 
 
-def test_draws_of_frames_beams_numbers_seeds_and_purposes_are_unrelated():
-    """Fails when a counter's field is dropped: two of the series would then be the same."""
+def test_draws_of_frames_beams_numbers_seeds_and_purposes_are_independent():
+    """Fails if a field of the counter is ignored, because two of the series would be equal."""
     draws = Draws(5, BEAMS)
     series = [draws.normal(0, ALL, Purpose.RANGE)]
     series.append(draws.normal(1, ALL, Purpose.RANGE))
@@ -80,33 +80,33 @@ def test_draws_of_frames_beams_numbers_seeds_and_purposes_are_unrelated():
     assert np.abs(correlation).max() < 4.5 / np.sqrt(len(ALL))
 
 
-def test_a_draw_depends_on_its_own_beam_only():
+def test_draw_depends_only_on_its_beam():
     draws = Draws(5, BEAMS)
     some = np.array([4739, 3, 790])
     assert np.array_equal(draws.normal(7, some, Purpose.RANGE), draws.normal(7, ALL, Purpose.RANGE)[some])
 
 
-def test_draws_of_a_beam_are_told_apart_by_their_number():
+def test_draws_of_a_beam_differ_by_their_number():
     draws = Draws(5, BEAMS)
     number = ALL % 3
     one_by_one = np.choose(number, [draws.normal(7, ALL, Purpose.RANGE, each) for each in range(3)])
     assert np.array_equal(draws.normal(7, ALL, Purpose.RANGE, number), one_by_one)
 
 
-def test_another_unit_changes_no_draw_of_the_others():
-    """Fails when draws come in a sequence whose length or order depends on all beams."""
+def test_added_unit_changes_no_draw_of_the_others():
+    """Fails if draws come from a sequence whose length or order depends on all beams."""
     more = beam_table(replace(RIG, mounts=(*RIG.mounts, replace(RIG.mounts[0], name="another", yaw_deg=0.0))))
     assert np.array_equal(Draws(5, BEAMS).normal(3, ALL, Purpose.RANGE), Draws(5, more).normal(3, ALL, Purpose.RANGE))
 
 
-def test_names_of_things_are_taken_modulo_a_word():
-    """Births before the start of the run have negative numbers."""
+def test_counters_are_taken_modulo_a_word():
+    """Births before the start of the run have negative counters."""
     draws = Draws(5, BEAMS)
     assert np.array_equal(
         draws.uniform_of(-1, 0, 7, Purpose.SPRAY_BIRTH), draws.uniform_of(2**32 - 1, 0, 7, Purpose.SPRAY_BIRTH)
     )
 
 
-def test_purposes_are_apart_from_numbers_and_from_each_other():
+def test_purposes_do_not_collide_with_numbers_or_each_other():
     assert max(Purpose) < 256
     assert len(set(Purpose)) == len(Purpose.__members__)

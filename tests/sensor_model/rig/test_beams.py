@@ -1,4 +1,4 @@
-"""The beam table against the published numbers of the units, written out anew here."""
+"""Beam table against the published figures of the units, repeated here independently."""
 
 from dataclasses import replace
 from math import pi, sin, sqrt
@@ -21,14 +21,14 @@ def unit(name):
     return load_unit(name, Path())
 
 
-def alone(model, **pose):
-    """The beam table of one unit, level and a metre above the origin unless `pose` says otherwise."""
+def single(model, **pose):
+    """Return the beam table of one unit, by default level and 1 m above the origin."""
     pose = dict.fromkeys(("x_m", "y_m", "yaw_deg", "pitch_deg", "roll_deg"), 0.0) | {"z_m": 1.0} | pose
     return beam_table(Rig(0.0, (Mount("only", model, **pose),)))
 
 
 def from_ticks(first, last, step):
-    """Azimuths in degrees; a LUX counts in 1/32 degree, 11520 a turn (LD-MRS protocol 8014493, parameter 0x1105)."""
+    """Return azimuths [deg]; a LUX has 11520 steps of 1/32 degree per turn (LD-MRS protocol 8014493)."""
     return [tick / 32 for tick in range(first, last - 1, -step)]
 
 
@@ -53,7 +53,7 @@ def test_a_lux_has_790_beams_and_the_rig_4740():
 
 @pytest.mark.parametrize("index", range(6))
 @pytest.mark.parametrize("layer", range(4))
-def test_every_beam_of_the_rig_points_where_the_unit_says(index, layer):
+def test_beams_of_the_rig_have_the_directions_of_the_unit(index, layer):
     elevation_deg, azimuth_deg = LUX_LAYERS[layer]
     row = (LUX.unit == index) & (LUX.layer == layer)
     np.testing.assert_allclose(np.rad2deg(LUX.azimuth[row]), azimuth_deg, atol=1e-12)
@@ -75,15 +75,15 @@ GAIN = {
 
 @pytest.mark.parametrize("pair", [0, 1])
 @pytest.mark.parametrize("azimuth_deg", GAIN)
-def test_the_gain_is_the_manuals_at_its_knots(azimuth_deg, pair):
+def test_gain_is_that_of_the_manual_at_its_knots(azimuth_deg, pair):
     # A fan of the same layers and gain with its one beam on the knot; the lower pair fires a quarter degree beside it.
     model = unit("lux")
     on_knot = replace(model.fans[pair], start_deg=float(azimuth_deg), stop_deg=float(azimuth_deg))
-    gain = alone(replace(model, fans=(on_knot,))).gain
+    gain = single(replace(model, fans=(on_knot,))).gain
     np.testing.assert_allclose(gain, GAIN[azimuth_deg][pair] / 100, rtol=0, atol=1e-12)
 
 
-def test_the_gain_is_linear_between_the_knots():
+def test_gain_is_linear_between_the_knots():
     for pair, layers in enumerate([(0, 1), (2, 3)]):
         beam = np.isin(LUX.layer, layers)
         for azimuth_deg, gain in zip(np.rad2deg(LUX.azimuth[beam]), LUX.gain[beam], strict=True):
@@ -94,9 +94,9 @@ def test_the_gain_is_linear_between_the_knots():
             assert gain == pytest.approx(expected / 100, abs=1e-9), (layers, azimuth_deg)
 
 
-def test_the_lux_counts_power_ranges_and_pulses_as_published():
+def test_receiver_of_the_lux_is_as_published():
     units = LUX.units
-    # A surface of 10 % at 50 m is the weakest that is seen: 0.1 / 50^2 = 4e-5 / m^2.
+    # A surface of 10 % at 50 m is the weakest detected: 0.1 / 50^2 = 4e-5 / m^2.
     np.testing.assert_allclose(units.threshold, 4e-5)
     np.testing.assert_allclose(np.rad2deg([units.beam_width, units.beam_height]), [[0.08] * 6, [0.784] * 6])
     assert (units.range_min[0], units.range_max[0], units.echoes_max[0]) == (0.3, 200.0, 3)
@@ -106,7 +106,7 @@ def test_the_lux_counts_power_ranges_and_pulses_as_published():
     assert units.echo_separation[0] >= 2 * units.pulse_length[0]
 
 
-def test_the_pulse_grows_as_hadelli_measured():
+def test_pulse_growth_is_as_hadelli_measured():
     # 0.45, 0.61 and 0.65 m on a 50 % target at 20, 15 and 10 m; least-squares line through the origin, over dB.
     over_threshold_db = 10 * np.log10(0.5 / np.array([20.0, 15.0, 10.0]) ** 2 / 4e-5)
     np.testing.assert_allclose(over_threshold_db, [14.9, 17.4, 21.0], atol=0.06)
@@ -124,22 +124,22 @@ def test_layer_biases_follow_the_layers():
 
 
 @pytest.mark.parametrize(("name", "milliseconds"), [("lux", 24.4), ("lux_25hz", 12.2), ("lux_50hz", 6.1)])
-def test_the_sweep_takes_the_time_of_its_angle(name, milliseconds):
-    table = alone(unit(name))
+def test_sweep_time_is_proportional_to_azimuth(name, milliseconds):
+    table = single(unit(name))
     per_degree = np.ptp(table.time_offset) / np.rad2deg(np.ptp(table.azimuth))
     assert 1000 * per_degree * 110 == pytest.approx(milliseconds, abs=0.05)
-    # What is left of the axis fires before the frame's time, the axis at it.
+    # Beams left of the axis fire before the frame's time, the axis at it.
     assert np.all(np.sign(table.time_offset) == -np.sign(table.azimuth))
     assert table.time_offset[np.isclose(table.azimuth, 0.0)] == pytest.approx(0.0, abs=1e-15)
 
 
 def test_a_lux_at_25_hz_fires_the_same_beams_as_at_12():
-    slow, fast = alone(unit("lux")), alone(unit("lux_25hz"))
+    slow, fast = single(unit("lux")), single(unit("lux_25hz"))
     np.testing.assert_array_equal(fast.direction_ego, slow.direction_ego)
     np.testing.assert_allclose(fast.time_offset, slow.time_offset / 2)
 
 
-def test_a_phase_moves_the_beams_of_its_unit_alone():
+def test_phase_shifts_only_the_beams_of_its_unit():
     mounts = list(LUX_RIG.mounts)
     mounts[2] = replace(mounts[2], phase_ms=7.5)
     later = beam_table(replace(LUX_RIG, mounts=tuple(mounts)))
@@ -147,7 +147,7 @@ def test_a_phase_moves_the_beams_of_its_unit_alone():
     np.testing.assert_array_equal(later.direction_ego, LUX.direction_ego)
 
 
-# --- how the table is laid out; the caster relies on it
+# --- layout of the table, on which the caster relies
 
 
 @pytest.mark.parametrize("name", UNITS)
@@ -172,7 +172,7 @@ def test_rows_have_even_steps_and_fans_rows_of_the_same_azimuths(name):
 
 
 def fires(table, frame):
-    """(B,) whether a beam fires in a frame."""
+    """Return the (B,) mask of beams that fire in a frame."""
     fan = np.repeat(np.arange(len(table.fan_unit)), np.diff(table.row_beam[table.fan_row]))
     return (frame % table.fan_turn[:, 1] == table.fan_turn[:, 0])[fan]
 
@@ -181,7 +181,7 @@ def fires(table, frame):
 
 
 def shots(table):
-    """Pairs of layers fire at once: (S, 2) pair and azimuth in degrees, from left to right."""
+    """Return the (S, 2) shots from left to right: pair of layers, which fires at once, and azimuth in degrees."""
     fired = np.column_stack([table.layer // 2, np.round(np.rad2deg(table.azimuth), 9)])
     fired, layers = np.unique(fired, axis=0, return_counts=True)
     assert np.all(layers == 2)
@@ -189,16 +189,16 @@ def shots(table):
 
 
 @pytest.mark.parametrize("name", ["lux", "lux_50hz", "lux_flexres", "lux_focused"])
-def test_a_lux_fires_no_more_than_it_can(name):
+def test_lux_fires_within_its_limits(name):
     model = unit(name)
-    assert len(shots(alone(model))) <= SHOTS_MAX
+    assert len(shots(single(model))) <= SHOTS_MAX
     for pair in [(0, 1), (2, 3)]:
         # 0.125 deg from pair to pair is 0.25 deg in each layer.
         finest_deg = sum(fan.count * fan.step_deg for fan in model.fans if fan.layers == pair and fan.step_deg == 0.25)
         assert finest_deg <= FINEST_MAX_DEG
 
 
-# Default sectors of sick_ldmrs_laser: where they start, and the step from pair to pair.
+# Default sectors of sick_ldmrs_laser: start, and step from pair to pair.
 FLEXRES = [(50, 1), (35, 0.5), (30, 0.25), (20, 0.125), (0, 0.25), (-20, 0.5), (-30, 1), (-40, 0.5)]
 FOCUSED = [(50, 0.5), (30, 0.25), (10, 0.125), (-10, 0.25), (-30, 0.5)]
 
@@ -207,10 +207,10 @@ FOCUSED = [(50, 0.5), (30, 0.25), (10, 0.125), (-10, 0.25), (-30, 0.5)]
     ("name", "sectors", "shots_of_110_deg"), [("lux_flexres", FLEXRES, 375), ("lux_focused", FOCUSED, 420)]
 )
 def test_each_sector_has_its_step_and_the_pairs_alternate(name, sectors, shots_of_110_deg):
-    fired = shots(alone(unit(name)))
+    fired = shots(single(unit(name)))
     expected, counted = [], 0.0
     for (start, step), (stop, _) in zip(sectors, [*sectors[1:], (-60 - 1e-6, None)], strict=True):
-        counted += (start - stop) / step  # as the driver counts them, whatever a pair sees
+        counted += (start - stop) / step  # as counted by the driver, for all pairs
         for shot in range(int(np.ceil((start - stop) / step - 1e-9))):
             azimuth, upper = start - shot * step, shot % 2 == 0
             if -60 <= azimuth <= 36 if upper else -50.25 <= azimuth <= 50.25:
@@ -221,19 +221,19 @@ def test_each_sector_has_its_step_and_the_pairs_alternate(name, sectors, shots_o
 
 
 def test_at_50_hz_a_lux_fires_half_as_often_in_a_scan():
-    assert [len(shots(alone(unit(name)))) for name in ("lux", "lux_50hz")] == [395, 197]
+    assert [len(shots(single(unit(name)))) for name in ("lux", "lux_50hz")] == [395, 197]
 
 
 # --- LUX 8L
 
 
 def libsick_elevation(layer, azimuth, rear, tilt):
-    """Elevation [rad] of layer 0 to 3 of a mirror side; libsick_ldmrs counts downwards, so the sign is turned."""
+    """Return the elevation [rad] of layers 0 to 3 of a mirror face; libsick_ldmrs counts downwards: sign inverted."""
     effective = tilt / 2 * sqrt(2) * sin(azimuth / 2 - pi / 4)
     return -((1.5 - layer) * 0.8 * pi / 180 + (1 if rear else -1) * 2 * effective)
 
 
-def test_an_8l_alternates_between_its_mirror_sides():
+def test_8l_alternates_between_its_mirror_faces():
     table = beam_table(load_rig("srx_six_lux_8l", Path()))
     assert len(table) == 2 * 4740
     for frame, layers in enumerate([{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 2, 3}]):
@@ -245,22 +245,22 @@ def test_an_8l_alternates_between_its_mirror_sides():
     assert fires(LUX, 1).all()
 
 
-def test_an_8l_points_where_sicks_driver_says():
-    table = alone(unit("lux_8l"))
+def test_8l_directions_equal_those_of_the_sick_driver():
+    table = single(unit("lux_8l"))
     tilt = 1.6 * pi / 180
     for layer, azimuth, elevation in zip(table.layer.tolist(), table.azimuth, table.elevation, strict=True):
         assert elevation == pytest.approx(libsick_elevation(layer % 4, azimuth, layer >= 4, tilt), abs=1e-12)
     np.testing.assert_allclose(np.arcsin(table.direction_ego[:, 2]), table.elevation, atol=1e-12)
 
 
-def test_an_8l_covers_6_4_degrees_at_its_axis_less_to_the_left_and_more_to_the_right():
+def test_8l_covers_6_4_degrees_at_its_axis_less_to_the_left_and_more_to_the_right():
     model = unit("lux_8l")
     axis = replace(model, fans=tuple(replace(fan, start_deg=0.0, stop_deg=0.0) for fan in model.fans))
-    elevation_deg = np.unique(np.rad2deg(alone(axis).elevation).round(9))
+    elevation_deg = np.unique(np.rad2deg(single(axis).elevation).round(9))
     np.testing.assert_allclose(np.diff(elevation_deg), 0.8)
     assert np.ptp(elevation_deg) + 0.8 == pytest.approx(6.4)
-    # Between a layer and its twin on the other side: 2 x 1.6 deg x sqrt(2) sin(pi / 4 - h / 2).
-    table = alone(model)
+    # Between a layer and its counterpart on the other face: 2 x 1.6 deg x sqrt(2) sin(pi / 4 - h / 2).
+    table = single(model)
     for azimuth_deg, apart_deg in [(36.0, 2.0545), (0.0, 3.2), (-60.0, 4.3713)]:
         at = np.isclose(np.rad2deg(table.azimuth), azimuth_deg)
         lower, upper = table.elevation[at & (table.layer == 2)], table.elevation[at & (table.layer == 6)]
@@ -285,7 +285,7 @@ def test_the_roof_carries_16_layers_all_around():
     assert np.all(table.gain == 1.0)
 
 
-# --- where units sit
+# --- mounting poses
 
 
 def test_mounts_move_from_the_rear_axle_to_the_ego_frame():
@@ -295,14 +295,14 @@ def test_mounts_move_from_the_rear_axle_to_the_ego_frame():
 
 
 def looking(azimuth_deg, **pose):
-    """Direction in the ego frame of a level beam of a unit so mounted."""
+    """Return the direction in the ego frame of a level beam of a unit with this mount."""
     model = unit("spinning_16")
     fan = replace(model.fans[0], layers=(0,), start_deg=azimuth_deg, stop_deg=azimuth_deg)
     level = replace(model, layer_elevation_deg=(0.0,), layer_bias_m=(0.0,), fans=(fan,))
-    return alone(level, **pose).direction_ego[0]
+    return single(level, **pose).direction_ego[0]
 
 
-def test_positive_pitch_looks_down_and_positive_roll_raises_the_left():
+def test_positive_pitch_is_down_and_positive_roll_raises_the_left():
     sin10, cos10 = np.sin(np.deg2rad(10)), np.cos(np.deg2rad(10))
     np.testing.assert_allclose(looking(0.0, pitch_deg=10.0), [cos10, 0, -sin10], atol=1e-12)
     np.testing.assert_allclose(looking(90.0, pitch_deg=10.0), [0, 1, 0], atol=1e-12)
@@ -316,7 +316,7 @@ def test_yaw_pitch_and_roll_are_applied_in_this_order():
     about_z = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
     about_y = np.array([[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]])
     about_x = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
-    table = alone(unit("lux"), yaw_deg=25.0, pitch_deg=-7.0, roll_deg=4.0)
+    table = single(unit("lux"), yaw_deg=25.0, pitch_deg=-7.0, roll_deg=4.0)
     np.testing.assert_allclose(table.units.R_ego_unit[0], about_z @ about_y @ about_x, atol=1e-12)
     in_unit = np.column_stack([
         np.cos(table.elevation) * np.cos(table.azimuth),

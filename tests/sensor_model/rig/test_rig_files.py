@@ -1,4 +1,4 @@
-"""Rig and unit files: what ships, what the page about them shows, and files that are wrong."""
+"""Rig and unit files: shipped files, documentation page, and errors."""
 
 import re
 from pathlib import Path
@@ -24,8 +24,8 @@ def write(folder, rig=RIG, unit=UNIT):
     (folder / "unit.toml").write_text(unit, encoding="utf-8")
 
 
-def complaint(folder):
-    """What is said about the rig in the folder, in one line."""
+def error_message(folder):
+    """Return the one-line error of the rig in the folder."""
     with pytest.raises(RigError) as error:
         load_rig("rig.toml", folder)
     assert "\n" not in str(error.value)
@@ -33,17 +33,17 @@ def complaint(folder):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("z_m = 0.5", "z_m = 0.0", "z_m = 0.0: must be positive"),
-        ('name = "a"', 'name = "*"', "stands for all units"),
-        ('name = "a"', 'name = "a"\nphase_ms = 1e5', "no more than a scan"),
-        ("[[unit]]", f'[[unit]]\nname = "a"\nmodel = "unit.toml"\n{POSE}[[unit]]', "another unit has it"),
+        ('name = "a"', 'name = "*"', "reserved for all units"),
+        ('name = "a"', 'name = "a"\nphase_ms = 1e5', "at most one scan"),
+        ("[[unit]]", f'[[unit]]\nname = "a"\nmodel = "unit.toml"\n{POSE}[[unit]]', "used by another unit"),
     ],
 )
-def test_mounts_that_cannot_be_are_refused(tmp_path, old, new, said):
+def test_impossible_mounts_are_refused(tmp_path, old, new, message):
     write(tmp_path, rig=RIG.replace(old, new, 1))
-    assert said in complaint(tmp_path)
+    assert message in error_message(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,10 @@ def test_mounts_that_cannot_be_are_refused(tmp_path, old, new, said):
         ("layer_elevation_deg = [-1.2, -0.4, 0.4, 1.2]", "layer_elevation_deg = [-120, -60, 60, 90]"),
     ],
 )
-def test_units_beyond_reason_are_refused(tmp_path, old, new):
+def test_units_with_extreme_values_are_refused(tmp_path, old, new):
     assert old in UNIT
     write(tmp_path, unit=UNIT.replace(old, new, 1))
-    assert new.partition(" ")[0] in complaint(tmp_path)
+    assert new.partition(" ")[0] in error_message(tmp_path)
 
 
 # --- the page
@@ -70,20 +70,20 @@ def examples():
 
 
 def keys_in(title):
-    """Keys of the table under a heading of the page."""
+    """Return the keys of the table under a heading of the page."""
     section = re.search(rf"^##+ {re.escape(title)}\n(.*?)(?=^##|\Z)", PAGE, re.DOTALL | re.MULTILINE)[1]
     return re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)
 
 
 def shipped_in(title):
-    """Name, and the last column as a number, of each row of the table with that heading."""
+    """Return name, and last column as a number, of each row of the table with that heading."""
     table = re.search(rf"^\| {title} \|.*\n\|[-|]+\n((?:\|.*\n)+)", PAGE, re.MULTILINE)[1]
     return {
         row.split("|")[1].strip(" `"): int(row.split("|")[-2].replace(" ", "")) for row in table.strip().splitlines()
     }
 
 
-def test_the_pages_sensor_of_ones_own_works(tmp_path):
+def test_custom_sensor_of_the_page_works(tmp_path):
     unit, rig, choice, *_ = examples()
     (tmp_path / "my_unit.toml").write_text(unit, encoding="utf-8")
     (tmp_path / re.search(r'file = "(.*)"', choice)[1]).write_text(rig, encoding="utf-8")
@@ -94,7 +94,7 @@ def test_the_pages_sensor_of_ones_own_works(tmp_path):
     assert table.time_offset.max() == pytest.approx(0.040 + 0.25 * 0.080)
 
 
-def test_the_pages_variants_of_shipped_files_work(tmp_path):
+def test_variants_of_shipped_files_on_the_page_work(tmp_path):
     *_, rig, unit = examples()
     (tmp_path / "rig.toml").write_text(rig, encoding="utf-8")
     (tmp_path / "unit.toml").write_text(unit, encoding="utf-8")
@@ -113,16 +113,16 @@ def test_the_pages_variants_of_shipped_files_work(tmp_path):
         ("`[[fan]]`", "unit", "layers"),
     ],
 )
-def test_the_page_lists_every_key(tmp_path, title, file, first_key):
-    """A key that nobody knows makes the reader say which it knows."""
+def test_page_lists_every_key(tmp_path, title, file, first_key):
+    """The error of an unknown key lists the known ones."""
     text = {"rig": RIG, "unit": UNIT}
-    text[file] = re.sub(rf"^{first_key}", f"nobody_knows = 1\n{first_key}", text[file], count=1, flags=re.MULTILINE)
+    text[file] = re.sub(rf"^{first_key}", f"unknown_key = 1\n{first_key}", text[file], count=1, flags=re.MULTILINE)
     write(tmp_path, **text)
-    known = re.search(r"nobody_knows = 1: unknown key; known here: (.*)", complaint(tmp_path))[1]
+    known = re.search(r"unknown_key = 1: unknown key; known here: (.*)", error_message(tmp_path))[1]
     assert sorted(keys_in(title)) == known.split(", ")
 
 
-def test_the_page_lists_what_ships():
+def test_page_lists_the_shipped_files():
     rigs, units = shipped_in("rig"), shipped_in("unit")
     assert sorted(rigs) == RIGS
     assert sorted(units) == UNITS
@@ -140,40 +140,40 @@ def per_scan(rig):
 # --- variants
 
 
-def test_a_mount_may_have_another_model_than_its_rig(tmp_path):
+def test_mount_may_have_another_model_than_its_rig(tmp_path):
     mounts = f'model = "lux"\n[[unit]]\nname = "a"\n{POSE}[[unit]]\nname = "b"\nmodel = "unit.toml"\n{POSE}'
     write(tmp_path, rig=f"rear_axle_x_m = 0\n{mounts}", unit='like = "lux"\nrange_max_m = 90.0')
     assert [mount.model.range_max_m for mount in load_rig("rig.toml", tmp_path).mounts] == [200.0, 90.0]
 
 
-def test_mounts_are_in_phase_unless_they_say_otherwise(tmp_path):
+def test_mounts_are_in_phase_by_default(tmp_path):
     write(tmp_path)
     assert load_rig("rig.toml", tmp_path).mounts[0].phase_ms == 0.0
     write(tmp_path, rig=f"{RIG}phase_ms = -12.5\n")
     assert load_rig("rig.toml", tmp_path).mounts[0].phase_ms == -12.5
 
 
-def test_the_variants_of_the_rig_have_its_mounts():
+def test_variants_of_the_rig_have_its_mounts():
     def poses(name):
         return [(mount.name, mount.x_m, mount.y_m, mount.z_m, mount.yaw_deg) for mount in load_rig(name, Path()).mounts]
 
     assert poses("srx_six_lux_8l") == poses("srx_six_lux_flexres") == poses("srx_six_lux")
 
 
-# --- files that are wrong
+# --- invalid files
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "says"),
+    ("old", "new", "pattern"),
     [
         ("rear_axle_x_m = -1.0", "rear_axle_x_m = 'back'", r"rig\.toml: rear_axle_x_m = 'back': give a number"),
         ("rear_axle_x_m = -1.0", "", r"rig\.toml: rear_axle_x_m = missing: give a number"),
         ("rear_axle_x_m = -1.0", "rear_axle_x_m = nan", r"rig\.toml: rear_axle_x_m = nan: give a number"),
         ("x_m = 0.5\n", "x_m = true\n", r"rig\.toml: .*x_m = True: give a number"),
         ("x_m = 0.5\n", "x_m = 0.5\nphase_ms = 'late'\n", r"unit\[0\]\.phase_ms = 'late': give a number"),
-        ('name = "a"', "name = 1", r"rig\.toml: unit\[0\]\.name = 1: give a text"),
+        ('name = "a"', "name = 1", r"rig\.toml: unit\[0\]\.name = 1: give a string"),
         ('name = "a"', 'name = "a"\ncolour = 3', r"rig\.toml: unit\[0\]\.colour = 3: unknown key; known here: model"),
-        ('model = "unit.toml"', "", r"rig\.toml: unit\[0\]\.model = missing: give a text"),
+        ('model = "unit.toml"', "", r"rig\.toml: unit\[0\]\.model = missing: give a string"),
         ("unit.toml", "nothing", r"nothing: no such unit file; give a path, or one of: lux, lux_25hz"),
         ("[[unit]]", "[[units]]", r"rig\.toml: unit = missing: give at least one \[\[unit\]\] table"),
         ("[[unit]]", "[unit]", r"rig\.toml: unit = .*: give at least one"),
@@ -186,18 +186,18 @@ def test_the_variants_of_the_rig_have_its_mounts():
         (
             "rear_axle_x_m",
             "like = 'srx_six_lux_8l'\nrear_axle_x_m",
-            r"rig\.toml: like = 'srx_six_lux_8l': that rig is itself like 'srx_six_lux'; name that one",
+            r"rig\.toml: like = 'srx_six_lux_8l': this rig is based on 'srx_six_lux' itself; name that one",
         ),
     ],
 )
-def test_a_wrong_rig_file_is_told_in_one_line(tmp_path, old, new, says):
+def test_invalid_rig_file_gives_a_one_line_error(tmp_path, old, new, pattern):
     assert old in RIG
     write(tmp_path, rig=RIG.replace(old, new))
-    assert re.search(says, complaint(tmp_path))
+    assert re.search(pattern, error_message(tmp_path))
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "says"),
+    ("old", "new", "pattern"),
     [
         ("step_deg = 0.5", "step_deg = 0.7", r"unit\.toml: fan\[0\]\.step_deg = 0\.7: must divide"),
         ("step_deg = 0.5", "step_deg = -0.5", r"fan\[0\]\.step_deg = -0\.5: must be positive"),
@@ -235,7 +235,7 @@ def test_a_wrong_rig_file_is_told_in_one_line(tmp_path, old, new, says):
         ("echoes_max = 3", "echoes_max = 0", r"echoes_max = 0: must be positive"),
         ("echoes_max = 3", "echoes_max = 2.5", r"echoes_max = 2\.5: give a whole number"),
         ("echo_separation_m = 1.4", "echo_separation_m = -1", r"echo_separation_m = -1\.0: must not be negative"),
-        ("[-1.2, -0.4,", "[-0.4, -1.2,", r"layer_elevation_deg = \[-0\.4, -1\.2, .*: must rise, layer 0 is the"),
+        ("[-1.2, -0.4,", "[-0.4, -1.2,", r"layer_elevation_deg = \[-0\.4, -1\.2, .*: must rise; layer 0 is the"),
         ("[-1.2, -0.4, 0.4, 1.2]", "[]", r"layer_elevation_deg has 0 numbers: give 1 to 256"),
         ("0.0165, ", "", r"layer_bias_m = .*: give one number for each of 4 layers"),
         ("= [50, 48, 46,", "= [50, 48, 49,", r"gain_azimuth_deg = .*: must fall from left to right"),
@@ -244,27 +244,31 @@ def test_a_wrong_rig_file_is_told_in_one_line(tmp_path, old, new, says):
         ("[18, 40,", "['x', 40,", r"unit\.toml: gain_percent\.lower = \['x'.*: give a list of numbers"),
         ("[gain_percent]", "[gain]", r"unit\.toml: gain_percent = missing: give a \[gain_percent\] table"),
         ('gain = "upper"', 'gain = "top"', r"fan\[1\]\.gain = 'top': no such column; .* has: lower, upper"),
-        ("scan_rate_hz = 12.5", "like = 'lux_8l'", r"like = 'lux_8l': that unit is itself like 'lux'; name that one"),
+        (
+            "scan_rate_hz = 12.5",
+            "like = 'lux_8l'",
+            r"like = 'lux_8l': this unit is based on 'lux' itself; name that one",
+        ),
     ],
 )
-def test_a_wrong_unit_file_is_told_in_one_line(tmp_path, old, new, says):
+def test_invalid_unit_file_gives_a_one_line_error(tmp_path, old, new, pattern):
     assert old in UNIT
     write(tmp_path, unit=UNIT.replace(old, new, 1))
-    assert re.search(says, complaint(tmp_path))
+    assert re.search(pattern, error_message(tmp_path))
 
 
-def test_a_rig_scans_at_one_rate(tmp_path):
+def test_rig_with_two_scan_rates_is_an_error(tmp_path):
     write(tmp_path, rig=f'{RIG}[[unit]]\nname = "b"\nmodel = "lux_25hz"\n{POSE}')
     assert re.search(
-        r"rig\.toml: unit\[1\]\.model: scan_rate_hz = 25\.0, but unit\[0\] has 12\.5: choose", complaint(tmp_path)
+        r"rig\.toml: unit\[1\]\.model: scan_rate_hz = 25\.0, but unit\[0\] has 12\.5: choose", error_message(tmp_path)
     )
 
 
-def test_an_empty_rig_is_an_error(tmp_path):
+def test_empty_rig_is_an_error(tmp_path):
     write(tmp_path, rig="rear_axle_x_m = 0.0\nunit = []\n")
-    assert re.search(r"rig\.toml: unit = \[\]: give at least one \[\[unit\]\] table", complaint(tmp_path))
+    assert re.search(r"rig\.toml: unit = \[\]: give at least one \[\[unit\]\] table", error_message(tmp_path))
 
 
-def test_an_unknown_rig_lists_the_shipped_ones():
+def test_error_of_an_unknown_rig_lists_the_shipped_ones():
     with pytest.raises(RigError, match=r"no such rig file; give a path, or one of: roof_spinning_16, srx_six_lux"):
         load_rig("srx_seven_lux", Path("somewhere"))
