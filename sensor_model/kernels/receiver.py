@@ -20,6 +20,8 @@ from sensor_model.kernels.records import (
 )
 from sensor_model.kernels.samples import gather_samples
 
+_SAMPLES = 4096  # beams are processed in blocks of at most this many samples, so that these stay in the cache
+
 
 @njit(cache=True)
 def receive_fan(
@@ -38,12 +40,15 @@ def receive_fan(
     receiver = Receiver(
         units.range_min[u], units.pulse_length[u], units.pulse_growth[u], units.echo_separation[u], units.echoes_max[u]
     )
-    samples = _work_arrays(2 * rays_high * columns, azimuths)
+    per_beam = 2 * rays_high * rays_wide
+    block = min(azimuths, max(1, _SAMPLES // per_beam))
+    samples = _work_arrays(block * per_beam, block)
     for layer in range(len(first_beam)):
-        first = first_beam[layer]
-        low, high, end = layer * rays_high, (layer + 1) * rays_high, first + azimuths
-        gather_samples(rays, low, high, rays_wide, beams.gain[first:end], receiver, bodies, static, samples)
-        _detect_echoes(first, beams.threshold[first:end], receiver, samples, out)
+        low, high = layer * rays_high, (layer + 1) * rays_high
+        for k in range(0, azimuths, block):
+            first, end = first_beam[layer] + k, first_beam[layer] + min(k + block, azimuths)
+            gather_samples(rays, low, high, k, rays_wide, beams.gain[first:end], receiver, bodies, static, samples)
+            _detect_echoes(first, beams.threshold[first:end], receiver, samples, out)
 
 
 @njit(cache=True)
@@ -57,12 +62,12 @@ def _work_arrays(room: int, beams: int) -> Samples:
 
 @njit(cache=True)
 def _detect_echoes(first: int, threshold: Floats, receiver: Receiver, samples: Samples, out: ScanBuffers) -> None:
-    """Append the echoes of a row of beams, and the beams that hit something and have none.
+    """Append the echoes of a block of beams, and the beams that hit something and have none.
 
     Parameters
     ----------
     first
-        First beam of the row.
+        First beam of the block.
     threshold
         (K,) minimum power of an echo, per beam [1/m^2].
     """

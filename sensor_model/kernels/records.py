@@ -176,7 +176,7 @@ class Receiver(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Light that returns to the K beams of one layer: S samples, at most two per ray, beam after beam."""
+    """Light that returns to a block of K beams of one layer: S samples, at most two per ray, beam after beam."""
 
     value: Floats
     """(2, S) rows `RANGE` [m] and `POWER` [1/m^2]."""

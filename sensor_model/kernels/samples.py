@@ -27,10 +27,10 @@ from sensor_model.returns import GROUND, NOTHING, WALL
 
 @njit(cache=True, error_model="numpy")
 def gather_samples(
-    rays: Rays, low: int, high: int, rays_wide: int, gain: Floats, receiver: Receiver, bodies: Solids,
+    rays: Rays, low: int, high: int, first: int, rays_wide: int, gain: Floats, receiver: Receiver, bodies: Solids,
     static: StaticScene, samples: Samples,
 ) -> None:  # fmt: skip
-    """Fill the samples of the beams of one layer, beam after beam.
+    """Fill the samples of a block of beams of one layer, beam after beam.
 
     Power is reflectivity x cos(incidence) x gain / range^2 (Lambert), attenuated by the air, in equal shares per ray.
 
@@ -38,11 +38,14 @@ def gather_samples(
     ----------
     low, high
         The layer has rays [low, high) of each column.
+    first
+        First azimuth of the block.
     gain
         (K,) sensitivity of each beam.
     """
     # Unpacked once: each access to a record's array costs an atomic reference count.
     column, cos, hit, hit_id, value, ids = rays.column, rays.cos, rays.hit, rays.hit_id, samples.value, samples.id
+    targets, inverse_depth, inner_surface = hit_id[TARGET], hit[INVERSE_DEPTH], hit_id[INNER_SURFACE]
     start, blocked = samples.start, samples.blocked
     wall_reflectivity, reflectivity, transmission = static.reflectivity, bodies.reflectivity, bodies.transmission
     ground_reflectivity, extinction, range_min = static.ground_reflectivity, static.extinction, receiver.range_min
@@ -50,11 +53,11 @@ def gather_samples(
     for k in range(len(gain)):
         share, blocked[k] = gain[k] / ((high - low) * rays_wide), False
         for i in range(low, high):
-            for m in range(k * rays_wide, (k + 1) * rays_wide):
-                target = hit_id[TARGET, m, i]
+            for m in range((first + k) * rays_wide, (first + k + 1) * rays_wide):
+                target = targets[m, i]
                 if target == NOTHING:
                     continue
-                r = 1.0 / (hit[INVERSE_DEPTH, m, i] * cos[m, i])
+                r = 1.0 / (inverse_depth[m, i] * cos[m, i])
                 if r < range_min:
                     blocked[k] = True
                     continue
@@ -64,7 +67,7 @@ def gather_samples(
                     q = hit_id[SURFACE, m, i]
                     sent = (wall_reflectivity[q] if target == WALL else reflectivity[q]) * hit[COSINE, m, i]
                 count = _append(target, q, r, sent * share, extinction, value, ids, count)
-                behind = hit_id[INNER_SURFACE, m, i]
+                behind = inner_surface[m, i]
                 if behind != NONE:
                     sent = transmission[q] * reflectivity[behind] * hit[INNER_COSINE, m, i]
                     r = 1.0 / (hit[INNER_INVERSE_DEPTH, m, i] * cos[m, i])
