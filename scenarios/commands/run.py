@@ -33,7 +33,7 @@ def run(
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
 
-    from scenarios.execute import execute, default_folder
+    from scenarios.execute import default_folder, execute
     from scenarios.files import shipped
     from scenarios.files.scenario import Scenario
     from scenarios.oracle.device_choice import choose
