@@ -88,9 +88,10 @@ class HeadingEstimator:
             return self._turns_by_size(seen_size, seen_whole)
         return self._turns_by_course(course, position, seen_size)
 
-    def turn(self, quarters: int) -> None:
-        """Turn the heading by `quarters`."""
+    def turn(self, quarters: int, position: Floats) -> None:
+        """Turn the heading by `quarters`, at the tracked corner (2,) [m]; evidence for another turn starts again."""
         self._filter.mean[0, 0] = wrap(self.heading + quarters * QUARTER)
+        self._votes, self._contradicted_from = 0, position
 
     def shift(self, offset: Floats) -> None:
         """Account for a tracked point that moves by (2,) [m] to another place on the vehicle."""

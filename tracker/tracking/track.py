@@ -175,6 +175,6 @@ class Track:
         """Describe the same box by a heading turned by `quarters`."""
         if quarters == 0:
             return
-        self._heading.turn(quarters)
+        self._heading.turn(quarters, self.corner.position)
         self.corner.turn(quarters)
         self._size.turn(quarters, self._heading.oriented_hits)
