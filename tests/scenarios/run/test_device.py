@@ -42,7 +42,7 @@ def folder(tmp_path, monkeypatch):
             r"no module tracker\.nowhere .*; tracker is a package of luxloop, .* as FILE\.py:NAME",
         ),
         ("tracker.tracker:Trucker", r"Trucker is not there in tracker\.tracker"),
-        ("tracker.tracker:ROUNDS", "ROUNDS is not callable"),
+        ("tracker.records:MODELS", "MODELS is not callable"),
         ("nowhere.py:Tracker", r"no file nowhere\.py; give the path of a Python file"),
         ("mine.py:Trucker", r"Trucker is not there in mine\.py; name a class with step"),
         ("mine.py:", "should be MODULE:NAME or FILE.py:NAME"),

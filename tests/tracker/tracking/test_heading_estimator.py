@@ -58,5 +58,5 @@ def test_every_turn_by_motion_needs_the_whole_distance_again():
     turned_at = np.array([-1.1 * needed, 0.0])
     assert heading.turns_to_front(math.pi, turned_at, CAR, WHOLE) == 2
     heading.turn(2, turned_at)
-    assert heading.turns_to_front(0.0, turned_at + [0.9 * needed, 0.0], CAR, WHOLE) == 0
-    assert heading.turns_to_front(0.0, turned_at + [1.1 * needed, 0.0], CAR, WHOLE) == 2
+    assert heading.turns_to_front(0.0, turned_at + np.array([0.9 * needed, 0.0]), CAR, WHOLE) == 0
+    assert heading.turns_to_front(0.0, turned_at + np.array([1.1 * needed, 0.0]), CAR, WHOLE) == 2
