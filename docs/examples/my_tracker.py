@@ -4,7 +4,7 @@ luxloop run docs/examples/my-first.toml --tracker docs.examples.my_tracker:Patch
 """
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from tracker.records import MODELS, Status, Tracks
 
@@ -52,7 +52,7 @@ def cars(points_ego):
     cell = ((points + RANGE_M) / CELL_M).astype(int)
     grid = np.zeros((int(2 * RANGE_M / CELL_M),) * 2, bool)
     grid[cell[:, 0], cell[:, 1]] = True
-    label = ndimage.label(grid, structure=np.ones((3, 3)))[0][cell[:, 0], cell[:, 1]]
+    label = scipy.ndimage.label(grid, structure=np.ones((3, 3)))[0][cell[:, 0], cell[:, 1]]
     centers = []
     for patch in (points[label == k] for k in np.unique(label)):
         low, high = patch.min(axis=0), patch.max(axis=0)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from scenarios.arrays import Ints
 from scenarios.grading.matching import CONTINUITY, NO_TRACK
@@ -45,7 +45,7 @@ def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[tuple
             continue
         score = overlap + CONTINUITY * (track == matched_before[vehicle][:, None])
         score[overlap < hit_iou_min - ROUNDING] = 0.0
-        row, column = linear_sum_assignment(score, maximize=True)
+        row, column = scipy.optimize.linear_sum_assignment(score, maximize=True)
         hit = score[row, column] > ROUNDING
         vehicle, track = vehicle[row[hit]], track[column[hit]]
         matched_before[:] = NO_TRACK

@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.grading_config import GradingConfig
@@ -79,7 +79,7 @@ class TrackMatcher:
         before = np.array([self._followed.get(track, NO_ACTOR) for track in track_id.tolist()], dtype=np.int64)
         score = overlap + CONTINUITY * (actor_id[:, None] == before)
         score[overlap < self._config.match_iou_min] = 0.0
-        row, column = linear_sum_assignment(score, maximize=True)
+        row, column = scipy.optimize.linear_sum_assignment(score, maximize=True)
         paired = score[row, column] > 0.0
         actor_row = np.full(len(track_id), -1, dtype=np.int64)
         actor_row[column[paired]] = row[paired]

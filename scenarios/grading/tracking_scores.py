@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from scenarios.arrays import Floats, Ints
 from scenarios.grading.id_switches import ROUNDING, clear_hits, id_switches
@@ -116,7 +116,7 @@ def _identity_matches(sequence: TrackingSequence, hit_iou_min: float) -> Ints:
     together = np.zeros((sequence["num_gt_ids"], sequence["num_tracker_ids"]), dtype=np.int64)
     for vehicle, track, overlap in _steps(sequence):
         together[np.ix_(vehicle, track)] += overlap >= hit_iou_min
-    row, column = linear_sum_assignment(together, maximize=True)
+    row, column = scipy.optimize.linear_sum_assignment(together, maximize=True)
     out = np.zeros(len(together), dtype=np.int64)
     out[row] = together[row, column]
     return out
@@ -127,7 +127,7 @@ def _hota_matches(sequence: TrackingSequence) -> Ints:
     alignment = _alignment(sequence)
     out = np.zeros((*alignment.shape, len(ALPHAS) + 1), dtype=np.int64)
     for vehicle, track, overlap in _steps(sequence):
-        row, column = linear_sum_assignment(alignment[np.ix_(vehicle, track)] * overlap, maximize=True)
+        row, column = scipy.optimize.linear_sum_assignment(alignment[np.ix_(vehicle, track)] * overlap, maximize=True)
         reached = np.searchsorted(ALPHAS - ROUNDING, overlap[row, column], side="right")
         out[vehicle[row], track[column], reached] += 1
     return out

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+import scipy
 
 from scenarios.arrays import Floats
 from scenarios.study.worker import BROKEN
@@ -61,7 +61,7 @@ def estimate(values: pd.Series, seeds: pd.Series, binary: bool) -> Estimate:
 
 def wilson(successes: int, runs: int) -> tuple[float, float]:
     """Return the confidence interval of a proportion (Wilson 1927, J. Am. Statistical Association 22, 209)."""
-    interval = stats.binomtest(successes, runs).proportion_ci(CONFIDENCE, "wilson")
+    interval = scipy.stats.binomtest(successes, runs).proportion_ci(CONFIDENCE, "wilson")
     return float(interval.low), float(interval.high)
 
 
@@ -69,7 +69,7 @@ def student(values: Floats) -> tuple[float, float]:
     """Return Student's t interval of the mean of independent values (n,); NaN for a single value."""
     if len(values) < 2:
         return math.nan, math.nan
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1) * stats.sem(values))
+    half = float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1) * scipy.stats.sem(values))
     return float(values.mean()) - half, float(values.mean()) + half
 
 

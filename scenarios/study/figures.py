@@ -4,12 +4,10 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
 
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file
@@ -18,6 +16,10 @@ from scenarios.report.html.palette import INK, PAGE, SERIES
 from scenarios.report.html.svg_figure import STYLE, Figure, draw, note
 from scenarios.study.curves import estimates, is_binary, levels
 from scenarios.study.study_file import Curve, Study
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 MARKERS = "osD^vP"
 PANEL_IN = (2.9, 3.3)
@@ -43,7 +45,7 @@ class Picture:
     title: str
     caption: str
     size_in: tuple[float, float]
-    paint: Callable[[Canvas], None]
+    paint: "Callable[[Canvas], None]"
     """Draws the figure on a canvas."""
 
     def figure(self) -> Figure:
@@ -59,6 +61,9 @@ class Picture:
             The folder cannot be written.
         """
         path = folder / f"{self.name}.png"
+        import matplotlib
+        from matplotlib.figure import Figure as Canvas
+
         with matplotlib.rc_context(STYLE):
             canvas = Canvas(figsize=self.size_in, layout="constrained", facecolor=PAGE)
             self.paint(canvas)
@@ -93,7 +98,7 @@ def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Pictur
     panels = list(found.groupby(curve.panels, sort=True, observed=True)) if curve.panels else [("", found)]
     columns = max(1, len(panels))
 
-    def paint(canvas: Canvas) -> None:
+    def paint(canvas: "Canvas") -> None:
         if found.empty:
             note(canvas.subplots(), "no run has a value")
             return
@@ -127,7 +132,7 @@ def text(level: object) -> str:
     return f"{level:g}" if isinstance(level, float | int) else str(level)
 
 
-def _curves(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
+def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> None:
     """Draw one curve per level of `by`, with a small horizontal offset so that their intervals do not overlap."""
     names = list(found[curve.against].cat.categories)
     by_number = all(isinstance(name, float | int) for name in names)
@@ -145,7 +150,7 @@ def _curves(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None
     axes.set_xlabel(label(study, curve.against))
 
 
-def _curve(axes: Axes, x: pd.Series, line: pd.DataFrame, n: int, name: str) -> None:
+def _curve(axes: "Axes", x: pd.Series, line: pd.DataFrame, n: int, name: str) -> None:
     """Draw the n-th curve; points at which some runs have no value are hollow."""
     color, marker = SERIES[n % len(SERIES)], MARKERS[n % len(MARKERS)]
     axes.plot(x, line["mean"], f"-{marker}", color=color, ms=4.5, label=name)
@@ -154,7 +159,7 @@ def _curve(axes: Axes, x: pd.Series, line: pd.DataFrame, n: int, name: str) -> N
     axes.plot(x[partial], line["mean"][partial], marker, color=color, mfc=PAGE, ms=4.5)
 
 
-def _set_limits(axes: Axes, metric: str, found: pd.DataFrame) -> None:
+def _set_limits(axes: "Axes", metric: str, found: pd.DataFrame) -> None:
     """Start the vertical axis at zero, and end it at one for fractions."""
     if found["mean"].min() < 0.0:
         return
@@ -162,7 +167,7 @@ def _set_limits(axes: Axes, metric: str, found: pd.DataFrame) -> None:
     axes.set_ylim(*((-0.02, 1.02) if is_share else (0.0, 1.06 * found[["mean", "high"]].max().max() or 1.0)))
 
 
-def _map(axes: Axes, study: Study, curve: Curve, found: pd.DataFrame) -> None:
+def _map(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> None:
     """Draw a heat map with the mean written in each cell, in parentheses if some runs have no value."""
     assert curve.by is not None
     table = found.set_index([curve.by, curve.against])

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from sensor_model.arrays import Floats
 from sensor_model.noise.random_draws import Draws, Purpose
@@ -79,7 +79,9 @@ class Attitude:
             return self._level
         pitch_deg = config.pitch_deg + config.pitch_sigma_deg * self._wave(0, time)
         roll_deg = config.roll_deg + config.roll_sigma_deg * self._wave(1, time)
-        return np.asarray(Rotation.from_euler("YX", [pitch_deg, roll_deg], degrees=True).as_matrix())
+        return np.asarray(
+            scipy.spatial.transform.Rotation.from_euler("YX", [pitch_deg, roll_deg], degrees=True).as_matrix()
+        )
 
     def _wave(self, axis: int, time: float) -> float:
         """Return the value of the axis' process, which has variance 1."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.noise.random_draws import Draws, Purpose
@@ -70,7 +70,7 @@ def true_mounts(config: CalibrationError, units: UnitTable, draws: Draws) -> tup
     normal = draws.normal_of(_RUN, unit, coordinate, Purpose.MOUNT).reshape(-1, 6)
     shift = normal[:, :3] * (config.xy_sigma_m, config.xy_sigma_m, config.z_sigma_m)
     turn_deg = normal[:, 3:] * (config.yaw_sigma_deg, config.pitch_sigma_deg, config.roll_sigma_deg)
-    R_nominal_true = Rotation.from_euler("ZYX", turn_deg, degrees=True).as_matrix()
+    R_nominal_true = scipy.spatial.transform.Rotation.from_euler("ZYX", turn_deg, degrees=True).as_matrix()
     return units.origin_ego + shift, units.R_ego_unit @ R_nominal_true
 
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logit
+import scipy
 
 from sensor_model.arrays import Bools, Floats
 from sensor_model.kernels.noise import TABLE_BITS, soft_thresholds
@@ -46,7 +46,7 @@ class Sensitivity:
         self._beams = beams
         self._draws = draws
         quantile = (np.arange(2**TABLE_BITS) + 0.5) / 2**TABLE_BITS
-        logistic_db = config.softness_db / _LOGISTIC_10_TO_90 * logit(quantile)
+        logistic_db = config.softness_db / _LOGISTIC_10_TO_90 * scipy.special.logit(quantile)
         self._factor: Floats = 10.0 ** (logistic_db / 10.0)
 
     def threshold(self, frame: int) -> tuple[Floats, Bools]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
+import scipy
 
 from sensor_model.arrays import Bytes, Floats, Ints
 from sensor_model.rig.rig import Mount, Rig
@@ -149,7 +149,7 @@ def unit_table(rig: Rig) -> UnitTable:
 def _rotation(mount: Mount) -> Floats:
     """Return (3, 3) ego = R unit: yaw about z, then pitch about the new y, then roll about the new x."""
     angles_deg = [mount.yaw_deg, mount.pitch_deg, mount.roll_deg]
-    return np.asarray(Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix())
+    return np.asarray(scipy.spatial.transform.Rotation.from_euler("ZYX", angles_deg, degrees=True).as_matrix())
 
 
 def _azimuth(fan: Fan) -> Floats:

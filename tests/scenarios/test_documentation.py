@@ -1,7 +1,6 @@
 """The documentation: its commands run, its examples work, and it lists every key, metric, column and command."""
 
 import ast
-import importlib.util
 import re
 import shlex
 import subprocess
@@ -15,6 +14,7 @@ import tomli_w
 import typer
 from support import short_run
 from support.paths import ROOT
+from support.scripts import load_script
 
 from scenarios.cli import app, main
 from scenarios.control import safety
@@ -54,9 +54,7 @@ ABSENT = (
 """Packages that the tracker alone must not need."""
 MADE_LATER = {"benchmarks/latest.json"}
 
-_spec = importlib.util.spec_from_file_location("refresh", ROOT / "docs" / "refresh.py")
-refresh = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(refresh)
+refresh = load_script(ROOT / "docs" / "refresh.py")
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+import scipy
 from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 
 from sensor_model.bodies.materials import Glass
@@ -51,7 +51,7 @@ class Points:
         glass = Glass(pane_reflectivity=0.06 if black else 0.2, transmission=0.0)
         sensor = SensorConfig(footprint=footprint, glass=glass)
         beams, bodies, walls, context = placed_scene(rig, sensor, world(actor))
-        R = Rotation.from_euler("y", pitch_deg, degrees=True).as_matrix()
+        R = scipy.spatial.transform.Rotation.from_euler("y", pitch_deg, degrees=True).as_matrix()
         context = replace(context, origin_ego=context.origin_ego @ R.T, R_ego_unit=R @ context.R_ego_unit)
         echoes = Raycaster(beams, sensor).cast(bodies, walls, context)
         on = np.flatnonzero(echoes.target == 0)

@@ -7,6 +7,7 @@ import tomllib
 
 import pytest
 from support.paths import DOCS
+from support.scripts import load_script
 
 from sensor_model import truth
 from sensor_model.noise.noise_config import NoiseConfig
@@ -16,13 +17,6 @@ from sensor_model.sensor_config import SensorConfig
 PAGE = (DOCS / "sensor.md").read_text(encoding="utf-8")
 ABLATION = (DOCS / "ablation.md").read_text(encoding="utf-8")
 
-_spec = importlib.util.spec_from_file_location("ablation", DOCS / "ablation.py")
-ablation = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(ablation)
-
-_spec = importlib.util.spec_from_file_location("draw_sensor", DOCS / "draw_sensor.py")
-draw_sensor = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(draw_sensor)
 
 ROWS = dict(re.findall(r"^\| `(\w+(?:\.\w+)+)` \| `([^`]*)` \|", PAGE, flags=re.MULTILINE))
 """Dotted key to its default, from the tables of the page."""
@@ -81,8 +75,8 @@ def test_every_field_of_the_truth_is_documented():
 def test_every_picture_is_drawn_and_shown():
     """Fails for a picture without a module that draws it, and for one that is drawn but not shown."""
     shown = set(re.findall(r"pictures/sensor_(\w+)\.png\)", PAGE))
-    assert shown == set(draw_sensor.PICTURES)
-    for name in draw_sensor.PICTURES:
+    assert shown == set(load_script(DOCS / "draw_sensor.py").PICTURES)
+    for name in load_script(DOCS / "draw_sensor.py").PICTURES:
         assert (DOCS / "sensor_pictures" / f"{name}.py").exists()
         assert (DOCS / "pictures" / f"sensor_{name}.png").stat().st_size < 200_000
 
@@ -94,9 +88,15 @@ def block(name):
 
 
 def test_ablation_has_a_row_for_every_kind_of_noise():
+    ablation = load_script(DOCS / "ablation.py")
     kinds = [field.name for field in dataclasses.fields(NoiseConfig)]
     names = [row[0].strip("`") for row in block("alone")]
-    assert names == ["none", *kinds, *(row.name for row in ablation.TOGETHER), ablation.PAPERS_OWN[0]]
+    assert names == [
+        "none",
+        *kinds,
+        *(row.name for row in ablation.TOGETHER),
+        ablation.PAPERS_OWN[0],
+    ]
     assert [row[0] for row in block("base")] == [row.name for row in ablation.ON_BASE]
 
 

@@ -1,24 +1,19 @@
 """docs/traffic.md: limits, environments and pictures match the code, and the example runs."""
 
 import dataclasses
-import importlib.util
 import math
 import re
 
-import gymnasium
-import highway_env  # noqa: F401  registers its environments
 import pytest
 from support.paths import DOCS
+from support.scripts import load_script
+from support.traffic import documented_environments, registered_environments
 
 from sim.modes import ModeLimits
 from sim.physical import limits
 
 PAGE = (DOCS / "traffic.md").read_text(encoding="utf-8")
 LIMITS = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) (\S+)", PAGE, flags=re.MULTILINE)
-
-_spec = importlib.util.spec_from_file_location("draw_motion", DOCS / "draw_motion.py")
-draw_motion = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(draw_motion)
 
 
 @pytest.mark.parametrize(("name", "value", "unit"), LIMITS, ids=[name for name, *_ in LIMITS])
@@ -33,9 +28,7 @@ def test_limits_of_modes_match_their_defaults():
 
 
 def test_every_environment_is_documented_once():
-    registered = [name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("highway_env.")]
-    (table,) = re.findall(r"^\| environments \|.*\n((?:\|.*\n)+)", PAGE, flags=re.MULTILINE)
-    assert sorted(re.findall(r"`([\w-]+-v\d)`", table)) == sorted(registered)
+    assert documented_environments() == registered_environments()
 
 
 def test_the_example_runs(capsys):
@@ -46,6 +39,7 @@ def test_the_example_runs(capsys):
 
 
 def test_every_picture_has_its_module():
+    draw_motion = load_script(DOCS / "draw_motion.py")
     assert {f"motion_{name}.png" for name in draw_motion.PICTURES} == {
         path.name for path in (DOCS / "pictures").glob("motion_*.png")
     }

@@ -1,5 +1,6 @@
 """The shipped rig, and inputs of the noise models."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,12 @@ def thresholds(config=None, frame=0, time=0.0, ego_yaw=0.0, seed=1, beams=BEAMS,
     """Return the thresholds of a frame; hard ones by default."""
     config = config or NoiseConfig(dropout=HARD)
     return DetectionThresholds(config, beams, Draws(seed, beams), names).thresholds(frame, time, ego_yaw)
+
+
+@cache
+def healthy():
+    """Return the thresholds of the rig without faults, computed once."""
+    return thresholds()
 
 
 def context(beams=BEAMS, **changes):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
@@ -80,7 +80,7 @@ def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[t
     low = cost[admissible].min()
     # A forbidden pair costs more than all admissible ones together, so the optimum has the most admissible pairs.
     forbidden = (cost[admissible] - low).sum() + 1.0
-    rows, columns = linear_sum_assignment(np.where(admissible, cost - low, forbidden))
+    rows, columns = scipy.optimize.linear_sum_assignment(np.where(admissible, cost - low, forbidden))
     return [(int(t), int(b)) for t, b in zip(rows, columns, strict=True) if admissible[t, b]]
 
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from filterpy.common import Q_continuous_white_noise
 
 from tracker.arrays import Floats
 from tracker.bounds import require_within
@@ -94,6 +93,8 @@ def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
 
     Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
     """
+    from filterpy.common import Q_continuous_white_noise  # imports scipy.stats, which takes half a second
+
     if order == 1:
         return np.array([[spectral_density * dt]])
     return np.asarray(Q_continuous_white_noise(dim=order, dt=dt, spectral_density=spectral_density))

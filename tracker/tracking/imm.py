@@ -1,7 +1,8 @@
 """Filter bank with filterpy's interacting multiple model, the reference for multiple-model association."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from filterpy.kalman import IMMEstimator, KalmanFilter
 
 from tracker.arrays import Floats
 from tracker.records import MODELS
@@ -9,11 +10,16 @@ from tracker.tracking import mma
 from tracker.tracking.filters import STATE_DIM, Filters, Motion
 from tracker.tracking.mma import MmaConfig
 
+if TYPE_CHECKING:
+    from filterpy.kalman import KalmanFilter
+
 
 class FilterpyImm:
     """Filter bank that reports the mean of all models, weighted by their probabilities (Blom and Bar-Shalom 1988)."""
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
+        from filterpy.kalman import IMMEstimator
+
         self._config = config
         # M[i, j] is the probability of the change from i to j; filterpy's docstring says the opposite.
         self._imm = IMMEstimator(
@@ -70,8 +76,10 @@ class FilterpyImm:
             kf.P[:2, :2] += covariance
 
 
-def _kalman(mean: Floats, covariance: Floats) -> KalmanFilter:
+def _kalman(mean: Floats, covariance: Floats) -> "KalmanFilter":
     """Return the Kalman filter of one model, with x and y as measurement."""
+    from filterpy.kalman import KalmanFilter
+
     kf = KalmanFilter(dim_x=STATE_DIM, dim_z=2)
     kf.x, kf.P, kf.H = mean.copy(), covariance.copy(), np.eye(2, STATE_DIM)
     return kf

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.special import ndtr
+import scipy
 
 from tracker.arrays import Floats
 from tracker.geometry import mahalanobis
@@ -83,7 +83,7 @@ def slow(filters: Filters, limit_mps: float) -> Floats:
     moves = speed[:, None] > NO_SPEED_MPS
     direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
     std = np.sqrt(np.einsum("mi,mij,mj->m", direction, covariance, direction))
-    return np.asarray(ndtr((limit_mps - speed) / std) - ndtr((-limit_mps - speed) / std))
+    return np.asarray(scipy.special.ndtr((limit_mps - speed) / std) - scipy.special.ndtr((-limit_mps - speed) / std))
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:

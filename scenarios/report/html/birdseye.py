@@ -1,11 +1,9 @@
 """Bird's-eye pictures of single frames, the ego heading up."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
-from matplotlib.patches import PathPatch, Polygon
-from matplotlib.path import Path as Line
 
 from scenarios.arrays import Floats
 from scenarios.grading.articulated import parts
@@ -15,6 +13,11 @@ from scenarios.report.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE,
 from scenarios.report.html.svg_figure import Figure, draw
 from scenarios.result import Result
 from sensor_model.truth import NO_ACTOR
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+    from matplotlib.patches import Polygon
 
 NAMES = {
     "detection": "Missed or false",
@@ -69,7 +72,7 @@ def _picture(result: Result, name: str, snapshot: pd.Series) -> Figure:
     at_frame = {name: table[table["frame"] == snapshot["frame"]] for name, table in result.tables.items()}
     ego = snapshot[EGO_WORLD].to_numpy(np.float64)
 
-    def on(canvas: Canvas) -> None:
+    def on(canvas: "Canvas") -> None:
         canvas.set_layout_engine("none")
         axes = canvas.add_axes((0.004, 0.004, 0.992, 0.992))
         _set_view(axes, snapshot)
@@ -89,7 +92,7 @@ def _to_canvas(ego_frame: Floats) -> Floats:
     return np.stack([-ego_frame[..., 1], ego_frame[..., 0]], axis=-1)
 
 
-def _set_view(axes: Axes, snapshot: pd.Series) -> None:
+def _set_view(axes: "Axes", snapshot: pd.Series) -> None:
     """Set the limits to show the ego and the error, and draw a scale bar and a ring around the error."""
     place = _to_canvas(snapshot[["x_ego_m", "y_ego_m"]].to_numpy(np.float64))
     middle = 0.5 * place
@@ -103,8 +106,11 @@ def _set_view(axes: Axes, snapshot: pd.Series) -> None:
     axes.text(left, low + 0.03 * reach, "10 m", fontsize=8, color=INK)
 
 
-def _points(axes: Axes, points: pd.DataFrame) -> None:
+def _points(axes: "Axes", points: pd.DataFrame) -> None:
     """Draw points: grey on the background, blue on actors, red for noise."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Line
+
     noise = points["cause"] != "clean"
     on_actor = points["actor_id"] != NO_ACTOR
     for rows, color, width in (
@@ -129,28 +135,28 @@ def _outlines(boxes: Floats) -> Floats:
     return _to_canvas(corner(boxes[:, None, :], np.broadcast_to(CORNER_SIGNS, (len(boxes), 4, 2))))
 
 
-def _truth(axes: Axes, truth: pd.DataFrame, ego: Floats) -> None:
+def _truth(axes: "Axes", truth: pd.DataFrame, ego: Floats) -> None:
     """Draw true boxes in thin lines with the actor's id, dashed if not graded."""
     pose = into_frame(truth[POSE_WORLD].to_numpy(np.float64), ego)
     row, poses, sizes = parts(pose, truth[SIZE].to_numpy(np.float64), truth["articulation_rad"].to_numpy())
     graded = truth["graded"].to_numpy()
     for k, outline in zip(row, _outlines(np.hstack([poses, sizes])), strict=True):
         color, line = (INK, "-") if graded[k] else (MUTED, (0, (3, 2)))
-        axes.add_patch(Polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=1.0))
+        axes.add_patch(_polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=1.0))
     for at, actor, counts in zip(_to_canvas(pose[:, :2]), truth["actor_id"], graded, strict=True):
         if counts:
             axes.text(at[0], at[1], str(actor), color=INK, fontsize=7.5, ha="center", va="center", clip_on=True)
 
 
-def _fits(axes: Axes, fits: pd.DataFrame) -> None:
+def _fits(axes: "Axes", fits: pd.DataFrame) -> None:
     """Draw the selected rectangles of graded vehicles."""
     best = fits[fits["best"] & fits["heading_error_deg"].notna()]
     boxes = best[["x_ego_m", "y_ego_m", "heading_ego_rad", *SIZE]].to_numpy(np.float64)
     for outline in _outlines(boxes):
-        axes.add_patch(Polygon(outline, fill=False, edgecolor=ORANGE, linewidth=1.5))
+        axes.add_patch(_polygon(outline, fill=False, edgecolor=ORANGE, linewidth=1.5))
 
 
-def _tracks(axes: Axes, tracks: pd.DataFrame, ego: Floats) -> None:
+def _tracks(axes: "Axes", tracks: pd.DataFrame, ego: Floats) -> None:
     """Draw confirmed tracks in thick lines with front and id, false ones in red; coasting tracks dashed."""
     boxes = np.hstack([into_frame(tracks[POSE_WORLD].to_numpy(np.float64), ego), tracks[SIZE].to_numpy(np.float64)])
     rows = zip(_outlines(boxes), tracks["track_id"], tracks["status"], tracks["verdict"], strict=True)
@@ -160,7 +166,7 @@ def _tracks(axes: Axes, tracks: pd.DataFrame, ego: Floats) -> None:
         color = RED if verdict == "false" else BLUE
         solid = status == "confirmed"
         line = "-" if solid else (0, (2, 2))
-        axes.add_patch(Polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=2.2 if solid else 1.2))
+        axes.add_patch(_polygon(outline, fill=False, edgecolor=color, linestyle=line, linewidth=2.2 if solid else 1.2))
         if solid:
             front, middle = outline[[0, 3]].mean(axis=0), outline.mean(axis=0)
             ahead = front + (front - middle) / np.linalg.norm(front - middle) * 2.0
@@ -171,7 +177,14 @@ def _tracks(axes: Axes, tracks: pd.DataFrame, ego: Floats) -> None:
             )  # fmt: skip
 
 
-def _ego(axes: Axes, snapshot: pd.Series) -> None:
+def _ego(axes: "Axes", snapshot: pd.Series) -> None:
     box = np.array([[0.0, 0.0, 0.0, snapshot["ego_length_m"], snapshot["ego_width_m"]]])
-    axes.add_patch(Polygon(_outlines(box)[0], facecolor=INK, edgecolor=INK))
+    axes.add_patch(_polygon(_outlines(box)[0], facecolor=INK, edgecolor=INK))
     axes.text(0.0, 0.0, "ego", color=PAGE, fontsize=7, ha="center", va="center", clip_on=True)
+
+
+def _polygon(outline: Floats, **style: Any) -> "Polygon":
+    """Return a box with corners (4, 2)."""
+    from matplotlib.patches import Polygon
+
+    return Polygon(outline, **style)

@@ -2,12 +2,10 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
 
 from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.metric_names import FIT_METHODS
@@ -16,6 +14,10 @@ from scenarios.report import paper_figures
 from scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
 from scenarios.report.html.svg_figure import Figure, draw, note
 from tracker.records import BASELINES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 SHOWN_DEG = 10.0
 """End of the axis of heading errors; the legend gives the share of larger errors."""
@@ -60,7 +62,7 @@ COVARIATES = (
 def heading_distribution(fits: pd.DataFrame) -> Figure:
     """Draw the cumulative distribution of the absolute heading error of each method."""
 
-    def on(canvas: Canvas) -> None:
+    def on(canvas: "Canvas") -> None:
         axes = canvas.subplots()
         for method in FIT_METHODS:
             rows = fits[fits[method]] if method in ("best", "oracle") else fits[fits["method"] == method]
@@ -95,7 +97,7 @@ def observations(fits: pd.DataFrame, truth: pd.DataFrame) -> pd.DataFrame:
 def errors_against(observed: pd.DataFrame, covariate: Covariate) -> Figure:
     """Draw mean absolute errors of heading and corner by bins of a covariate, with 95 % intervals."""
 
-    def on(canvas: Canvas) -> None:
+    def on(canvas: "Canvas") -> None:
         heading, position = canvas.subplots(2, 1, sharex=True)
         counts = _means(heading, observed, covariate, observed["heading_error_deg"].abs(), BLUE)
         _means(position, observed, covariate, observed["position_error_m"], GREEN)
@@ -112,7 +114,7 @@ def errors_against(observed: pd.DataFrame, covariate: Covariate) -> Figure:
     return draw(anchor, f"Error of fits against {covariate.name}", caption, (5.2, 3.9), on)
 
 
-def _means(axes: Axes, observed: pd.DataFrame, covariate: Covariate, error: pd.Series, color: str) -> list[int]:
+def _means(axes: "Axes", observed: pd.DataFrame, covariate: Covariate, error: pd.Series, color: str) -> list[int]:
     """Draw the mean of each bin, and return the number of observations in each bin."""
     # The last bin includes its upper edge; graded observations are never beyond it.
     place = np.searchsorted(covariate.edges[1:-1], observed[covariate.column].to_numpy(), side="right")

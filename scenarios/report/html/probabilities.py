@@ -1,15 +1,17 @@
 """Figure of the model probabilities over time, with the true mode of the vehicle."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from scenarios.report.html.palette import BLUE, GREEN, ORANGE
 from scenarios.report.html.svg_figure import Figure, draw, note
 from tracker.records import MODELS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 VEHICLES = 4
 """Number of vehicles shown."""
@@ -23,7 +25,10 @@ def model_probabilities(tracks: pd.DataFrame) -> Figure:
     judged = tracks[tracks["judged"]].sort_values(["actor_id", "frame"], kind="stable")
     chosen = most_mode_changes(judged)
 
-    def on(canvas: Canvas) -> None:
+    def on(canvas: "Canvas") -> None:
+        from matplotlib.lines import Line2D
+        from matplotlib.patches import Patch
+
         rows = canvas.subplots(max(len(chosen), 1), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
         for axes, actor in zip(rows, chosen, strict=False):
             _draw(axes, judged[judged["actor_id"] == actor])
@@ -49,7 +54,7 @@ def most_mode_changes(judged: pd.DataFrame) -> list[int]:
     return [int(actor) for actor in ranked.index[:VEHICLES]]
 
 
-def _draw(axes: Axes, rows: pd.DataFrame) -> None:
+def _draw(axes: "Axes", rows: pd.DataFrame) -> None:
     time, mode = rows["time_s"].to_numpy(), rows["true_mode"].to_numpy()
     step = float(np.median(np.diff(time)))
     gaps = np.flatnonzero(np.diff(time) > 1.5 * step) + 1

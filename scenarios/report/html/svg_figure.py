@@ -4,14 +4,15 @@ import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
 from markupsafe import Markup, escape
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
 
 from scenarios.report.html import palette
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
@@ -51,7 +52,12 @@ class Figure:
 
 
 def draw(
-    name: str, title: str, caption: str, size_in: tuple[float, float], on: Callable[[Canvas], None], wide: bool = False
+    name: str,
+    title: str,
+    caption: str,
+    size_in: tuple[float, float],
+    on: "Callable[[Canvas], None]",
+    wide: bool = False,
 ) -> Figure:
     """Draw a figure.
 
@@ -68,6 +74,9 @@ def draw(
     wide
         See `Figure.wide`.
     """
+    import matplotlib
+    from matplotlib.figure import Figure as Canvas
+
     with matplotlib.rc_context({**STYLE, "svg.hashsalt": name}):
         canvas = Canvas(figsize=size_in, layout="constrained", facecolor="none")
         on(canvas)
@@ -78,7 +87,7 @@ def draw(
     return Figure(name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide)
 
 
-def note(axes: Axes, text: str) -> None:
+def note(axes: "Axes", text: str) -> None:
     """Write a note in the middle of empty axes."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=palette.MUTED)
 

@@ -1,17 +1,19 @@
 """Figure of timelines: for each vehicle, the track that follows it over time."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
 from scenarios.report.html.palette import FAINT, INK, LINE, PAGE, RED, SERIES
 from scenarios.report.html.svg_figure import Figure, draw, note
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
 VEHICLES = 30
 """Largest number of lines in the figure."""
@@ -47,7 +49,7 @@ def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
     rows = truth.groupby("actor_id")
     lines = {int(actor): list(periods(rows.get_group(actor), hidden_fraction_max)) for actor in chosen.index}
 
-    def on(canvas: Canvas) -> None:
+    def on(canvas: "Canvas") -> None:
         axes = canvas.subplots()
         span_s = float(truth["time_s"].max()) if len(truth) else 1.0
         for row, line in enumerate(lines.values()):
@@ -79,7 +81,7 @@ def periods(vehicle: pd.DataFrame, hidden_fraction_max: float) -> Iterator[Perio
         yield Period(float(time[part[0]]), float(time[part[-1]]) + step, int(state[part[0]]))
 
 
-def _draw(axes: Axes, row: int, line: list[Period], label_s: float) -> None:
+def _draw(axes: "Axes", row: int, line: list[Period], label_s: float) -> None:
     before = MISSED
     for begin, end, state in line:
         across = (begin, end - begin)
@@ -97,7 +99,10 @@ def _draw(axes: Axes, row: int, line: list[Period], label_s: float) -> None:
             axes.plot([begin, end], [row, row], color=color, lw=width, solid_capstyle="butt")
 
 
-def _legend() -> list[Patch | Line2D]:
+def _legend() -> "list[Patch | Line2D]":
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     return [
         Patch(facecolor=SERIES[0], label="followed (colour and number: track)"),
         Patch(facecolor="none", edgecolor=RED, linewidth=1.2, label="graded, no track"),

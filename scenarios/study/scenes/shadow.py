@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from scenarios.arrays import Bools, Floats
 from sensor_model.rig.rig import Mount, Rig
@@ -57,7 +57,9 @@ def screen_end(rig: Rig, points_ego: Floats, line_y_m: float, share: float) -> f
         return sum(float(np.clip(end, bearing.min(), bearing.max()) - bearing.min()) for end, bearing in ends)
 
     left_m, right_m = shadow_on_line(rig, points_ego, line_y_m)
-    return float(brentq(lambda end_m: visible(end_m) - (1.0 - share) * whole, left_m - 0.1, right_m + 0.1))
+    return float(
+        scipy.optimize.brentq(lambda end_m: visible(end_m) - (1.0 - share) * whole, left_m - 0.1, right_m + 0.1)
+    )
 
 
 def _rays(rig: Rig, points_ego: Floats) -> Iterator[tuple[Floats, Floats]]:

@@ -2,6 +2,7 @@
 
 import tomllib
 from collections import Counter
+from functools import cache
 
 import pytest
 
@@ -9,20 +10,26 @@ from scenarios.files import shipped
 from scenarios.files.expect import METRICS
 from scenarios.files.scenario import Scenario
 
-SHIPPED = {name: Scenario.load(path) for name, path in shipped.paths().items()}
+PATHS = shipped.paths()
 FAMILIES = {"highway", "urban", "occlusion", "faults", "noise", "fitting", "adversary"}
 
-each = pytest.mark.parametrize("scenario", SHIPPED.values(), ids=SHIPPED)
+
+@cache
+def load(name):
+    return Scenario.load(PATHS[name])
 
 
-@each
+@pytest.fixture(params=PATHS)
+def scenario(request):
+    return load(request.param)
+
+
 def test_description_and_reason_are_sentences(scenario):
     for sentence in (scenario.description, scenario.reason):
         assert sentence.endswith(".")
         assert sentence[0].isupper() or sentence.startswith("highway-env")
 
 
-@each
 def test_every_limit_has_a_unit_and_a_need(scenario):
     assert scenario.expect, "the scenario has no expectations"
     for metric, limit in scenario.expect.items():
@@ -30,7 +37,6 @@ def test_every_limit_has_a_unit_and_a_need(scenario):
         assert limit.need, metric
 
 
-@each
 def test_known_failures_explain_the_cause_with_a_number(scenario):
     for metric, limit in scenario.expect.items():
         if limit.known_failure:
@@ -38,18 +44,19 @@ def test_known_failures_explain_the_cause_with_a_number(scenario):
 
 
 def test_the_composition_of_the_catalog():
-    assert len(SHIPPED) >= 36
-    assert {scenario.folder.name for scenario in SHIPPED.values()} == FAMILIES
-    simulators = Counter(scenario.traffic.kind for scenario in SHIPPED.values())
+    scenarios = [load(name) for name in PATHS]
+    assert len(scenarios) >= 36
+    assert {scenario.folder.name for scenario in scenarios} == FAMILIES
+    simulators = Counter(scenario.traffic.kind for scenario in scenarios)
     assert simulators["sumo"] >= 12
     assert simulators["highway-env"] >= 6
-    smoke = {scenario.folder.name for scenario in SHIPPED.values() if scenario.suite == "smoke"}
+    smoke = {scenario.folder.name for scenario in scenarios if scenario.suite == "smoke"}
     assert smoke == FAMILIES, "the smoke suite should contain every family"
 
 
 def test_names_are_unique_across_families():
     # `luxloop run NAME` looks up scenarios by name, without the family.
-    assert len(SHIPPED) == len(list(shipped.CATALOG.glob("*/*.toml")))
+    assert len(PATHS) == len(list(shipped.CATALOG.glob("*/*.toml")))
 
 
 def test_the_catalog_contains_no_other_toml_files():

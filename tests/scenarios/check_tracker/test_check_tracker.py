@@ -1,6 +1,5 @@
 """Contract checker: trackers with one planted fault each, and trackers without faults."""
 
-import importlib.util
 import inspect
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.paths import EXAMPLES
+from support.scripts import load_script
 
 from scenarios.check_tracker import sequence_checks
 from scenarios.check_tracker.check_drives import NullTracker, drives
@@ -17,9 +17,7 @@ from scenarios.cli import main
 from tracker.records import Status, Tracks
 from tracker.tracker import Tracker
 
-_spec = importlib.util.spec_from_file_location("my_tracker", EXAMPLES / "my_tracker.py")
-my_tracker = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(my_tracker)
+my_tracker = load_script(EXAMPLES / "my_tracker.py")
 PatchTracker = my_tracker.PatchTracker
 
 

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import recorded
 from support.sequences import random_sequence
-from trackeval.metrics import CLEAR, HOTA, Identity
 
 from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
@@ -28,6 +27,8 @@ NAMED_AS_IN_A_RESULT = [
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
 @settings(deadline=None, max_examples=60)
 def test_vehicle_scores_add_up_to_trackevals_counts(seed, vehicles, tracks):
+    from trackeval.metrics import CLEAR, HOTA, Identity
+
     data = random_sequence(seed, vehicles, tracks)
     found = VehicleScores.of(data, 0.5)
     clear, identity = CLEAR(dict(LIMIT)).eval_sequence(data), Identity(dict(LIMIT)).eval_sequence(data)
@@ -79,6 +80,8 @@ def test_rates_are_counts_over_observations():
 
 
 def test_runs_are_pooled_as_trackeval_combines_sequences():
+    from trackeval.metrics import CLEAR, HOTA, Identity
+
     sequences = [
         tracking_sequence(*(run.result.tables[name] for name in ("truth", "tracks", "overlaps")))
         for run in recorded.runs()

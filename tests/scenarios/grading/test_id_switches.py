@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.frames import Body, Scripted, follow, grade_run
 from support.sequences import random_sequence
-from trackeval.metrics import CLEAR
 
 from scenarios.grading.id_switches import id_switches
 
@@ -58,6 +57,8 @@ def test_without_vehicles_the_metric_has_a_reason():
 @settings(deadline=None, max_examples=60)
 def test_number_of_switches_equals_trackevals(seed, vehicles, tracks):
     """Random overlaps with vehicles and tracks that come and go."""
+    from trackeval.metrics import CLEAR
+
     data = random_sequence(seed, vehicles, tracks)
     expected = CLEAR({"THRESHOLD": 0.5, "PRINT_CONFIG": False}).eval_sequence(data)["IDSW"]
     assert len(id_switches(data, 0.5)) == expected

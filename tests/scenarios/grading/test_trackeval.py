@@ -4,16 +4,12 @@ The project calls trackeval's metric classes with data from its tables. Here the
 Challenge files, and trackeval reads the files, matches ids and frames, and evaluates.
 """
 
-import importlib.util
-
 import numpy as np
 import pandas as pd
 import pytest
 from support import naive_grading as naive
 from support.paths import EXAMPLES
-from trackeval import Evaluator
-from trackeval.datasets import MotChallenge2DBox
-from trackeval.metrics import CLEAR, HOTA, Identity
+from support.scripts import load_script
 
 from scenarios import execute
 from scenarios.files import shipped as listing
@@ -46,9 +42,7 @@ QUIET = {"PRINT_CONFIG": False}
 SILENT = (*QUIET, "PRINT_RESULTS", "TIME_PROGRESS", "OUTPUT_SUMMARY", "OUTPUT_DETAILED", "PLOT_CURVES")
 GT, TRACKS = "gt/run/gt/gt.txt", "trackers/ours/data/run.txt"
 
-_spec = importlib.util.spec_from_file_location("my_tracker", EXAMPLES / "my_tracker.py")
-my_tracker = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(my_tracker)
+my_tracker = load_script(EXAMPLES / "my_tracker.py")
 
 
 @pytest.fixture(scope="module")
@@ -78,8 +72,12 @@ def write(path, rows, ids, boxes):
     path.write_text("\n".join(lines) + "\n")
 
 
-def evaluate(folder, frames, dataset=MotChallenge2DBox):
-    """Evaluate the files with trackeval's evaluator."""
+def evaluate(folder, frames, dataset=None):
+    """Evaluate the files with trackeval's evaluator, by default as its MOT challenge format."""
+    from trackeval import Evaluator
+    from trackeval.datasets import MotChallenge2DBox
+    from trackeval.metrics import CLEAR, HOTA, Identity
+
     config = {
         **QUIET,
         "GT_FOLDER": str(folder / "gt"),
@@ -91,7 +89,7 @@ def evaluate(folder, frames, dataset=MotChallenge2DBox):
         ("PRINT_RESULTS", "TIME_PROGRESS", "OUTPUT_SUMMARY", "OUTPUT_DETAILED", "PLOT_CURVES"), False
     )
     evaluator = Evaluator({**QUIET, **silent, "LOG_ON_ERROR": None})
-    data = dataset(config)
+    data = (dataset or MotChallenge2DBox)(config)
     found, _ = evaluator.evaluate([data], [HOTA(), CLEAR(QUIET), Identity(QUIET)])
     families = found[data.get_name()]["ours"]["run"]["pedestrian"]
     return {name: float(np.mean(families[family][field])) for name, (family, field) in THEIRS.items()}
@@ -100,6 +98,8 @@ def evaluate(folder, frames, dataset=MotChallenge2DBox):
 @pytest.mark.parametrize("tracker", ["shipped", "poor"])
 def test_metrics_of_a_run_equal_trackevals(tracker, results, tmp_path):
     """Rotated boxes, for which trackeval has no overlap; it gets an independent one by polygon clipping."""
+    from trackeval.datasets import MotChallenge2DBox
+
     result = results[tracker]
     truth, tracks = counted(result)
     heading = {}

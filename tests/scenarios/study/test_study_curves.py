@@ -6,7 +6,6 @@ from html.parser import HTMLParser
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.image import imread
 
 from scenarios.study.curves import differences, estimates, levels, measured, student, wilson
 from scenarios.study.figures import picture
@@ -171,6 +170,8 @@ def test_the_report_page_contains_all_figures_numbers_and_failures(study, rows, 
 
 
 def test_every_figure_is_written_as_a_non_blank_png(study, rows, tmp_path):
+    from matplotlib.image import imread
+
     report(Sweep(study, rows, 13), tmp_path)
     files = sorted((tmp_path / "pictures").iterdir())
     assert [file.name for file in files] == [

@@ -1,10 +1,10 @@
 """docs/study-files.md agrees with the code."""
 
-import importlib.util
 import re
 from pathlib import Path
 
 from support.paths import DOCS
+from support.scripts import load_script
 
 from scenarios.files.scenario import schema_text
 from scenarios.run import device
@@ -16,9 +16,7 @@ from scenarios.study.worker import FIXED_COLUMNS
 
 TEXT = (DOCS / "study-files.md").read_text(encoding="utf-8")
 
-_spec = importlib.util.spec_from_file_location("refresh", DOCS / "refresh.py")
-refresh = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(refresh)
+refresh = load_script(DOCS / "refresh.py")
 
 
 def test_the_tables_of_keys_are_current():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy
-from scipy.spatial.transform import Rotation
 from support.noise_scenes import BEAMS
 
 from sensor_model.noise.attitude import Attitude
@@ -18,7 +17,7 @@ def angles_deg(config, times, seed=3):
     """Return (N, 2) pitch and roll [deg]."""
     attitude = Attitude(config, Draws(seed, BEAMS))
     R = np.array([attitude.at(time) for time in times])
-    return Rotation.from_matrix(R).as_euler("YXZ", degrees=True)[:, :2]
+    return scipy.spatial.transform.Rotation.from_matrix(R).as_euler("YXZ", degrees=True)[:, :2]
 
 
 @pytest.mark.parametrize("start", [0.0, 8000.0])

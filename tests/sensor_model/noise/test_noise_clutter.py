@@ -8,7 +8,7 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive_noise
-from support.noise_scenes import ALL, BEAMS, HARD, RIG, returns, thresholds, within
+from support.noise_scenes import ALL, BEAMS, HARD, RIG, healthy, returns, thresholds, within
 
 from sensor_model.kernels.noise import rare_beams, separate_echoes
 from sensor_model.noise.clutter_mixing import merge, unit_beams, weak_clutter
@@ -32,15 +32,14 @@ from sensor_model.truth import Cause, Part
 from tracker.scan import PointFlag
 
 OPEN = np.full(len(BEAMS), np.inf)
-HEALTHY = thresholds()
-SIDE_LEFT_OUT = thresholds(NoiseConfig(dropout=HARD, outage=Outage(True, fixed=(FixedOutage("side left", 0.0, 9.0),))))
+SIDE_LEFT_OUT = NoiseConfig(dropout=HARD, outage=Outage(True, fixed=(FixedOutage("side left", 0.0, 9.0),)))
 KEY = np.array([5, 0], np.uint32)
 
 
 def of(beam, range_, part=Part.NONE, cause=Cause.FALSE_ALARM, beams=BEAMS):
     beam = np.asarray(beam, np.int64)
     labelled = np.zeros(len(beam), np.bool_)
-    return weak_clutter(beam, np.asarray(range_, np.float64), part, cause, labelled, beams, HEALTHY)
+    return weak_clutter(beam, np.asarray(range_, np.float64), part, cause, labelled, beams, healthy())
 
 
 @given(rate=st.sampled_from([1.0, 0.3, 0.01, 1e-6, 1e-300]), frame=st.integers(0, 2**32 - 1))
@@ -73,7 +72,7 @@ def test_added_unit_changes_no_rare_beam_of_the_others():
 
 
 def test_false_alarms_are_uniform_over_range_and_on_no_actor():
-    some = [false_alarms(FalseAlarms(rate=0.05), BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(20)]
+    some = [false_alarms(FalseAlarms(rate=0.05), BEAMS, healthy(), Draws(2, BEAMS), frame) for frame in range(20)]
     assert within(sum(map(len, some)), 20 * len(BEAMS), 0.05)
     ranges = np.concatenate([each.range for each in some])
     assert scipy.stats.kstest(ranges, scipy.stats.uniform(0.3, 199.7).cdf).pvalue > 1e-3
@@ -86,7 +85,7 @@ def test_false_alarms_are_uniform_over_range_and_on_no_actor():
 ])  # fmt: skip
 def test_silent_unit_has_no_clutter(make):
     """Fails if a silent unit has clutter, or if its outage changes the clutter of other units."""
-    all_units, without = make(HEALTHY), make(SIDE_LEFT_OUT)
+    all_units, without = make(healthy()), make(thresholds(SIDE_LEFT_OUT))
     of_others = BEAMS.unit[all_units.beam] != 2
     assert 0 < of_others.sum() < len(all_units)
     assert np.array_equal(all_units.beam[of_others], without.beam)
@@ -97,7 +96,7 @@ def test_silent_unit_has_no_clutter(make):
 def test_drops_have_their_rate_and_lognormal_ranges(first):
     """1.69e-4 per mm/h, log range 1.362 +- 0.784 (TU Darmstadt's fit to a VLP-32); half of them labelled."""
     rain = Rain(True, rate_mm_per_h=20.0)
-    some = [drops(rain, BEAMS, HEALTHY, Draws(2, BEAMS), frame) for frame in range(first, first + 200)]
+    some = [drops(rain, BEAMS, healthy(), Draws(2, BEAMS), frame) for frame in range(first, first + 200)]
     ranges = np.concatenate([each.range for each in some])
     assert within(len(ranges), 200 * len(BEAMS), 1.69e-4 * 20)
     assert scipy.stats.kstest(ranges, scipy.stats.lognorm(s=0.784, scale=np.exp(1.362)).cdf).pvalue > 1e-3
@@ -138,10 +137,10 @@ def test_extinction_of_rain_is_that_of_carbonneau_and_wisely():
 
 
 def test_rain_does_not_change_the_false_alarms():
-    before = false_alarms(FalseAlarms(rate=0.1), BEAMS, HEALTHY, Draws(2, BEAMS), 4)
+    before = false_alarms(FalseAlarms(rate=0.1), BEAMS, healthy(), Draws(2, BEAMS), 4)
     draws = Draws(2, BEAMS)
-    drops(Rain(True), BEAMS, HEALTHY, draws, 4)
-    after = false_alarms(FalseAlarms(rate=0.1), BEAMS, HEALTHY, draws, 4)
+    drops(Rain(True), BEAMS, healthy(), draws, 4)
+    after = false_alarms(FalseAlarms(rate=0.1), BEAMS, healthy(), draws, 4)
     assert np.array_equal(before.beam, after.beam)
     assert np.array_equal(before.range, after.range)
 
@@ -219,7 +218,7 @@ def test_beams_without_clutter_keep_their_echoes():
     rng = np.random.default_rng(4)
     beam = np.sort(rng.choice(ALL, 2000, replace=False))
     before = returns(beam, rng.uniform(1, 100, 2000))
-    clutter = false_alarms(FalseAlarms(rate=0.01), BEAMS, HEALTHY, Draws(2, BEAMS), 0)
+    clutter = false_alarms(FalseAlarms(rate=0.01), BEAMS, healthy(), Draws(2, BEAMS), 0)
     after = merge(before, [clutter], OPEN, BEAMS)
     others = ~np.isin(before.beam, clutter.beam)
     kept = ~np.isin(after.beam, clutter.beam)

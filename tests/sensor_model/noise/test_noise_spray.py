@@ -8,9 +8,8 @@ import pytest
 import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 from support.naive_noise import cluster_echo
-from support.noise_scenes import BEAMS, HARD, context, thresholds, within
+from support.noise_scenes import BEAMS, HARD, context, healthy, thresholds, within
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.scene import BodyFactory
@@ -24,7 +23,6 @@ from sim.world import Actors, Ego, Kind, WorldFrame
 from tracker.scan import PointFlag
 
 ON = Spray(True, reach_m=200.0)
-HEALTHY = thresholds()
 KM_PER_H = 1 / 3.6
 LENGTH = 4.7
 
@@ -151,7 +149,7 @@ def test_echoes_equal_reference_implementation(beams, seed):
         beams,
         frame_index=7,
         origin_ego=beams.units.origin_ego + rng.normal(0, 0.3, (units, 3)),
-        R_ego_unit=beams.units.R_ego_unit @ Rotation.random(units, rng=rng).as_matrix(),
+        R_ego_unit=beams.units.R_ego_unit @ scipy.spatial.transform.Rotation.random(units, rng=rng).as_matrix(),
         ego_velocity=rng.uniform(-40, 40, 2),
     )
     draws, need = Draws(5, beams), thresholds(beams=beams, names=["unit"] * units)
@@ -173,7 +171,8 @@ def test_echoes_equal_reference_implementation(beams, seed):
     np.testing.assert_allclose(found[some], expected, atol=1e-6)
 
 
-def echoes(cloud, config=ON, frame=0, need=HEALTHY):
+def echoes(cloud, config=ON, frame=0, need=None):
+    need = need or healthy()
     return spray_echoes(config, cloud, context(frame_index=frame), BEAMS.time_offset, BEAMS, need, Draws(1, BEAMS))
 
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from highway_env.vehicle.behavior import IDMVehicle
 from support.traffic import frames, play
 
 from sim.highway.highway_config import HighwayTraffic
@@ -253,6 +252,8 @@ def test_numbers_of_departed_vehicles_are_not_reused(highway):
 
 
 def test_an_intersection_does_not_change_the_driver_model_permanently(highway):
+    from highway_env.vehicle.behavior import IDMVehicle
+
     before = IDMVehicle.DISTANCE_WANTED, IDMVehicle.COMFORT_ACC_MAX, IDMVehicle.COMFORT_ACC_MIN
     source = highway("intersection-v0")
     source.reset(0)

@@ -3,11 +3,9 @@
 from itertools import pairwise
 from pathlib import Path
 
-import gymnasium
-import highway_env  # noqa: F401  registers its environments
 import numpy as np
 import pytest
-from support.traffic import frames
+from support.traffic import documented_environments, frames, registered_environments
 
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
@@ -15,7 +13,7 @@ from sim.kinematics import wrap_angle
 from sim.roster import EGO_ID
 from sim.source import EgoCommand, TrafficEndedError
 
-ALL_IDS = sorted(name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("highway_env."))
+ALL_IDS = documented_environments()
 FRAMES = 200
 RANGE_M = 150.0
 SEED = {"intersection-v2": 1}
@@ -54,7 +52,8 @@ def action(env):
 
 
 def test_the_list_of_environments_is_complete():
-    assert len(ALL_IDS) == 31, "the registered environments have changed; update the tables above"
+    assert registered_environments() == ALL_IDS, "the registered environments have changed; update docs/traffic.md"
+    assert len(ALL_IDS) == 31, "the number of environments has changed; update the tables above"
 
 
 @pytest.mark.parametrize("env", ALL_IDS)

@@ -3,7 +3,6 @@
 import gzip
 from contextlib import closing
 
-import libsumo
 import numpy as np
 import pytest
 from support.paths import CATALOG
@@ -28,6 +27,8 @@ TYPES = {
 
 def simulate(folder, routes, seconds, *options):
     """Run SUMO with FCD output; return its front bumpers and angles by time and kind."""
+    import libsumo
+
     (folder / "traffic.rou.xml").write_text(routes)
     command = ["sumo", "-n", str(CROSSING / "crossing.net.xml"), "-r", str(folder / "traffic.rou.xml")]
     command += ["--fcd-output", str(folder / "out.xml"), "--step-length", "0.08", "--seed", "3", "--no-warnings"]

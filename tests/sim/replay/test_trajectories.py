@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import PchipInterpolator
 
 from sim.replay.recording import Recording, RoadUser
 from sim.replay.trajectories import Trajectories
@@ -43,7 +43,7 @@ def test_interpolation_equals_scipy_s_monotone_interpolation(steps, moves, rando
         Recording(twice.users, twice.user[order], twice.time[order], twice.pose[order]), gap_s=1.0
     )
     assert list(trajectories.user) == [0, 1]
-    oracle = PchipInterpolator(time, track[:, 1:])
+    oracle = scipy.interpolate.PchipInterpolator(time, track[:, 1:])
     for when in np.linspace(time[0], time[-1], 17):
         pose, rate = trajectories.at(np.array([0, 1]), when)
         assert pose[0] == pytest.approx(oracle(when), abs=1e-9)

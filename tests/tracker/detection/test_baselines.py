@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linear_sum_assignment
 from support import short_run
 from support.shapes import Car, l_shape, rotation, scan_car, star
 from support.stages import fit_points, off_quarter, one_segment
@@ -188,7 +188,7 @@ def test_jlinkage_finds_the_lines_of_a_star(outliers, misclassified_max):
         cluster = jlinkage.clusters(points, BaselineConfig(inlier_m=0.03, points_max=len(points)))
         largest = np.argsort(-np.bincount(cluster), kind="stable")[:5]
         shared = np.array([[np.sum((cluster == name) & (label == line)) for line in range(5)] for name in largest])
-        right = shared[linear_sum_assignment(-shared)]
+        right = shared[scipy.optimize.linear_sum_assignment(-shared)]
         assert right.min() >= 30
         shares.append(right.sum() / 250)
     assert np.mean(shares) >= 1.0 - misclassified_max

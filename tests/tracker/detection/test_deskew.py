@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import expm
 from support.shapes import Car, scan_car
 
 from sim.scripted.motions import Arc, Straight, state_at
@@ -54,7 +54,7 @@ def test_twist_is_the_logarithm_of_the_relative_pose(velocity, yaw_rate, start, 
     """The oracle is the matrix exponential in SE(2)."""
     rate = np.array([[0.0, -yaw_rate, velocity[0]], [yaw_rate, 0.0, velocity[1]], [0.0, 0.0, 0.0]])
     cos, sin = np.cos(start[2]), np.sin(start[2])
-    end = np.array([[cos, -sin, start[0]], [sin, cos, start[1]], [0.0, 0.0, 1.0]]) @ expm(rate * dt)
+    end = np.array([[cos, -sin, start[0]], [sin, cos, start[1]], [0.0, 0.0, 1.0]]) @ scipy.linalg.expm(rate * dt)
     heading = np.arctan2(end[1, 0], end[0, 0])  # wrapped, like the heading of the odometry
     found, turning = twist(np.array(start), np.array([end[0, 2], end[1, 2], heading]), dt)
     assert found == pytest.approx(np.array(velocity), abs=1e-8)

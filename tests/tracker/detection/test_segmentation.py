@@ -2,12 +2,10 @@
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 from support import naive_fit
 from support.shapes import Car, scan_car
 
@@ -61,11 +59,11 @@ def test_components_equal_those_of_a_kd_tree():
     points = np.random.default_rng(3).uniform(-40, 40, (3000, 2))
     config = SegmentationConfig()
     radius = config.radius_m + config.radius_per_m * np.linalg.norm(points, axis=1)
-    pairs = cKDTree(points).query_pairs(radius.max(), output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(points).query_pairs(radius.max(), output_type="ndarray")
     gap = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
     joined = pairs[gap <= np.maximum(radius[pairs[:, 0]], radius[pairs[:, 1]])]
-    graph = coo_matrix((np.ones(len(joined)), joined.T), shape=(len(points), len(points)))
-    count, label = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_matrix((np.ones(len(joined)), joined.T), shape=(len(points), len(points)))
+    count, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     ours = segmentation.connect(points, config)
     assert len(np.unique(ours)) == count
     assert len(np.unique(np.stack([ours, label]), axis=1).T) == count

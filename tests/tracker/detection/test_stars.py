@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import linear_sum_assignment
+import scipy
 from support.shapes import star
 from support.stages import one_segment
 
@@ -35,7 +35,7 @@ def test_the_lines_of_stars_are_separated(outliers, at_most, original):
         points, truth = star(np.random.default_rng(seed), outliers, per_line=POINTS, std=STD)
         label = tlinkage.link(points, one_segment(len(points)), CONFIG).line
         table = confusion(truth, label)
-        matched = table[linear_sum_assignment(-table)]
+        matched = table[scipy.optimize.linear_sum_assignment(-table)]
         errors.append(1.0 - (matched.sum() + np.sum((truth < 0) & (label < 0))) / len(truth))
         found.append(label.max() == 4 and np.all(matched > POINTS / 2))
     assert np.mean(errors) <= min(at_most, 0.65 * original)
@@ -47,4 +47,4 @@ def test_magri_and_fusiellos_rule_needs_no_scale_of_chance():
     points, truth = star(np.random.default_rng(0), 0, per_line=POINTS, std=STD)
     config = LinkageConfig(variant="paper", tau_m=2.5 * STD, points_max=500, samples_per_point=4)
     table = confusion(truth, tlinkage.link(points, one_segment(len(points)), config).line)
-    assert table[linear_sum_assignment(-table)].sum() > 0.85 * len(truth)
+    assert table[scipy.optimize.linear_sum_assignment(-table)].sum() > 0.85 * len(truth)

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from filterpy.kalman import KalmanFilter
 
 from tracker.tracking.filters import (
     FilterConfig,
@@ -23,6 +22,8 @@ def started(position=(1.0, 2.0)):
 
 def filterpy_twins(filters):
     """The same filters by filterpy."""
+    from filterpy.kalman import KalmanFilter
+
     twins = []
     for mean, covariance in zip(filters.mean, filters.covariance, strict=True):
         kf = KalmanFilter(dim_x=6, dim_z=2)

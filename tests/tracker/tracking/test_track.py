@@ -23,7 +23,6 @@ CAR = np.array([4.7, 1.8])
 LIFE, MMA = TrackLifeConfig(), MmaConfig()
 SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
 """Standard deviation of the corner of every box along x and y [m]."""
-STEP = motion(DT, FilterConfig())
 CONFIG = TrackConfig(
     FilterConfig(),
     ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
@@ -49,7 +48,7 @@ def follow(track, poses, rng=None, size=CAR):
     for pose in poses:
         noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
         seen = observe_boxes(np.asarray(pose) + noise, size)
-        track.predict(STEP)
+        track.predict(motion(DT, FilterConfig()))
         track.update(track_observation(hypothesise(predictions([track]), seen, HypothesisConfig()), seen, 0, 0))
         track.settle()
         centers.append(report([track]).center_odom[0])
@@ -105,7 +104,7 @@ def test_status_from_tentative_to_dead():
     assert track.status is Status.CONFIRMED
     waited = 0
     while track.status is not Status.DEAD:
-        track.predict(STEP)
+        track.predict(motion(DT, FilterConfig()))
         track.settle()
         waited += 1
         assert waited < 100
@@ -132,7 +131,7 @@ def test_a_single_long_face_is_confirmed_by_motion(size, speed, status):
 def test_a_tentative_track_is_terminated_early():
     track = start((15.0, 2.0, 0.0))
     for _ in range(3):
-        track.predict(STEP)
+        track.predict(motion(DT, FilterConfig()))
         track.settle()
     assert track.status is Status.DEAD
 
@@ -191,7 +190,7 @@ def test_every_method_reports_a_consistent_record(method):
     assert np.linalg.eigvalsh(record.covariance[0]).min() > 0
     assert np.linalg.eigvalsh(record.model_covariance_odom[0] - track.offset_covariance).min() > 0
     assert (record.model_nis[0] > 0).all()
-    track.predict(STEP)
+    track.predict(motion(DT, FilterConfig()))
     assert np.isnan(report([track]).model_nis).all()
 
 
@@ -204,7 +203,7 @@ def test_independent_models_are_not_affected_by_mixing():
         before = track.corner.independent.filters.mean.copy(), track.corner.independent.filters.covariance.copy()
         follow(track, [(x, 3.5, 0.0)])
         twin = Filters(*before)
-        twin.predict(STEP.models)
+        twin.predict(motion(DT, FilterConfig()).models)
         seen = observe_boxes((x, 3.5, 0.0), CAR)
         twin.correct(seen.corner[0] - twin.mean[:, :2], seen.covariance[0, :2, :2])
     assert track.corner.independent.filters.mean == pytest.approx(twin.mean, abs=0.02)
