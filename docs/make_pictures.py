@@ -1,4 +1,4 @@
-"""Render the picture of a recording for the README, with the rerun viewer in headless mode.
+"""Render the picture of a recording for docs/getting-started.md, with the rerun viewer in headless mode.
 
     luxloop run sumo-crossing --out run
     python docs/make_pictures.py run/recording.rrd 20.0
