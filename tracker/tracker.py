@@ -25,7 +25,7 @@ from tracker.tracking.orientation import OrientationConfig
 from tracker.tracking.output import report
 from tracker.tracking.track import Track
 from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_management import TrackManagement, TrackManager
+from tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 from tracker.tracking.track_observation import track_observation
 
 
@@ -62,7 +62,7 @@ class Tracker:
     model_selection
         Makes the filter banks of tracks; default `BankSelection`.
     track_management
-        Starts, merges and terminates tracks; default `TrackManager`.
+        Starts, merges and terminates tracks; default `DefaultTrackManagement`.
     """
 
     def __init__(
@@ -78,7 +78,9 @@ class Tracker:
         self._detector = detector or Detector(config)
         self._associator = associator or HungarianAssociator(config.association)
         self._model_selection = model_selection or BankSelection(config.filters, config.mma)
-        self._track_management = track_management or TrackManager(config.union, config.reading, track_config(config))
+        self._track_management = track_management or DefaultTrackManagement(
+            config.union, config.reading, track_config(config)
+        )
         self._tracks: list[Track] = []
         self._time: float | None = None
 

@@ -23,7 +23,7 @@ from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.model_selection import ModelSelection
 from tracker.tracking.observations import Observations
 from tracker.tracking.track import Track
-from tracker.tracking.track_management import TrackManager
+from tracker.tracking.track_management import DefaultTrackManagement
 
 AWAY_M = 0.5
 """Limit on how far a correct box may move a track away from its vehicle [m]: corners are rounded, sizes are guessed."""
@@ -47,35 +47,35 @@ class OracleScore:
         return cost, admissible(actor, context.box_actor, in_gate, misread)
 
 
-class OracleTrackManager:
+class OracleTrackManagement:
     """Track management that knows the actor of each track and box; a `TrackManagement`."""
 
-    def __init__(self, manager: TrackManager, context: OracleContext) -> None:
-        self._manager = manager
+    def __init__(self, shipped: DefaultTrackManagement, context: OracleContext) -> None:
+        self._shipped = shipped
         self._context = context
 
     def manage(
         self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
     ) -> list[Track]:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        context, manager = self._context, self._manager
-        manager.settle(tracks)
+        context, shipped = self._context, self._shipped
+        shipped.settle(tracks)
         for group in self._by_actor(tracks):
-            manager.merge(group)
+            shipped.merge(group)
         self._remove_duplicates(tracks)
         for group in self._by_actor(tracks):
             hand_over_id(group)
-        free = manager.newcomers(tracks, seen, track_id)
+        free = shipped.newcomers(tracks, seen, track_id)
         followed = context.track_actor([track for track in tracks if track.status is not Status.DEAD])
         new = newcomers(context.box_actor, context.support, followed, free)
-        return [*tracks, *manager.start(new, seen, track_id, forward, models)]
+        return [*tracks, *shipped.start(new, seen, track_id, forward, models)]
 
     def _remove_duplicates(self, tracks: Sequence[Track]) -> None:
         """Remove duplicates among the tracks of each actor, and tracks without an actor inside any other."""
         for group in self._by_actor(tracks):
-            self._manager.remove_duplicates(group)
+            self._shipped.remove_duplicates(group)
         status = [track.status for track in tracks]
-        self._manager.remove_duplicates(tracks)
+        self._shipped.remove_duplicates(tracks)
         for track, before, actor in zip(tracks, status, self._context.track_actor(tracks).tolist(), strict=True):
             track.status = track.status if actor == NO_ACTOR else before
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from scenarios.errors import DeviceError
-from scenarios.oracle.oracle_association import OracleScore, OracleTrackManager
+from scenarios.oracle.oracle_association import OracleScore, OracleTrackManagement
 from scenarios.oracle.oracle_context import OracleContext
 from scenarios.oracle.oracle_detector import OracleDetector
 from scenarios.oracle.oracle_model_selection import ActorRecorder, OracleModelSelection
@@ -16,7 +16,7 @@ from tracker.scan import Scan
 from tracker.tracker import Tracker, TrackerConfig, track_config
 from tracker.tracking.associator import HungarianAssociator, LikelihoodScore, PairScore
 from tracker.tracking.model_selection import BankSelection, ModelSelection
-from tracker.tracking.track_management import TrackManagement, TrackManager
+from tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
 
 
 class OracleTracker:
@@ -54,9 +54,9 @@ class OracleTracker:
         score = score or LikelihoodScore(config.association)
         models = models or BankSelection(config.filters, config.mma)
         management: TrackManagement
-        management = manager = TrackManager(config.union, config.reading, track_config(config))
+        management = shipped = DefaultTrackManagement(config.union, config.reading, track_config(config))
         if Stage.ASSOCIATION in replaced:
-            score, management = OracleScore(score, context), OracleTrackManager(manager, context)
+            score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:
             models = OracleModelSelection(config.filters, config.mma, context)
         self._tracker = Tracker(

@@ -48,8 +48,8 @@ class TrackManagement(Protocol):
         """
 
 
-class TrackManager:
-    """The track management of the shipped tracker. Each step is a method, for managers that change one of them."""
+class DefaultTrackManagement:
+    """The track management of the shipped tracker. Each step is a method, which a replacement can reuse."""
 
     def __init__(self, merging: MergeConfig, hypotheses: HypothesisConfig, track: TrackConfig) -> None:
         self._merging = merging
