@@ -111,7 +111,7 @@ def _rig(scenario: Scenario) -> Rig:
     try:
         return load_rig(str(scenario.rig), scenario.folder)
     except RigError as error:
-        key = "name" if scenario.rig.name else "file"
+        key = "file" if scenario.rig.name is None else "name"
         raise ScenarioError(f'{scenario.path}: rig.{key} = "{scenario.rig}": {error}') from error
 
 

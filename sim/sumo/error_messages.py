@@ -18,6 +18,10 @@ _REMEDIES = (
     (r"The vehicle type .* is not known", "define the vType before the vehicle, in this file or an earlier one"),
     (r"The route .* is not known", "define the route before the vehicle, in this file or an earlier one"),
     (r"The lane .* is not known", "name a lane of the net, as <edge>_<index>"),
+    (
+        r"The (busStop|trainStop|containerStop|parkingArea|chargingStation|overheadWireSegment) .* is not known",
+        "list the file that defines it under additional",
+    ),
     (r"The vehicle class .* is not known", "use a vehicle class of SUMO, such as passenger or bus"),
     (r"Another vehicle with the id", "use unique ids, and list each route file once"),
     (r"Could not build output file", "create the folder of the output file"),

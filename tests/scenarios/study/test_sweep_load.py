@@ -39,7 +39,8 @@ def test_memory_and_open_files_do_not_grow_over_two_thousand_runs(tmp_path: Path
         assert len(used) > 15
         early, late = used.iloc[:half], used.iloc[half:]
         assert late["memory_mb"].max() <= early["memory_mb"].max() + FEW_MB
-        assert late["files"].max() <= early["files"].max()
+        # A sample may find a file open for a moment; a file left open by every run would raise the minimum, too.
+        assert late["files"].min() <= early["files"].min()
 
 
 def usage(pid: int, count: int) -> dict[str, float]:

@@ -263,6 +263,8 @@ def test_an_error_names_no_file_if_several_match(folder):
     (folder / "a.rou.xml").write_text("nowhere r")
     line = one_line("Error: The edge 'nowhere' within the route 'r' is not known.\nError: Quitting.", arguments)
     assert line == "The edge 'nowhere' within the route 'r' is not known; name an edge of the net"
+    line = one_line("Error: The busStop 'shops' is not known in vehicle 'bus'.")
+    assert line == "The busStop 'shops' is not known in vehicle 'bus'; list the file that defines it under additional"
 
 
 def test_polygons_in_degrees_need_the_net_s_projection(folder):
