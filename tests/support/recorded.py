@@ -94,7 +94,7 @@ class Recorded:
         ]
 
     def with_tracks(self, change: Callable[[Frame, TrackMatches, dict[str, Any]], Tracks], name: str) -> RunDigest:
-        """Grade other tracks than the tracker's, made from them, whom they follow, and their rows of the table.
+        """Grade modified tracks, derived from the tracker's; return their matches and their rows of the table.
 
         Metrics of earlier stages are copied; `name` replaces the trace hash.
         """

@@ -39,12 +39,12 @@ def test_memory_and_open_files_do_not_grow_over_two_thousand_runs(tmp_path: Path
         assert len(used) > 15
         early, late = used.iloc[:half], used.iloc[half:]
         assert late["memory_mb"].max() <= early["memory_mb"].max() + FEW_MB
-        # A sample may find a file open for a moment; a file left open by every run would raise the minimum, too.
-        assert late["files"].min() <= early["files"].min()
+        assert late["files"].max() <= early["files"].max()
 
 
 def usage(pid: int, count: int) -> dict[str, float]:
     """Return resident memory and number of open files of a process, after `count` runs."""
     resident_pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-    files = len(list(Path(f"/proc/{pid}/fd").iterdir()))
+    # The least of several counts leaves out files that are open for a moment only; a leaked file is in all of them.
+    files = min(len(list(Path(f"/proc/{pid}/fd").iterdir())) for _ in range(20))
     return {"pid": pid, "runs": count, "memory_mb": resident_pages * PAGE_MB, "files": files}
