@@ -94,7 +94,7 @@ class Recorded:
         ]
 
     def with_tracks(self, change: Callable[[Frame, TrackMatches, dict[str, Any]], Tracks], name: str) -> RunDigest:
-        """Grade modified tracks, derived from the tracker's; return their matches and their rows of the table.
+        """Grade tracks that `change` derives from a frame, the matches of the tracker's tracks and their table rows.
 
         Metrics of earlier stages are copied; `name` replaces the trace hash.
         """
