@@ -32,6 +32,9 @@ DASK_CONFIG = {
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "10s",
+    # The client's periodic request for the scheduler's state is not used. While results are gathered, it would open a
+    # second connection, which the connection pool keeps.
+    "distributed.client.scheduler-info-interval": "1 day",
     # Without Dask's MALLOC_TRIM_THRESHOLD_, which makes workers release and reallocate the same memory every scan.
     "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
 }
