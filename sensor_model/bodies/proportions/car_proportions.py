@@ -62,10 +62,10 @@ def small_car(draw: Draw) -> CarProportions:
         bumper_top=draw(0.58, 0.64),
         nose=draw(0.10, 0.16),
         hood_front=draw(0.70, 0.76),
-        hood_rear=draw(0.94, 1.00),
+        hood_rear=draw(0.96, 1.00),
         hood_share=draw(0.22, 0.25),
-        deck=draw(0.06, 0.14),
-        deck_height=draw(1.01, 1.04),
+        deck=draw(0.12, 0.20),
+        deck_height=draw(1.01, 1.03),
         tail=draw(0.03, 0.06),
         corner=draw(0.15, 0.30),
         front_bow=_front_bow(draw),
@@ -123,8 +123,8 @@ def estate(draw: Draw) -> CarProportions:
     like = sedan(draw)
     return replace(
         like,
-        deck=draw(0.06, 0.14),
-        deck_height=draw(1.00, 1.03),
+        deck=draw(0.13, 0.20),
+        deck_height=draw(1.00, 1.02),
         tail=draw(0.03, 0.06),
         glazing=replace(like.glazing, backlight_deg=draw(48.0, 65.0)),
     )
