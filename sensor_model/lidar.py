@@ -21,6 +21,7 @@ from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Rig
 from sensor_model.scan_context import ScanContext, displacement, over_ground
 from sensor_model.sensor_config import SensorConfig
+from sensor_model.surface_relief import displace
 from sensor_model.truth import NO_ACTOR, Cause, Loss, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from sim.world import Obstacles, WorldFrame
@@ -57,6 +58,7 @@ class Lidar:
         self.beams = beam_table(rig)
         self._noise = noise
         self._sweep = sensor.sweep
+        self._relief_scale = sensor.relief_scale
         self._time_offset = self.beams.time_offset * sensor.sweep
         self._draws = Draws(seed, self.beams)
         self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
@@ -76,6 +78,7 @@ class Lidar:
         bodies = self._bodies.place(frame)
         walls = self._walls.seen_from(frame.ego.pose_world, self._caster.reach(context))
         echoes = self._caster.cast(bodies, walls, context, free_range=self._clutter.needs_free_range)
+        echoes = displace(echoes, bodies, self._relief_scale)
         returns = from_surfaces(echoes, bodies, frame.actors)
         returns = self._clutter.add(returns, echoes, bodies, walls, context, thresholds, frame)
         on_surface = returns.target != NOTHING

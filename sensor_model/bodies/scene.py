@@ -10,6 +10,7 @@ from sensor_model.bodies.articulation import rotate_boxes, rotate_planes, rotate
 from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.relief import WAVES
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
 
@@ -54,6 +55,10 @@ class Bodies:
     """(Q,) diffuse, 0 to 1; that of the actor's paint for painted planes."""
     plane_transmission: Floats
     """(Q,) two-way power transmission; 0 for opaque planes."""
+    plane_relief: Floats
+    """(Q,) standard deviation of the surface from the plane [m]."""
+    relief_waves: Floats
+    """(A, WAVES, 4) wave vectors [rad/m] and phases [rad] of the relief, in the body's frame."""
 
     def __len__(self) -> int:
         return len(self.pose_ego)
@@ -138,6 +143,8 @@ def _pack(bodies: list[Body]) -> Bodies:
         plane_part=np.concatenate([np.empty(0, np.uint8), *(body.plane_part for body in bodies)]),
         plane_reflectivity=np.concatenate([np.empty(0), *(body.plane_reflectivity for body in bodies)]),
         plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
+        plane_relief=np.concatenate([np.empty(0), *(body.plane_relief for body in bodies)]),
+        relief_waves=np.array([body.relief_waves for body in bodies]).reshape(count, WAVES, 4),
     )
 
 

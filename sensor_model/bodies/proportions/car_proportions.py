@@ -43,11 +43,11 @@ class CarProportions:
 
 
 def _front_bow(draw: Draw) -> Bow:
-    return Bow(draw(0.06, 0.16), draw(0.10, 0.26), draw(0.16, 0.32), draw(0.08, 0.20))
+    return Bow(draw(0.03, 0.11), draw(0.06, 0.17), draw(0.18, 0.34), draw(0.07, 0.18))
 
 
 def _rear_bow(draw: Draw) -> Bow:
-    return Bow(draw(0.06, 0.14), draw(0.10, 0.22), draw(0.14, 0.28), draw(0.08, 0.18))
+    return Bow(draw(0.03, 0.10), draw(0.06, 0.15), draw(0.16, 0.30), draw(0.05, 0.13))
 
 
 def small_car(draw: Draw) -> CarProportions:
@@ -55,7 +55,7 @@ def small_car(draw: Draw) -> CarProportions:
     return CarProportions(
         clearance=draw(0.13, 0.17),
         wheel_radius=draw(0.28, 0.31),
-        wheel_inset=draw(0.02, 0.05),
+        wheel_inset=draw(0.0, 0.03),
         front_overhang=draw(0.72, 0.82),
         rear_overhang=draw(0.55, 0.68),
         bumper_bottom=draw(0.30, 0.36),
@@ -67,15 +67,15 @@ def small_car(draw: Draw) -> CarProportions:
         deck=draw(0.12, 0.20),
         deck_height=draw(1.01, 1.03),
         tail=draw(0.03, 0.06),
-        corner=draw(0.15, 0.30),
+        corner=draw(0.12, 0.25),
         front_bow=_front_bow(draw),
         rear_bow=_rear_bow(draw),
-        side_bow=draw(0.045, 0.095),
+        side_bow=draw(0.02, 0.06),
         glazing=Glazing(
             windscreen_deg=draw(29.0, 35.0),
             backlight_deg=draw(52.0, 68.0),
             tumblehome_deg=draw(14.0, 18.0),
-            shoulder=draw(0.04, 0.06),
+            shoulder=draw(0.07, 0.10),
             front_pillar=draw(0.09, 0.12),
             rear_pillar=draw(0.20, 0.30),
             frame=draw(0.08, 0.12),
@@ -89,7 +89,7 @@ def sedan(draw: Draw) -> CarProportions:
     return CarProportions(
         clearance=draw(0.13, 0.17),
         wheel_radius=draw(0.31, 0.33),
-        wheel_inset=draw(0.02, 0.05),
+        wheel_inset=draw(0.0, 0.03),
         front_overhang=draw(0.85, 0.95),
         rear_overhang=draw(0.95, 1.05),
         bumper_bottom=draw(0.32, 0.38),
@@ -101,15 +101,15 @@ def sedan(draw: Draw) -> CarProportions:
         deck=draw(0.55, 0.70),
         deck_height=draw(0.98, 1.02),
         tail=draw(0.05, 0.10),
-        corner=draw(0.15, 0.30),
+        corner=draw(0.12, 0.25),
         front_bow=_front_bow(draw),
         rear_bow=_rear_bow(draw),
-        side_bow=draw(0.045, 0.095),
+        side_bow=draw(0.02, 0.06),
         glazing=Glazing(
             windscreen_deg=draw(28.0, 32.0),
             backlight_deg=draw(28.0, 35.0),
             tumblehome_deg=draw(16.0, 19.0),
-            shoulder=draw(0.04, 0.06),
+            shoulder=draw(0.07, 0.10),
             front_pillar=draw(0.09, 0.12),
             rear_pillar=draw(0.20, 0.30),
             frame=draw(0.08, 0.12),
@@ -135,7 +135,7 @@ def suv(draw: Draw) -> CarProportions:
     return CarProportions(
         clearance=draw(0.18, 0.22),
         wheel_radius=draw(0.34, 0.38),
-        wheel_inset=draw(0.02, 0.05),
+        wheel_inset=draw(0.0, 0.03),
         front_overhang=draw(0.85, 0.95),
         rear_overhang=draw(0.90, 1.00),
         bumper_bottom=draw(0.36, 0.44),
@@ -147,15 +147,15 @@ def suv(draw: Draw) -> CarProportions:
         deck=draw(0.06, 0.12),
         deck_height=draw(1.09, 1.11),
         tail=draw(0.03, 0.05),
-        corner=draw(0.15, 0.30),
+        corner=draw(0.12, 0.25),
         front_bow=_front_bow(draw),
         rear_bow=_rear_bow(draw),
-        side_bow=draw(0.045, 0.095),
+        side_bow=draw(0.02, 0.06),
         glazing=Glazing(
             windscreen_deg=draw(30.0, 38.0),
             backlight_deg=draw(57.0, 73.0),
             tumblehome_deg=draw(12.0, 15.0),
-            shoulder=draw(0.03, 0.05),
+            shoulder=draw(0.05, 0.08),
             front_pillar=draw(0.10, 0.13),
             rear_pillar=draw(0.15, 0.25),
             frame=draw(0.08, 0.12),
@@ -169,7 +169,7 @@ def van(draw: Draw) -> CarProportions:
     return CarProportions(
         clearance=draw(0.16, 0.20),
         wheel_radius=draw(0.32, 0.36),
-        wheel_inset=draw(0.02, 0.05),
+        wheel_inset=draw(0.0, 0.03),
         front_overhang=draw(0.90, 1.05),
         rear_overhang=draw(0.95, 1.15),
         bumper_bottom=draw(0.33, 0.38),
@@ -184,12 +184,12 @@ def van(draw: Draw) -> CarProportions:
         corner=draw(0.12, 0.22),
         front_bow=_front_bow(draw),
         rear_bow=Bow(draw(0.02, 0.06), draw(0.03, 0.08), draw(0.02, 0.05), draw(0.02, 0.05)),
-        side_bow=draw(0.02, 0.05),
+        side_bow=draw(0.01, 0.03),
         glazing=Glazing(
             windscreen_deg=draw(41.0, 49.0),
             backlight_deg=draw(84.0, 89.0),
             tumblehome_deg=draw(3.5, 7.5),
-            shoulder=draw(0.03, 0.04),
+            shoulder=draw(0.04, 0.06),
             front_pillar=draw(0.10, 0.14),
             rear_pillar=draw(0.08, 0.12),
             frame=draw(0.08, 0.12),

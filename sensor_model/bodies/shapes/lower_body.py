@@ -10,11 +10,13 @@ SIDE_TANGENTS = (-1.2, 1.2)
 """[m] Tangents of bowed sides from their middle, beside that in the middle."""
 _CHIN = 0.20
 """[m] Setback of the bumpers' lower edges at the underbody."""
-_TUCK_DEG, _LEAN_DEG = 5.0, 3.0
+_TUCK_DEG, _LEAN_DEG = 5.0, 5.0
 """[deg] Inward lean of the sides below and above their widest line, which is at the top of the bumpers."""
 _WHEEL_WIDTH = 0.21
 """[m]"""
-_ARCH_GAP = 0.06
+_CREST = (0.35, 0.60)
+"""Point of the hood's profile as shares of its length and rise: steep at first, so that the fenders are high."""
+_ARCH_GAP = 0.04
 """[m] Gap between tyre and fender, in front of, behind and above the wheel."""
 _WELL = 0.28
 """[m] Depth of the wheel wells, from the side of the vehicle."""
@@ -55,21 +57,23 @@ def lower_body(size: Vector, p: CarProportions) -> list[Solid]:
 def _without_arches(size: Vector, p: CarProportions) -> Solid:
     length, width, _ = size
     front, rear = length / 2, -length / 2
+    hood = p.hood_share * length - p.nose
     profile = [
         (rear + _CHIN, p.clearance),
         (front - _CHIN, p.clearance),
         (front, p.bumper_bottom),
         (front, p.bumper_top),
         (front - p.nose, p.hood_front),
+        (front - p.nose - _CREST[0] * hood, p.hood_front + _CREST[1] * (p.hood_rear - p.hood_front)),
         (front - p.hood_share * length, p.hood_rear),
         (rear + p.tail, p.deck_height),
         (rear, p.bumper_top),
         (rear, p.bumper_bottom),
     ]
     body = prism(Part.BODY, profile, width / 2, [(p.bumper_top, -_TUCK_DEG), (p.bumper_top, _LEAN_DEG)])
-    _, front_chin, front_bumper, nose, hood, _, boot, rear_bumper, rear_chin = body.planes[:9]
-    flanks = body.planes[9:]
-    fascia = _bowed_end(front_chin, front_bumper, (nose, hood), p.front_bow)
+    _, front_chin, front_bumper, *bonnet, _, boot, rear_bumper, rear_chin = body.planes[:10]
+    flanks = body.planes[10:]
+    fascia = _bowed_end(front_chin, front_bumper, tuple(bonnet), p.front_bow)
     fascia += _bowed_end(rear_chin, rear_bumper, (boot,), p.rear_bow)
     facets = [facet for flank in flanks for facet in bowed(flank, p.side_bow, SPAN_SIDE, SIDE_TANGENTS)]
     upper = flanks[2:]
