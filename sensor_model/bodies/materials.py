@@ -15,7 +15,7 @@ TYRE_REFLECTIVITY = 0.05
 class Glass:
     """Windows: a weak echo of the pane, and one of the interior behind it. All values are engineering estimates."""
 
-    pane_reflectivity: float = 0.03
+    pane_reflectivity: float = 0.06
     """Diffuse reflectivity of a pane, 0 to 1. Clean glass reflects about 8 % specularly, away from the unit (Fresnel,
     two faces of index 1.5), and scatters almost nothing; dirt and printed edges scatter 0.02 to 0.1."""
     transmission: float = 0.8
