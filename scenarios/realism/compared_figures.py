@@ -16,7 +16,7 @@ class Figure(NamedTuple):
     tolerance: float
     """Largest deviation of the simulated average, as a share of the real one."""
     by_quartiles: bool
-    """Whether a simulated average inside the real quartiles also agrees."""
+    """True if a simulated average inside the real quartiles also agrees."""
     scale: float
     """Printed value over that of the tables."""
     digits: int

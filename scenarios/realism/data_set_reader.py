@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -74,14 +73,13 @@ def _table(folder: Path, name: str, columns: list[str]) -> pd.DataFrame:
 
 def _lidars(folder: Path, units: int) -> Floats:
     """Return the positions (units, 2) of the LIDARs in the ego frame [m]: the ego's centre if the summary has none."""
+    path = folder / "summary.json"
     try:
-        summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(f"{folder / 'summary.json'}: cannot be read; write the data set again") from error
-    mounts = summary.get("lidars", [])
-    if len(mounts) < units:
-        return np.zeros((units, 2))
-    return np.array([(mount["x_ego_m"], mount["y_ego_m"]) for mount in mounts])
+        mounts = json.loads(path.read_text(encoding="utf-8")).get("lidars", [])
+        positions = np.array([(mount["x_ego_m"], mount["y_ego_m"]) for mount in mounts], dtype=np.float64)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{path}: cannot be read; write the data set again") from error
+    return positions if len(positions) >= units else np.zeros((units, 2))
 
 
 def _of_frame(

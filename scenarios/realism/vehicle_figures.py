@@ -15,6 +15,7 @@ ABOUT_FACES_M = 0.30
 """[m] Largest depth of the points of the spread about the faces."""
 INSIDE_CM = (10, 20, 40)
 OUTSIDE_M = 0.10
+HIGH_M = 0.90
 DENSITY_POINTS_MIN = 3
 """Least number of points of a line whose density is measured."""
 
@@ -57,6 +58,7 @@ def _shape(vehicle: LabelledVehicle, bands: pd.DataFrame) -> dict[str, float]:
         "points": float(len(height)),
         "layers": float(len(np.unique(vehicle.line))),
         "z_median_m": float(np.median(height)),
+        "share_above_0.9m": float((height > HIGH_M).mean()),
         **{f"share_{cm}cm_inside": float((depth > cm / 100).mean()) for cm in INSIDE_CM},
         "share_10cm_outside": float((depth < -OUTSIDE_M).mean()),
         "std_about_faces_m": _robust_std(depth[np.abs(depth) < ABOUT_FACES_M]),
