@@ -3,8 +3,10 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Floats
@@ -12,16 +14,19 @@ from scenarios.errors import InputError
 from scenarios.grading.plane_geometry import turned
 from scenarios.realism.labelled_vehicle import POINTS_MIN, LabelledVehicle, in_box
 
-SCANS = ["frame", "ego_yaw_world_rad", "ego_vx_world_mps", "ego_vy_world_mps", "ego_yaw_rate_radps"]
-POINTS = ["frame", "x_ego_m", "y_ego_m", "z_ego_m", "time_offset_s", "unit", "layer"]
-LABELS = [
-    "frame", "actor_id", "kind", "graded", "x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m", "height_m",
-    "vx_world_mps", "vy_world_mps", "yaw_rate_radps",
-]  # fmt: skip
+FILES = {
+    "scans": ("frame", "ego_yaw_world_rad", "ego_vx_world_mps", "ego_vy_world_mps", "ego_yaw_rate_radps"),
+    "points": ("frame", "x_ego_m", "y_ego_m", "z_ego_m", "time_offset_s", "unit", "layer"),
+    "labels": (
+        "frame", "actor_id", "kind", "graded", "x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m",
+        "height_m", "vx_world_mps", "vy_world_mps", "yaw_rate_radps",
+    ),
+}  # fmt: skip
 """Columns that are read of each file."""
-
 LAYERS_MAX = 256
 """A layer is a byte, so that unit and layer make one number."""
+
+Rows = dict[str, npt.NDArray[Any]]
 
 
 def read(folder: Path, number: int, label_sigma_deg: float, seed: int) -> list[LabelledVehicle]:
@@ -43,32 +48,27 @@ def read(folder: Path, number: int, label_sigma_deg: float, seed: int) -> list[L
     InputError
         The folder holds no data set.
     """
-    scans, points, labels = (_table(folder, name, columns) for name, columns in _FILES.items())
-    error_deg = np.random.default_rng([seed, number]).normal(0.0, label_sigma_deg, len(labels))
-    labels = labels.assign(label_error_rad=np.radians(error_deg))
-    lidars = _lidars(folder, int(points["unit"].max()) + 1 if len(points) else 0)
-    by_frame = dict(iter(points.groupby("frame", sort=False)))
-    ego = scans.set_index("frame")
-    found: list[LabelledVehicle] = []
-    for frame, rows in labels[labels["graded"]].groupby("frame"):
-        if frame in by_frame:
-            found += _of_frame(by_frame[frame], rows, ego.loc[frame], lidars, number)
-    return found
+    scans, points, labels = (_table(folder, name) for name in FILES)
+    lidars = _lidars(folder, int(points["unit"].max(initial=0)) + 1)
+    error_deg = np.random.default_rng([seed, number]).normal(0.0, label_sigma_deg, len(labels["frame"]))
+    labels["label_error_rad"] = np.radians(error_deg)
+    labels = {name: values[labels["graded"]] for name, values in labels.items()}
+    per_frame = zip(*(_by_frame(rows, scans["frame"]) for rows in (scans, points, labels)), strict=True)
+    return [vehicle for scan, own, seen in per_frame for vehicle in _of_frame(scan, own, seen, lidars, number)]
 
 
-_FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS}
-
-
-def _table(folder: Path, name: str, columns: list[str]) -> pd.DataFrame:
+def _table(folder: Path, name: str) -> Rows:
+    """Return the columns of a file, sorted by frame."""
     path = folder / f"{name}.parquet"
     remedy = "name a folder that luxloop run SCENARIO --dataset wrote"
     try:
-        return pd.read_parquet(path, columns=columns)
+        table = pd.read_parquet(path, columns=list(FILES[name])).sort_values("frame", kind="stable")
     except FileNotFoundError as error:
         raise InputError(f"{folder}: has no {name}.parquet; {remedy}") from error
     except (OSError, ValueError) as error:  # pyarrow's errors are ValueErrors
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{path}: cannot be read ({reason}); {remedy}") from error
+    return {column: table[column].to_numpy() for column in table}
 
 
 def _lidars(folder: Path, units: int) -> Floats:
@@ -82,30 +82,50 @@ def _lidars(folder: Path, units: int) -> Floats:
     return positions if len(positions) >= units else np.zeros((units, 2))
 
 
-def _of_frame(
-    points: pd.DataFrame, labels: pd.DataFrame, ego: pd.Series, lidars: Floats, number: int
-) -> Iterator[LabelledVehicle]:
+def _by_frame(rows: Rows, frames: npt.NDArray[Any]) -> Iterator[Rows]:
+    """Yield the rows of each frame."""
+    for start, end in zip(*(np.searchsorted(rows["frame"], frames, side) for side in ("left", "right")), strict=True):
+        yield {name: values[start:end] for name, values in rows.items()}
+
+
+def _of_frame(scan: Rows, points: Rows, labels: Rows, lidars: Floats, number: int) -> Iterator[LabelledVehicle]:
     """Yield the vehicles of one frame with enough points."""
-    place = points[["x_ego_m", "y_ego_m", "z_ego_m"]].to_numpy(np.float64, copy=True)
-    after = points["time_offset_s"].to_numpy(np.float64)
-    unit = points["unit"].to_numpy(np.int64)
-    line = LAYERS_MAX * unit + points["layer"].to_numpy(np.int64)
-    yaw = ego["ego_yaw_world_rad"]
-    drive = turned(ego[["ego_vx_world_mps", "ego_vy_world_mps"]].to_numpy(np.float64), -yaw)
-    place[:, :2] = turned(place[:, :2], ego["ego_yaw_rate_radps"] * after) + drive * after[:, None]
-    for label in labels.itertuples():
-        box = np.array([label.x_ego_m, label.y_ego_m, label.heading_ego_rad, label.length_m, label.width_m])
-        velocity = turned(np.array([label.vx_world_mps, label.vy_world_mps]), -yaw)
+    after = points["time_offset_s"].astype(np.float64)
+    unit = points["unit"].astype(np.int64)
+    line = LAYERS_MAX * unit + points["layer"]
+    place = _without_ego_motion(scan, points, after)
+    boxes = _stack(labels, "x_ego_m", "y_ego_m", "heading_ego_rad", "length_m", "width_m")
+    velocity = turned(_stack(labels, "vx_world_mps", "vy_world_mps"), -scan["ego_yaw_world_rad"])
+    for n, box in enumerate(boxes):
         still = place.copy()
-        moved = place[:, :2] - box[:2] - velocity * after[:, None]
-        still[:, :2] = box[:2] + turned(moved, -label.yaw_rate_radps * after)
-        box[2] += label.label_error_rad
-        own = np.flatnonzero(in_box(still, box, label.height_m))
-        if len(own) >= POINTS_MIN:
-            units, counts = np.unique(unit[own], return_counts=True)
-            by_count = units[np.argsort(-counts, kind="stable")]
-            vehicle = LabelledVehicle(
-                number, label.actor_id, label.frame, str(label.kind), still[own], line[own], box, lidars[by_count]
-            )
-            if vehicle.seen_from_outside:
-                yield vehicle
+        moved = place[:, :2] - box[:2] - velocity[n] * after[:, None]
+        still[:, :2] = box[:2] + turned(moved, -labels["yaw_rate_radps"][n] * after)
+        box[2] += labels["label_error_rad"][n]
+        own = np.flatnonzero(in_box(still, box, labels["height_m"][n]))
+        if len(own) < POINTS_MIN:
+            continue
+        units, counts = np.unique(unit[own], return_counts=True)
+        vehicle = LabelledVehicle(
+            data_set=number,
+            actor_id=int(labels["actor_id"][n]),
+            frame=int(labels["frame"][n]),
+            kind=str(labels["kind"][n]),
+            points_ego=still[own],
+            line=line[own],
+            box=box,
+            lidars=lidars[units[np.argsort(-counts, kind="stable")]],
+        )
+        if vehicle.seen_from_outside:
+            yield vehicle
+
+
+def _without_ego_motion(scan: Rows, points: Rows, after: Floats) -> Floats:
+    """Return the points (N, 3) in the ego frame at the time of the frame, for points `after` (N,) that time [s]."""
+    place = _stack(points, "x_ego_m", "y_ego_m", "z_ego_m")
+    drive = turned(_stack(scan, "ego_vx_world_mps", "ego_vy_world_mps"), -scan["ego_yaw_world_rad"])
+    place[:, :2] = turned(place[:, :2], scan["ego_yaw_rate_radps"] * after) + drive * after[:, None]
+    return place
+
+
+def _stack(rows: Rows, *columns: str) -> Floats:
+    return np.column_stack([rows[name].astype(np.float64) for name in columns])
