@@ -44,17 +44,18 @@ def _entry(row: ComparedRow) -> dict[str, Any]:
 
 
 def _table(rows: list[ComparedRow]) -> Table:
-    table = table_of("Simulated beside real", "figure", "real", "95 %", "quartiles", "simulated", "95 %")
+    table = table_of("Simulated beside real", "figure", "real", "quartiles", "n", "simulated", "95 %", "n")
     table.add_column("verdict", no_wrap=True)
     for row in rows:
         real, simulated = row.real, row.simulated
         table.add_row(
             Text(f"{row.figure.label}{_unit(row.figure)}"),
             _value(real, row.figure),
-            _range(real and real.interval, row.figure),
             _range(real and real.quartiles, row.figure),
+            str(real.n if real else 0),
             _value(simulated, row.figure),
             _range(simulated and simulated.interval, row.figure),
+            str(simulated.n if simulated else 0),
             Text(row.verdict, style=STYLES[row.verdict]),
         )
     return table
