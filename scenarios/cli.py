@@ -13,6 +13,7 @@ from scenarios.commands import (
     grade,
     list_scenarios,
     mcap,
+    realism,
     report,
     run,
     schema,
@@ -32,7 +33,7 @@ app = typer.Typer(
 app.command("list")(list_scenarios.list_scenarios)
 for command in (
     run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
-    check_tracker.check_tracker, mcap.mcap, sweep.sweep, search.search, schema.schema,
+    check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
 
