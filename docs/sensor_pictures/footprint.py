@@ -67,6 +67,7 @@ def _photograph(axes: Axes, where: Scene) -> None:
             **{name: getattr(camera, name) for name in camera.__slots__},
             "layer_elevation_deg": tuple(elevation),
             "layer_bias_m": (0.0,) * PIXELS,
+            "layer_pulse_bias_m": (0.0,) * PIXELS,
             "fans": (fan,),
         }
     )
