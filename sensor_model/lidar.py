@@ -80,10 +80,9 @@ class Lidar:
         echoes = self._caster.cast(bodies, walls, context, free_range=self._clutter.needs_free_range)
         returns = from_surfaces(echoes, bodies, frame.actors)
         returns = self._clutter.add(returns, echoes, bodies, walls, context, thresholds, frame)
-        weakness = np.minimum(thresholds.threshold[returns.beam] / returns.power, 1.0)
         on_surface = returns.target != NOTHING
         ranges = measure_ranges(
-            returns.beam, returns.range, weakness, on_surface, self.beams, self._noise, self._draws, frame.index
+            returns.beam, returns.range, on_surface, self.beams, self._noise, self._draws, frame.index
         )
         return self._scan(frame, returns, ranges), self._truth(
             frame, echoes, returns, ranges, bodies, context, thresholds

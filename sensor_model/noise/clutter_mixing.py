@@ -44,8 +44,8 @@ def weak_clutter(
 ) -> Clutter:  # fmt: skip
     """Return clutter with powers above the unit's nominal threshold; beams that do not fire are dropped.
 
-    The power is nominal / chance, so that a share of 1 / x of the echoes exceeds x times the threshold. In decibels that
-    is an exponential distribution of mean 4.3 dB: weak echoes are frequent, strong ones are rare.
+    The power is nominal / chance, so that a share of 1 / x of the echoes exceeds x times the threshold. In decibels
+    that is an exponential distribution of mean 4.3 dB: weak echoes are frequent, strong ones are rare.
 
     Parameters
     ----------

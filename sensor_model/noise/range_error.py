@@ -17,7 +17,7 @@ class RangeNoise:
     enabled: bool = True
     """If false, ranges and pulse widths are exact."""
     sigma_scale: float = 1.0
-    """Factor of the unit's `range_sigma_m` and `range_sigma_weak_m`."""
+    """Factor of the unit's `range_sigma_m` and `range_sigma_far_m`."""
     layer_bias_scale: float = 1.0
     """Factor of the fixed range error of each layer, the unit's `layer_bias_m`."""
 
@@ -29,29 +29,30 @@ class RangeNoise:
 
 
 def range_error(
-    config: RangeNoise, beam: Ints, place: Ints, weakness: Floats, beams: BeamTable, draws: Draws, frame: int
+    config: RangeNoise, beam: Ints, true_range: Floats, place: Ints, beams: BeamTable, draws: Draws, frame: int
 ) -> Floats:
     """Return the (N,) range error of each echo [m]: a normal draw plus the bias of its layer.
 
-    The noise of the detector moves the leading edge by noise / slope, and the slope is proportional to the power P. With
-    the threshold K the variance is s^2 + (s_weak^2 - s^2) (K / P)^2: s of a strong echo, s_weak of one at the threshold.
+    Detector noise moves the leading edge by noise / slope. The slope is proportional to the power, falling as 1 / r^2.
+    Up to the reference range R the variance is therefore s^2 + (s_far^2 - s^2) (r / R)^4, and it is s_far^2 beyond.
 
     Parameters
     ----------
+    true_range
+        (N,) ranges of the leading edges [m].
     place
         (N,) number that distinguishes the echoes of a beam.
-    weakness
-        (N,) threshold / power, 0 to 1.
     """
     unit = beams.unit.take(beam)
-    strong, weak = beams.units.range_sigma.take(unit), beams.units.range_sigma_weak.take(unit)
+    near, far = beams.units.range_sigma.take(unit) ** 2, beams.units.range_sigma_far.take(unit) ** 2
+    share = np.minimum(true_range / beams.units.reference_range.take(unit), 1.0) ** 4
     error = draws.normal(frame, beam, Purpose.RANGE, place)
-    error *= config.sigma_scale * np.sqrt(strong**2 + (weak**2 - strong**2) * weakness**2)
+    error *= config.sigma_scale * np.sqrt(near + (far - near) * share)
     error += config.layer_bias_scale * beams.layer_bias.take(beam)
     return error
 
 
 def width_error(beam: Ints, place: Ints, beams: BeamTable, draws: Draws, frame: int) -> Floats:
-    """Return the (N,) error of each echo pulse width [m]: a normal draw plus the bias of its layer; as `range_error`."""
+    """Return the (N,) error of each echo pulse width [m]: a normal draw plus the bias of its layer."""
     sigma = beams.units.pulse_sigma.take(beams.unit.take(beam))
     return sigma * draws.normal(frame, beam, Purpose.PULSE_WIDTH, place) + beams.layer_pulse_bias.take(beam)

@@ -34,9 +34,8 @@ def echo_places(true_range: Floats) -> Ints:
 
 
 def measure_ranges(
-    beam: Ints, true_range: Floats, weakness: Floats, real: Bools, beams: BeamTable, config: NoiseConfig, draws: Draws,
-    frame: int,
-) -> MeasuredRanges:  # fmt: skip
+    beam: Ints, true_range: Floats, real: Bools, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
+) -> MeasuredRanges:
     """Return the ranges that the units report, with independent draws per echo.
 
     Reported ranges stay within the limits of the unit. They are multiples of the quantum if range noise is enabled.
@@ -45,15 +44,13 @@ def measure_ranges(
     ----------
     beam, true_range
         (N,) rows of the beam table, and ranges of the leading edges [m].
-    weakness
-        (N,) threshold / power of each echo, 0 to 1.
     real
         (N,) True for echoes of surfaces; only these have gross errors.
     """
     place = echo_places(true_range)
     range_, outlier = true_range, np.zeros(len(beam), dtype=np.bool_)
     if config.range.enabled:
-        range_ = range_ + range_error(config.range, beam, place, weakness, beams, draws, frame)
+        range_ = range_ + range_error(config.range, beam, true_range, place, beams, draws, frame)
     if config.outliers.enabled:
         error, drawn = gross_error(config.outliers, beam, place, draws, frame)
         outlier = drawn & real

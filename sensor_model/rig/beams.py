@@ -41,10 +41,12 @@ class UnitTable:
     """(U,) footprint over azimuth, edge to edge [rad]."""
     beam_height: Floats
     """(U,) footprint over elevation, edge to edge [rad]."""
+    reference_range: Floats
+    """(U,) range at which a surface of the model's reference reflectivity is at the threshold [m]."""
     range_sigma: Floats
-    """(U,) standard deviation of the range of a strong echo [m]."""
-    range_sigma_weak: Floats
-    """(U,) standard deviation of the range of an echo at the threshold [m]."""
+    """(U,) standard deviation of a range near the unit [m]."""
+    range_sigma_far: Floats
+    """(U,) standard deviation of a range at `reference_range` [m]."""
     range_quantum: Floats
     """(U,) step of the range [m]."""
 
@@ -149,8 +151,9 @@ def unit_table(rig: Rig) -> UnitTable:
         echoes_max=np.array([model.echoes_max for model in models], dtype=np.int64),
         beam_width=np.deg2rad([model.beam_width_deg for model in models]),
         beam_height=np.deg2rad([model.beam_height_deg for model in models]),
+        reference_range=np.array([model.reference_range_m for model in models]),
         range_sigma=np.array([model.range_sigma_m for model in models]),
-        range_sigma_weak=np.array([model.range_sigma_weak_m for model in models]),
+        range_sigma_far=np.array([model.range_sigma_far_m for model in models]),
         range_quantum=np.array([model.range_quantum_m for model in models]),
     )
 

@@ -127,7 +127,7 @@ def load_unit(name_or_path: str, folder: Path) -> UnitModel:
         echoes_max=table.integer("echoes_max"),
         echo_separation_m=table.number("echo_separation_m"),
         range_sigma_m=table.number("range_sigma_m"),
-        range_sigma_weak_m=table.number("range_sigma_weak_m", table.number("range_sigma_m")),
+        range_sigma_far_m=table.number("range_sigma_far_m", table.number("range_sigma_m")),
         range_quantum_m=table.number("range_quantum_m"),
         layer_elevation_deg=elevation_deg,
         layer_bias_m=table.numbers("layer_bias_m"),

@@ -102,9 +102,9 @@ class UnitModel:
     echo_separation_m: float
     """Echoes that start closer to each other than this are reported as one, at the nearer range."""
     range_sigma_m: float
-    """Standard deviation of the reported range of a strong echo."""
-    range_sigma_weak_m: float
-    """Standard deviation of the reported range of an echo at the threshold."""
+    """Standard deviation of a reported range near the unit."""
+    range_sigma_far_m: float
+    """Standard deviation of a reported range at `reference_range_m` and beyond."""
     range_quantum_m: float
     """Step of the reported range."""
     layer_elevation_deg: tuple[float, ...]
@@ -142,8 +142,8 @@ class UnitModel:
             raise ValueError(
                 f"layer_elevation_deg = {list(self.layer_elevation_deg)}: must rise; layer 0 is the lowest"
             )
-        if self.range_sigma_weak_m < self.range_sigma_m:
-            raise ValueError(f"range_sigma_weak_m = {self.range_sigma_weak_m}: must be at least range_sigma_m")
+        if self.range_sigma_far_m < self.range_sigma_m:
+            raise ValueError(f"range_sigma_far_m = {self.range_sigma_far_m}: must be at least range_sigma_m")
         for key in ("layer_bias_m", "layer_pulse_bias_m"):
             if len(getattr(self, key)) != layers:
                 raise ValueError(f"{key} = {list(getattr(self, key))}: give one number for each of {layers} layers")

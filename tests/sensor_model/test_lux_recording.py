@@ -4,12 +4,10 @@ The figures of the recording are those of the message 0x2202 among the test data
 comparison with `pytest -s`.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.real_data import real_file
-from support.sensor_scenes import FOOTPRINT, NO_OBSTACLES, one_unit_rig, wall, world
+from support.sensor_scenes import FOOTPRINT, one_unit_rig, wall, world
 
 from sensor_model.formats.lux_scan_message import decode
 from sensor_model.formats.lux_scan_points import scan_messages

@@ -152,7 +152,7 @@ def small_unit(fans=None, elevation_deg=(-6.0, 1.0, 9.0), **changes):
         "echoes_max": 3,
         "echo_separation_m": 1.4,
         "range_sigma_m": 0.025,
-        "range_sigma_weak_m": 0.025,
+        "range_sigma_far_m": 0.025,
         "range_quantum_m": 0.01,
         "layer_bias_m": (0.0,) * len(layers),
         "layer_pulse_bias_m": (0.0,) * len(layers),
