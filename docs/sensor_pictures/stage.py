@@ -125,6 +125,7 @@ def rays_of(beam: UnitModel, footprint: tuple[int, int]) -> UnitModel:
         echo_separation_m=0.0,
         layer_elevation_deg=tuple(beam.layer_elevation_deg[fan.layers[0]] + rise),
         layer_bias_m=(0.0,) * rows,
+        layer_pulse_bias_m=(0.0,) * rows,
         fans=(replace(fan, layers=layers, start_deg=left, stop_deg=left - (columns - 1) * step, step_deg=step),),
     )
 
