@@ -47,10 +47,10 @@ def test_mounts_are_rotations_and_constant_over_a_run():
 
 
 def test_mounts_and_times_are_exact_if_disabled():
-    origin, R_ego_unit = true_mounts(CalibrationError(), UNITS, Draws(3, BEAMS))
+    origin, R_ego_unit = true_mounts(CalibrationError(False), UNITS, Draws(3, BEAMS))
     assert np.array_equal(origin, UNITS.origin_ego)
     assert np.array_equal(R_ego_unit, UNITS.R_ego_unit)
-    assert np.all(sync_jitter(CalibrationError(), 6, 4, Draws(3, BEAMS)) == 0.0)
+    assert np.all(sync_jitter(CalibrationError(False), 6, 4, Draws(3, BEAMS)) == 0.0)
 
 
 def test_sync_jitter_is_drawn_for_each_frame_and_unit():
