@@ -14,9 +14,9 @@ class OdometryNoise:
     can be estimated to a millimetre with satellite positioning (Özkan, Lundquist and Gustafsson 2012, "A Bayesian
     Approach to Jointly Estimate Tire Radii and Vehicle Trajectory"); worn tyres are 5 mm smaller."""
     yaw_rate_sigma_dps: float = 0.02
-    """[deg/s] Standard deviation of the gyroscope's bias after calibration at standstill, constant over a run; 72 deg/h.
-    Gyroscopes of rate grade, as for stability control, drift by 10 to 1000 deg/h (Norouzpour-Shirazi, IEEE Sensors 2013
-    tutorial)."""
+    """[deg/s] Standard deviation of the gyroscope's bias after calibration at standstill, constant over a run;
+    72 deg/h. Gyroscopes of rate grade, as for stability control, drift by 10 to 1000 deg/h (Norouzpour-Shirazi, IEEE
+    Sensors 2013 tutorial)."""
     yaw_walk_sigma_deg: float = 0.02
     """[deg] Standard deviation of the yaw's random walk after one second; it grows with the square root of time. It is
     1.2 deg/sqrt(h); gyroscopes of rate grade have more than 0.5 (same tutorial)."""
