@@ -68,7 +68,8 @@ class Row:
 
     def scenario(self) -> Scenario:
         """Return the scenario of the run."""
-        noise = {kind: {"enabled": kind in self.kinds} for kind in KINDS}
+        noise: dict[str, dict[str, object]] = {kind: {"enabled": kind in self.kinds} for kind in KINDS}
+        noise["attitude"]["full_from_mps"] = 0.0  # the ego stands; it sways as when it drives
         return Scenario.load(find("ring"), {"noise": noise, "seed": self.seed})
 
 

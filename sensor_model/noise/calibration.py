@@ -40,8 +40,9 @@ class CalibrationError:
     """[ms] Standard deviation of a unit's firing time error, drawn per frame and unit. Clocks set by a telegram are off
     by up to a few milliseconds (SICK LD-LRS operating instructions 8016506, clock synchronisation); a synchronisation
     pulse would be better."""
-    doubled_beyond_m: float = 0.05
-    """[m] Points displaced by more than this by the errors count as doubled, if more than one unit sees their actor."""
+    doubled_beyond_m: float = 0.1
+    """[m] Points displaced by more than this by the errors count as doubled, if more than one unit sees their actor. It
+    is the accuracy of a LUX by its data sheet: smaller displacements are within its errors."""
 
     def __post_init__(self) -> None:
         for name in ("yaw_sigma_deg", "pitch_sigma_deg", "roll_sigma_deg"):
