@@ -16,7 +16,7 @@ from sim.world import Kind
 class Appearance:
     """Appearance of an actor; with the options of the `BodyFactory` it determines the body."""
 
-    actor_id: int
+    name: str
     kind: Kind
     size: Vector
     """Length, width, height [m]."""

@@ -92,26 +92,29 @@ class BodyFactory:
         self._plain = plain
         self._glass = glass
         self._seed = seed
-        self._appearances = np.empty((0, 6))
-        self._built: dict[tuple[float, ...], Body] = {}
+        self._appearances = np.empty((0, 5))
+        self._names = np.empty(0, np.str_)
+        self._built: dict[Appearance, Body] = {}
         self._straight = _pack([])
 
     def place(self, frame: WorldFrame) -> Bodies:
         """Return the bodies of a frame's actors, in their order, as seen from the ego."""
         actors, ego = frame.actors, frame.ego
-        appearances = np.column_stack([actors.id, actors.kind, actors.size, actors.reflectivity])
-        if not np.array_equal(appearances, self._appearances):
-            rows = [tuple(row) for row in appearances.tolist()]
-            self._built = {row: self._built.get(row) or self._build(*row) for row in rows}
-            self._straight = _pack([self._built[row] for row in rows])
-            self._appearances = appearances
+        appearances = np.column_stack([actors.kind, actors.size, actors.reflectivity])
+        if not (np.array_equal(appearances, self._appearances) and np.array_equal(actors.name, self._names)):
+            present = [
+                Appearance(str(name), Kind(int(kind)), (length, width, height), paint)
+                for name, (kind, length, width, height, paint) in zip(actors.name, appearances.tolist(), strict=True)
+            ]
+            self._built = {one: self._built.get(one) or self._build(one) for one in present}
+            self._straight = _pack([self._built[one] for one in present])
+            self._appearances, self._names = appearances, actors.name
         return _placed(
             _articulated(self._straight, actors) if actors.articulation.any() else self._straight, actors, ego
         )
 
-    def _build(self, id: float, kind: float, length: float, width: float, height: float, paint: float) -> Body:
-        appearance = Appearance(int(id), Kind(int(kind)), (length, width, height), paint)
-        draw = Draw(self._seed, appearance.actor_id)
+    def _build(self, appearance: Appearance) -> Body:
+        draw = Draw(self._seed, appearance.name)
         return build(appearance, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
 
 

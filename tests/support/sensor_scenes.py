@@ -63,7 +63,7 @@ def world(*specs, ego=STILL, index=0):
     count = len(specs)
     actors = Actors(
         id=np.array([spec.id or i for i, spec in enumerate(specs)], dtype=np.int64),
-        name=np.array([f"actor {i}" for i in range(count)], dtype=np.str_),
+        name=np.array([f"actor {spec.id or i}" for i, spec in enumerate(specs)], dtype=np.str_),
         kind=np.array([spec.kind for spec in specs], dtype=np.uint8),
         pose_world=np.array([(t.x, t.y, t.yaw) for t in specs], dtype=np.float64).reshape(-1, 3),
         velocity_world=np.array([spec.velocity for spec in specs], dtype=np.float64).reshape(-1, 2),

@@ -48,15 +48,15 @@ class Shape:
 SHAPES = {
     Kind.CAR: Shape(
         size=(4.70, 1.82, 1.46),
-        smallest=(4.40, 1.60, 1.40),
-        largest=(5.10, 2.00, 1.52),
-        make=lambda size, draw, glass: car_shapes.sedan(size, car_proportions.sedan(draw), glass),
+        smallest=(3.40, 1.50, 1.38),
+        largest=(5.10, 2.00, 1.56),
+        make=car_shapes.passenger_car,
     ),
     Kind.SUV: Shape(
         size=(4.60, 1.88, 1.70),
         smallest=(4.10, 1.70, 1.55),
         largest=(5.10, 2.05, 1.85),
-        make=lambda size, draw, glass: car_shapes.suv(size, car_proportions.suv(draw), glass),
+        make=lambda size, draw, glass: car_shapes.two_box(size, car_proportions.suv(draw), glass),
     ),
     Kind.VAN: Shape(
         size=(5.50, 2.00, 2.30),
