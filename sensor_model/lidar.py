@@ -93,7 +93,7 @@ class Lidar:
 
     def _context(self, frame: WorldFrame, thresholds: Thresholds) -> ScanContext:
         """Return the context of a scan: the body may tilt, and the mounting poses have calibration errors."""
-        R_level_body = self._attitude.at(frame.time)
+        R_level_body = self._attitude.at(frame.time, float(np.hypot(*frame.ego.velocity_world)))
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
         return ScanContext(

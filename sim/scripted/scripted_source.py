@@ -45,6 +45,11 @@ class ScriptedTraffic:
     def __post_init__(self) -> None:
         if self.dt_s <= 0 or self.jitter_m < 0 or self.jitter_deg < 0:
             raise ValueError("dt_s must be positive, jitter_m and jitter_deg must not be negative")
+        names = [actor.name for actor in self.actor if actor.name]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(
+                f'two actors have name = "{twice[0]}"; give each its own, which its random draws are keyed by'
+            )
 
 
 class ScriptedSource:

@@ -1,7 +1,7 @@
 """Properties of the whole sensor that hold in every scene."""
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ from support.sensor_scenes import (
 )
 
 from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import FixedOutage, NoiseConfig
+from sensor_model.noise.noise_config import KINDS, FixedOutage, NoiseConfig
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Rig
 from sensor_model.rig.unit import Fan
@@ -41,7 +41,6 @@ STREET = (
 )
 FENCE = wall((-40, 9), (40, 9), height=2.0)
 MOVING = ActorSpec(0.0, 0.0, velocity=(10.0, 0.3), acceleration=(1.0, 0.0), yaw_rate=0.05)
-KINDS = [field.name for field in fields(NoiseConfig)]
 GRIDS = pytest.mark.parametrize("sensor", [CENTRE_RAY, FOOTPRINT], ids=["centre ray", "footprint"])
 
 

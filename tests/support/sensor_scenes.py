@@ -1,6 +1,6 @@
 """Small scenes for the sensor, and rigs of few beams."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +9,7 @@ from sensor_model.bodies.scene import BodyFactory
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS, NoiseConfig
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Mount, Rig, load_rig
 from sensor_model.rig.unit import Fan, UnitModel
@@ -21,9 +21,7 @@ from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 def only(*kinds):
     """Return a noise configuration with only these kinds, at default strength."""
     config = NoiseConfig()
-    return replace(
-        config, **{f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
-    )
+    return replace(config, **{kind: replace(getattr(config, kind), enabled=kind in kinds) for kind in KINDS})
 
 
 LUX_RIG = load_rig("srx_six_lux", Path())
