@@ -1,0 +1,1 @@
+"""Message formats of real units."""
