@@ -40,7 +40,8 @@ def import_(
     truth: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="TOPIC=L,W[,X,Y[,H]]", help="True poses of a vehicle, its box, and the box's centre in their frame [m]."
+            metavar="TOPIC=L,W[,X,Y[,H]]",
+            help="True poses of a vehicle, its box, and the box's centre in their frame [m].",
         ),
     ] = None,
     layers: Annotated[
@@ -53,17 +54,21 @@ def import_(
     height_tolerance: Annotated[float, typer.Option(min=0.001, help="Largest distance from --heights [m].")] = 0.08,
     azimuth_step: Annotated[float, typer.Option(min=0.001, help="Azimuth step of --heights [degrees].")] = 0.5,
     keep_heights: Annotated[
-        str | None, typer.Option(metavar="LOW,HIGH", help="Keep only points between these heights above the ground [m].")
+        str | None,
+        typer.Option(metavar="LOW,HIGH", help="Keep only points between these heights above the ground [m]."),
     ] = None,
     sweep_time: Annotated[
         float | None, typer.Option(min=0.0, help="Duration of a sweep [s], where points have no times or wrong ones.")
     ] = None,
     rate: Annotated[float, typer.Option(min=0.001, help="Sweeps per second, where files have no times.")] = 10.0,
     metadata: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
     ] = None,
     scale_length: Annotated[float, typer.Option(help="Factor on all lengths, for model cars.")] = 1.0,
-    scale_time: Annotated[float, typer.Option(help="Factor on all times; the root of the other keeps accelerations.")] = 1.0,
+    scale_time: Annotated[
+        float, typer.Option(help="Factor on all times; the root of the other keeps accelerations.")
+    ] = 1.0,
 ) -> None:
     """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
     from scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
@@ -91,11 +96,14 @@ def import_(
     source = open_recording(files, chosen, ReadOptions(tuple(topic or []), rate, metadata))
     found = import_recording(source, options, out, rig_model)
     print(
-        f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, are in {out}; "
-        f"to track: luxloop track {out}"
+        f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, "
+        f"are in {out}; to track: luxloop track {out}"
     )
     if found.skipped:
-        print("Sweeps left out: " + ", ".join(f"{number} {reason.replace('_', ' ')}" for reason, number in found.skipped.items()))
+        print(
+            "Sweeps left out: "
+            + ", ".join(f"{number} {reason.replace('_', ' ')}" for reason, number in found.skipped.items())
+        )
 
 
 def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMount]]":

@@ -38,5 +38,8 @@ def track(
         print(json.dumps({**run_folder.document(tracked.result, tracked.checks), "out": str(out)}, allow_nan=False))
     else:
         text.show(tracked.report)
-        print(f"Results are in {out}; the report is {out / PAGE}" + ("" if no_recording else f"; to view: luxloop view {out}"))
+        print(
+            f"Results are in {out}; the report is {out / PAGE}"
+            + ("" if no_recording else f"; to view: luxloop view {out}")
+        )
     raise typer.Exit(0 if verdict(tracked.checks, complete=True) == "passed" else 1)

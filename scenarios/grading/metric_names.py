@@ -147,9 +147,9 @@ def _performance() -> Iterator[Definition]:
 
 
 def _recorded() -> Iterator[Definition]:
-    yield Definition("track.velocity_abs_mean_mps", "m/s", "mean norm of the velocity error, recordings with true poses")
-    yield Definition("track.speed_abs_mean_mps", "m/s", "mean absolute error of the speed, recordings with true poses")
-    yield Definition("track.speed_mean_mps", "m/s", "mean error of the speed, recordings with true poses")
+    yield Definition("track.velocity_abs_mean_mps", "m/s", "mean norm of the velocity error, in recordings")
+    yield Definition("track.speed_abs_mean_mps", "m/s", "mean absolute error of the speed, in recordings")
+    yield Definition("track.speed_mean_mps", "m/s", "mean error of the speed, in recordings")
 
 
 def register(definitions: Iterable[Definition]) -> dict[str, Definition]:

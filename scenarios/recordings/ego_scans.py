@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Ints
 from scenarios.errors import InputError
 from scenarios.grading.plane_geometry import into_frame
 from scenarios.recordings.ego_mount import EgoMount
@@ -37,8 +39,8 @@ class Skipped:
 class EgoScans:
     """Scans in the ego frame.
 
-    A scan begins with a sweep of the first LIDAR and takes those of the others until its next one. Its time is the middle
-    of the first LIDAR's sweep.
+    A scan begins with a sweep of the first LIDAR and takes those of the others until its next one. Its time is the
+    middle of the first LIDAR's sweep.
 
     Parameters
     ----------
@@ -98,7 +100,7 @@ class EgoScans:
         if group:
             yield group
 
-    def _placed(self, sweep: Sweep) -> tuple[Floats, Sweep, Floats]:
+    def _placed(self, sweep: Sweep) -> tuple[Floats, Sweep, Ints]:
         """Return points in the ego frame (N, 3) [m, not scaled], their sweep, and their layers (N,)."""
         options = self._options
         if options.sweep_time_s is not None:
@@ -106,7 +108,9 @@ class EgoScans:
             sweep = replace(sweep, time_offset=offset)
         if sweep.unit not in self._mounts:
             if sweep.unit >= len(options.mounts):
-                raise InputError(f"the recording has more LIDARs than the {len(options.mounts)} mounts; add a --mount each")
+                raise InputError(
+                    f"the recording has more LIDARs than the {len(options.mounts)} mounts; add a --mount each"
+                )
             mount = options.mounts[sweep.unit]
             self._mounts[sweep.unit] = levelled(sweep.points, mount) if options.level else mount
             self._rings[sweep.unit] = Rings.of(sweep)
@@ -117,7 +121,7 @@ class EgoScans:
             keep &= (points[:, 2] >= options.heights_m[0]) & (points[:, 2] <= options.heights_m[1])
         return points[keep], sweep.subset(keep), layer[keep]
 
-    def _layers(self, sweep: Sweep, points_ego: Floats) -> Floats:
+    def _layers(self, sweep: Sweep, points_ego: Floats) -> Ints:
         cut, rings = self._options.cut, self._rings[sweep.unit]
         if cut is None:
             return np.minimum(rings.layers(sweep), LAYERS_MAX - 1)
@@ -132,9 +136,10 @@ class EgoScans:
             return None
         if self._first_pose is None:
             self._first_pose = pose
-        return into_frame(pose[None], self._first_pose)[0]
+        relative: Floats = into_frame(pose[None], self._first_pose)[0]
+        return relative
 
-    def _scan(self, time: float, middle: float, pose: Floats, parts: list[tuple[Floats, Sweep, Floats]]) -> Scan:
+    def _scan(self, time: float, middle: float, pose: Floats, parts: list[tuple[Floats, Sweep, Ints]]) -> Scan:
         length, factor = self._options.scale_length, self._options.scale_time
         sweeps = [sweep for _, sweep, _ in parts]
         width = [_or_zero(sweep.echo_pulse_width, sweep) * length for sweep in sweeps]
@@ -151,5 +156,5 @@ class EgoScans:
         )
 
 
-def _or_zero(values: "Floats | None", sweep: Sweep) -> Floats:
+def _or_zero(values: npt.NDArray[Any] | None, sweep: Sweep) -> npt.NDArray[Any]:
     return np.zeros(len(sweep)) if values is None else values

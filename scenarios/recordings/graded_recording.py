@@ -1,6 +1,6 @@
 """A tracker on recorded scans: tracks, metrics and tables, with the reason for each metric that does not apply."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -114,7 +114,9 @@ def _not_simulated() -> dict[str, Metric]:
 def _config(recording: Recording, rules: Rules, name: str) -> dict[str, Any]:
     """Return the settings of the run, with the keys of a run folder that reports read."""
     summary = recording.summary
-    description = f"A recording: {', '.join(summary['files'])}, {len(recording)} scans of {summary['duration_s']:.1f} s."
+    description = (
+        f"A recording: {', '.join(summary['files'])}, {len(recording)} scans of {summary['duration_s']:.1f} s."
+    )
     return {
         "description": description,
         "reason": "",
@@ -125,4 +127,3 @@ def _config(recording: Recording, rules: Rules, name: str) -> dict[str, Any]:
         "control": None,
         "device": name,
     }
-

@@ -13,7 +13,7 @@ EGO_SIZE_M = (4.8, 1.9, 1.5)
 
 @dataclass(frozen=True, slots=True)
 class ImportOptions:
-    """How a recording becomes recorded scans. Mounts, boxes and heights are in the units of the recording."""
+    """Settings of an import. Mounts, boxes and heights are in the units of the recording."""
 
     mounts: tuple[EgoMount, ...]
     """Pose of each LIDAR."""
@@ -28,7 +28,7 @@ class ImportOptions:
     heights_m: tuple[float, float] | None = None
     """Lowest and highest height above the ground to keep [m]; None keeps all."""
     sweep_time_s: float | None = None
-    """Duration of a sweep whose points have no times, or wrong ones [s]: times rise evenly in the order of the points."""
+    """Duration of a sweep whose points have no times, or wrong ones [s]: times rise evenly in the points' order."""
     scale_length: float = 1.0
     """Factor on all lengths."""
     scale_time: float = 1.0

@@ -63,21 +63,22 @@ def import_recording(source: RecordingSource, options: ImportOptions, out: Path,
         for time, scan in scans.of(sweeps):
             start = start if writer.frames else time
             end, points, layers = scan.time, points + len(scan), max(layers, int(scan.layer.max(initial=0)) + 1)
-            writer.add(scan, labels and labels.rows(writer.frames, time, scans.first_pose))
+            writer.add(scan, labels.rows(writer.frames, time, scans.first_pose) if labels else None)
         skipped = {reason: number for reason, number in asdict(scans.skipped).items() if number}
         if not writer.frames:
-            raise InputError(f"{options.files[0]}: no sweep can be used; skipped: {skipped or 'none'}; see the options")
+            reasons = ", ".join(f"{number} {reason}" for reason, number in skipped.items()) or "it has none"
+            raise InputError(f"{options.files[0]}: no sweep can be used ({reasons}); check cuts, poses and --topic")
         found = Imported(writer.frames, end, points, layers, skipped)
-        writer.finish({**asdict(found), "start_time_s": start, **_summary(options, scans.mounts)}, _origin(options, found))
+        writer.finish(
+            {**asdict(found), "start_time_s": start, **_summary(options, scans.mounts)}, _origin(options, found)
+        )
         if rig is not None:
             (folder / "rig.json").write_text(json.dumps(asdict(rig), indent=2) + "\n", encoding="utf-8")
     return found
 
 
 def _summary(options: ImportOptions, used: list[EgoMount]) -> dict[str, Any]:
-    mounts = [
-        {"origin_ego_m": mount.origin_ego.tolist(), "R_ego_unit": mount.R_ego_unit.tolist()} for mount in used
-    ]
+    mounts = [{"origin_ego_m": mount.origin_ego.tolist(), "R_ego_unit": mount.R_ego_unit.tolist()} for mount in used]
     return {
         "files": list(options.files),
         "mounts": mounts,

@@ -1,8 +1,8 @@
 """Layer cuts: a sensor of many rings reduced to the few layers of a low-cost unit.
 
-By elevation, the nearest rings are kept: the view of a four-layer unit at the place of the sensor. By height, the points near
-given heights above the ground are kept, the nearest one of each azimuth: the view of a unit at bumper height, which a sensor on a
-roof does not have, because its layers meet near cars at their windows.
+By elevation, the nearest rings are kept: the view of a four-layer unit at the place of the sensor. By height, the
+points near given heights above the ground are kept, the nearest one of each azimuth: the view of a unit at bumper
+height. The layers of a sensor on a roof meet near cars at their windows instead.
 """
 
 from dataclasses import dataclass

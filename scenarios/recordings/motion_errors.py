@@ -15,8 +15,8 @@ NO_TRACK = "no confirmed track with a velocity followed a graded vehicle"
 class MotionErrors:
     """Collects the velocity errors of confirmed tracks on graded vehicles, frame by frame.
 
-    A track's velocity is that of its corner, the truth that of the box centre: in a turn of 0.3 rad/s they differ by up to
-    0.7 m/s.
+    A track's velocity is that of its corner, the truth that of the box centre: in a turn of 0.3 rad/s they differ by up
+    to 0.7 m/s.
     """
 
     def __init__(self) -> None:

@@ -7,10 +7,10 @@ import numpy as np
 from scenarios.arrays import Floats
 
 GAP_S = 0.5
-"""[s] Longest interval between two poses that is interpolated. Motion capture loses a body for longer when it is hidden."""
+"""[s] Longest interval between two poses that is interpolated. Motion capture loses hidden bodies for longer."""
 WINDOW_S = 0.3
-"""[s] Half width of the window of the derivatives: a jerk of 2 m/s^3, hard braking, changes the acceleration at its edge by 0.6
-m/s^2, the limit of `sim.modes`, and at 40 poses per second 5 mm of noise leave 0.01 m/s."""
+"""[s] Half width of the window of the derivatives: a jerk of 2 m/s^3, hard braking, changes the acceleration at its
+edge by 0.6 m/s^2, the limit of `sim.modes`, and at 40 poses per second 5 mm of noise leave 0.006 m/s."""
 LEAST_POSES = 4
 """A parabola through fewer poses has no residual."""
 
@@ -77,5 +77,5 @@ class PoseTrack:
         if high - low < LEAST_POSES:
             return Motion(pose, np.zeros(2), np.zeros(2), 0.0)
         t = self._time[low:high] - time
-        fit = np.polynomial.polynomial.polyfit(t, self._values[low:high], 2)
+        fit: Floats = np.polynomial.polynomial.polyfit(t, self._values[low:high], 2).astype(np.float64)
         return Motion(pose, fit[1, :2], 2.0 * fit[2, :2], float(fit[1, 2]))

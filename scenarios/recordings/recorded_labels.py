@@ -13,10 +13,17 @@ from scenarios.recordings.truth_option import TruthOption
 from sim.modes import ModeClassifier, ModeLimits
 from sim.world import Kind
 
+STATE = (
+    "x_world_m", "y_world_m", "heading_world_rad", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2",
+    "yaw_rate_radps",
+)  # fmt: skip
+"""Columns of the motion of a vehicle."""
+
 
 def scaled(rows: Floats, options: ImportOptions) -> Floats:
     """Return time, x, y, yaw (M, 4) with the factors of the options applied."""
-    return rows * np.array([options.scale_time, options.scale_length, options.scale_length, 1.0])
+    factor = np.array([options.scale_time, options.scale_length, options.scale_length, 1.0])
+    return np.asarray(rows * factor)
 
 
 class RecordedLabels:
@@ -43,14 +50,12 @@ class RecordedLabels:
         self._tracks = [self._track(source, options, vehicle, ego) for vehicle in options.truth]
         self._classifier = ModeClassifier(ModeLimits())
 
-    def _track(
-        self, source: RecordingSource, options: ImportOptions, vehicle: TruthOption, ego: PoseList
-    ) -> PoseTrack:
+    def _track(self, source: RecordingSource, options: ImportOptions, vehicle: TruthOption, ego: PoseList) -> PoseTrack:
         poses = source.poses(vehicle.topic)
         if poses.frame and ego.frame and poses.frame != ego.frame:
             raise InputError(
-                f"--truth {vehicle.topic}: its poses are in the frame {poses.frame}, those of --odometry in {ego.frame}; "
-                "record both in one frame"
+                f"--truth {vehicle.topic}: its poses are in the frame {poses.frame}, those of --odometry in "
+                f"{ego.frame}; record both in one frame"
             )
         return PoseTrack(scaled(vehicle.centres(np.array(poses.rows)), options))
 
@@ -77,10 +82,8 @@ class RecordedLabels:
             "actor_id": present,
             "name": np.array([vehicle.name for vehicle in vehicles], dtype=np.str_),
             "kind": np.full(len(present), Kind.CAR),
-            **dict(zip(("x_world_m", "y_world_m", "heading_world_rad"), state[:, :3].T, strict=True)),
+            **dict(zip(STATE, state.T, strict=True)),
             **dict(zip(("length_m", "width_m", "height_m"), size.T, strict=True)),
-            **dict(zip(("vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2"), state[:, 3:7].T, strict=True)),
-            "yaw_rate_radps": state[:, 7],
             "mode": self._classifier.modes(present, state[:, 3:5], state[:, 5:7]),
         }
 

@@ -10,8 +10,8 @@ POINT_NAMES = (
     "frame", "x_ego_m", "y_ego_m", "z_ego_m", "time_offset_s", "unit", "layer", "echo", "echo_pulse_width_m", "flags",
 )  # fmt: skip
 LABEL_NAMES = (
-    "frame", "actor_id", "name", "kind", "x_world_m", "y_world_m", "heading_world_rad", "length_m", "width_m", "height_m",
-    "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2", "yaw_rate_radps", "mode",
+    "frame", "actor_id", "name", "kind", "x_world_m", "y_world_m", "heading_world_rad", "length_m", "width_m",
+    "height_m", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2", "yaw_rate_radps", "mode",
 )  # fmt: skip
 
 
@@ -40,10 +40,11 @@ def readme(text: str, files: dict[str, tuple[Column, ...]]) -> str:
     parts = [
         "# Recording",
         text,
-        "Recorded scans, imported by luxloop, in the layout of its data sets. `summary.json` holds the options of the import.",
+        "Recorded scans, imported by luxloop, in the layout of its data sets. `summary.json` holds the options of the "
+        "import.",
         "Frames of reference: ego (x forward, y left, z up from the ground, at the origin of the odometry poses), and "
-        "odometry (the ego frame of the first scan), which the labels call world. Angles are counter-clockwise. Points are as "
-        "measured, each at its own time; labels are valid at the time of the frame.",
+        "odometry (the ego frame of the first scan), which the labels call world. Angles are counter-clockwise. Points "
+        "are as measured, each at its own time; labels are valid at the time of the frame.",
     ]
     for name, columns in files.items():
         rows = [f"| `{c.name}` | {_type_name(c)} | {c.unit} | {c.meaning} |" for c in columns]

@@ -1,4 +1,4 @@
-"""What a recording holds, in its own units: sweeps of LIDARs, and poses of bodies."""
+"""Contents of a recording, in its own units: sweeps of LIDARs, and poses of bodies."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field

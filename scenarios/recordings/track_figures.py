@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Floats
-from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
+from scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
 from scenarios.report.html.palette import FAINT, INK, LINE, MUTED, SERIES
 from scenarios.report.html.svg_figure import Figure, draw, note
 from sim.world import WorldFrame
@@ -25,12 +25,14 @@ REACH_M = 70.0
 MOST_DOTS = 12_000
 """Dots of a picture; more are thinned evenly."""
 SCANS_SHOWN = 3
+WIDTH_IN = 10.0
+"""[inch] Width of the picture of the whole drive."""
 BOX = ["x_odom_m", "y_odom_m", "heading_odom_rad", "length_m", "width_m"]
 
 
 @dataclass(slots=True)
 class Drive:
-    """What the figures show of a recording, collected scan by scan."""
+    """Contents of the figures, collected scan by scan."""
 
     ego: list[Floats] = field(default_factory=list)
     """(3,) pose of the ego in each scan."""
@@ -41,8 +43,6 @@ class Drive:
 
     def add(self, frame: WorldFrame, scan: Scan) -> None:
         """Add one scan."""
-        from scenarios.grading.plane_geometry import turned
-
         near = scan.points_ego[np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1]) <= REACH_M, :2]
         placed = turned(near.astype(np.float64), scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]
         self.points.append(SCAN_GRID_M * np.unique(np.round(placed / SCAN_GRID_M), axis=0))
@@ -65,10 +65,13 @@ def whole_drive(drive: Drive, tracks: pd.DataFrame) -> Figure:
         _true_paths(axes, drive)
 
     caption = (
-        "All points of the recording in the odometry frame (grey), the path of the ego (black), and of each confirmed track "
-        "(coloured, with its last box and id)" + ("; true paths are dashed." if any(map(len, drive.truth)) else ".")
+        "All points of the recording in the odometry frame (grey), the path of the ego (black), and of each confirmed "
+        "track (coloured, with its last box and id)"
+        + ("; true paths are dashed." if any(map(len, drive.truth)) else ".")
     )
-    return draw("drive", "Whole recording", caption, (9.0, 9.0), on, wide=True)
+    span = np.ptp(np.vstack([*drive.points, np.array(drive.ego)[:, :2]]), axis=0)
+    height = float(np.clip(WIDTH_IN * span[1] / max(span[0], 1.0), 0.4 * WIDTH_IN, 1.2 * WIDTH_IN))
+    return draw("drive", "Whole recording", caption, (WIDTH_IN, height), on, wide=True)
 
 
 def single_scans(drive: Drive, tracks: pd.DataFrame) -> list[Figure]:
@@ -147,7 +150,9 @@ def _box(axes: "Axes", box: Floats, color: str, width: float, label: str) -> Non
     axes.plot(*np.vstack([outline, outline[:1]]).T, color=color, lw=width)
     axes.plot(*np.column_stack([box[:2], front]), color=color, lw=width)
     if label:
-        axes.annotate(label, box[:2], color=color, fontsize=8, weight="bold", xytext=(6, 6), textcoords="offset points")
+        axes.annotate(
+            label, (box[0], box[1]), color=color, fontsize=8, weight="bold", xytext=(6, 6), textcoords="offset points"
+        )
 
 
 def _true_paths(axes: "Axes", drive: Drive) -> None:

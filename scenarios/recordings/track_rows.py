@@ -45,8 +45,8 @@ def write(path: Path, table: pd.DataFrame) -> None:
 def lives(table: pd.DataFrame) -> pd.DataFrame:
     """Return a row per track that was confirmed, in the order of appearance.
 
-    `first_s` and `life_s` are the time of confirmation and the time until its last scan [s]; `scans` counts its confirmed
-    scans; length, width and speed are medians, `speed_max_mps` is the 95th percentile, over these.
+    `first_s` and `life_s` are the time of confirmation and the time until its last scan [s]; `scans` counts its
+    confirmed scans; length, width and speed are medians, `speed_max_mps` is the 95th percentile, over these.
     """
     confirmed = table[table["status"] == "confirmed"]
     by_track = confirmed.groupby("track_id")

@@ -39,7 +39,9 @@ class TruthOption:
         except ValueError:
             numbers = []
         if not topic or len(numbers) not in (2, 4, 5) or not np.isfinite(numbers).all() or min(numbers[:2]) <= 0.0:
-            raise InputError(f"--truth {text}: should be TOPIC=LENGTH,WIDTH or TOPIC=LENGTH,WIDTH,X,Y[,HEIGHT] in metres")
+            raise InputError(
+                f"--truth {text}: should be TOPIC=LENGTH,WIDTH or TOPIC=LENGTH,WIDTH,X,Y[,HEIGHT] in metres"
+            )
         return cls(topic, *numbers)
 
     @property

@@ -15,8 +15,8 @@ FORMATS = {
     "ouster": (".pcap",),
     "lux": (".lux",),
 }
-"""Suffixes of the files of each format. A folder is a ROS 2 bag. Streams of LUX messages have no common suffix: `.bin` is
-KITTI's."""
+"""Suffixes of the files of each format. A folder is a ROS 2 bag. Streams of LUX messages have no common suffix:
+`.bin` is KITTI's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +68,9 @@ def open_recording(paths: list[Path], name: str, options: ReadOptions) -> Record
 
         return open_capture(paths, options.metadata)
     if name == "lux":
-        from scenarios.recordings.formats.lux_stream import LuxStream
+        from scenarios.recordings.formats.lux_stream import LuxStreams
 
-        return LuxStream(paths)
+        return LuxStreams(paths)
     from scenarios.recordings.formats.point_files import PointFiles
 
     return PointFiles.open(paths, name, options.rate_hz)
@@ -81,6 +81,6 @@ def _by_suffix(paths: list[Path]) -> str:
     found = [name for name, known in FORMATS.items() if suffix <= set(known)]
     if len(found) != 1:
         raise InputError(
-            f"{paths[0]}: no format is known by the names of these files; give --format with one of {', '.join(FORMATS)}"
+            f"{paths[0]}: no format is known by the names of these files; give --format, one of {', '.join(FORMATS)}"
         )
     return found[0]

@@ -1,7 +1,7 @@
 """Ouster captures (PCAP with JSON metadata), read by the package ouster-sdk.
 
-ouster-sdk 1.0.1 pins versions of other packages that exclude rerun-sdk's, but runs with newer ones; docs/recordings.md tells how to
-install it.
+ouster-sdk 1.0.1 pins versions of other packages that exclude those of rerun-sdk, but runs with newer ones.
+docs/recordings.md explains its installation.
 """
 
 import struct
@@ -82,7 +82,9 @@ def _require_whole(path: Path) -> None:
     data = path.read_bytes()
     order = MAGIC.get(data[:4])
     if order is None:
-        raise InputError(f"{path}: is no PCAP file (it begins with {data[:4].hex()}); save captures as PCAP, not as PCAPNG")
+        raise InputError(
+            f"{path}: is no PCAP file (it begins with {data[:4].hex()}); save captures as PCAP, not as PCAPNG"
+        )
     at = FILE_HEADER
     while at + PACKET_HEADER <= len(data):
         at += PACKET_HEADER + struct.unpack_from(f"{order}8xI", data, at)[0]
@@ -109,5 +111,5 @@ def _sweep(frame: Any, place: Any) -> Sweep:
     time_ns = np.asarray(frame.timestamp, dtype=np.int64)
     start_ns = int(time_ns[_columns(frame)].min())
     points = np.asarray(place(frame), dtype=np.float64).reshape(rows, width, 3)[valid]
-    offset = NANOSECONDS * (time_ns[column] - start_ns)
+    offset = NANOSECONDS * (time_ns[column] - start_ns).astype(np.float64)
     return Sweep(NANOSECONDS * start_ns, 0, points, offset, rows - 1 - row)

@@ -11,7 +11,7 @@ from scenarios.errors import InputError
 def readable(path: Path, what: str) -> Iterator[None]:
     """Turn any error of a parser into an InputError of one line that names file and format.
 
-    Parsers of binary files meet arbitrary bytes, and raise whatever their libraries do: struct.error, KeyError,
+    Parsers of binary files meet arbitrary bytes, and raise the errors of their libraries: struct.error, KeyError,
     AssertionError, decompression errors.
 
     Raises

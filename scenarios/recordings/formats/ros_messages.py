@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats
 from scenarios.errors import InputError
+from scenarios.recordings.formats.point_fields import sweep_of_table
 from scenarios.recordings.sweep import Sweep
 
 CLOUD, LASER = "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan"
@@ -20,11 +20,7 @@ POSES = (ODOMETRY, POSE, POSE_COVARIANCE, TRANSFORM, TRANSFORMS)
 
 FIELD_TYPES = {1: "i1", 2: "u1", 3: "<i2", 4: "<u2", 5: "<i4", 6: "<u4", 7: "<f4", 8: "<f8"}
 """Types of `sensor_msgs/PointField` by their `datatype`."""
-RING_NAMES, TIME_NAMES = ("ring", "line", "layer", "channel"), ("t", "time", "time_stamp", "timestamp", "offset_time")
-"""Names of fields of rings and of times: Velodyne, Ouster, Hesai, Livox and Robosense drivers differ."""
 NANOSECONDS = 1e-9
-CLOCK_S = 1e6
-"""[s] Larger times of points are on the clock of the recording, and not relative to the message."""
 
 
 def short_type(name: str) -> str:
@@ -67,7 +63,7 @@ def sweep_of(kind: str, message: Any, logged_s: float, unit: int) -> Sweep:
         The message contradicts itself, or has no coordinates.
     """
     time = stamp_of(message, logged_s)
-    return _laser(message, time, unit) if kind == LASER else _cloud(message, time, unit)
+    return _laser(message, time, unit) if kind == LASER else sweep_of_table(_table(message), time, unit)
 
 
 def _laser(message: Any, time: float, unit: int) -> Sweep:
@@ -76,19 +72,7 @@ def _laser(message: Any, time: float, unit: int) -> Sweep:
     index = np.flatnonzero(np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max))
     angle = message.angle_min + index * message.angle_increment
     points = np.column_stack([ranges[index] * np.cos(angle), ranges[index] * np.sin(angle), np.zeros(len(index))])
-    return Sweep(time, unit, points, index * float(message.time_increment))
-
-
-def _cloud(message: Any, time: float, unit: int) -> Sweep:
-    table = _table(message)
-    names = table.dtype.names or ()
-    if missing := [name for name in "xyz" if name not in names]:
-        raise InputError(f"a PointCloud2 has no field {missing[0]}; it has {', '.join(names) or 'none'}")
-    points = np.column_stack([table[name].astype(np.float64) for name in "xyz"])
-    kept = np.isfinite(points).all(axis=1) & (points != 0.0).any(axis=1)  # drivers fill missing returns with NaN or 0
-    ring = next((table[name].astype(np.int64) for name in RING_NAMES if name in names), None)
-    offset = next((_time_offset(table[name], time) for name in TIME_NAMES if name in names), np.zeros(len(points)))
-    return Sweep(time, unit, points, offset, ring).subset(kept)
+    return Sweep(time, unit, points, index.astype(np.float64) * float(message.time_increment))
 
 
 def _table(message: Any) -> npt.NDArray[np.void]:
@@ -111,12 +95,6 @@ def _table(message: Any) -> npt.NDArray[np.void]:
         )
     rows = data.reshape(message.height, -1)[:, : message.width * message.point_step]
     return np.ascontiguousarray(rows).reshape(-1).view(layout)
-
-
-def _time_offset(values: npt.NDArray[Any], time: float) -> Floats:
-    """Return times (N,) after the header's stamp [s]: integers are nanoseconds, floats seconds."""
-    offset = values.astype(np.float64) * (NANOSECONDS if values.dtype.kind in "iu" else 1.0)
-    return np.where(np.abs(offset) > CLOCK_S, offset - time, offset)
 
 
 def _yaw(turn: Any) -> float:
