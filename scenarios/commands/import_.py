@@ -74,11 +74,11 @@ def import_(
     from scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
     from scenarios.recordings.import_options import ImportOptions
     from scenarios.recordings.import_recording import import_recording
-    from scenarios.recordings.layer_cut import numbers
+    from scenarios.recordings.layer_cut import interval
     from scenarios.recordings.truth_option import TruthOption
 
     chosen = format_of(files, format_name)
-    if chosen in ("rosbag", "mcap"):
+    if chosen in ("rosbag", "mcap", "ouster"):  # ouster-sdk imports rosbags
         require("import", "recordings")
     rig_model, mounts = _mounts(rig, mount or [])
     options = ImportOptions(
@@ -87,7 +87,7 @@ def import_(
         cut=_cut(layers, heights, height_tolerance, azimuth_step),
         odometry=odometry,
         truth=tuple(TruthOption.parse(text) for text in truth or []),
-        heights_m=_pair(numbers("--keep-heights", keep_heights)) if keep_heights else None,
+        heights_m=interval("--keep-heights", keep_heights) if keep_heights else None,
         sweep_time_s=sweep_time,
         scale_length=scale_length,
         scale_time=scale_time,
@@ -129,10 +129,3 @@ def _cut(
         return ElevationCut(numbers("--layers", layers))
     return HeightCut(numbers("--heights", heights), tolerance_m, step_deg) if heights else None
 
-
-def _pair(values: tuple[float, ...]) -> tuple[float, float]:
-    from scenarios.errors import InputError
-
-    if len(values) != 2 or values[0] >= values[1]:
-        raise InputError(f"--keep-heights {','.join(map(str, values))}: should be LOW,HIGH with LOW below HIGH")
-    return values[0], values[1]

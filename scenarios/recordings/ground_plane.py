@@ -15,6 +15,8 @@ LOW_PERCENT = 10.0
 """The ground of a cell is this percentile of its heights: lower points are echoes from mirrors and holes."""
 LEAST_POINTS, LEAST_CELLS = 10, 10
 """Points of a usable cell, and cells of a usable fit."""
+PASSES = 2
+"""Fits: the first one turns the points upright, as the low points of a cell must be."""
 STEPS = 20
 """Steps of the reweighting, which converges in fewer."""
 SPREAD_M = 0.05
@@ -25,7 +27,7 @@ def levelled(points: Floats, mount: EgoMount) -> EgoMount:
     """Return a mount with its height, pitch and roll over the ground of a sweep.
 
     The ground is the plane z = a + b x + c y through the low points of square cells, by iteratively reweighted least
-    squares with Cauchy weights (Holland and Welsch 1977), from the plane of the lowest cells on.
+    squares with Cauchy weights (Holland and Welsch 1977), and then through all points near that plane.
 
     Parameters
     ----------
@@ -39,15 +41,21 @@ def levelled(points: Floats, mount: EgoMount) -> EgoMount:
     InputError
         There are too few points on the ground.
     """
-    turned = points @ mount.R_ego_unit.T
-    low = _low_points(turned[np.hypot(turned[:, 0], turned[:, 1]) < REACH_M])
-    if len(low) < LEAST_CELLS:
-        raise InputError("--level: the first sweep has too few points on the ground; give --mount with its height")
-    height, along, across = _plane(low)
-    normal = np.array([-along, -across, 1.0]) / np.sqrt(1.0 + along**2 + across**2)
-    upright = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])[0].as_matrix()
-    origin = np.array([mount.origin_ego[0], mount.origin_ego[1], -height * normal[2]])
-    return EgoMount(origin, upright @ mount.R_ego_unit)
+    rotation = mount.R_ego_unit
+    for _ in range(PASSES):
+        turned = _near(points @ rotation.T)
+        low = _low_points(turned)
+        if len(low) < LEAST_CELLS:
+            raise InputError("--level: the first sweep has too few points on the ground; give --mount with its height")
+        plane = _through_ground(turned, _plane(low))
+        normal = np.array([-plane[1], -plane[2], 1.0]) / np.sqrt(1.0 + plane[1] ** 2 + plane[2] ** 2)
+        upright = Rotation.align_vectors([[0.0, 0.0, 1.0]], [normal])[0].as_matrix()
+        rotation, height = upright @ rotation, -plane[0] * normal[2]
+    return EgoMount(np.array([*mount.origin_ego[:2], height]), rotation)
+
+
+def _near(points: Floats) -> Floats:
+    return points[np.hypot(points[:, 0], points[:, 1]) < REACH_M]
 
 
 def _low_points(points: Floats) -> Floats:
@@ -73,3 +81,11 @@ def _plane(low: Floats) -> Floats:
         root = np.sqrt(weight)
         plane = np.linalg.lstsq(root[:, None] * terms, root * low[:, 2], rcond=None)[0]
     return plane
+
+
+def _through_ground(points: Floats, plane: Floats) -> Floats:
+    """(3,) a, b, c of the plane through the points near a first plane, by least squares."""
+    terms = np.column_stack([np.ones(len(points)), points[:, :2]])
+    ground = np.abs(points[:, 2] - terms @ plane) < 2.0 * SPREAD_M
+    found: Floats = np.linalg.lstsq(terms[ground], points[ground, 2], rcond=None)[0]
+    return found if ground.sum() > LEAST_POINTS else plane

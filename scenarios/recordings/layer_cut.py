@@ -119,6 +119,20 @@ def numbers(option: str, text: str) -> tuple[float, ...]:
     return values
 
 
+def interval(option: str, text: str) -> tuple[float, float]:
+    """Read `LOW,HIGH`.
+
+    Raises
+    ------
+    InputError
+        The text holds something else, or LOW is not below HIGH.
+    """
+    values = numbers(option, text)
+    if len(values) != 2 or values[0] >= values[1]:
+        raise InputError(f"{option} {text}: should be LOW,HIGH with LOW below HIGH")
+    return values[0], values[1]
+
+
 def _elevation_deg(points: Floats) -> Floats:
     found: Floats = np.degrees(np.arctan2(points[:, 2], np.hypot(points[:, 0], points[:, 1])))
     return found
