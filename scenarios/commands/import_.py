@@ -128,4 +128,3 @@ def _cut(
     if layers:
         return ElevationCut(numbers("--layers", layers))
     return HeightCut(numbers("--heights", heights), tolerance_m, step_deg) if heights else None
-

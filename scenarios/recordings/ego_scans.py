@@ -71,6 +71,7 @@ class EgoScans:
         """Yield the scaled time on the recording's clock [s], and the scan, whose own time starts from 0."""
         start = None
         for group in self._groups(sweeps):
+            group = [self._timed(sweep) for sweep in group]
             parts = [self._placed(sweep) for sweep in group]
             first = group[0]
             middle = first.time + (0.5 * (first.time_offset.min() + first.time_offset.max()) if len(first) else 0.0)
@@ -100,12 +101,18 @@ class EgoScans:
         if group:
             yield group
 
+    def _timed(self, sweep: Sweep) -> Sweep:
+        """Return a sweep whose points take `sweep_time_s` from the first to the last, if that is given."""
+        duration = self._options.sweep_time_s
+        if duration is None or not len(sweep):
+            return sweep
+        recorded = sweep.time_offset - sweep.time_offset.min()
+        order = np.linspace(0.0, 1.0, len(sweep))
+        return replace(sweep, time_offset=duration * (recorded / recorded.max() if recorded.any() else order))
+
     def _placed(self, sweep: Sweep) -> tuple[Floats, Sweep, Ints]:
         """Return points in the ego frame (N, 3) [m, not scaled], their sweep, and their layers (N,)."""
         options = self._options
-        if options.sweep_time_s is not None:
-            offset = np.linspace(0.0, options.sweep_time_s, len(sweep), endpoint=False)
-            sweep = replace(sweep, time_offset=offset)
         if sweep.unit not in self._mounts:
             if sweep.unit >= len(options.mounts):
                 raise InputError(
