@@ -43,9 +43,11 @@ baseline:
 bench: .venv/installed
 	$(BIN)/python -m benchmarks
 
-.venv/installed: constraints.txt pyproject.toml
+# ouster-sdk pins versions of other packages that exclude those of rerun-sdk; it runs with the ones in constraints.txt.
+.venv/installed: constraints.txt constraints-ouster.txt pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r constraints.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r constraints-ouster.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
@@ -54,3 +56,5 @@ bench: .venv/installed
 lock:
 	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --generate-hashes \
 	    --no-header --no-annotate --output-file constraints.txt $(UPGRADE)
+	echo "ouster-sdk>=1.0.1" | uv pip compile - --no-deps --universal --python-version 3.11 --generate-hashes \
+	    --no-header --no-annotate --output-file constraints-ouster.txt $(UPGRADE)

@@ -11,6 +11,7 @@ from scenarios.commands import (
     check_tracker,
     compare,
     grade,
+    import_,
     list_scenarios,
     mcap,
     realism,
@@ -19,6 +20,7 @@ from scenarios.commands import (
     schema,
     search,
     sweep,
+    track,
     view,
 )  # fmt: skip
 from scenarios.commands.error_line import print_error
@@ -31,9 +33,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("list")(list_scenarios.list_scenarios)
+app.command("import")(import_.import_)
 for command in (
     run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
-    check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
+    check_tracker.check_tracker, mcap.mcap, realism.realism, track.track, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
 

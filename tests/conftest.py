@@ -1,16 +1,27 @@
 """Settings of the whole test session."""
 
+import os
 import signal
 import sys
 
 import pytest
+from support.real_data import VARIABLE
 
 # Shells start background jobs with SIGINT ignored, which all their children inherit; tests press Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--real-data", metavar="DIR", help=f"folder of real recordings, in place of {VARIABLE}")
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Skip assertion rewriting when tests are only listed: it takes half of the time, and no assertion runs."""
+    """Pass on the folder of real recordings, also to processes that tests start.
+
+    Skip assertion rewriting when tests are only listed: it takes half of the time, and no assertion runs.
+    """
+    if folder := config.getoption("--real-data"):
+        os.environ[VARIABLE] = os.path.abspath(folder)
     hook = config.pluginmanager.rewrite_hook
     if config.option.collectonly and hook in sys.meta_path:
         sys.meta_path.remove(hook)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, RunFolder
+from scenarios.commands.arguments import AsJson
 
 if TYPE_CHECKING:
     from scenarios.files.expect import Check
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def grade(
-    run: RunFolder,
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` or `luxloop import` wrote.")],
     tracks: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File of tracks that another program made from the run's scans.")
     ] = None,
@@ -30,23 +30,42 @@ def grade(
     out: Annotated[Path | None, typer.Option(help="Folder of the results; if left out, they are only printed.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Grade a run again without simulation: its own tracks, or other tracks of its scans."""
+    """Grade a run again without simulation, or a recording with true poses: its own tracks, or other ones."""
     from scenarios.errors import InputError
     from scenarios.files import shipped
     from scenarios.files.expect import check, verdict
     from scenarios.files.scenario import Scenario
     from scenarios.offline.recorded_run import RecordedRun
+    from scenarios.recordings.grade_recording import grade_recording
+    from scenarios.recordings.recording import Recording, is_recording
 
     if tracks and tracker:
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
-    recorded = RecordedRun.open(run)
-    if out:
-        recorded.refuse_to_write_to(out)
-    rules = Scenario.load(shipped.find(scenario)) if scenario else recorded.scenario
-    result = _graded(recorded, rules, tracks, tracker)
-    checks = check(result.metrics, rules.expect)
+    if is_recording(run):
+        if out:
+            Recording(run).refuse_to_write_to(out)
+        result, checks = grade_recording(run, tracks, tracker, scenario)
+    else:
+        _refuse_tracked_recording(run)
+        recorded = RecordedRun.open(run)
+        if out:
+            recorded.refuse_to_write_to(out)
+        rules = Scenario.load(shipped.find(scenario)) if scenario else recorded.scenario
+        result = _graded(recorded, rules, tracks, tracker)
+        checks = check(result.metrics, rules.expect)
     _deliver(result, checks, out, as_json)
     raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
+
+
+def _refuse_tracked_recording(run: Path) -> None:
+    """Raise an InputError for the results of `luxloop track`, whose truth is in the recording."""
+    from scenarios.errors import InputError
+    from scenarios.recordings.track_recording import TRACKS
+
+    if (run / TRACKS).is_file():
+        raise InputError(
+            f"{run}: results of luxloop track; grade the recording: luxloop grade RECORDING --tracks {run / TRACKS}"
+        )
 
 
 def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":

@@ -53,7 +53,7 @@ class DatasetWriter:
     def __init__(self, folder: Path, option: str = OPTION) -> None:
         self._folder = folder
         self._option = option
-        self._tables = {name: _Table(folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
+        self._tables = {name: FrameTable(folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
         """Add one frame.
@@ -91,8 +91,8 @@ class DatasetWriter:
             table.close()
 
 
-class _Table:
-    """A Parquet file, and the frames that are not written yet."""
+class FrameTable:
+    """A Parquet file of a data set, and the frames that are not written yet."""
 
     def __init__(self, path: Path, columns: tuple[Column, ...]) -> None:
         self._columns = columns
@@ -100,11 +100,13 @@ class _Table:
         self._writer = pq.ParquetWriter(path, pa.schema([column.field for column in columns]), compression="zstd")
 
     def add(self, values: Values) -> None:
+        """Add the rows of one frame."""
         self._waiting.append(values)
         if len(self._waiting) == FRAMES_AT_ONCE:
             self._flush()
 
     def close(self) -> None:
+        """Write the remaining frames and close the file; a second call has no effect."""
         if self._writer.is_open:
             self._flush()
             self._writer.close()

@@ -146,6 +146,12 @@ def _performance() -> Iterator[Definition]:
     yield Definition("perf.realtime_factor", "1", "simulated time over wall-clock time of the whole loop")
 
 
+def _recorded() -> Iterator[Definition]:
+    yield Definition("track.velocity_abs_mean_mps", "m/s", "mean norm of the velocity error, in recordings")
+    yield Definition("track.speed_abs_mean_mps", "m/s", "mean absolute error of the speed, in recordings")
+    yield Definition("track.speed_mean_mps", "m/s", "mean error of the speed, in recordings")
+
+
 def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
     """Return definitions by name.
 
@@ -168,7 +174,10 @@ GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *_track()])
 CONTROL = register(_control())
 """Metrics of `control.safety.grade`; every run has all of them."""
 
-REGISTRY = register([*GRADED.values(), *CONTROL.values(), *_performance()])
+RECORDED = register(_recorded())
+"""Metrics of `luxloop track` and `luxloop grade` on a recording."""
+
+REGISTRY = register([*GRADED.values(), *CONTROL.values(), *RECORDED.values(), *_performance()])
 """All metrics of a result, with those of `perf`, which the run loop measures."""
 
 METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}

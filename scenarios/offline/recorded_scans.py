@@ -57,15 +57,15 @@ class RecordedScans:
 
     def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
         with _readable(self._folder):
-            files = {name: _Rows(self._folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
+            files = {name: FrameRows(self._folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
         for frame in range(len(self)):
             with _readable(self._folder):
                 rows = {name: file.of(frame) for name, file in files.items()}
             yield records_of(rows, self._units)
 
 
-class _Rows:
-    """Reader of one file, frame by frame."""
+class FrameRows:
+    """Reader of one file of a data set, frame by frame."""
 
     def __init__(self, path: Path, columns: tuple[Column, ...]) -> None:
         self._batches = (

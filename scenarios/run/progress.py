@@ -1,8 +1,9 @@
 """Progress bars of one run and of many, on standard error and only in a terminal."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import (
@@ -16,6 +17,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.text import Text
+
+_Item = TypeVar("_Item")
 
 
 class _RealTimeFactor(ProgressColumn):
@@ -42,6 +45,17 @@ def frames(count: int, dt: float, name: str) -> Iterator[int]:
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
         yield from bar.track(range(count), total=count, description=name)
+
+
+def steps(name: str, count: int | None, what: str, items: Iterable[_Item]) -> Iterator[_Item]:
+    """Yield `items` and show the progress; `count` of `what`, or None for an unknown number."""
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn(what), TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        yield from bar.track(items, total=count, description=name)
 
 
 @contextmanager

@@ -1,0 +1,130 @@
+"""`luxloop import`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.commands.extras import require
+
+if TYPE_CHECKING:
+    from scenarios.recordings.ego_mount import EgoMount
+    from scenarios.recordings.layer_cut import ElevationCut, HeightCut
+    from sensor_model.rig.rig import Rig
+
+
+def import_(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files of one recording, of one format.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the recorded scans.")],
+    format_name: Annotated[
+        str | None,
+        typer.Option("--format", help="rosbag, mcap, pcd, bin, ouster or lux; by the names of the files if left out."),
+    ] = None,
+    rig: Annotated[str | None, typer.Option(metavar="FILE", help="Rig file with the mounts of the LIDARs.")] = None,
+    mount: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y,Z[,YAW,PITCH,ROLL]",
+            help="Mount of a LIDAR in the ego frame [m, degrees], instead of a rig file; one per LIDAR.",
+        ),
+    ] = None,
+    level: Annotated[
+        bool, typer.Option("--level", help="Take height, pitch and roll of the mounts from the ground in the scan.")
+    ] = False,
+    topic: Annotated[
+        list[str] | None, typer.Option(help="Topic of LIDAR points; one per LIDAR, in the order of the mounts.")
+    ] = None,
+    odometry: Annotated[
+        str | None, typer.Option(metavar="TOPIC", help="Poses of the ego: TOPIC, or TOPIC:PARENT:CHILD of transforms.")
+    ] = None,
+    truth: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TOPIC=L,W[,X,Y[,H]]",
+            help="True poses of a vehicle, its box, and the box's centre in their frame [m].",
+        ),
+    ] = None,
+    layers: Annotated[
+        str | None, typer.Option(metavar="DEG,DEG,...", help="Keep the rings nearest to these elevations [degrees].")
+    ] = None,
+    heights: Annotated[
+        str | None,
+        typer.Option(metavar="M,M,...", help="Keep the points nearest to these heights above the ground [m]."),
+    ] = None,
+    height_tolerance: Annotated[float, typer.Option(min=0.001, help="Largest distance from --heights [m].")] = 0.08,
+    azimuth_step: Annotated[float, typer.Option(min=0.001, help="Azimuth step of --heights [degrees].")] = 0.5,
+    keep_heights: Annotated[
+        str | None,
+        typer.Option(metavar="LOW,HIGH", help="Keep only points between these heights above the ground [m]."),
+    ] = None,
+    sweep_time: Annotated[
+        float | None, typer.Option(min=0.0, help="Duration of a sweep [s], where points have no times or wrong ones.")
+    ] = None,
+    rate: Annotated[float, typer.Option(min=0.001, help="Sweeps per second, where files have no times.")] = 10.0,
+    metadata: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
+    ] = None,
+    scale_length: Annotated[float, typer.Option(help="Factor on all lengths, for model cars.")] = 1.0,
+    scale_time: Annotated[
+        float, typer.Option(help="Factor on all times; the root of the other keeps accelerations.")
+    ] = 1.0,
+) -> None:
+    """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""
+    from scenarios.recordings.formats.format_choice import ReadOptions, format_of, open_recording
+    from scenarios.recordings.import_options import ImportOptions
+    from scenarios.recordings.import_recording import import_recording
+    from scenarios.recordings.layer_cut import interval
+    from scenarios.recordings.truth_option import TruthOption
+
+    chosen = format_of(files, format_name)
+    if chosen in ("rosbag", "mcap", "ouster"):  # ouster-sdk imports rosbags
+        require("import", "recordings")
+    rig_model, mounts = _mounts(rig, mount or [])
+    options = ImportOptions(
+        mounts=tuple(mounts),
+        level=level,
+        cut=_cut(layers, heights, height_tolerance, azimuth_step),
+        odometry=odometry,
+        truth=tuple(TruthOption.parse(text) for text in truth or []),
+        heights_m=interval("--keep-heights", keep_heights) if keep_heights else None,
+        sweep_time_s=sweep_time,
+        scale_length=scale_length,
+        scale_time=scale_time,
+        files=tuple(path.name for path in files),
+    )
+    source = open_recording(files, chosen, ReadOptions(tuple(topic or []), rate, metadata))
+    found = import_recording(source, options, out, rig_model)
+    print(
+        f"{found.frames} scans of {found.duration_s:.1f} s, {found.points} points in {found.layers} layers, "
+        f"are in {out}; to track: luxloop track {out}"
+    )
+    if found.skipped:
+        print(
+            "Sweeps left out: "
+            + ", ".join(f"{number} {reason.replace('_', ' ')}" for reason, number in found.skipped.items())
+        )
+
+
+def _mounts(rig: str | None, mounts: list[str]) -> "tuple[Rig | None, list[EgoMount]]":
+    from scenarios.errors import InputError
+    from scenarios.recordings import ego_mount
+
+    if bool(rig) == bool(mounts):
+        raise InputError("give the places of the LIDARs on the ego: either --rig FILE, or --mount X,Y,Z for each")
+    if rig:
+        return ego_mount.of_rig(rig)
+    return None, [ego_mount.EgoMount.parse(text) for text in mounts]
+
+
+def _cut(
+    layers: str | None, heights: str | None, tolerance_m: float, step_deg: float
+) -> "ElevationCut | HeightCut | None":
+    from scenarios.errors import InputError
+    from scenarios.recordings.layer_cut import ElevationCut, HeightCut, numbers
+
+    if layers and heights:
+        raise InputError("--layers and --heights are both given; give one, they choose layers in different ways")
+    if layers:
+        return ElevationCut(numbers("--layers", layers))
+    return HeightCut(numbers("--heights", heights), tolerance_m, step_deg) if heights else None

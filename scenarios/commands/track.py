@@ -1,0 +1,45 @@
+"""`luxloop track`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scenarios.commands.arguments import AsJson, Tracker
+
+
+def track(
+    recording: Annotated[Path, typer.Argument(metavar="RECORDING", help="A folder that `luxloop import` wrote.")],
+    tracker: Tracker = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(metavar="SCENARIO", help="Scenario whose [tracker], [grading] and [expect] are used."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results; runs/RECORDING-tracks if left out.")] = None,
+    as_json: AsJson = False,
+    no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+) -> None:
+    """Run a tracker over recorded scans: tracks, a report with pictures, and a recording for the viewer."""
+    import json
+
+    from scenarios.files.expect import verdict
+    from scenarios.recordings.recording import Recording
+    from scenarios.recordings.recording_rules import rules_of
+    from scenarios.recordings.track_recording import PAGE, track_recording
+    from scenarios.report import text
+    from scenarios.run import device, run_folder
+
+    scans = Recording(recording)
+    name = tracker or device.SHIPPED
+    out = out or Path("runs") / f"{scans.name}-tracks"
+    scans.refuse_to_write_to(out)
+    tracked = track_recording(scans, device.load(name), rules_of(scans, scenario), name, out, record=not no_recording)
+    if as_json:
+        print(json.dumps({**run_folder.document(tracked.result, tracked.checks), "out": str(out)}, allow_nan=False))
+    else:
+        text.show(tracked.report)
+        print(
+            f"Results are in {out}; the report is {out / PAGE}"
+            + ("" if no_recording else f"; to view: luxloop view {out}")
+        )
+    raise typer.Exit(0 if verdict(tracked.checks, complete=True) == "passed" else 1)

@@ -1,0 +1,1 @@
+"""Readers of recording formats, one file each; `format_choice` selects one by the names of the files."""

@@ -1,0 +1,59 @@
+"""Streams of LUX scan messages (0x2202); a file is the stream of one LUX."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from heapq import merge
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.recordings.formats.reading_errors import readable
+from scenarios.recordings.sweep import PoseList, Sweep
+from sensor_model.formats.lux_scan_message import CM_PER_M, LuxMessage
+from sensor_model.formats.lux_scan_points import points_unit
+from sensor_model.formats.lux_scan_stream import read_stream
+from sensor_model.rig.rig import load_unit
+
+UNIT = "lux"
+"""Unit file with the elevations of the layers, which a message does not hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class LuxStreams:
+    """Streams of the LUX of a rig, one file each in the order of the mounts, as a `RecordingSource`."""
+
+    paths: list[Path]
+
+    @property
+    def count(self) -> int | None:
+        """Not known before the messages are read."""
+        return None
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Yield the scans of all units in the order of their times."""
+        yield from merge(*(_sweeps(path, unit) for unit, path in enumerate(self.paths)), key=lambda sweep: sweep.time)
+
+    def poses(self, name: str) -> PoseList:
+        """Raise an InputError: scan messages hold no poses."""
+        raise InputError(f"{self.paths[0]}: {name}: LUX scans hold no poses; leave --odometry and --truth out")
+
+
+def _sweeps(path: Path, unit: int) -> Iterator[Sweep]:
+    elevation_deg = load_unit(UNIT, Path.cwd()).layer_elevation_deg
+    with readable(path, "a stream of LUX scans"):
+        for message in read_stream(path):
+            yield _sweep(message, unit, elevation_deg)
+
+
+def _sweep(message: LuxMessage, unit: int, elevation_deg: tuple[float, ...]) -> Sweep:
+    return Sweep(
+        time=message.start_s,
+        unit=unit,
+        points=points_unit(message, elevation_deg),
+        time_offset=message.time_offset,
+        ring=message.layer.astype(np.int64),
+        echo=message.echo,
+        echo_pulse_width=message.width_cm / CM_PER_M,
+        flags=(message.flags & 0x0F).astype(np.int64),
+    )

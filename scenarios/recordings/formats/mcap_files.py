@@ -1,0 +1,45 @@
+"""MCAP files of ROS 2, read by the packages mcap and mcap-ros2-support."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from scenarios.errors import InputError
+from scenarios.recordings.formats.reading_errors import readable
+from scenarios.recordings.formats.ros_messages import NANOSECONDS
+from scenarios.recordings.formats.ros_topics import RosTopics
+
+WHAT = "MCAP"
+
+
+def open_mcap(paths: list[Path], wanted: list[str]) -> RosTopics:
+    """Open one file.
+
+    Raises
+    ------
+    InputError
+        The file is no complete MCAP of ROS 2, or `wanted` topics are not in it.
+    """
+    from mcap.reader import make_reader
+
+    if len(paths) != 1:
+        raise InputError(f"{paths[1]}: give one MCAP file at a time")
+    path = paths[0]
+    with readable(path, WHAT), path.open("rb") as file:
+        summary = make_reader(file, validate_crcs=True).get_summary()
+        if summary is None:
+            raise InputError(f"{path}: has no summary at its end; it is truncated, recover it with `mcap recover`")
+        schemas = {channel.topic: summary.schemas.get(channel.schema_id) for channel in summary.channels.values()}
+        types = {topic: schema.name for topic, schema in schemas.items() if schema and schema.encoding == "ros2msg"}
+        numbers = summary.statistics.channel_message_counts if summary.statistics else {}
+        counts = {channel.topic: numbers.get(number, 0) for number, channel in summary.channels.items()}
+
+    def messages(topics: list[str]) -> Iterator[tuple[str, float, Any]]:
+        from mcap_ros2.decoder import DecoderFactory
+
+        with readable(path, WHAT), path.open("rb") as file:
+            reader = make_reader(file, decoder_factories=[DecoderFactory()])
+            for _, channel, message, decoded in reader.iter_decoded_messages(topics=topics):
+                yield channel.topic, NANOSECONDS * message.log_time, decoded
+
+    return RosTopics.of(str(path), types, counts, wanted, messages)

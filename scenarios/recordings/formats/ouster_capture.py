@@ -1,0 +1,115 @@
+"""Ouster captures (PCAP with JSON metadata), read by the package ouster-sdk.
+
+ouster-sdk 1.0.1 pins versions of other packages that exclude those of rerun-sdk, but runs with newer ones.
+docs/recordings.md explains its installation.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.recordings.formats.reading_errors import readable
+from scenarios.recordings.sweep import PoseList, Sweep
+
+WHAT = "an Ouster capture"
+INSTALL = "pip install --no-deps ouster-sdk==1.0.1"
+VALID_SHARE = 0.5
+"""Least share of the columns of a sweep; a capture may begin and end in the middle of one."""
+NANOSECONDS = 1e-9
+MAGIC = {b"\xd4\xc3\xb2\xa1": "<", b"\x4d\x3c\xb2\xa1": "<", b"\xa1\xb2\xc3\xd4": ">", b"\xa1\xb2\x3c\x4d": ">"}
+"""Byte order by the first bytes of a classic PCAP file, with times in microseconds or nanoseconds."""
+FILE_HEADER, PACKET_HEADER = 24, 16
+
+
+@dataclass(frozen=True, slots=True)
+class OusterCapture:
+    """A capture of one sensor, as a `RecordingSource`."""
+
+    path: Path
+    metadata: Path
+
+    @property
+    def count(self) -> int | None:
+        """Not known before the packets are read."""
+        return None
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """Yield the sweeps; incomplete ones at the ends of the capture are left out."""
+        with readable(self.path, WHAT):
+            from ouster.sdk import open_source
+            from ouster.sdk.core import XYZLut
+
+            source = open_source(str(self.path), meta=[str(self.metadata)])
+            info = source.sensor_info[0]
+            place = XYZLut(info, use_extrinsics=False)
+            for frames in source:
+                for frame in frames:
+                    if frame is not None and np.mean(_columns(frame)) >= VALID_SHARE:
+                        yield _sweep(frame, place)
+
+    def poses(self, name: str) -> PoseList:
+        """Raise an InputError: a capture holds no poses."""
+        raise InputError(f"{self.path}: {name}: an Ouster capture holds no poses; leave --odometry and --truth out")
+
+
+def open_capture(paths: list[Path], metadata: Path | None) -> OusterCapture:
+    """Open a capture.
+
+    Raises
+    ------
+    InputError
+        ouster-sdk is missing, the files are damaged, or there is no metadata.
+    """
+    if len(paths) != 1:
+        raise InputError(f"{paths[1]}: give one Ouster capture at a time")
+    if find_spec("ouster") is None:
+        raise InputError(f"{paths[0]}: reading Ouster captures needs ouster-sdk, which is not installed: {INSTALL}")
+    path, described = paths[0], metadata or paths[0].with_suffix(".json")
+    if not described.is_file():
+        raise InputError(f"{described}: no such file; give the metadata of the sensor with --metadata")
+    _require_whole(path)
+    return OusterCapture(path, described)
+
+
+def _require_whole(path: Path) -> None:
+    """Raise an InputError if a PCAP file ends within a packet: the library would read up to there without a word."""
+    data = path.read_bytes()
+    order = MAGIC.get(data[:4])
+    if order is None:
+        raise InputError(
+            f"{path}: is no PCAP file (it begins with {data[:4].hex()}); save captures as PCAP, not as PCAPNG"
+        )
+    at = FILE_HEADER
+    while at + PACKET_HEADER <= len(data):
+        at += PACKET_HEADER + struct.unpack_from(f"{order}8xI", data, at)[0]
+    if at != len(data):
+        raise InputError(f"{path}: ends within a packet, at byte {len(data)}; it is truncated, copy it again")
+    if at == FILE_HEADER:
+        raise InputError(f"{path}: holds no packets; record the capture again")
+
+
+def _columns(frame: Any) -> Any:
+    """(W,) mask of the columns that were received: bit 0 of their status."""
+    return (np.asarray(frame.status) & 1) == 1
+
+
+def _sweep(frame: Any, place: Any) -> Sweep:
+    """Return the points of all columns that were received, with the time of each column.
+
+    Row 0 of a frame is the highest beam: rings are numbered from below.
+    """
+    ranges = np.asarray(frame.field("RANGE"))
+    rows, width = ranges.shape
+    valid = (ranges > 0) & _columns(frame)
+    row, column = np.nonzero(valid)
+    time_ns = np.asarray(frame.timestamp, dtype=np.int64)
+    start_ns = int(time_ns[_columns(frame)].min())
+    points = np.asarray(place(frame), dtype=np.float64).reshape(rows, width, 3)[valid]
+    offset = NANOSECONDS * (time_ns[column] - start_ns).astype(np.float64)
+    return Sweep(NANOSECONDS * start_ns, 0, points, offset, rows - 1 - row)

@@ -1,0 +1,108 @@
+"""PCD files of the Point Cloud Library: ascii, binary and binary_compressed, version 0.7 and before."""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.errors import InputError
+from scenarios.recordings.formats.lzf import decompress
+
+HEADER_MAX = 65_536
+"""Bytes searched for the end of the header."""
+LAST_LINE = b"DATA"
+
+
+@dataclass(frozen=True, slots=True)
+class PcdHeader:
+    """Header of a PCD file."""
+
+    layout: np.dtype[np.void]
+    """Fields of a point."""
+    points: int
+    data: str
+    """`ascii`, `binary` or `binary_compressed`."""
+    size: int
+    """Bytes of the header."""
+
+
+def read_pcd(path: Path) -> npt.NDArray[np.void]:
+    """Return the points (N,) of a file, with its fields.
+
+    Raises
+    ------
+    InputError
+        The file is no PCD file, or is truncated.
+    """
+    content = path.read_bytes()
+    header = _header(path, content)
+    body = content[header.size :]
+    if header.data == "ascii":
+        return _ascii(path, body, header)
+    if header.data == "binary":
+        return np.frombuffer(_exactly(path, body, header), dtype=header.layout)
+    return _compressed(path, body, header)
+
+
+def _header(path: Path, content: bytes) -> PcdHeader:
+    start = content.find(LAST_LINE, 0, HEADER_MAX)
+    end = content.find(b"\n", start) + 1 if start >= 0 else 0
+    try:
+        lines = content[:end].decode("ascii").splitlines()
+    except UnicodeDecodeError:
+        lines = []
+    words = {line.split()[0]: line.split()[1:] for line in lines if line.split() and not line.startswith("#")}
+    try:
+        names, sizes, kinds = words["FIELDS"], words["SIZE"], words["TYPE"]
+        counts = words.get("COUNT", ["1"] * len(names))
+        points = int(words["POINTS"][0]) if "POINTS" in words else int(words["WIDTH"][0]) * int(words["HEIGHT"][0])
+        formats = [
+            (name if name != "_" else f"_{place}", f"<{kind.lower()}{size}", (int(count),) if count != "1" else ())
+            for place, (name, kind, size, count) in enumerate(zip(names, kinds, sizes, counts, strict=True))
+        ]
+        layout, data = np.dtype(formats), words["DATA"][0]
+    except (KeyError, IndexError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: not readable as PCD: its header is damaged or missing ({error})") from error
+    if data not in ("ascii", "binary", "binary_compressed") or points < 0:
+        raise InputError(f"{path}: not readable as PCD: DATA {data}, POINTS {points}; save it as binary")
+    return PcdHeader(layout, points, data, end)
+
+
+def _ascii(path: Path, body: bytes, header: PcdHeader) -> npt.NDArray[np.void]:
+    width = sum(int(np.prod(header.layout[name].shape)) for name in header.layout.names or ())
+    rows = np.loadtxt(io.BytesIO(body), dtype=np.float64, ndmin=2) if body.strip() else np.empty((0, width))
+    if rows.shape != (header.points, width):
+        raise InputError(f"{path}: has {len(rows)} of {header.points} points; it is truncated, copy it again")
+    table = np.zeros(header.points, dtype=header.layout)
+    column = 0
+    for name in header.layout.names or ():
+        shape = header.layout[name].shape
+        step = int(np.prod(shape))
+        table[name] = rows[:, column : column + step].reshape(-1, *shape)
+        column += step
+    return table
+
+
+def _exactly(path: Path, body: bytes, header: PcdHeader) -> bytes:
+    wanted = header.points * header.layout.itemsize
+    if len(body) < wanted:
+        raise InputError(f"{path}: holds {len(body)} of {wanted} bytes of points; it is truncated, copy it again")
+    return body[:wanted]
+
+
+def _compressed(path: Path, body: bytes, header: PcdHeader) -> npt.NDArray[np.void]:
+    """Return points compressed with LZF, stored field by field."""
+    sizes = np.frombuffer(body[:8].ljust(8, b"\0"), dtype="<u4")
+    packed, whole = int(sizes[0]), int(sizes[1])
+    if len(body) < 8 + packed or whole != header.points * header.layout.itemsize:
+        raise InputError(f"{path}: its compressed points are not complete; it is truncated or damaged, copy it again")
+    columns = decompress(body[8 : 8 + packed], whole)
+    table, at = np.zeros(header.points, dtype=header.layout), 0
+    for name in header.layout.names or ():
+        field = header.layout[name]
+        end = at + header.points * field.itemsize
+        table[name] = np.frombuffer(columns[at:end], dtype=field.base).reshape(-1, *field.shape)
+        at = end
+    return table

@@ -1,0 +1,45 @@
+"""Grading of a recording with true poses: a tracker, or a file of tracks."""
+
+from pathlib import Path
+
+from scenarios.errors import InputError
+from scenarios.files.expect import Check, check
+from scenarios.offline.track_file import TrackFile
+from scenarios.recordings.graded_recording import grade_device, run_tracker
+from scenarios.recordings.recording import Recording
+from scenarios.recordings.recording_rules import rules_of
+from scenarios.result import Result
+from scenarios.run import device
+
+
+def grade_recording(
+    folder: Path, tracks: Path | None, tracker: str | None, scenario: str | None
+) -> tuple[Result, list[Check]]:
+    """Grade tracks on a recording, or a tracker; without either, the shipped tracker.
+
+    Parameters
+    ----------
+    folder
+        Folder of the recording.
+    tracks
+        File of tracks, see docs/other-trackers.md.
+    tracker
+        `MODULE:NAME` of a tracker.
+    scenario
+        Scenario whose settings are used, by name or path.
+
+    Raises
+    ------
+    InputError
+        The recording has no true poses or is damaged, or the tracks do not fit it.
+    """
+    recording = Recording(folder)
+    if not recording.has_truth:
+        raise InputError(f"{folder}: has no true poses to grade by; import it with --truth, or use luxloop track")
+    rules = rules_of(recording, scenario)
+    if tracks:
+        result = grade_device(recording, TrackFile(tracks, recording.time_s), rules, str(tracks), timed=False)
+    else:
+        name = tracker or device.SHIPPED
+        result = run_tracker(recording, device.load(name), rules, name)
+    return result, check(result.metrics, rules.expect)

@@ -1,0 +1,105 @@
+"""Import of a recording as recorded scans."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenarios.errors import InputError
+from scenarios.recordings import recording_writer
+from scenarios.recordings.ego_mount import EgoMount
+from scenarios.recordings.ego_scans import EgoScans
+from scenarios.recordings.import_options import ImportOptions
+from scenarios.recordings.layer_cut import ElevationCut, HeightCut
+from scenarios.recordings.pose_track import PoseTrack
+from scenarios.recordings.recorded_labels import RecordedLabels, scaled
+from scenarios.recordings.sweep import PoseList, RecordingSource
+from scenarios.run import progress, versions
+from sensor_model.rig.rig import Rig
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """Contents of the recorded scans."""
+
+    frames: int
+    duration_s: float
+    points: int
+    layers: int
+    skipped: dict[str, int]
+    """Sweeps that are not in the scans, by reason; without those that are 0."""
+
+
+def import_recording(source: RecordingSource, options: ImportOptions, out: Path, rig: Rig | None = None) -> Imported:
+    """Write the recorded scans of a recording to a folder, which appears as a whole.
+
+    Parameters
+    ----------
+    source
+        The opened recording.
+    options
+        Mounts, cuts, poses and scale.
+    out
+        Folder; an earlier recording there is replaced.
+    rig
+        Rig of the mounts, kept beside the scans; None without a rig file.
+
+    Raises
+    ------
+    InputError
+        The recording is damaged, or no sweep of it can be used.
+    OutputError
+        The folder cannot be written.
+    """
+    ego_poses = source.poses(options.odometry) if options.odometry else PoseList()
+    ego = PoseTrack(scaled(np.array(ego_poses.rows), options)) if options.odometry else None
+    labels = RecordedLabels(source, options, ego_poses) if options.truth else None
+    scans = EgoScans(options, ego)
+    points, layers, start, end = 0, 0, 0.0, 0.0
+    with recording_writer.create(out, labelled=labels is not None) as (folder, writer):
+        sweeps = progress.steps("import", source.count, "sweeps", source.sweeps())
+        for time, scan in scans.of(sweeps):
+            start = start if writer.frames else time
+            end, points, layers = scan.time, points + len(scan), max(layers, int(scan.layer.max(initial=0)) + 1)
+            writer.add(scan, labels.rows(writer.frames, time, scans.first_pose) if labels else None)
+        skipped = {reason: number for reason, number in asdict(scans.skipped).items() if number}
+        if not writer.frames:
+            reasons = ", ".join(f"{number} {reason}" for reason, number in skipped.items()) or "it has none"
+            raise InputError(f"{options.files[0]}: no sweep can be used ({reasons}); check cuts, poses and --topic")
+        found = Imported(writer.frames, end, points, layers, skipped)
+        writer.finish(
+            {**asdict(found), "start_time_s": start, **_summary(options, scans.mounts)}, _origin(options, found)
+        )
+        if rig is not None:
+            (folder / "rig.json").write_text(json.dumps(asdict(rig), indent=2) + "\n", encoding="utf-8")
+    return found
+
+
+def _summary(options: ImportOptions, used: list[EgoMount]) -> dict[str, Any]:
+    mounts = [{"origin_ego_m": mount.origin_ego.tolist(), "R_ego_unit": mount.R_ego_unit.tolist()} for mount in used]
+    return {
+        "files": list(options.files),
+        "mounts": mounts,
+        "level": options.level,
+        "cut": _cut(options.cut),
+        "kept_heights_m": options.heights_m,
+        "sweep_time_s": options.sweep_time_s,
+        "odometry": options.odometry,
+        "truth": [asdict(vehicle) for vehicle in options.truth],
+        "scale_length": options.scale_length,
+        "scale_time": options.scale_time,
+        "versions": versions.installed(),
+    }
+
+
+def _cut(cut: ElevationCut | HeightCut | None) -> dict[str, Any] | None:
+    return None if cut is None else asdict(cut)
+
+
+def _origin(options: ImportOptions, found: Imported) -> str:
+    return (
+        f"{found.frames} scans of {found.duration_s:.1f} s from {', '.join(options.files)}; lengths times "
+        f"{options.scale_length:g}, times times {options.scale_time:g}."
+    )

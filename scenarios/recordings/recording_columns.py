@@ -1,0 +1,60 @@
+"""Columns of the files of a recording: those of a data set that a real recording has, with the same names and types."""
+
+import numpy as np
+
+from scenarios.dataset import dataset_columns
+from scenarios.dataset.dataset_columns import Column
+
+SCAN_NAMES = ("frame", "time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad", "points")
+POINT_NAMES = (
+    "frame", "x_ego_m", "y_ego_m", "z_ego_m", "time_offset_s", "unit", "layer", "echo", "echo_pulse_width_m", "flags",
+)  # fmt: skip
+LABEL_NAMES = (
+    "frame", "actor_id", "name", "kind", "x_world_m", "y_world_m", "heading_world_rad", "length_m", "width_m",
+    "height_m", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2", "yaw_rate_radps", "mode",
+)  # fmt: skip
+
+
+def _chosen(columns: tuple[Column, ...], names: tuple[str, ...]) -> tuple[Column, ...]:
+    by_name = {column.name: column for column in columns}
+    return tuple(by_name[name] for name in names)
+
+
+SCANS = _chosen(dataset_columns.SCANS, SCAN_NAMES)
+POINTS = _chosen(dataset_columns.POINTS, POINT_NAMES)
+LABELS = _chosen(dataset_columns.LABELS, LABEL_NAMES)
+FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS}
+"""Columns of each file. `labels` exists only for recordings with true poses."""
+
+
+def readme(text: str, files: dict[str, tuple[Column, ...]]) -> str:
+    """Return the README.md of a recording.
+
+    Parameters
+    ----------
+    text
+        Origin of the recording.
+    files
+        Columns of the files it has.
+    """
+    parts = [
+        "# Recording",
+        text,
+        "Recorded scans, imported by luxloop, in the layout of its data sets. `summary.json` holds the options of the "
+        "import.",
+        "Frames of reference: ego (x forward, y left, z up from the ground, at the origin of the odometry poses), and "
+        "odometry (the ego frame of the first scan), which the labels call world. Angles are counter-clockwise. Points "
+        "are as measured, each at its own time; labels are valid at the time of the frame.",
+    ]
+    for name, columns in files.items():
+        rows = [f"| `{c.name}` | {_type_name(c)} | {c.unit} | {c.meaning} |" for c in columns]
+        parts.append(
+            "\n".join([f"## {name}.parquet", "", "| column | type | unit | meaning |", "|---|---|---|---|", *rows])
+        )
+    return "\n\n".join(parts) + "\n"
+
+
+def _type_name(column: Column) -> str:
+    if isinstance(column.kind, tuple):
+        return " / ".join(column.kind)
+    return "text" if column.kind is str else np.dtype(column.kind).name

@@ -1,0 +1,77 @@
+"""HTML report and printed report of the tracks of a recording."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from scenarios.recordings.recording import Recording
+from scenarios.recordings.track_figures import Drive, single_scans, track_lives, whole_drive
+from scenarios.recordings.track_rows import lives
+from scenarios.report import tables
+from scenarios.report.html.page_tables import page_table
+from scenarios.report.html.pages import render
+from scenarios.result import Result
+
+
+def page(recording: Recording, result: Result, drive: Drive, tracks: pd.DataFrame, out: Path) -> str:
+    """Return the HTML page of a tracked recording, whose results are in `out`."""
+    return render(
+        "recording.html.j2",
+        name=recording.name,
+        description=result.config["description"],
+        headlines=headlines(result, tracks),
+        whole=whole_drive(drive, tracks),
+        scans=single_scans(drive, tracks),
+        lives=track_lives(tracks),
+        track_tables=[page_table(track_table(tracks))],
+        graded=recording.has_truth,
+        grade_tables=[page_table(tables.metric_list("Tracking", result, ("track.",)))],
+        commands=[f"luxloop track {recording.folder} --out {out}", f"luxloop view {out}"],
+        config=json.dumps(result.config, indent=2, ensure_ascii=False),
+    )
+
+
+def printed(recording: Recording, result: Result, tracks: pd.DataFrame) -> RenderableType:
+    """Return the report for the terminal."""
+    head = Text.assemble((recording.name, "bold"), f": {result.config['description']}\n")
+    for title, value in headlines(result, tracks).items():
+        head.append(f"{title} {value}; ")
+    graded = [tables.metric_list("Tracking", result, ("track.",))] if recording.has_truth else []
+    return Group(head, track_table(tracks), *graded)
+
+
+def headlines(result: Result, tracks: pd.DataFrame) -> dict[str, str]:
+    """Return the main numbers, as text by name."""
+    found = lives(tracks)
+    life = f"{found['life_s'].median():.1f} s" if len(found) else "-"
+    per_scan = np.bincount(tracks.loc[tracks["status"] == "confirmed", "frame"], minlength=result.frames).mean()
+    shown = {
+        "scans": str(result.frames),
+        "confirmed tracks": str(len(found)),
+        "median life": life,
+        "tracks per scan": f"{per_scan:.1f}",
+    }
+    hota, speed = (result.metrics[name].value for name in ("track.hota", "track.speed_abs_mean_mps"))
+    if hota is not None:
+        shown["HOTA"] = f"{hota:.3f}"
+    if speed is not None:
+        shown["speed error"] = f"{speed:.2f} m/s"
+    return shown
+
+
+def track_table(tracks: pd.DataFrame) -> Table:
+    """Return a table with a row per confirmed track: life, size and speed."""
+    table = Table(title="Confirmed tracks")
+    for name in ("track", "from [s]", "life [s]", "scans", "length [m]", "width [m]", "speed [m/s]", "fastest [m/s]"):
+        table.add_column(name, justify="right")
+    for row in lives(tracks).itertuples():
+        values = (row.first_s, row.life_s, row.scans, row.length_m, row.width_m, row.speed_mps, row.speed_max_mps)
+        texts = [f"{value:.0f}" if name == "scans" else f"{value:.1f}" for name, value in zip(
+            ("first", "life", "scans", "length", "width", "speed", "fastest"), values, strict=True)]  # fmt: skip
+        table.add_row(str(row.track_id), *texts)
+    return table

@@ -1,0 +1,104 @@
+"""A tracker over a recording: the folder of its results.
+
+The folder is that of a run (`scenarios.run.run_folder`), which `luxloop view` opens, with two files more:
+
+- `tracks.parquet`: the tracks, in the layout of `luxloop grade --tracks`
+- `report.html`: pictures, lives and speeds of the tracks
+"""
+
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import RenderableType
+
+from scenarios.errors import OutputError
+from scenarios.files import atomic_folder
+from scenarios.files.expect import Check, check
+from scenarios.grading.frame_grade import FrameGrade
+from scenarios.recording.recorder import NullRecorder, Recorder
+from scenarios.recordings import track_page, track_rows
+from scenarios.recordings.graded_recording import run_tracker
+from scenarios.recordings.recording import Recording
+from scenarios.recordings.recording_rules import Rules
+from scenarios.recordings.track_figures import Drive
+from scenarios.recordings.track_rows import TrackRows
+from scenarios.report import text
+from scenarios.result import Result
+from scenarios.run import run_folder
+from scenarios.run.device import DeviceFactory
+from sensor_model.truth import ScanTruth
+from sim.world import Obstacles, WorldFrame
+from tracker.records import StepTrace, Tracks
+from tracker.scan import Scan
+
+TRACKS, PAGE = "tracks.parquet", "report.html"
+CONTENTS = {TRACKS, PAGE, run_folder.RESULT, run_folder.REPORT, run_folder.RECORDING, run_folder.TABLES}
+OPTION = "--out"
+
+
+@dataclass(frozen=True, slots=True)
+class Tracked:
+    """Results of a tracker on a recording."""
+
+    result: Result
+    checks: list[Check]
+    report: RenderableType
+    """The printed report."""
+
+
+def track_recording(
+    recording: Recording, make_device: DeviceFactory, rules: Rules, name: str, out: Path, *, record: bool = True
+) -> Tracked:
+    """Run a tracker over a recording and write the folder of its results, which appears as a whole.
+
+    Parameters
+    ----------
+    recording, make_device, rules, name
+        As for `run_tracker`.
+    out
+        Folder; earlier results there are replaced.
+    record
+        True to write a recording for the viewer.
+
+    Raises
+    ------
+    OutputError, DeviceError
+        A folder cannot be read or written; the tracker does not return tracks.
+    """
+    with atomic_folder.create(out, OPTION, _refuse_other_files) as folder:
+        rows, drive = TrackRows(), Drive()
+        recorder: Recorder | NullRecorder = NullRecorder()
+        if record:
+            walls = Obstacles.from_polygons([], [])
+            recorder = Recorder(folder / run_folder.RECORDING, recording.name, walls)
+
+        def observe(
+            frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None, grade: FrameGrade
+        ) -> None:
+            rows.add(frame.index, frame.time, tracks)
+            drive.add(frame, scan)
+            recorder.log(frame, scan, truth, tracks, trace, grade)
+
+        with closing(recorder):
+            result = run_tracker(recording, make_device, rules, name, observe)
+        checks = check(result.metrics, rules.expect)
+        tracks = rows.table()
+        report = track_page.printed(recording, result, tracks)
+        try:
+            track_rows.write(folder / TRACKS, tracks)
+            page = track_page.page(recording, result, drive, tracks, out)
+            (folder / PAGE).write_text(page, encoding="utf-8")
+        except OSError as error:
+            raise atomic_folder.cannot_write(out, OPTION, error) from error
+        run_folder.write(folder, result, checks, text.as_text(report))
+    return Tracked(result, checks, report)
+
+
+def _refuse_other_files(out: Path) -> None:
+    if out.is_dir():
+        names = {path.name for path in out.iterdir()}
+        if names and not {TRACKS, run_folder.RESULT} <= names <= CONTENTS:
+            raise OutputError(f"{out}: holds other files than those of luxloop track; choose another with {OPTION}")
+    elif out.exists():
+        raise OutputError(f"{out}: is a file; choose another folder with {OPTION}")
