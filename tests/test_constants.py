@@ -85,5 +85,5 @@ def test_facts_of_the_own_car_agree(fact):
 
 
 def test_the_requirement_on_memory_is_the_graders():
-    """The grader follows an occluded vehicle for the 3 s that scenarios require; the tracker coasts at least as long."""
+    """The grader follows an occluded vehicle for the 3 s that scenarios require; the tracker coasts at least so."""
     assert TrackLifeConfig().coast_s >= GradingConfig().memory_s

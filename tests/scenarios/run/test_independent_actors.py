@@ -94,7 +94,7 @@ def test_a_renamed_actor_is_another_one():
 def routes(*vehicles):
     """Return a route file of vehicles (name, position, lane) that stand on the western arm of the crossing."""
     lines = [
-        f'<vehicle id="{name}" route="east" depart="0" departPos="{place}" departLane="{lane}">'
+        f'<vehicle id="{name}" type="calm" route="east" depart="0" departPos="{place}" departLane="{lane}">'
         f'<stop lane="west_in_{lane}" endPos="{place + 0.5}" duration="50"/></vehicle>'
         for name, place, lane in vehicles
     ]
@@ -104,11 +104,12 @@ def routes(*vehicles):
 @pytest.fixture
 def standing(tmp_path):
     """Return a function that makes a source of standing vehicles, from one or two route files."""
-    route = '<routes><route id="east" edges="west_in east_out"/></routes>'
+    calm = '<vType id="calm" sigma="0" speedFactor="1"/>'  # SUMO draws for its drivers from a common stream
+    route = f'<routes>{calm}<route id="east" edges="west_in east_out"/></routes>'
     (tmp_path / "route.rou.xml").write_text(route)
     base = routes(("ego", 60, 1), ("front", 72, 1), ("left", 55, 2), ("rear", 45, 1))
     (tmp_path / "base.rou.xml").write_text(base)
-    (tmp_path / "more.rou.xml").write_text(routes(("a newcomer", 30, 1)))
+    (tmp_path / "more.rou.xml").write_text(routes(("a_newcomer", 30, 1)))
 
     def make(*files):
         names = [f"{name}.rou.xml" for name in ("route", *files)]
@@ -123,7 +124,7 @@ def test_another_vehicle_of_sumo_changes_no_other(standing):
     alone = list(scans(standing("base"), 1, count=4))
     joined = list(scans(standing("more", "base"), 1, count=4))
     for before, after in zip(alone, joined, strict=True):
-        assert set(after[0].actors.name) == {*names, "a newcomer"}
+        assert set(after[0].actors.name) == {*names, "a_newcomer"}
         one, other = properties(*before), properties(*after)
         assert_same(one, other, names)
         assert all(len(one[name][3]) > 20 for name in names)
