@@ -1,7 +1,7 @@
 """Bow of simulated beside real vehicles by height above the ground.
 
-A table of bands states no view of its vehicles, and a vehicle has lines in few bands. All simulated vehicles are therefore
-used, not only the matched ones.
+A table of bands states no view of its vehicles, and a vehicle has lines in few bands. Therefore all simulated vehicles
+are used, not only the matched ones.
 """
 
 from collections.abc import Sequence

@@ -72,9 +72,7 @@ def _rows(real: pd.DataFrame, matched: pd.DataFrame) -> list[ComparedRow]:
     rows = []
     for figure in FIGURES:
         if figure.name in real:
-            sides = (
-                (real[figure.name].to_numpy(np.float64), np.arange(len(real))),
-                (matched[figure.name].to_numpy(), actor),
-            )
-            rows.append(ComparedRow(figure, *(summarise(values, of, figure.average) for values, of in sides)))
+            of_real = summarise(real[figure.name].to_numpy(np.float64), np.arange(len(real)), figure.average)
+            simulated = summarise(matched[figure.name].to_numpy(np.float64), actor, figure.average)
+            rows.append(ComparedRow(figure, of_real, simulated))
     return rows

@@ -107,14 +107,8 @@ def test_figures_of_matched_vehicles_stand_beside_the_real_ones():
 
 def test_bow_in_a_band_is_that_of_the_lines_at_its_height():
     """A line at the upper limit is in the next band; vehicle 2 has its median of two lines in the first."""
-    bands = pd.DataFrame(
-        [
-            ("end", 0.0, 0.45, 0.1, 0.2, 0.3, 4.0),
-            ("end", 0.45, 0.75, 0.1, 0.2, 0.3, 4.0),
-            ("flank", 0, 1, 0, 0, 0, 1.0),
-        ],
-        columns=list(BANDS),
-    )
+    limits, real = [("end", 0.0, 0.45), ("end", 0.45, 0.75), ("flank", 0.0, 1.0)], (0.1, 0.2, 0.3, 4.0)
+    bands = pd.DataFrame([(*limit, *real) for limit in limits], columns=list(BANDS))
     along = np.linspace(-0.75, 0.75, 21)
     double = np.concatenate([rear(bow * (along / 0.75) ** 2, along) for bow in (0.08, 0.10)])
     two_lines = vehicle(double, line=np.repeat([0, 1], 21), height=np.repeat([0.2, 0.3], 21), actor_id=2)
