@@ -1,39 +1,20 @@
 """Comparison of simulated with real vehicles: a row per figure."""
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from scenarios.errors import InputError
-from scenarios.realism import nearest_vehicles, vehicle_figures
-from scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
+from scenarios.realism import bow_bands, nearest_vehicles, vehicle_figures
+from scenarios.realism.compared_figures import FIGURES
+from scenarios.realism.compared_row import ComparedRow
 from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.vehicle_figures import band_column
-from scenarios.realism.weighted_average import Summary, summarise
-
-Verdict = Literal["agrees", "differs", "n/a"]
+from scenarios.realism.weighted_average import summarise
 
 FAR = 2.0
 """Distance of views, in scales, beyond which a match is counted as far."""
-
-
-class ComparedRow(NamedTuple):
-    """A figure of real and of simulated vehicles."""
-
-    figure: Figure
-    real: Summary | None
-    simulated: Summary | None
-
-    @property
-    def verdict(self) -> Verdict:
-        """Verdict by the figure's tolerance and the real quartiles."""
-        if self.real is None or self.simulated is None:
-            return "n/a"
-        value, (low, high) = self.simulated.value, self.real.quartiles
-        near = abs(value - self.real.value) <= self.figure.tolerance * abs(self.real.value)
-        return "agrees" if near or (self.figure.by_quartiles and low <= value <= high) else "differs"
 
 
 class Comparison(NamedTuple):
@@ -79,25 +60,19 @@ def compare(real: pd.DataFrame, bands: pd.DataFrame, vehicles: Sequence[Labelled
         raise InputError("no simulated vehicle shows the end, front or rear, of a real one; add other data sets")
     distinct, position = np.unique(row, return_inverse=True)
     chosen = [vehicles[index] for index in distinct]
-    figures = pd.concat([views.iloc[distinct].reset_index(drop=True), vehicle_figures.measure(chosen, bands)], axis=1)
+    figures = pd.concat([views.iloc[distinct].reset_index(drop=True), vehicle_figures.measure(chosen)], axis=1)
     matched = figures.iloc[position].assign(real_row=real_row, vehicle=position, view_distance=distance)
-    return Comparison(_rows(real, bands, matched), real, matched.reset_index(drop=True), chosen, len(vehicles))
+    rows = [*bow_bands.compare(bands, vehicles), *_rows(real, matched)]
+    return Comparison(rows, real, matched.reset_index(drop=True), chosen, len(vehicles))
 
 
-def _rows(real: pd.DataFrame, bands: pd.DataFrame, matched: pd.DataFrame) -> list[ComparedRow]:
+def _rows(real: pd.DataFrame, matched: pd.DataFrame) -> list[ComparedRow]:
+    """Compare the figures of the real table."""
     actor = matched.groupby(["data_set", "actor_id"]).ngroup().to_numpy(np.int64)
-
-    def simulated(figure: Figure) -> Summary | None:
-        return summarise(matched[figure.name].to_numpy(np.float64), actor, figure.average)
-
     rows = []
-    for band in bands.itertuples():
-        label = f"bow {band.face} {band.from_m:g} to {band.to_m:g} m"
-        figure = bow_figure(band_column(band.face, band.from_m, band.to_m), label)
-        quartiles = (band.lower_quartile_m, band.upper_quartile_m)
-        rows.append(ComparedRow(figure, Summary(band.median_m, None, quartiles, int(band.vehicles)), simulated(figure)))
     for figure in FIGURES:
         if figure.name in real:
-            values = real[figure.name].to_numpy(np.float64)
-            rows.append(ComparedRow(figure, summarise(values, np.arange(len(real)), figure.average), simulated(figure)))
+            of_real = summarise(real[figure.name].to_numpy(np.float64), np.arange(len(real)), figure.average)
+            simulated = summarise(matched[figure.name].to_numpy(np.float64), actor, figure.average)
+            rows.append(ComparedRow(figure, of_real, simulated))
     return rows

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Floats
+from scenarios.realism.compared_row import ComparedRow
 from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.realism_comparison import ComparedRow, Comparison
+from scenarios.realism.realism_comparison import Comparison
 from scenarios.realism.weighted_average import Summary
 from scenarios.report.html.palette import BLUE, FAINT, INK, MUTED, ORANGE, PAGE
 from scenarios.report.html.svg_figure import STYLE

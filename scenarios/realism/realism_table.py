@@ -8,8 +8,9 @@ from rich.table import Table
 from rich.text import Text
 
 from scenarios.realism.compared_figures import Figure
+from scenarios.realism.compared_row import ComparedRow
 from scenarios.realism.nearest_vehicles import NEAREST
-from scenarios.realism.realism_comparison import FAR, ComparedRow, Comparison
+from scenarios.realism.realism_comparison import FAR, Comparison
 from scenarios.realism.weighted_average import Summary
 from scenarios.report.cells import NONE, table_of
 
@@ -72,6 +73,7 @@ def _notes(comparison: Comparison) -> Text:
         "Intervals resample whole vehicles.\n"
         f"{len(comparison.real)} real vehicles, each with its {NEAREST} nearest of {comparison.observations} simulated "
         f"observations: {len(comparison.vehicles)} of {actors} vehicles.\n"
+        "Bands of height: all simulated vehicles.\n"
         f"{comparison.far} real vehicles have no simulated one within {FAR:g} scales of range and aspect."
     )
 

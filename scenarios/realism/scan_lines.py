@@ -29,10 +29,12 @@ class Window:
     middle_m: float
     """Half-width of the middle, where the lines' depths are compared."""
     depth_max_m: float
-    """Largest depth of the points: hoods and trunks lie behind an end, nothing but the inside behind a flank."""
+    """Largest depth of the points of a parabola: hoods lie behind an end, only seats and panes behind a flank."""
+    middle_depth_max_m: float
+    """Largest depth of the points of the middle."""
 
 
-END, FLANK = Window(0.75, 1.0, 0.45, 1.2), Window(1.6, 2.0, 1.2, 0.6)
+END, FLANK = Window(0.75, 1.0, 0.45, 1.2, 1.2), Window(1.6, 2.0, 1.2, 0.3, 0.6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +90,7 @@ def parabola(along: Floats, depth: Floats, half_m: float) -> tuple[float, float]
 def layers_apart(face: Face, line: Ints) -> float:
     """Return the spread of the median depths of the scan lines (N,) in the middle of a face [m]; NaN for one line."""
     window = window_of(face)
-    middle = (np.abs(face.along) <= window.middle_m) & (face.depth <= window.depth_max_m)
+    middle = (np.abs(face.along) <= window.middle_m) & (face.depth <= window.middle_depth_max_m)
     numbers, counts = np.unique(line[middle], return_counts=True)
     lines = numbers[counts >= MIDDLE_POINTS_MIN]
     if len(lines) < 2:

@@ -9,7 +9,7 @@ from scenarios.arrays import Floats, Ints
 from scenarios.realism import heading_error
 from scenarios.realism.face_depth import least_depth, visible_faces
 from scenarios.realism.labelled_vehicle import LabelledVehicle
-from scenarios.realism.scan_lines import SIGMA_PER_MAD, ScanLine, layers_apart, lines_over
+from scenarios.realism.scan_lines import SIGMA_PER_MAD, layers_apart, lines_over
 
 ABOUT_FACES_M = 0.30
 """[m] Largest depth of the points of the spread about the faces."""
@@ -26,17 +26,9 @@ def keys(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
     return pd.DataFrame({name: [getattr(vehicle, name) for vehicle in vehicles] for name in columns})
 
 
-def measure(vehicles: Sequence[LabelledVehicle], bands: pd.DataFrame) -> pd.DataFrame:
-    """Return the figures of each vehicle, a row each; NaN for a figure that its points do not give.
-
-    Parameters
-    ----------
-    vehicles
-        At least one vehicle.
-    bands
-        Height bands of the bow: columns face, from_m and to_m; figure `bow_<face>_<from>_<to>` in metres.
-    """
-    figures = pd.DataFrame([_shape(vehicle, bands) for vehicle in vehicles])
+def measure(vehicles: Sequence[LabelledVehicle]) -> pd.DataFrame:
+    """Return the figures of each of at least one vehicle; NaN for a figure that its points do not give."""
+    figures = pd.DataFrame([_shape(vehicle) for vehicle in vehicles])
     error_deg, on_lines = heading_error.measure(vehicles)
     figures["share_on_lines"] = on_lines
     for method, column in zip(heading_error.REPORTED, error_deg.T, strict=True):
@@ -44,12 +36,7 @@ def measure(vehicles: Sequence[LabelledVehicle], bands: pd.DataFrame) -> pd.Data
     return figures
 
 
-def band_column(face: str, from_m: float, to_m: float) -> str:
-    """Return the name of the bow in a height band."""
-    return f"bow_{face}_{from_m:g}_{to_m:g}_m"
-
-
-def _shape(vehicle: LabelledVehicle, bands: pd.DataFrame) -> dict[str, float]:
+def _shape(vehicle: LabelledVehicle) -> dict[str, float]:
     """Return all figures of one vehicle but those of the tracker's fits."""
     height = vehicle.points_ego[:, 2]
     faces = visible_faces(vehicle)
@@ -67,18 +54,10 @@ def _shape(vehicle: LabelledVehicle, bands: pd.DataFrame) -> dict[str, float]:
     for end, name in ((True, "end"), (False, "flank")):
         seen = [face for face in faces if face.end == end]
         lines = [line for face in seen for line in lines_over(face, vehicle.line, height)]
-        figures[f"line_noise_{name}_m"] = _median([line.noise_m for line in lines])
-        figures[f"bow_{name}_m"] = _median([line.bow_m for line in lines])
-        figures[f"layers_apart_{name}_m"] = _median([layers_apart(face, vehicle.line) for face in seen])
-        figures |= _bow_by_height(lines, bands[bands["face"] == name], name)
+        figures[f"line_noise_{name}_m"] = median([line.noise_m for line in lines])
+        figures[f"bow_{name}_m"] = median([line.bow_m for line in lines])
+        figures[f"layers_apart_{name}_m"] = median([layers_apart(face, vehicle.line) for face in seen])
     return figures
-
-
-def _bow_by_height(lines: list[ScanLine], bands: pd.DataFrame, face: str) -> dict[str, float]:
-    return {
-        band_column(face, low, high): _median([line.bow_m for line in lines if low <= line.height_m < high])
-        for low, high in zip(bands["from_m"], bands["to_m"], strict=True)
-    }
 
 
 def density(points: Floats, line: Ints) -> float:
@@ -93,14 +72,14 @@ def density(points: Floats, line: Ints) -> float:
     """
     lines = [points[line == number] for number in np.unique(line)]
     lengths = [(len(own), np.ptp(own, axis=0).max()) for own in lines if len(own) >= DENSITY_POINTS_MIN]
-    return _median([count / length for count, length in lengths if length > 0.0])
+    return median([count / length for count, length in lengths if length > 0.0])
 
 
 def _robust_std(values: Floats) -> float:
     return float(SIGMA_PER_MAD * np.median(np.abs(values - np.median(values)))) if len(values) else float("nan")
 
 
-def _median(values: Sequence[float]) -> float:
-    """Median of the finite values; NaN without any."""
+def median(values: Sequence[float]) -> float:
+    """Return the median of the finite values; NaN without any."""
     finite = [value for value in values if np.isfinite(value)]
     return float(np.median(finite)) if finite else float("nan")

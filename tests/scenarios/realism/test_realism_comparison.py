@@ -9,10 +9,10 @@ from support.labelled_shapes import rear, vehicle
 
 from scenarios.errors import InputError
 from scenarios.grading.bootstrap import Bootstrap
-from scenarios.realism import nearest_vehicles, realism_comparison
+from scenarios.realism import bow_bands, nearest_vehicles, realism_comparison
 from scenarios.realism.compared_figures import FIGURES
+from scenarios.realism.compared_row import ComparedRow
 from scenarios.realism.real_table import BANDS
-from scenarios.realism.realism_comparison import ComparedRow
 from scenarios.realism.weighted_average import Summary, summarise
 
 BY_NAME = {figure.name: figure for figure in FIGURES}
@@ -99,10 +99,30 @@ def test_figures_of_matched_vehicles_stand_beside_the_real_ones():
     assert (found.observations, len(found.vehicles), found.far) == (6, 3, 0)
     assert band.figure.label == "bow end 0.45 to 0.75 m"
     assert (band.real.value, band.real.quartiles, band.real.n) == (0.16, (0.12, 0.28), 12)
-    assert band.simulated.value == pytest.approx(0.15)
+    assert band.simulated.value == pytest.approx(0.05)  # of all six: 0, 0, 0, 10, 15 and 20 cm
     assert bow.real.value == pytest.approx(0.19)
     assert (bow.simulated.value, bow.simulated.n) == (pytest.approx(0.15), 6)
-    assert [row.verdict for row in found.rows] == ["agrees", "agrees"]
+    assert [row.verdict for row in found.rows] == ["differs", "agrees"]
+
+
+def test_bow_in_a_band_is_that_of_the_lines_at_its_height():
+    """A line at the upper limit is in the next band; vehicle 2 has its median of two lines in the first."""
+    limits, real = [("end", 0.0, 0.45), ("end", 0.45, 0.75), ("flank", 0.0, 1.0)], (0.1, 0.2, 0.3, 4.0)
+    bands = pd.DataFrame([(*limit, *real) for limit in limits], columns=list(BANDS))
+    along = np.linspace(-0.75, 0.75, 21)
+    double = np.concatenate([rear(bow * (along / 0.75) ** 2, along) for bow in (0.08, 0.10)])
+    two_lines = vehicle(double, line=np.repeat([0, 1], 21), height=np.repeat([0.2, 0.3], 21), actor_id=2)
+    low, high, flank = bow_bands.compare(bands, [bowed(0.2, 0.45, 1), two_lines, bowed(0.05, 0.44, 3)])
+    assert (low.simulated.value, low.simulated.n) == (pytest.approx(np.median([0.09, 0.05])), 2)
+    assert (high.simulated.value, high.simulated.n) == (pytest.approx(0.20), 1)
+    assert flank.simulated is None
+
+
+def test_many_observations_are_thinned(monkeypatch):
+    monkeypatch.setattr(bow_bands, "OBSERVATIONS_MAX", 4)
+    bands = pd.DataFrame([("end", 0.0, 1.0, 0.1, 0.2, 0.3, 4.0)], columns=list(BANDS))
+    (row,) = bow_bands.compare(bands, [bowed(0.1, 0.6, n) for n in range(9)])
+    assert row.simulated.n == 3
 
 
 def test_real_vehicles_without_a_near_simulated_one_are_counted():

@@ -135,3 +135,16 @@ def test_layers_behind_a_flank_end_at_sixty_centimetres():
 
 def test_a_single_line_has_no_distance():
     assert np.isnan(apart(rear(0.0, np.linspace(-0.4, 0.4, 9)), 0))
+
+
+@pytest.mark.parametrize(("depth_m", "on_line"), [(0.28, True), (0.32, False)])
+def test_points_through_a_window_are_not_on_the_line_of_a_flank(depth_m, on_line):
+    """Every second point is deeper, so that no robust fit removes it: noise is half the depth, or none."""
+    depth = np.where(np.arange(49) % 2, 0.0, depth_m)
+    line = only_line(left(depth, np.linspace(-1.25, 1.25, 49)), lidars=[ABREAST])
+    assert line.noise_m == pytest.approx(0.5 * depth_m if on_line else 0.0, rel=0.01, abs=1e-9)
+
+
+def test_a_hood_is_on_the_line_of_an_end():
+    depth = np.where(np.arange(29) % 2, 0.0, 1.1)
+    assert only_line(rear(depth, np.linspace(-0.7, 0.7, 29))).noise_m == pytest.approx(0.55, rel=0.01)

@@ -1,19 +1,15 @@
 """Figures of one vehicle, computed by hand."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from support.labelled_shapes import ABREAST, l_shape, left, rear, vehicle
 
 from scenarios.realism import heading_error, vehicle_figures
-from scenarios.realism.real_table import BANDS
-from scenarios.realism.vehicle_figures import band_column, density
-
-NO_BANDS = pd.DataFrame(columns=pd.Index(BANDS))
+from scenarios.realism.vehicle_figures import density
 
 
-def figures(seen, bands=NO_BANDS):
-    return vehicle_figures.measure([seen], bands).iloc[0]
+def figures(seen):
+    return vehicle_figures.measure([seen]).iloc[0]
 
 
 def test_shares_count_points_inside_and_outside_the_faces():
@@ -47,23 +43,19 @@ def test_density_is_points_over_the_length_of_each_line():
     assert density(points, np.repeat([0, 1, 2], [11, 31, 2])) == pytest.approx(np.median([11 / 2, 31 / 1.5]))
 
 
-def test_bow_by_height_is_that_of_the_lines_in_the_band():
-    bands = pd.DataFrame([("end", 0.0, 0.45), ("end", 0.45, 0.75), ("flank", 0.0, 0.45)], columns=list(BANDS[:3]))
+def test_bow_is_the_median_of_the_lines_of_its_face():
     along = np.linspace(-0.75, 0.75, 21)
     points = np.concatenate([rear(bow * (along / 0.75) ** 2, along) for bow in (0.08, 0.10, 0.20)])
-    seen = vehicle(points, line=np.repeat([0, 1, 2], 21), height=np.repeat([0.2, 0.3, 0.5], 21))
-    found = figures(seen, bands)
-    assert found[band_column("end", 0.0, 0.45)] == pytest.approx(0.09)  # median of 8 and 10 cm
-    assert found[band_column("end", 0.45, 0.75)] == pytest.approx(0.20)
+    found = figures(vehicle(points, line=np.repeat([0, 1, 2], 21)))
     assert found["bow_end_m"] == pytest.approx(0.10)
-    assert np.isnan([found["bow_flank_m"], found[band_column("flank", 0.0, 0.45)]]).all()
+    assert np.isnan(found["bow_flank_m"])
 
 
 def test_heading_errors_are_those_of_the_label():
     """The tracker finds the heading of a clean L-shape; a label turned by 3 degrees changes its error by as much."""
     true, turned = (vehicle(l_shape(), lidars=[(-12.0, 12.0)], pose=(12.0, -12.0, 0.0)) for _ in range(2))
     turned.box[2] += np.radians(3.0)
-    found = vehicle_figures.measure([true, turned], NO_BANDS)
+    found = vehicle_figures.measure([true, turned])
     for method in ("closeness", "variance", "tlinkage", "best"):
         error, of_turned = found[f"{method}_error_deg"]
         assert error < 0.25, method
