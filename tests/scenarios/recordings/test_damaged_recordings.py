@@ -77,7 +77,7 @@ def test_a_file_of_another_format_is_refused(kind, tmp_path, capsys):
     suffix = {"bag": "bag", "ros2": "db3", "lux": "lux"}.get(kind, kind)
     path = tmp_path / f"a.{suffix}"
     path.write_text(
-        "This is a text of a hundred letters and no recording of a sensor at all, whatever its name says. 12"
+        "A text of a hundred letters is no recording of a sensor, even if the name of its file says so. 123456"
     )
     (tmp_path / "a.json").write_text("{}")
     assert str(path) in refused(capsys, tmp_path / "out", path, *MOUNT)
