@@ -33,12 +33,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("list")(list_scenarios.list_scenarios)
-app.command("import")(import_.import_)
 for command in (
     run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
     check_tracker.check_tracker, mcap.mcap, realism.realism, track.track, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
+app.command("import")(import_.import_)
+app.command()(track.track)
 
 INTERRUPTED = 130
 """Exit code of Ctrl-C, as typer's."""

@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from pathlib import Path
 
 import pytest
 from support.real_data import VARIABLE
@@ -21,7 +22,7 @@ def pytest_configure(config: pytest.Config) -> None:
     Skip assertion rewriting when tests are only listed: it takes half of the time, and no assertion runs.
     """
     if folder := config.getoption("--real-data"):
-        os.environ[VARIABLE] = os.path.abspath(folder)
+        os.environ[VARIABLE] = str(Path(folder).absolute())
     hook = config.pluginmanager.rewrite_hook
     if config.option.collectonly and hook in sys.meta_path:
         sys.meta_path.remove(hook)

@@ -28,8 +28,8 @@ class ImportOptions:
     heights_m: tuple[float, float] | None = None
     """Lowest and highest height above the ground to keep [m]; None keeps all."""
     sweep_time_s: float | None = None
-    """Time from the first to the last point of a sweep [s], where points have no times or wrong ones. Recorded times are
-    stretched to it; without any, times rise evenly in the order of the points."""
+    """Time from the first to the last point of a sweep [s], where points have no times or wrong ones. Recorded times
+    are stretched to it; without any, times rise evenly in the order of the points."""
     scale_length: float = 1.0
     """Factor on all lengths."""
     scale_time: float = 1.0

@@ -21,6 +21,7 @@ COMMANDS = {
     "sweeps": ["sweep", "occlusion"],
     "search": ["search", "lost-behind-wall"],
     "mcap": ["mcap", "run", "run.mcap"],
+    "recordings": ["import", "drive.bag", "--mount", "0,0,1", "--out", "recorded"],
 }
 REPLAY = """\
 description = "A CommonRoad file."

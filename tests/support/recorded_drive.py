@@ -63,12 +63,9 @@ def messages(types):
         whole = types["geometry_msgs/msg/Pose"](position=point, orientation=turn)
         return types["geometry_msgs/msg/PoseStamped"](header=header(time, frame), pose=whole)
 
-    rows = [
-        (time, "/ego", "geometry_msgs/msg/PoseStamped", posed(time, "map", ego_pose(time))) for time in pose_times()
-    ]
-    rows += [
-        (time, "/car", "geometry_msgs/msg/PoseStamped", posed(time, "map", car_pose(time))) for time in pose_times()
-    ]
+    kind, rows = "geometry_msgs/msg/PoseStamped", []
+    for topic, pose in (("/ego", ego_pose), ("/car", car_pose)):
+        rows += [(time, topic, kind, posed(time, "map", pose(time))) for time in pose_times()]
     for time in times():
         scan = types["sensor_msgs/msg/LaserScan"](
             header=header(time, "laser"), angle_min=-np.pi, angle_max=np.pi, angle_increment=2 * np.pi / BEAMS,

@@ -37,9 +37,8 @@ def format_of(paths: list[Path], name: str | None) -> str:
     Raises
     ------
     InputError
-        A file is missing or empty, or the format is not known.
+        The format is not known.
     """
-    require_bytes(paths)
     if name is None:
         return _by_suffix(paths)
     if name not in FORMATS:
@@ -53,8 +52,9 @@ def open_recording(paths: list[Path], name: str, options: ReadOptions) -> Record
     Raises
     ------
     InputError
-        A file is damaged, or an option does not fit it.
+        A file is missing, empty or damaged, or an option does not fit it.
     """
+    require_bytes(paths)
     if name == "rosbag":
         from scenarios.recordings.formats.ros_bags import open_bags
 

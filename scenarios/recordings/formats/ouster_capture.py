@@ -79,17 +79,19 @@ def open_capture(paths: list[Path], metadata: Path | None) -> OusterCapture:
 
 def _require_whole(path: Path) -> None:
     """Raise an InputError if a PCAP file ends within a packet: the library would read up to there without a word."""
-    data = path.read_bytes()
-    order = MAGIC.get(data[:4])
-    if order is None:
-        raise InputError(
-            f"{path}: is no PCAP file (it begins with {data[:4].hex()}); save captures as PCAP, not as PCAPNG"
-        )
-    at = FILE_HEADER
-    while at + PACKET_HEADER <= len(data):
-        at += PACKET_HEADER + struct.unpack_from(f"{order}8xI", data, at)[0]
-    if at != len(data):
-        raise InputError(f"{path}: ends within a packet, at byte {len(data)}; it is truncated, copy it again")
+    size, at = path.stat().st_size, FILE_HEADER
+    with path.open("rb") as file:
+        magic = file.read(4)
+        order = MAGIC.get(magic)
+        if order is None:
+            raise InputError(
+                f"{path}: is no PCAP file (it begins with {magic.hex()}); save captures as PCAP, not PCAPNG"
+            )
+        while at + PACKET_HEADER <= size:
+            file.seek(at)
+            at += PACKET_HEADER + struct.unpack(f"{order}8xI4x", file.read(PACKET_HEADER))[0]
+    if at != size:
+        raise InputError(f"{path}: ends within a packet, at byte {size}; it is truncated, copy it again")
     if at == FILE_HEADER:
         raise InputError(f"{path}: holds no packets; record the capture again")
 

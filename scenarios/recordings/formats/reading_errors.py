@@ -24,7 +24,7 @@ def readable(path: Path, what: str) -> Iterator[None]:
     except (InputError, MemoryError):
         raise
     except Exception as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = " ".join(str(error).split()).removeprefix(f"{path}: ") or type(error).__name__
         raise InputError(
             f"{path}: not readable as {what} ({reason}); it is damaged, truncated or of another format, see --format"
         ) from error

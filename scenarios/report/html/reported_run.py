@@ -93,6 +93,9 @@ class ReportedRun:
     def commands(self) -> list[str]:
         """Commands that repeat and show the run."""
         result, device = self.result, self.result.config["device"]
+        if "recording" in result.config:
+            again = f"luxloop track {result.scenario}{_device_options(device)} --out {self.folder}"
+            return [again, f"luxloop view {self.folder}"]
         scenario = result.scenario if self.family else f"{result.scenario}.toml"
         again = f"luxloop run {scenario} --seed {result.seed}{_device_options(device)} --out {self.folder}"
         of_tracks = device != SHIPPED and not IS_DEVICE.fullmatch(device)

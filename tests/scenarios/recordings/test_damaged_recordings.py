@@ -1,6 +1,8 @@
 """Damaged, empty and wrong files: one line on standard error, exit code 2, and no folder."""
 
 import struct
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -77,7 +79,7 @@ def test_a_file_of_another_format_is_refused(kind, tmp_path, capsys):
     suffix = {"bag": "bag", "ros2": "db3", "lux": "lux"}.get(kind, kind)
     path = tmp_path / f"a.{suffix}"
     path.write_text(
-        "This is a text of a hundred letters and no recording of a sensor at all, whatever its name says. 12"
+        "A text of a hundred letters is no recording of a sensor, even if the name of its file says so. 123456"
     )
     (tmp_path / "a.json").write_text("{}")
     assert str(path) in refused(capsys, tmp_path / "out", path, *MOUNT)
@@ -107,3 +109,17 @@ def test_another_folder_is_not_replaced(tmp_path, capsys):
     assert main(["import", str(path), *MOUNT, "--out", str(tmp_path / "notes")]) == 2
     assert "holds other files" in capsys.readouterr().err
     assert (tmp_path / "notes" / "a.txt").read_text() == "mine"
+
+
+def test_a_capture_without_its_library_names_the_command_that_installs_it(tmp_path):
+    path = capture(tmp_path)
+    code = f"""
+import sys
+sys.modules["ouster"] = None
+from scenarios.cli import main
+sys.exit(main(["import", {str(path)!r}, "--mount", "0,0,1", "--out", {str(tmp_path / "out")!r}]))
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr.endswith("which is not installed: pip install --no-deps ouster-sdk==1.0.1\n")
+    assert len(run.stderr.splitlines()) == 1

@@ -42,7 +42,7 @@ def test_scans_agree_with_the_recording_read_by_others(tmp_path):
 
 
 @pytest.mark.skipif(find_spec("ouster") is None, reason="ouster-sdk is not installed, see docs/recordings.md")
-def test_an_ouster_capture_is_levelled_cut_and_tracked(tmp_path, capsys):
+def test_an_ouster_capture_is_levelled_cut_and_tracked(tmp_path):
     capture = real_file("ouster/OS-1-128_v2.3.0_1024x10_lb_n3.pcap")
     assert main(["import", str(capture), "--out", str(tmp_path / "recorded"), *OUSTER]) == 0
     recording = Recording(tmp_path / "recorded")
