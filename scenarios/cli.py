@@ -39,7 +39,6 @@ for command in (
 ):  # fmt: skip
     app.command()(command)
 app.command("import")(import_.import_)
-app.command()(track.track)
 
 INTERRUPTED = 130
 """Exit code of Ctrl-C, as typer's."""

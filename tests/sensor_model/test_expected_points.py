@@ -40,6 +40,7 @@ AT_THE_THRESHOLD = {
     (Kind.SUV, LANE, PAINTED, 60),  # (11)
     (Kind.CAR, ADJACENT, BLACK, 30),  # (12)
     (Kind.SUV, LANE, BLACK, 30),  # (16)
+    (Kind.CAR, ADJACENT, PAINTED, 40),  # (17): the crowned hood's fenders and the corners are larger than the study's
 }
 LOST_TO_THE_GROUND = (Kind.CAR, LANE, PAINTED, 40)  # (20)
 ROWS = [(*vehicle, gap, points) for vehicle, row in PUBLISHED.items() for gap, points in row.items()]
@@ -207,7 +208,7 @@ def test_window_is_measured_if_the_deck_is_too_narrow_to_trigger():
     sets the range. Here the deck alone must reach the threshold, which it does up to 25 m, but not from 30 m on."""
     near, far = Points(ahead(25.0)), Points(ahead(30.0))
     assert near.count(Part.GREENHOUSE) == 0
-    assert far.count(Part.GREENHOUSE) == 9
+    assert far.count(Part.GREENHOUSE) == 8
     assert np.median(far.spreads()) > 0.85
 
 

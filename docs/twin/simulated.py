@@ -1,0 +1,75 @@
+"""Simulated twins: labelled cars as bodies of the ray caster, seen by the recorded sensor."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import numpy.typing as npt
+from twin.labels import Car, View
+from twin.recording import RecordedFrame
+from twin.unit import rig_of
+
+from sensor_model.lidar import Lidar
+from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.sensor_config import SensorConfig
+from sensor_model.truth import ScanTruth
+from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+from tracker.scan import Scan
+
+KINDS = {"small car": Kind.CAR, "sedan": Kind.CAR, "SUV": Kind.SUV, "van": Kind.VAN, "truck": Kind.TRUCK}
+"""A pickup has no body of its own; `STAND_IN` replaces it."""
+STAND_IN = Kind.SUV
+PAINT = 0.07
+"""Reflectivity of a car whose sensor does not measure it: about the median of the others."""
+PANEL_SPREAD_DB = 11.0
+"""[dB] Spread of the returned power over one car's panels, from 10 to 90 %: five cars whose returns are well
+above the threshold have 9 to 13. The noise model's soft threshold represents it: a body has one reflectivity per part."""
+NOISE = ("range", "dropout", "mirror", "layer_overlap")
+SENSOR = SensorConfig(footprint=(3, 3), sweep=False)
+
+
+def twin_scan(
+    frame: RecordedFrame, view: View, car: Car, cars: list[Car], seed: int, sensor: SensorConfig = SENSOR
+) -> tuple[npt.NDArray[np.float64], Scan, ScanTruth]:
+    """Simulate the sensor of a frame over a labelled car, among the other `cars` of that frame.
+
+    Returns
+    -------
+    points_level
+        (N, 3) in the level frame of the recording [m].
+    scan, truth
+        As the simulated sensor delivers them; the ego frame is on the ground of the car.
+    """
+    lidar = Lidar(rig_of(frame, view, car), _noise(), sensor, seed, Obstacles.from_polygons([], []))
+    scan, truth = lidar.scan(_world(cars))
+    points_level = scan.points_ego.astype(np.float64) + np.array([0.0, 0.0, car.z_ground_m])
+    return points_level, scan, truth
+
+
+def _noise() -> NoiseConfig:
+    config = NoiseConfig()
+    config = replace(
+        config, **{f.name: replace(getattr(config, f.name), enabled=f.name in NOISE) for f in fields(config)}
+    )
+    return replace(config, dropout=replace(config.dropout, softness_db=PANEL_SPREAD_DB))
+
+
+def _world(cars: list[Car]) -> WorldFrame:
+    count = len(cars)
+    still = np.zeros((count, 2))
+    actors = Actors(
+        id=np.arange(count, dtype=np.int64),
+        name=np.array([car.id for car in cars], dtype=np.str_),
+        kind=np.array([KINDS.get(car.category, STAND_IN) for car in cars], dtype=np.uint8),
+        pose_world=np.array([(car.x_m, car.y_m, np.deg2rad(car.heading_deg)) for car in cars]),
+        velocity_world=still,
+        acceleration_world=still,
+        yaw_rate=np.zeros(count),
+        articulation=np.zeros(count),
+        mode=np.zeros(count, np.uint8),
+        changes_lane=np.zeros(count, np.bool_),
+        deviation=still,
+        size=np.array([(car.length_m, car.width_m, car.height_m) for car in cars]),
+        reflectivity=np.array([PAINT if car.reflectivity is None else car.reflectivity for car in cars]),
+    )
+    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.8, 1.9, 1.7]), False, np.zeros(2))
+    return WorldFrame(0, 0.0, ego, actors)

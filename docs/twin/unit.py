@@ -1,0 +1,91 @@
+"""Unit model of a recorded Ouster sensor: rings and columns of its metadata, sensitivity as the frames show it."""
+
+import numpy as np
+from twin.labels import Car, View
+from twin.recording import RecordedFrame
+
+from sensor_model.rig.rig import Mount, Rig
+from sensor_model.rig.unit import Fan, UnitModel
+
+DIVERGENCE_DEG = {"OS-0": 0.35, "OS-1": 0.18, "OS-2": 0.09}
+"""Full width of a beam at half its power (data sheets of the maker)."""
+WEAKEST = {
+    # range at which 10 % is the weakest reflectivity [m], weakest reflectivity near
+    "OS-0-128": (31.0, 0.001),
+    "OS-1-128": (70.0, 0.003),
+    "OS-1-32": (60.0, 0.004),
+    "OS-2-128": (68.0, 0.02),
+    "OS-2-32": (68.0, 0.02),
+}
+"""The lowest percent of the reported reflectivities of a whole frame, by range: it grows with the square of the range
+far away. Near, reflectivity per signal and square range grows (four-fold for the OS-1-32 at 7 m, ten- to twenty-fold
+for the OS-2 at 7 to 10 m): the optics collect less from near, and the weakest reflectivity stays at the second figure.
+The OS-2-32 has no calibrated reflectivity; its figures are those of the OS-2-128."""
+NEAR_M = {"OS-2-128": 10.0, "OS-2-32": 10.0}
+"""[m] Nearer than this the sensitivity falls too steeply for one threshold per car."""
+RANGE_SIGMA_M = 0.015
+"""Range noise of a strong echo (data sheet of the OS1)."""
+_NEAR_SIDE_M = 1.5
+"""[m] The visible sides of a car are about this much nearer than its centre."""
+
+
+def weakest_reflectivity(recording: str, range_m: float) -> float:
+    """Return the reflectivity of the weakest surface that a sensor detects at a range."""
+    far, near = WEAKEST[_key(WEAKEST, recording)]
+    return max(near, 0.1 * (range_m / far) ** 2)
+
+
+def in_near_field(car: Car) -> bool:
+    """Return whether a car is too near for the sensor's law of sensitivity."""
+    return any(car.recording.startswith(key) and car.range_m < near for key, near in NEAR_M.items())
+
+
+def _key(table: dict[str, tuple[float, float]] | dict[str, float], recording: str) -> str:
+    return next(key for key in table if recording.startswith(key))
+
+
+def rig_of(frame: RecordedFrame, view: View, car: Car) -> Rig:
+    """Return the rig of one unit, at the sensor's attitude and its height over the ground at the car.
+
+    The caster's ground is flat; the ground of a street is not, so each car has its own rig.
+    """
+    height = view.height_m - car.z_ground_m
+    return Rig(0.0, (Mount("roof", unit_of(frame, car), 0.0, 0.0, height, 0.0, view.pitch_deg, view.roll_deg),))
+
+
+def unit_of(frame: RecordedFrame, car: Car) -> UnitModel:
+    """Return the unit model, with the sensitivity at the range of a car; layer 0 is the lowest ring.
+
+    It reports one echo per beam, the nearest.
+    """
+    nearest = max(car.range_m - _NEAR_SIDE_M, _NEAR_SIDE_M)
+    divergence = DIVERGENCE_DEG[_key(DIVERGENCE_DEG, car.recording)]
+    order = np.argsort(frame.elevation_deg, kind="stable")
+    elevation = frame.elevation_deg[order]
+    step = 360.0 / frame.columns
+    first = 180.0 - np.mod(frame.azimuth_deg[order], step)
+    fans = tuple(
+        Fan((layer,), float(start), float(start) - (frame.columns - 1) * step, step, (100.0,))
+        for layer, start in enumerate(first)
+    )
+    return UnitModel(
+        scan_rate_hz=10.0,
+        range_min_m=0.5,
+        range_max_m=200.0,
+        beam_width_deg=divergence,
+        beam_height_deg=divergence,
+        reference_reflectivity=weakest_reflectivity(car.recording, nearest),
+        reference_range_m=nearest,
+        pulse_length_m=0.675,
+        pulse_growth_m_per_db=0.0,
+        pulse_quantum_m=0.01,
+        echoes_max=1,
+        echo_separation_m=1.0,
+        range_sigma_m=RANGE_SIGMA_M,
+        range_quantum_m=0.001,
+        layer_elevation_deg=tuple(elevation.tolist()),
+        layer_bias_m=(0.0,) * len(elevation),
+        gain_azimuth_deg=(0.0,),
+        turns=1,
+        fans=fans,
+    )
