@@ -16,7 +16,8 @@ from scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
 
 DOCS = Path(__file__).parent
 PAGE, PICTURES = DOCS / "realism.md", DOCS / "pictures"
-START, END = "<!-- realism -->", "<!-- end -->"
+MARK = "realism"
+"""Name of the table in the page."""
 AFTER, BEFORE = "after", "before"
 SHOWN = {AFTER: ("bow", "distributions", "vehicles"), BEFORE: ("vehicles",)}
 """Figures of the page, by side."""
@@ -32,18 +33,24 @@ def main() -> None:
         for name in SHOWN[side]:
             shutil.copyfile(folder / f"{name}.png", PICTURES / f"realism_{name}_{side}.png")
     documents = {side: json.loads((folder / "realism.json").read_text()) for side, folder in folders.items()}
-    page = PAGE.read_text(encoding="utf-8")
-    head, rest = page.split(START)
-    _, tail = rest.split(END)
-    PAGE.write_text(f"{head}{START}\n{table(documents)}\n{END}{tail}", encoding="utf-8")
+    replace(MARK, table(documents))
+
+
+def replace(mark: str, text: str) -> None:
+    """Replace the text between `<!-- mark -->` and the next `<!-- end -->` of the page."""
+    start, end = f"<!-- {mark} -->", "<!-- end -->"
+    head, rest = PAGE.read_text(encoding="utf-8").split(start)
+    _, tail = rest.split(end, 1)
+    PAGE.write_text(f"{head}{start}\n{text}\n{end}{tail}", encoding="utf-8")
 
 
 def table(documents: dict[str, Json]) -> str:
     """Return the Markdown table of the figures, before and after, with the number that agree."""
     sides = [side for side in (BEFORE, AFTER) if side in documents]
     figures = {side: documents[side]["figures"] for side in sides}
+    headings = [f"simulated {side} [95 %]" for side in sides] if len(sides) > 1 else ["simulated [95 %]"]
     lines = [
-        f"| figure | real (quartiles) | {' | '.join(f'simulated {side} [95 %]' for side in sides)} | verdict |",
+        f"| figure | real (quartiles) | {' | '.join(headings)} | verdict |",
         f"|---|---|{'---|' * len(sides)}---|",
     ]
     for name, entry in figures[AFTER].items():

@@ -105,7 +105,7 @@ def _vehicles(canvas: "Canvas", comparison: Comparison) -> None:
     grid = canvas.subplots(2, VEHICLES // 2, squeeze=False).ravel()
     shown = None
     for axes, number in zip(grid, _examples(comparison.matched), strict=False):
-        shown = _plan(axes, comparison.vehicles[number])
+        shown = plan(axes, comparison.vehicles[number])
     for axes in grid:
         axes.set_visible(bool(axes.collections))
     if shown is not None:
@@ -120,7 +120,7 @@ def _examples(matched: pd.DataFrame) -> list[int]:
     return [int(number) for number in by_range[picked]]
 
 
-def _plan(axes: "Axes", vehicle: LabelledVehicle) -> "PathCollection":
+def plan(axes: "Axes", vehicle: LabelledVehicle) -> "PathCollection":
     """Draw one vehicle in the frame of its box, with the label and the direction to the LIDAR; return the points."""
     half = 0.5 * vehicle.box[3:]
     corners = half * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)])
