@@ -111,8 +111,8 @@ def main() -> None:
     figure, table = plt.subplots(len(shown), len(VIEWS), figsize=(22, 2.6 * len(shown)), layout="constrained")
     for (kind, articulation), row in zip(shown, table, strict=True):
         for axes, (_, sight, actor) in zip(row, VIEWS, strict=True):
-            appearance = Appearance(actor or 0, kind, SHAPES[kind].size, paint=0.4)
-            draw = Draw(None if actor is None else SEED, appearance.actor_id)
+            appearance = Appearance(f"car {actor}", kind, SHAPES[kind].size, paint=0.4)
+            draw = Draw(None if actor is None else SEED, appearance.name)
             body = build(appearance, draw, Glass(), mirrors=True, as_prism=False)
             if articulation:
                 body = bent(body, appearance.size[0], articulation)

@@ -14,6 +14,7 @@ from scenarios.commands import (
     import_,
     list_scenarios,
     mcap,
+    realism,
     report,
     run,
     schema,
@@ -34,7 +35,7 @@ app = typer.Typer(
 app.command("list")(list_scenarios.list_scenarios)
 for command in (
     run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
-    check_tracker.check_tracker, mcap.mcap, sweep.sweep, search.search, schema.schema,
+    check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
 app.command("import")(import_.import_)

@@ -53,7 +53,7 @@ class ClutterSources:
         if noise.rain.enabled:
             clutter.append(drops(noise.rain, beams, thresholds, draws, frame.index))
         if noise.spray.enabled:
-            cloud = clusters(noise.spray, bodies, frame.actors.id, draws, frame.time)
+            cloud = clusters(noise.spray, bodies, frame.actors.name, draws, frame.time)
             clutter.append(spray_echoes(noise.spray, cloud, context, time, beams, thresholds, draws))
         free_range = echoes.free_range if self.needs_free_range else self._unlimited
         return merge(returns, clutter, free_range, beams)

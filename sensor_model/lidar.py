@@ -1,6 +1,7 @@
 """LIDAR simulation: from a world frame to a scan and its ground truth."""
 
 import numpy as np
+import numpy.typing as npt
 
 from sensor_model.arrays import Floats
 from sensor_model.bodies.scene import Bodies, BodyFactory
@@ -9,10 +10,11 @@ from sensor_model.clutter import ClutterSources
 from sensor_model.noise.attitude import Attitude
 from sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
 from sensor_model.noise.detection import DetectionThresholds, loss_causes
+from sensor_model.noise.false_alarms import wrong_flags
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.noise.rain import extinction
 from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import MeasuredRanges, measure_ranges
+from sensor_model.noise.ranging import MeasuredRanges, echo_places, measure_ranges, measure_widths
 from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
 from sensor_model.raycaster import Echoes, Raycaster
@@ -21,10 +23,11 @@ from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Rig
 from sensor_model.scan_context import ScanContext, displacement, over_ground
 from sensor_model.sensor_config import SensorConfig
-from sensor_model.truth import NO_ACTOR, Cause, Loss, ScanTruth
+from sensor_model.surface_relief import displace
+from sensor_model.truth import NO_ACTOR, Cause, Loss, Part, ScanTruth
 from sensor_model.visibility import from_surfaces, view_kind, visible_faces
 from sim.world import Obstacles, WorldFrame
-from tracker.scan import Scan
+from tracker.scan import PointFlag, Scan
 
 
 class Lidar:
@@ -57,6 +60,7 @@ class Lidar:
         self.beams = beam_table(rig)
         self._noise = noise
         self._sweep = sensor.sweep
+        self._relief_scale = sensor.relief_scale
         self._time_offset = self.beams.time_offset * sensor.sweep
         self._draws = Draws(seed, self.beams)
         self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
@@ -76,6 +80,7 @@ class Lidar:
         bodies = self._bodies.place(frame)
         walls = self._walls.seen_from(frame.ego.pose_world, self._caster.reach(context))
         echoes = self._caster.cast(bodies, walls, context, free_range=self._clutter.needs_free_range)
+        echoes = displace(echoes, bodies, self._relief_scale)
         returns = from_surfaces(echoes, bodies, frame.actors)
         returns = self._clutter.add(returns, echoes, bodies, walls, context, thresholds, frame)
         on_surface = returns.target != NOTHING
@@ -88,7 +93,7 @@ class Lidar:
 
     def _context(self, frame: WorldFrame, thresholds: Thresholds) -> ScanContext:
         """Return the context of a scan: the body may tilt, and the mounting poses have calibration errors."""
-        R_level_body = self._attitude.at(frame.time)
+        R_level_body = self._attitude.at(frame.time, float(np.hypot(*frame.ego.velocity_world)))
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
         return ScanContext(
@@ -110,11 +115,11 @@ class Lidar:
         return sync_jitter(self._noise.calibration, len(self.beams.units), frame, self._draws)
 
     def _scan(self, frame: WorldFrame, returns: Returns, ranges: MeasuredRanges) -> Scan:
-        beams, beam = self.beams, returns.beam
+        beams, beam, index = self.beams, returns.beam, frame.index
         unit = beams.unit.take(beam)
         points = beams.units.origin_ego.take(unit, axis=0)
         points += ranges.range[:, None] * beams.direction_ego.take(beam, axis=0)
-        quantum = beams.units.pulse_quantum.take(unit)
+        width = measure_widths(beam, returns.range, returns.width, beams, self._noise, self._draws, index)
         return Scan(
             time=frame.time,
             ego_pose_odom=self._odometry.pose(frame.ego.pose_world, frame.time, frame.index),
@@ -123,9 +128,15 @@ class Lidar:
             unit=unit,
             layer=beams.layer.take(beam),
             echo=returns.echo,
-            echo_pulse_width=(np.rint(returns.width / quantum) * quantum).astype(np.float32),
-            flags=returns.flags | returns.transparent,
+            echo_pulse_width=width.astype(np.float32),
+            flags=returns.flags | returns.transparent | self._wrong_flags(returns, index),
         )
+
+    def _wrong_flags(self, returns: Returns, frame: int) -> npt.NDArray[np.uint16]:
+        """Return the (N,) `PointFlag.CLUTTER` of echoes that are not of droplets."""
+        places = echo_places(returns.range)
+        wrong = wrong_flags(self._noise.false_alarms, returns.beam, places, self._draws, frame)
+        return np.where(wrong & (returns.part != Part.DROPLET), PointFlag.CLUTTER, 0).astype(np.uint16)
 
     def _truth(
         self, frame: WorldFrame, echoes: Echoes, returns: Returns, ranges: MeasuredRanges, bodies: Bodies,

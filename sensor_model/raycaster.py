@@ -39,7 +39,9 @@ class Echoes:
     surface: Ints
     """(N,) plane of `Bodies` on actors, wall of `Walls` on walls, 0 on the ground."""
     point_body: Floats
-    """(N, 2) the point, on the centre of its beam, in the frame of the actor it is on [m]; zero elsewhere."""
+    """(N, 3) the point, on the centre of its beam, in the frame of the actor it is on [m]; zero elsewhere."""
+    direction_body: Floats
+    """(N, 3) direction of the beam in that frame; zero elsewhere."""
     lost_beam: Ints
     """(L,) row of the beam table."""
     lost_power: Floats
@@ -109,6 +111,7 @@ class Raycaster:
             for buffer, count in ((self._echo, found), (self._echo_id, found), (self._lost_echo, lost))
         )
         beam, distance, target = echo_id[records.BEAM], echo[records.RANGE], echo_id[records.TARGET]
+        point, direction = points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive)
         return Echoes(
             beam=beam,
             range=distance,
@@ -116,7 +119,8 @@ class Raycaster:
             power=echo[records.POWER],
             target=target,
             surface=echo_id[records.SURFACE],
-            point_body=points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive),
+            point_body=point,
+            direction_body=direction,
             lost_beam=self._lost_beam[:lost].copy(),
             lost_power=lost_echo[records.POWER],
             lost_range=lost_echo[records.RANGE],

@@ -26,7 +26,7 @@ def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
     cause = np.full(len(target), Cause.CLEAN, dtype=np.uint8)
     on_actor = np.flatnonzero(target >= 0)
     part[on_actor] = bodies.plane_part[surface[on_actor]]
-    points_body = echoes.point_body.copy()
+    points_body = echoes.point_body[:, :2].copy()
     points_body[on_actor] = bodies.straight_points(target[on_actor], surface[on_actor], points_body[on_actor])
     cause[on_actor] = point_causes(part[on_actor], points_body[on_actor], actors.size[target[on_actor]])
     return Returns(

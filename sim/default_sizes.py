@@ -5,13 +5,10 @@ size of its class. It is never longer or wider than the default, which is the sp
 height may be larger, since neither simulator considers heights in collisions. The ranges are engineering estimates.
 """
 
-from sim.reflectivity import actor_rng
+from sim.actor_key import Stream, actor_rng
 from sim.world import Kind
 
 Size = tuple[float, float, float]
-
-_STREAM = 4
-"""Stream of `actor_rng`; 1 is paint, 2 the jitter of scripted starts, 3 the sensor's body proportions."""
 
 RANGES: dict[tuple[Kind, Size], tuple[Size, Size]] = {
     (Kind.CAR, (5.0, 1.8, 1.5)): ((4.4, 1.75, 1.42), (5.0, 1.80, 1.50)),
@@ -32,10 +29,10 @@ RANGES: dict[tuple[Kind, Size], tuple[Size, Size]] = {
 left out, since their sizes vary little."""
 
 
-def redrawn_size(kind: Kind, size: Size, seed: int, actor_id: int) -> Size:
-    """Return length, width and height [m] of an actor: drawn by (seed, actor) if `size` is a default, else `size`."""
+def redrawn_size(kind: Kind, size: Size, seed: int, name: str) -> Size:
+    """Return length, width and height [m] of an actor: drawn by (seed, name) if `size` is a default, else `size`."""
     if (kind, size) not in RANGES:
         return size
     low, high = RANGES[kind, size]
-    length, width, height = actor_rng(seed, actor_id, _STREAM).uniform(low, high).tolist()
+    length, width, height = actor_rng(seed, name, Stream.SIZE).uniform(low, high).tolist()
     return (length, width, height)

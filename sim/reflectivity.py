@@ -1,6 +1,6 @@
 """Paint: diffuse reflectivity of actors at 905 nm."""
 
-import numpy as np
+from sim.actor_key import Stream, actor_rng
 
 SHADES = (
     # share, lowest, highest diffuse reflectivity
@@ -11,24 +11,10 @@ SHADES = (
 )
 """Engineering estimates of ranges and shares: tunable, not to be quoted as fact."""
 
-_PAINT_STREAM = 1
 
-
-def paint_reflectivity(seed: int, actor_id: int) -> float:
-    """Draw the diffuse reflectivity of one actor, 0 to 1.
-
-    The draw is keyed by (seed, actor), so it does not depend on the other actors.
-    """
-    rng = actor_rng(seed, actor_id, _PAINT_STREAM)
+def paint_reflectivity(seed: int, name: str) -> float:
+    """Draw the diffuse reflectivity of one actor, 0 to 1, by (seed, name)."""
+    rng = actor_rng(seed, name, Stream.PAINT)
     shares = [share for share, _, _ in SHADES]
     _, low, high = SHADES[rng.choice(len(SHADES), p=shares)]
     return float(rng.uniform(low, high))
-
-
-def actor_rng(seed: int, actor_id: int, stream: int) -> np.random.Generator:
-    """Return the random generator of one actor and purpose: Philox, keyed by (seed, actor), `stream` in its counter.
-
-    The seed is taken modulo 2^64.
-    """
-    key = np.array([seed % 2**64, actor_id], dtype=np.uint64)
-    return np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, stream]))

@@ -26,6 +26,8 @@ class Member:
 class Roster:
     """All road users that have appeared in a run, numbered in order of appearance. Numbers are never reused.
 
+    Size and paint are drawn by name, so that they do not depend on the order of appearance.
+
     Parameters
     ----------
     seed
@@ -53,13 +55,14 @@ class Roster:
     ) -> Member:
         """Add a member. The default name is `<kind>.<number>`; the default reflectivity is drawn at random."""
         number = len(self._members)
+        name = name or f"{kind.name.lower()}.{number}"
         if self._redraw and number != EGO_ID:
-            size = redrawn_size(kind, size, self._seed, number)
+            size = redrawn_size(kind, size, self._seed, name)
         self._members[key] = Member(
             id=number,
-            name=name or f"{kind.name.lower()}.{number}",
+            name=name,
             kind=kind,
             size=size,
-            reflectivity=paint_reflectivity(self._seed, number) if reflectivity is None else reflectivity,
+            reflectivity=paint_reflectivity(self._seed, name) if reflectivity is None else reflectivity,
         )
         return self._members[key]

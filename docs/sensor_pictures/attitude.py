@@ -35,7 +35,7 @@ def _over_time(axes: Axes) -> None:
     config = AttitudeNoise(enabled=True)
     attitude = Attitude(config, Draws(1, beam_table(SRX)))
     time = np.arange(0.0, 10.0, 0.02)
-    R = np.array([attitude.at(t) for t in time])
+    R = np.array([attitude.at(t, speed=20.0) for t in time])
     pitch, roll = np.rad2deg(np.arcsin(-R[:, 2, 0])), np.rad2deg(np.arctan2(R[:, 2, 1], R[:, 2, 2]))
     axes.plot(time, pitch, color="tab:blue", label="pitch (nose down positive)")
     axes.plot(time, roll, color="tab:orange", label="roll (right side down positive)", linewidth=1)

@@ -66,7 +66,7 @@ def _mirror_sides(axes: Axes) -> None:
 
 
 def _gain(axes: Axes) -> None:
-    """Draw the sensitivity of every beam, and the published knots."""
+    """Draw the sensitivity of every beam, and its knots."""
     table = beam_table(one_unit(LUX))
     azimuth = np.rad2deg(table.azimuth)
     for layer, color, name in ((0, LOWER, "lower pair"), (2, UPPER, "upper pair")):
@@ -79,7 +79,7 @@ def _gain(axes: Axes) -> None:
     axes.set(xlim=(62, -62), ylim=(0.0, 1.1))
     axes.legend(fontsize=8, loc="lower center")
     axes.grid(alpha=0.3)
-    label(axes, "LUX: sensitivity g over azimuth (dots: published knots)", "azimuth [deg], left positive", "gain g [1]")
+    label(axes, "LUX: sensitivity g over azimuth (dots: knots)", "azimuth [deg], left positive", "gain g [1]")
 
 
 def _rig(axes: Axes) -> None:

@@ -60,7 +60,7 @@ def _cases() -> list[Case]:
         Case("a wall: one echo", scene(street=(_wall(15.0),)), upper),
         Case(
             "half on a car's edge, half on a wall:\ntwo echoes",
-            scene(_car(15.0), street=(_wall(19.0),)),
+            scene(_car(15.0), street=(_wall(22.0),)),
             only_beam(EDGE_DEG, 2),
         ),
         Case(

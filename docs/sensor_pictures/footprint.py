@@ -60,13 +60,15 @@ def _photograph(axes: Axes, where: Scene) -> None:
     right, left, bottom, top = WINDOW
     half = np.rad2deg(np.arctan(left / DISTANCE_M))
     elevation = np.rad2deg(np.arctan((np.linspace(bottom, top, PIXELS) - 0.55) / DISTANCE_M))
-    fan = Fan(tuple(range(PIXELS)), start_deg=half, stop_deg=-half, step_deg=2 * half / 400, gain_percent=(100.0,) * 21)
+    full = (100.0,) * len(LUX.gain_azimuth_deg)
+    fan = Fan(tuple(range(PIXELS)), start_deg=half, stop_deg=-half, step_deg=2 * half / 400, gain_percent=full)
     camera = rays_of(only_beam(0.0, 0), (1, 1))
     camera = UnitModel(
         **{
             **{name: getattr(camera, name) for name in camera.__slots__},
             "layer_elevation_deg": tuple(elevation),
             "layer_bias_m": (0.0,) * PIXELS,
+            "layer_pulse_bias_m": (0.0,) * PIXELS,
             "fans": (fan,),
         }
     )

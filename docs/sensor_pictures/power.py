@@ -69,7 +69,13 @@ def _returns(axes: Axes) -> None:
     """Draw the share of returning beams on a plate, counted with a unit of many beams straight ahead."""
     fan = Fan((0,), start_deg=0.1, stop_deg=-0.1, step_deg=0.2 / (BEAMS - 1), gain_percent=(100.0,))
     model = replace(
-        LUX, layer_elevation_deg=(0.4,), layer_bias_m=(0.0,), gain_azimuth_deg=(0.0,), fans=(fan,), beam_width_deg=1e-4
+        LUX,
+        layer_elevation_deg=(0.4,),
+        layer_bias_m=(0.0,),
+        layer_pulse_bias_m=(0.0,),
+        gain_azimuth_deg=(0.0,),
+        fans=(fan,),
+        beam_width_deg=1e-4,
     )
     for paint, reflectivity in PAINTS.items():
         seen = [_share(one_unit(model), _plate(range_m, reflectivity)) for range_m in RANGES_M]

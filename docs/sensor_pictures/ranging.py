@@ -50,7 +50,7 @@ def _layers(axes: Axes) -> None:
         axes.hist(own, bins, density=True, histtype="step", color=color, linewidth=1.6,
                   label=f"layer {number}: bias {100 * bias:+.2f} cm, found {100 * own.mean():+.2f} cm")  # fmt: skip
         axes.axvline(bias, color=color, linestyle=":", linewidth=1)
-    axes.set(xlim=(-0.1, 0.1), ylim=(0.0, 24.0))
+    axes.set(xlim=(-0.1, 0.1), ylim=(0.0, 42.0))
     axes.legend(fontsize=8, loc="upper left")
     label(axes, "Range error by layer, on a wall", "reported minus true range [m]", "density [1/m]")
 

@@ -1,6 +1,6 @@
 """Shared tools of the pictures: small scenes, special units, colours, outlines."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS, NoiseConfig
 from sensor_model.raycaster import Echoes, Raycaster
 from sensor_model.rig.beams import BeamTable, beam_table
 from sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
@@ -82,7 +82,7 @@ def scene(
 def noise(*kinds: str, **strengths: object) -> NoiseConfig:
     """Return only these kinds of noise, optionally with other strengths (`mirror=MirrorNoise(...)`)."""
     config = NoiseConfig()
-    switched = {f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
+    switched = {kind: replace(getattr(config, kind), enabled=kind in kinds) for kind in KINDS}
     return replace(config, **{**switched, **strengths})
 
 
@@ -125,6 +125,7 @@ def rays_of(beam: UnitModel, footprint: tuple[int, int]) -> UnitModel:
         echo_separation_m=0.0,
         layer_elevation_deg=tuple(beam.layer_elevation_deg[fan.layers[0]] + rise),
         layer_bias_m=(0.0,) * rows,
+        layer_pulse_bias_m=(0.0,) * rows,
         fans=(replace(fan, layers=layers, start_deg=left, stop_deg=left - (columns - 1) * step, step_deg=step),),
     )
 

@@ -121,7 +121,7 @@ class FrameTable:
 
 
 def summary(result: Result) -> dict[str, Any]:
-    """Return source and size of a data set; counts such as `observations` refer to graded labels."""
+    """Return source, size and LIDARs of a data set; counts such as `observations` refer to graded labels."""
     prefix = "dataset."
     return {
         "scenario": result.scenario,
@@ -135,8 +135,18 @@ def summary(result: Result) -> dict[str, Any]:
             if name.startswith(prefix)
         },
         "grading": result.config["grading"],
+        "lidars": _lidars(result.config["rig"]),
         "versions": result.versions,
     }
+
+
+def _lidars(rig: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return name and position of each LIDAR of a rig in the ego frame [m]; the file gives it from the rear axle."""
+    axle_m = rig["rear_axle_x_m"]
+    return [
+        {"name": unit["name"], "x_ego_m": axle_m + unit["x_m"], "y_ego_m": unit["y_m"], "z_ego_m": unit["z_m"]}
+        for unit in rig["mounts"]
+    ]
 
 
 @contextmanager

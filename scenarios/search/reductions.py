@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from scenarios.result import Result
 from scenarios.run import device, loop
 from scenarios.search.evaluator import Evaluator, Json
 from scenarios.search.optimise import Notify
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS as KINDS_OF_NOISE
 
 NO_PATH = Path("scenario.toml")
 """Path of a scenario whose files are not read."""
@@ -51,7 +51,7 @@ def obstacles(document: Json) -> Iterator[Reduction]:
 def noise(document: Json) -> Iterator[Reduction]:
     """Yield the removal of all enabled noise, then of each kind of noise."""
     settings = Scenario.of(document, NO_PATH).noise
-    on = [field.name for field in fields(NoiseConfig) if getattr(settings, field.name).enabled]
+    on = [kind for kind in KINDS_OF_NOISE if getattr(settings, kind).enabled]
     if len(on) > 1:
         yield Reduction("without any noise", partial(_without_noise, on))
     for kind in on:

@@ -1,12 +1,13 @@
 """Body of one actor: its convex solids, scaled to its size, in flat arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
 from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.relief import WAVES, plane_relief, waves
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.solids import Solid, Vector
 from sim.world import Kind
@@ -16,7 +17,7 @@ from sim.world import Kind
 class Appearance:
     """Appearance of an actor; with the options of the `BodyFactory` it determines the body."""
 
-    actor_id: int
+    name: str
     kind: Kind
     size: Vector
     """Length, width, height [m]."""
@@ -46,6 +47,10 @@ class Body:
     """(Q,)"""
     plane_transmission: Floats
     """(Q,)"""
+    plane_relief: Floats
+    """(Q,)"""
+    relief_waves: Floats
+    """(WAVES, 4)"""
 
 
 def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as_prism: bool) -> Body:
@@ -70,7 +75,9 @@ def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as
         solids = [*shape.plain((length, width, height)), *(solid for solid in solids if solid.is_mirror)]
     if not mirrors:
         solids = [solid for solid in solids if not solid.is_mirror]
-    return _flat(solids, np.array(appearance.size) / size, appearance.paint, glass)
+    flat = _flat(solids, np.array(appearance.size) / size, appearance.paint, glass)
+    depth = 0.0 if as_prism else shape.relief
+    return replace(flat, plane_relief=plane_relief(flat.plane_part, flat.planes, depth), relief_waves=waves(draw))
 
 
 def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> Body:
@@ -92,4 +99,6 @@ def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> B
         plane_part=part,
         plane_reflectivity=plane_reflectivity(part, paint, glass),
         plane_transmission=plane_transmission(part, glass),
+        plane_relief=np.zeros(len(part)),
+        relief_waves=np.zeros((WAVES, 4)),
     )

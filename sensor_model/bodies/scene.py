@@ -10,6 +10,7 @@ from sensor_model.bodies.articulation import rotate_boxes, rotate_planes, rotate
 from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
+from sensor_model.bodies.relief import WAVES
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
 
@@ -54,6 +55,10 @@ class Bodies:
     """(Q,) diffuse, 0 to 1; that of the actor's paint for painted planes."""
     plane_transmission: Floats
     """(Q,) two-way power transmission; 0 for opaque planes."""
+    plane_relief: Floats
+    """(Q,) standard deviation of the surface from the plane [m]."""
+    relief_waves: Floats
+    """(A, WAVES, 4) wave vectors [rad/m] and phases [rad] of the relief, in the body's frame."""
 
     def __len__(self) -> int:
         return len(self.pose_ego)
@@ -92,26 +97,29 @@ class BodyFactory:
         self._plain = plain
         self._glass = glass
         self._seed = seed
-        self._appearances = np.empty((0, 6))
-        self._built: dict[tuple[float, ...], Body] = {}
+        self._appearances = np.empty((0, 5))
+        self._names = np.empty(0, np.str_)
+        self._built: dict[Appearance, Body] = {}
         self._straight = _pack([])
 
     def place(self, frame: WorldFrame) -> Bodies:
         """Return the bodies of a frame's actors, in their order, as seen from the ego."""
         actors, ego = frame.actors, frame.ego
-        appearances = np.column_stack([actors.id, actors.kind, actors.size, actors.reflectivity])
-        if not np.array_equal(appearances, self._appearances):
-            rows = [tuple(row) for row in appearances.tolist()]
-            self._built = {row: self._built.get(row) or self._build(*row) for row in rows}
-            self._straight = _pack([self._built[row] for row in rows])
-            self._appearances = appearances
+        appearances = np.column_stack([actors.kind, actors.size, actors.reflectivity])
+        if not (np.array_equal(appearances, self._appearances) and np.array_equal(actors.name, self._names)):
+            present = [
+                Appearance(str(name), Kind(int(kind)), (length, width, height), paint)
+                for name, (kind, length, width, height, paint) in zip(actors.name, appearances.tolist(), strict=True)
+            ]
+            self._built = {one: self._built.get(one) or self._build(one) for one in present}
+            self._straight = _pack([self._built[one] for one in present])
+            self._appearances, self._names = appearances, actors.name
         return _placed(
             _articulated(self._straight, actors) if actors.articulation.any() else self._straight, actors, ego
         )
 
-    def _build(self, id: float, kind: float, length: float, width: float, height: float, paint: float) -> Body:
-        appearance = Appearance(int(id), Kind(int(kind)), (length, width, height), paint)
-        draw = Draw(self._seed, appearance.actor_id)
+    def _build(self, appearance: Appearance) -> Body:
+        draw = Draw(self._seed, appearance.name)
         return build(appearance, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
 
 
@@ -135,6 +143,8 @@ def _pack(bodies: list[Body]) -> Bodies:
         plane_part=np.concatenate([np.empty(0, np.uint8), *(body.plane_part for body in bodies)]),
         plane_reflectivity=np.concatenate([np.empty(0), *(body.plane_reflectivity for body in bodies)]),
         plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
+        plane_relief=np.concatenate([np.empty(0), *(body.plane_relief for body in bodies)]),
+        relief_waves=np.array([body.relief_waves for body in bodies]).reshape(count, WAVES, 4),
     )
 
 

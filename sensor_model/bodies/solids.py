@@ -8,6 +8,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+import scipy
+
+from sensor_model.arrays import Floats
 from sensor_model.truth import Part
 
 Vector = tuple[float, float, float]
@@ -18,6 +22,9 @@ HALF_FLAT = math.sqrt(2.0) - 1.0
 """Half the side of an octagon around the unit circle."""
 UPRIGHT = ((0.0, 0.0),)
 """Vertical sides."""
+
+_CLEAR = 0.01
+"""[m] Distance of a point from all planes that makes it a good centre of the dual points."""
 
 _FACETS = [(math.cos(angle), math.sin(angle)) for angle in (math.pi / 6, math.pi / 3)]
 """Normals of the facets that approximate a quarter circle: tangents, less than 4 % of the radius outside of it."""
@@ -53,6 +60,28 @@ class Solid:
     def cut(self, planes: Iterable[Plane]) -> "Solid":
         """Intersect the solid with further half-spaces; its bounding box stays."""
         return replace(self, planes=(*self.planes, *planes))
+
+    def pruned(self) -> "Solid":
+        """Drop the planes without a face, and fit the bounding box to the rest.
+
+        A plane n . p <= d has the dual point n / (d - n . c) for a point c inside the solid. It has a face if that is a
+        vertex of the convex hull of all dual points, and the faces of that hull are the corners of the solid.
+
+        Raises
+        ------
+        ValueError
+            The solid is empty.
+        """
+        normals = np.array([plane.normal for plane in self.planes])
+        offsets = np.array([plane.offset for plane in self.planes])
+        centre = 0.5 * np.add(self.low, self.high)
+        if np.any(normals @ centre > offsets - _CLEAR):
+            centre = _ball_centre(normals, offsets)
+        hull = scipy.spatial.ConvexHull(normals / (offsets - normals @ centre)[:, None])
+        corners = centre + hull.equations[:, :3] / -hull.equations[:, 3:]
+        low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        kept = tuple(self.planes[row] for row in sorted(hull.vertices.tolist()))
+        return replace(self, planes=kept, low=tuple(low), high=tuple(high))
 
 
 def prism(part: Part, profile: Profile, half_width: float, leans: Sequence[tuple[float, float]] = UPRIGHT) -> Solid:
@@ -118,6 +147,36 @@ def sides(part: Part, half_width: float, z: float, lean_deg: float) -> list[Plan
     return [Plane((0.0, side * cos, sin), half_width * cos + z * sin, part) for side in (1.0, -1.0)]
 
 
+def bowed(plane: Plane, bow: float, half_span: float, tangents: Sequence[float], centre: float = 0.0) -> list[Plane]:
+    """Return tangent planes of a parabolic cylinder that touches a plane along the body's x or y axis.
+
+    The plane n . p <= d becomes n . p + c (t - t0)^2 <= d, with t along y for the ends of a body and along x for its
+    sides. Its tangent at t1 is n . p + 2 c (t1 - t0) (t - t0) <= d + c (t1 - t0)^2.
+
+    Parameters
+    ----------
+    plane
+        Tangent in the middle; its normal is perpendicular to x or to y.
+    bow, half_span
+        [m] Sagitta of a horizontal section, over this distance to either side of the middle.
+    tangents
+        t1 - t0 [m] of the planes.
+    centre
+        t0 [m].
+    """
+    nx, ny, nz = plane.normal
+    across = ny == 0.0
+    curvature = bow * abs(nx if across else ny) / half_span**2
+    planes = []
+    for t in tangents:
+        slope = 2.0 * curvature * t
+        length = math.hypot(1.0, slope)
+        normal = (nx, slope, nz) if across else (slope, ny, nz)
+        offset = plane.offset + curvature * t * t + slope * centre
+        planes.append(Plane((normal[0] / length, normal[1] / length, normal[2] / length), offset / length, plane.part))
+    return planes
+
+
 def rounded(part: Part, x: float, half_width: float, radius: float) -> list[Plane]:
     """Return planes that round the vertical edges at x, y = +-half_width [m]; at the front for positive x."""
     length = abs(x)
@@ -148,6 +207,16 @@ def bevel(part: Part, first: Plane, second: Plane, width: float) -> Plane:
 def moved(plane: Plane, distance: float, part: Part) -> Plane:
     """Return the plane shifted outwards [m], as another part."""
     return Plane(plane.normal, plane.offset + distance, part)
+
+
+def _ball_centre(normals: Floats, offsets: Floats) -> Floats:
+    """Return the centre of the largest ball inside planes n . p <= d, by linear programming."""
+    radius = [0.0, 0.0, 0.0, -1.0]
+    limits = np.column_stack([normals, np.ones(len(normals))])
+    found = scipy.optimize.linprog(radius, A_ub=limits, b_ub=offsets, bounds=[(None, None)] * 3 + [(0.0, None)])
+    if not found.success or found.x[3] <= 0.0:
+        raise ValueError("the half-spaces have no common interior")
+    return np.asarray(found.x[:3])
 
 
 def _through(a: tuple[float, float], b: tuple[float, float], part: Part) -> Plane:

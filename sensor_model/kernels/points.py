@@ -1,4 +1,4 @@
-"""Positions of echoes in the frames of the bodies they are on."""
+"""Positions and directions of echoes in the frames of the bodies they are on."""
 
 import math
 
@@ -14,7 +14,9 @@ from sensor_model.kernels.records import Beams, EgoDrive, Units
 def points_on_bodies(
     beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats, drive: EgoDrive
 ) -> Floats:
-    """Return the points of N echoes, on the centres of their beams, in the frames of their bodies at the firing time.
+    """Return points and beam directions of N echoes in the frames of their bodies at the firing time.
+
+    The points are on the centres of the beams.
 
     Parameters
     ----------
@@ -27,9 +29,9 @@ def points_on_bodies(
 
     Returns
     -------
-    (N, 2) x and y [m]; zero for points that are not on a body.
+    (2, N, 3) points [m] and unit directions; zero for points that are not on a body.
     """
-    points = np.zeros((len(beam), 2))
+    points = np.zeros((2, len(beam), 3))
     for e in range(len(beam)):
         a, b = target[e], beam[e]
         if a < 0:
@@ -38,11 +40,17 @@ def points_on_bodies(
         t = beams.time[b]
         ca, sa, ce, se = beams.direction[b, 0], beams.direction[b, 1], beams.direction[b, 2], beams.direction[b, 3]
         R = units.rotation[u]
-        x = units.origin[u, 0] + distance[e] * (ce * (R[0, 0] * ca + R[0, 1] * sa) + se * R[0, 2])
-        y = units.origin[u, 1] + distance[e] * (ce * (R[1, 0] * ca + R[1, 1] * sa) + se * R[1, 2])
+        forward = ce * (R[0, 0] * ca + R[0, 1] * sa) + se * R[0, 2]
+        left = ce * (R[1, 0] * ca + R[1, 1] * sa) + se * R[1, 2]
+        up = ce * (R[2, 0] * ca + R[2, 1] * sa) + se * R[2, 2]
+        x, y = units.origin[u, 0] + distance[e] * forward, units.origin[u, 1] + distance[e] * left
         cos, sin = math.cos(drive.yaw_rate * t), math.sin(drive.yaw_rate * t)
         (ego_x, ego_y), (body_x, body_y) = ego_at(drive, t), body_at(motion, a, t)
         dx, dy = ego_x + cos * x - sin * y - body_x, ego_y + sin * x + cos * y - body_y
+        forward, left = cos * forward - sin * left, sin * forward + cos * left
         cos, sin = math.cos(motion[a, 2] + motion[a, 7] * t), math.sin(motion[a, 2] + motion[a, 7] * t)
-        points[e, 0], points[e, 1] = cos * dx + sin * dy, cos * dy - sin * dx
+        points[0, e, 0], points[0, e, 1] = cos * dx + sin * dy, cos * dy - sin * dx
+        points[0, e, 2] = units.origin[u, 2] + distance[e] * up
+        points[1, e, 0], points[1, e, 1] = cos * forward + sin * left, cos * left - sin * forward
+        points[1, e, 2] = up
     return points

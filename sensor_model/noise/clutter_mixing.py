@@ -39,22 +39,29 @@ class Clutter:
 
 
 def weak_clutter(
-    beam: Ints, range_: Floats, part: Part, cause: Cause, labelled: Bools, beams: BeamTable, thresholds: Thresholds
-) -> Clutter:
-    """Return clutter at the unit's nominal threshold, as short as its pulse; beams that do not fire are dropped.
+    beam: Ints, range_: Floats, chance: Floats, part: Part, cause: Cause, labelled: Bools, beams: BeamTable,
+    thresholds: Thresholds,
+) -> Clutter:  # fmt: skip
+    """Return clutter with powers above the unit's nominal threshold; beams that do not fire are dropped.
+
+    The power is nominal / chance, so that a share of 1 / x of the echoes exceeds x times the threshold. In decibels
+    that is an exponential distribution of mean 4.3 dB: weak echoes are frequent, strong ones are rare.
 
     Parameters
     ----------
     beam, range_, labelled
         (C,) rows of the beam table, ranges [m], and mask of the echoes that the unit flags as clutter.
+    chance
+        (C,) uniform draws in (0, 1).
     """
     firing = thresholds.firing[beam]
     beam, range_, labelled = beam[firing], range_[firing], labelled[firing]
+    power = thresholds.nominal[beam] / chance[firing]
     return Clutter(
         beam=beam,
         range=range_,
-        width=beams.units.pulse_length[beams.unit[beam]],
-        power=thresholds.nominal[beam],
+        width=point_width(beam, power, thresholds.threshold, beams),
+        power=power,
         part=np.full(len(beam), part, dtype=np.uint8),
         cause=np.full(len(beam), cause, dtype=np.uint8),
         flags=np.where(labelled, PointFlag.CLUTTER, PointFlag(0)).astype(np.uint16),
@@ -64,7 +71,7 @@ def weak_clutter(
 def droplets(
     beam: Ints, range_: Floats, cause: Cause, labelled: float, chance: Floats, beams: BeamTable, thresholds: Thresholds
 ) -> Clutter:
-    """Return echoes of drops at the unit's nominal threshold; a raised threshold detects nominal / threshold of them.
+    """Return echoes of drops; a raised threshold detects nominal / threshold of them.
 
     Parameters
     ----------
@@ -73,11 +80,27 @@ def droplets(
     labelled
         Share of them that the unit flags as clutter.
     chance
-        (2, C) independent draws in (0, 1): for the flag, and for detection.
+        (2, C) independent draws in (0, 1): for the flag, and for the power, see `weak_clutter`.
     """
     seen = chance[1] * thresholds.threshold[beam] < thresholds.nominal[beam]
-    beam, range_, by_unit = beam[seen], range_[seen], chance[0, seen] < labelled
-    return weak_clutter(beam, range_, Part.DROPLET, cause, by_unit, beams, thresholds)
+    beam, range_, (flag, power) = beam[seen], range_[seen], chance[:, seen]
+    return weak_clutter(beam, range_, power, Part.DROPLET, cause, flag < labelled, beams, thresholds)
+
+
+def point_width(beam: Ints, power: Floats, threshold: Floats, beams: BeamTable) -> Floats:
+    """Return the (C,) widths of echoes of single points [m]: the receiver's model, as for surfaces.
+
+    Parameters
+    ----------
+    beam, power
+        (C,) rows of the beam table, and highest powers [1/m^2].
+    threshold
+        (B,) minimum power of an echo in each beam; above the power in a beam that is blind to surfaces.
+    """
+    over_db = 10.0 * np.log10(np.maximum(power / threshold[beam], 1.0))
+    unit = beams.unit[beam]
+    width: Floats = beams.units.pulse_length[unit] + beams.units.pulse_growth[unit] * over_db
+    return width
 
 
 def unit_beams(beams: BeamTable) -> Ints:

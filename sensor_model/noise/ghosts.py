@@ -9,7 +9,7 @@ from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
 from sensor_model.kernels.mirrors import bright_mirrors
 from sensor_model.kernels.records import BeamAxes, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
-from sensor_model.noise.clutter_mixing import Clutter, unit_directions
+from sensor_model.noise.clutter_mixing import Clutter, point_width, unit_directions
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import BeamTable
 from sensor_model.scan_context import ScanContext
@@ -103,12 +103,10 @@ class Mirrors:
 
 
 def _clutter(beam: Ints, range_: Floats, power: Floats, context: ScanContext, beams: BeamTable) -> Clutter:
-    over_db = 10.0 * np.log10(power / context.threshold[beam])
-    unit = beams.unit[beam]
     return Clutter(
         beam=beam,
         range=range_,
-        width=beams.units.pulse_length[unit] + beams.units.pulse_growth[unit] * over_db,
+        width=point_width(beam, power, context.threshold, beams),
         power=power,
         part=np.full(len(beam), Part.NONE, dtype=np.uint8),
         cause=np.full(len(beam), Cause.GHOST, dtype=np.uint8),

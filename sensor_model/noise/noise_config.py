@@ -1,6 +1,6 @@
 """Configuration of all kinds of noise: the `[noise]` table of a scenario file."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 
 from sensor_model.noise.attitude import AttitudeNoise
 from sensor_model.noise.calibration import CalibrationError
@@ -17,6 +17,7 @@ from sensor_model.noise.spray import Spray
 from sensor_model.noise.sun import Sun
 
 __all__ = [
+    "KINDS",
     "AttitudeNoise",
     "CalibrationError",
     "Dirt",
@@ -55,10 +56,19 @@ class LayerOverlap:
     outline; side mirrors stay."""
 
 
+_HEALTHY_CALIBRATION = CalibrationError()
+_HEALTHY_ATTITUDE = AttitudeNoise()
+_HEALTHY_ODOMETRY = OdometryNoise()
+"""Defaults of the car's errors. Their identity distinguishes a default from an equal table that was given."""
+
+
 @dataclass(frozen=True, slots=True)
 class NoiseConfig:
-    """All kinds of noise. The defaults represent a healthy rig on a dry, overcast day and a smooth road."""
+    """All kinds of noise. The defaults represent a healthy rig and car on a dry, overcast day and an ordinary road."""
 
+    ideal: bool = False
+    """If true, `calibration`, `attitude` and `odometry` are off, unless their tables are given: the mounts are exact,
+    the ego is level and its odometry has no errors."""
     range: RangeNoise = field(default_factory=RangeNoise)
     dropout: Dropout = field(default_factory=Dropout)
     outage: Outage = field(default_factory=Outage)
@@ -67,10 +77,24 @@ class NoiseConfig:
     mirror: MirrorNoise = field(default_factory=MirrorNoise)
     ghost: Ghost = field(default_factory=Ghost)
     layer_overlap: LayerOverlap = field(default_factory=LayerOverlap)
-    calibration: CalibrationError = field(default_factory=CalibrationError)
-    attitude: AttitudeNoise = field(default_factory=AttitudeNoise)
-    odometry: OdometryNoise = field(default_factory=OdometryNoise)
+    calibration: CalibrationError = _HEALTHY_CALIBRATION
+    attitude: AttitudeNoise = _HEALTHY_ATTITUDE
+    odometry: OdometryNoise = _HEALTHY_ODOMETRY
     outliers: Outliers = field(default_factory=Outliers)
     false_alarms: FalseAlarms = field(default_factory=FalseAlarms)
     rain: Rain = field(default_factory=Rain)
     spray: Spray = field(default_factory=Spray)
+
+    def __post_init__(self) -> None:
+        if not self.ideal:
+            return
+        healthy = {
+            "calibration": _HEALTHY_CALIBRATION, "attitude": _HEALTHY_ATTITUDE, "odometry": _HEALTHY_ODOMETRY,
+        }  # fmt: skip
+        for name, default in healthy.items():
+            if getattr(self, name) is default:
+                object.__setattr__(self, name, replace(default, enabled=False))
+
+
+KINDS = tuple(kind.name for kind in fields(NoiseConfig) if kind.name != "ideal")
+"""Names of all kinds of noise. The table of each has the switch `enabled`."""

@@ -41,6 +41,9 @@ class Purpose(IntEnum):
     ROLL = 18
     ODOMETRY = 19
     YAW_WALK = 20
+    PULSE_WIDTH = 21
+    CLUTTER_FLAG = 22
+    FALSE_ALARM_POWER = 23
 
 
 class Draws:

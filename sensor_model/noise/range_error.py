@@ -1,7 +1,9 @@
-"""Range noise: random error and fixed bias of a reported range."""
+"""Noise of the receiver: random error and fixed bias of a reported range and echo pulse width."""
 
 import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from sensor_model.arrays import Floats, Ints
 from sensor_model.noise.random_draws import Draws, Purpose
@@ -10,12 +12,12 @@ from sensor_model.rig.beams import BeamTable
 
 @dataclass(frozen=True, slots=True)
 class RangeNoise:
-    """Error of the reported range, along the beam. The unit file has its size; these keys scale it."""
+    """Error of the reported range, along the beam, and of the echo pulse width. The unit file has their sizes."""
 
     enabled: bool = True
-    """If false, ranges are exact."""
+    """If false, ranges and pulse widths are exact."""
     sigma_scale: float = 1.0
-    """Factor of the unit's `range_sigma_m`; the TU Darmstadt model of the LUX uses 2.5 cm."""
+    """Factor of the unit's `range_sigma_m` and `range_sigma_far_m`."""
     layer_bias_scale: float = 1.0
     """Factor of the fixed range error of each layer, the unit's `layer_bias_m`."""
 
@@ -26,13 +28,31 @@ class RangeNoise:
             raise ValueError(f"layer_bias_scale = {self.layer_bias_scale}: must be finite; use 0 for no bias")
 
 
-def range_error(config: RangeNoise, beam: Ints, place: Ints, beams: BeamTable, draws: Draws, frame: int) -> Floats:
+def range_error(
+    config: RangeNoise, beam: Ints, true_range: Floats, place: Ints, beams: BeamTable, draws: Draws, frame: int
+) -> Floats:
     """Return the (N,) range error of each echo [m]: a normal draw plus the bias of its layer.
 
-    `place` (N,) distinguishes the echoes of a beam.
+    Detector noise moves the leading edge by noise / slope. The slope is proportional to the power, falling as 1 / r^2.
+    Up to the reference range R the variance is therefore s^2 + (s_far^2 - s^2) (r / R)^4, and it is s_far^2 beyond.
+
+    Parameters
+    ----------
+    true_range
+        (N,) ranges of the leading edges [m].
+    place
+        (N,) number that distinguishes the echoes of a beam.
     """
-    sigma = beams.units.range_sigma.take(beams.unit.take(beam))
+    unit = beams.unit.take(beam)
+    near, far = beams.units.range_sigma.take(unit) ** 2, beams.units.range_sigma_far.take(unit) ** 2
+    share = np.minimum(true_range / beams.units.reference_range.take(unit), 1.0) ** 4
     error = draws.normal(frame, beam, Purpose.RANGE, place)
-    error *= config.sigma_scale * sigma
+    error *= config.sigma_scale * np.sqrt(near + (far - near) * share)
     error += config.layer_bias_scale * beams.layer_bias.take(beam)
     return error
+
+
+def width_error(beam: Ints, place: Ints, beams: BeamTable, draws: Draws, frame: int) -> Floats:
+    """Return the (N,) error of each echo pulse width [m]: a normal draw plus the bias of its layer."""
+    sigma = beams.units.pulse_sigma.take(beams.unit.take(beam))
+    return sigma * draws.normal(frame, beam, Purpose.PULSE_WIDTH, place) + beams.layer_pulse_bias.take(beam)

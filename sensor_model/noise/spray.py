@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies
@@ -15,6 +16,7 @@ from sensor_model.noise.thresholds import Thresholds
 from sensor_model.rig.beams import BeamTable
 from sensor_model.scan_context import ScanContext
 from sensor_model.truth import Cause
+from sim.actor_key import actor_key
 
 CYCLE_S = 0.1
 """[s] Clusters are born at multiples of this, at any scan rate: the scan period of the unit of the measurements."""
@@ -75,7 +77,7 @@ class Clusters:
     """(C,) random 32-bit number that identifies the cluster during its life."""
 
 
-def clusters(config: Spray, bodies: Bodies, actor_id: Ints, draws: Draws, time: float) -> Clusters:
+def clusters(config: Spray, bodies: Bodies, name: npt.NDArray[np.str_], draws: Draws, time: float) -> Clusters:
     """Return the clusters in the air at a time, at most slightly displaced from their place of birth.
 
     A vehicle of v > 50 km/h leaves (0.2 h + 0.1) (v - 50) clusters per `CYCLE_S` behind it, h the water film [mm], in a
@@ -86,11 +88,11 @@ def clusters(config: Spray, bodies: Bodies, actor_id: Ints, draws: Draws, time: 
 
     Parameters
     ----------
-    actor_id
-        (A,) actor of each body: a cluster's draws depend only on it and on the time of birth.
+    name
+        (A,) name of each body's actor: a cluster's draws depend only on it and on the time of birth.
     """
     found = [
-        _wake(config, bodies, int(row), int(actor_id[row]), draws, time)
+        _wake(config, bodies, int(row), actor_key(str(name[row])), draws, time)
         for row in np.flatnonzero(np.hypot(*bodies.velocity_ego.T) * _KM_PER_H > _SLOWEST_KM_PER_H)
     ]
     centre = np.concatenate([np.empty((0, 3)), *(wake.centre_ego for wake in found)])
@@ -136,21 +138,22 @@ def _outside(cloud: Clusters, origin_ego: Floats) -> Clusters:
     return Clusters(cloud.centre_ego[out], cloud.radius[out], cloud.share[out], cloud.tag[out])
 
 
-def _wake(config: Spray, bodies: Bodies, row: int, actor_id: int, draws: Draws, time: float) -> Clusters:
-    """Return the clusters of one vehicle, keyed by time of birth and number."""
+def _wake(config: Spray, bodies: Bodies, row: int, key: int, draws: Draws, time: float) -> Clusters:
+    """Return the clusters of one vehicle, drawn by its key, time of birth and number."""
+    key &= 0xFFFFFFFF  # a word of the counter
     velocity, acceleration = bodies.velocity_ego[row], bodies.acceleration_ego[row]
     speed = math.hypot(*velocity)
     excess = speed * _KM_PER_H - _SLOWEST_KM_PER_H
     lasting = 0.02 * config.water_film_mm * excess + 0.2
     birth = np.arange(math.ceil((time - _LIFE * lasting) / CYCLE_S), math.floor(time / CYCLE_S) + 1)
-    chance, _ = draws.uniform_of(birth, 0, actor_id, Purpose.SPRAY_BIRTH)
+    chance, _ = draws.uniform_of(birth, 0, key, Purpose.SPRAY_BIRTH)
     born = np.floor((0.2 * config.water_film_mm + 0.1) * excess + chance).astype(np.int64)
     birth = np.repeat(birth, born)
     number = np.arange(len(birth)) - np.repeat(np.cumsum(born) - born, born)
 
-    along, across = draws.uniform_of(birth, number, actor_id, Purpose.SPRAY_PLACE)
-    height, tag = draws.uniform_of(birth, number, actor_id, Purpose.SPRAY_HEIGHT)
-    size = draws.normal_of(birth, number, actor_id, Purpose.SPRAY_RADIUS)
+    along, across = draws.uniform_of(birth, number, key, Purpose.SPRAY_PLACE)
+    height, tag = draws.uniform_of(birth, number, key, Purpose.SPRAY_HEIGHT)
+    size = draws.normal_of(birth, number, key, Purpose.SPRAY_RADIUS)
     age = time - birth * CYCLE_S
     behind = bodies.bounds[row, 0, 0] - along * speed * CYCLE_S + np.log1p(_DRAG_PER_M * speed * age) / _DRAG_PER_M
     beside = (across - 0.5) * _PLUME_WIDTH_M

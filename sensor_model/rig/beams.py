@@ -31,6 +31,8 @@ class UnitTable:
     """(U,) growth of the echo pulse width with the power relative to the threshold [m/dB]."""
     pulse_quantum: Floats
     """(U,) step of the echo pulse width [m]."""
+    pulse_sigma: Floats
+    """(U,) standard deviation of an echo pulse width [m]."""
     echo_separation: Floats
     """(U,) echoes that start closer to each other than this are merged [m]."""
     echoes_max: Ints
@@ -39,8 +41,12 @@ class UnitTable:
     """(U,) footprint over azimuth, edge to edge [rad]."""
     beam_height: Floats
     """(U,) footprint over elevation, edge to edge [rad]."""
+    reference_range: Floats
+    """(U,) range at which a surface of the model's reference reflectivity is at the threshold [m]."""
     range_sigma: Floats
-    """(U,) standard deviation of a range [m]."""
+    """(U,) standard deviation of a range near the unit [m]."""
+    range_sigma_far: Floats
+    """(U,) standard deviation of a range at `reference_range` [m]."""
     range_quantum: Floats
     """(U,) step of the range [m]."""
 
@@ -73,6 +79,8 @@ class BeamTable:
     """(B,) sensitivity, 1 at the centre of the unit."""
     layer_bias: Floats
     """(B,) fixed range error [m]."""
+    layer_pulse_bias: Floats
+    """(B,) fixed error of the echo pulse width [m]."""
     direction_ego: Floats
     """(B, 3) unit vectors."""
     row_beam: Ints
@@ -115,6 +123,7 @@ def beam_table(rig: Rig) -> BeamTable:
         time_offset=phase[unit] - azimuth / (2.0 * np.pi * rig.scan_rate_hz),
         gain=np.concatenate([_gain(mount.model, fan) for _, mount, fan, _ in rows]),
         layer_bias=np.repeat([mount.model.layer_bias_m[layer] for _, mount, _, layer in rows], beams),
+        layer_pulse_bias=np.repeat([mount.model.layer_pulse_bias_m[layer] for _, mount, _, layer in rows], beams),
         direction_ego=np.einsum("bij,bj->bi", units.R_ego_unit[unit], _unit_vector(azimuth, elevation)),
         row_beam=np.cumsum([0, *beams], dtype=np.int64),
         fan_unit=np.array([unit for unit, _, _ in fans], dtype=np.int64),
@@ -137,11 +146,14 @@ def unit_table(rig: Rig) -> UnitTable:
         pulse_length=np.array([model.pulse_length_m for model in models]),
         pulse_growth=np.array([model.pulse_growth_m_per_db for model in models]),
         pulse_quantum=np.array([model.pulse_quantum_m for model in models]),
+        pulse_sigma=np.array([model.pulse_sigma_m for model in models]),
         echo_separation=np.array([model.echo_separation_m for model in models]),
         echoes_max=np.array([model.echoes_max for model in models], dtype=np.int64),
         beam_width=np.deg2rad([model.beam_width_deg for model in models]),
         beam_height=np.deg2rad([model.beam_height_deg for model in models]),
+        reference_range=np.array([model.reference_range_m for model in models]),
         range_sigma=np.array([model.range_sigma_m for model in models]),
+        range_sigma_far=np.array([model.range_sigma_far_m for model in models]),
         range_quantum=np.array([model.range_quantum_m for model in models]),
     )
 

@@ -110,6 +110,7 @@ def load_unit(name_or_path: str, folder: Path) -> UnitModel:
     """Read a unit model, like `load_rig`."""
     table = _read(name_or_path, "unit", folder)
     gain = table.table("gain_percent")
+    elevation_deg = table.numbers("layer_elevation_deg")
     return table.build(
         UnitModel,
         scan_rate_hz=table.number("scan_rate_hz"),
@@ -122,12 +123,15 @@ def load_unit(name_or_path: str, folder: Path) -> UnitModel:
         pulse_length_m=table.number("pulse_length_m"),
         pulse_growth_m_per_db=table.number("pulse_growth_m_per_db"),
         pulse_quantum_m=table.number("pulse_quantum_m"),
+        pulse_sigma_m=table.number("pulse_sigma_m", 0.0),
         echoes_max=table.integer("echoes_max"),
         echo_separation_m=table.number("echo_separation_m"),
         range_sigma_m=table.number("range_sigma_m"),
+        range_sigma_far_m=table.number("range_sigma_far_m", table.number("range_sigma_m")),
         range_quantum_m=table.number("range_quantum_m"),
-        layer_elevation_deg=table.numbers("layer_elevation_deg"),
+        layer_elevation_deg=elevation_deg,
         layer_bias_m=table.numbers("layer_bias_m"),
+        layer_pulse_bias_m=table.numbers("layer_pulse_bias_m", [0.0] * len(elevation_deg)),
         gain_azimuth_deg=table.numbers("gain_azimuth_deg"),
         turns=table.integer("turns", 1),
         fans=tuple(_fan(fan, gain) for fan in table.tables("fan")),

@@ -50,9 +50,9 @@ class Table:
             raise self.error(key, "give a number")
         return float(value)  # type: ignore[arg-type]
 
-    def numbers(self, key: str) -> tuple[float, ...]:
+    def numbers(self, key: str, default: list[float] | None = None) -> tuple[float, ...]:
         """Read a list of finite numbers."""
-        value = self._value(key)
+        value = self._value(key, default)
         if not isinstance(value, list) or not all(map(_is_number, value)):
             raise self.error(key, "give a list of numbers")
         return tuple(float(number) for number in value)

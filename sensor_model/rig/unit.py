@@ -13,7 +13,7 @@ _POSITIVE = (
     "scan_rate_hz", "beam_width_deg", "beam_height_deg", "reference_reflectivity", "reference_range_m",
     "pulse_length_m", "pulse_quantum_m", "range_quantum_m", "echoes_max", "turns",
 )  # fmt: skip
-_NOT_NEGATIVE = ("range_min_m", "pulse_growth_m_per_db", "echo_separation_m", "range_sigma_m")
+_NOT_NEGATIVE = ("range_min_m", "pulse_growth_m_per_db", "pulse_sigma_m", "echo_separation_m", "range_sigma_m")
 _AT_MOST = {
     "scan_rate_hz": 1000.0, "beam_width_deg": 90.0, "beam_height_deg": 90.0, "range_max_m": 10_000.0,
     "reference_reflectivity": 10.0, "reference_range_m": 1e6, "range_quantum_m": 10.0, "pulse_quantum_m": 10.0,
@@ -95,18 +95,24 @@ class UnitModel:
     """Growth of the echo pulse width with the peak power relative to the threshold."""
     pulse_quantum_m: float
     """Step of the reported echo pulse width."""
+    pulse_sigma_m: float
+    """Standard deviation of a reported echo pulse width."""
     echoes_max: int
     """Echoes reported per beam, nearest first."""
     echo_separation_m: float
     """Echoes that start closer to each other than this are reported as one, at the nearer range."""
     range_sigma_m: float
-    """Standard deviation of a reported range."""
+    """Standard deviation of a reported range near the unit."""
+    range_sigma_far_m: float
+    """Standard deviation of a reported range at `reference_range_m` and beyond."""
     range_quantum_m: float
     """Step of the reported range."""
     layer_elevation_deg: tuple[float, ...]
     """Elevation of each layer's centre at azimuth 0, up positive, rising: layer 0 is the lowest."""
     layer_bias_m: tuple[float, ...]
     """Fixed range error of each layer."""
+    layer_pulse_bias_m: tuple[float, ...]
+    """Fixed error of the echo pulse width of each layer."""
     gain_azimuth_deg: tuple[float, ...]
     """Azimuths of the fans' `gain_percent`, falling; linear between them, constant beyond."""
     turns: int
@@ -136,8 +142,11 @@ class UnitModel:
             raise ValueError(
                 f"layer_elevation_deg = {list(self.layer_elevation_deg)}: must rise; layer 0 is the lowest"
             )
-        if len(self.layer_bias_m) != layers:
-            raise ValueError(f"layer_bias_m = {list(self.layer_bias_m)}: give one number for each of {layers} layers")
+        if self.range_sigma_far_m < self.range_sigma_m:
+            raise ValueError(f"range_sigma_far_m = {self.range_sigma_far_m}: must be at least range_sigma_m")
+        for key in ("layer_bias_m", "layer_pulse_bias_m"):
+            if len(getattr(self, key)) != layers:
+                raise ValueError(f"{key} = {list(getattr(self, key))}: give one number for each of {layers} layers")
         if not self.gain_azimuth_deg or np.any(np.diff(self.gain_azimuth_deg) >= 0.0):
             raise ValueError(f"gain_azimuth_deg = {list(self.gain_azimuth_deg)}: must fall from left to right")
         for fan in self.fans:

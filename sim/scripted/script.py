@@ -127,6 +127,7 @@ class ScriptedRing:
                 yaw_deg=math.degrees(bearing) + n * _GOLDEN_ANGLE_DEG,
                 kind=self.kind,
                 reflectivity=self.reflectivity,
+                name=f"ring.{n + 1}",
                 motion=[Spin("spin", self.rate_deg_per_s)],
             )
             cars.append(car)

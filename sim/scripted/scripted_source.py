@@ -7,19 +7,17 @@ from typing import Literal
 
 import numpy as np
 
+from sim.actor_key import Stream, actor_rng
 from sim.arrays import Floats
 from sim.frame_builder import FrameBuilder
 from sim.kinematics import Kinematics, wrap_angle
 from sim.modes import ModeLimits
 from sim.obstacles import obstacles
-from sim.reflectivity import actor_rng
 from sim.roster import Roster
 from sim.scripted.motions import state_at
 from sim.scripted.script import SIZE_BY_KIND, ScriptedActor, ScriptedEgo, ScriptedObstacle, ScriptedRing
 from sim.source import EgoCommand, SimulatorFailedError, TrafficInputError
 from sim.world import Kind, Obstacles, WorldFrame
-
-_JITTER_STREAM = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +45,11 @@ class ScriptedTraffic:
     def __post_init__(self) -> None:
         if self.dt_s <= 0 or self.jitter_m < 0 or self.jitter_deg < 0:
             raise ValueError("dt_s must be positive, jitter_m and jitter_deg must not be negative")
+        names = [actor.name for actor in self.actor if actor.name]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(
+                f'two actors have name = "{twice[0]}"; give each its own, which its random draws are keyed by'
+            )
 
 
 class ScriptedSource:
@@ -80,8 +83,9 @@ class ScriptedSource:
         for number, actor in enumerate([*self._config.actor, *ring], start=1):
             kind = Kind[actor.kind.upper().replace("-", "_")]
             size = actor.size_m or SIZE_BY_KIND[kind]
-            self._members.append(roster.add(number, kind, size, actor.name, actor.reflectivity))
-            self._starts.append(actor.start_world + self._jitter(seed, number))
+            member = roster.add(number, kind, size, actor.name, actor.reflectivity)
+            self._members.append(member)
+            self._starts.append(actor.start_world + self._jitter(seed, member.name))
             self._motions.append(actor.motion)
         self._frame_builder, self._next = FrameBuilder(self.dt, self._range, self._config.modes), 0
         return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
@@ -115,7 +119,7 @@ class ScriptedSource:
             deviation=np.zeros((len(states), 2)),
         )
 
-    def _jitter(self, seed: int, number: int) -> Floats:
-        rng = actor_rng(seed, number, _JITTER_STREAM)
+    def _jitter(self, seed: int, name: str) -> Floats:
+        rng = actor_rng(seed, name, Stream.START)
         limit = np.array([self._config.jitter_m, self._config.jitter_m, math.radians(self._config.jitter_deg)])
         return limit * rng.uniform(-1.0, 1.0, size=3)

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sim.reflectivity import actor_rng
+import numpy as np
+
 from sim.sumo.input_checks import input_files, is_left_hand, text_of
 from sim.sumo.parking_places import Place, places_of
 from sim.world import Kind
@@ -18,8 +19,6 @@ DEFAULT_CAR = (5.0, 1.8, 1.5)
 SHORTEST, NARROWEST = 3.0, 1.4
 """[m] Smaller places are not for cars, and stay empty."""
 
-_PARKING_STREAM = 3
-"""Stream of `actor_rng`; others are in `sim.reflectivity` and `sim.default_sizes`."""
 _STOP_TARGET = re.compile(r"""parkingArea\s*=\s*["']([^"']+)|<parkingAreaReroute\s[^>]*?id\s*=\s*["']([^"']+)""")
 
 
@@ -68,8 +67,9 @@ def _fits_a_car(place: Place) -> bool:
 
 
 def _draw(place: Place, seed: int) -> float:
-    """Draw a place's random number, 0 to 1."""
-    return float(actor_rng(seed, zlib.crc32(place.name.encode()), _PARKING_STREAM).random())
+    """Draw a place's random number, 0 to 1, by (seed, name); by another key than its car's other draws."""
+    key = np.array([seed % 2**64, zlib.crc32(place.name.encode())], dtype=np.uint64)
+    return float(np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, 3])).random())
 
 
 def _car(place: Place) -> ParkedCar:

@@ -14,6 +14,7 @@ from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 
 from sensor_model.bodies.materials import Glass
 from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
+from sensor_model.rig.unit import Fan
 from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import Part
 from sim.world import Kind
@@ -44,7 +45,8 @@ ROWS = [(*vehicle, gap, points) for vehicle, row in PUBLISHED.items() for gap, p
 class Points:
     """Points of a rig on one actor, as (N,) arrays."""
 
-    def __init__(self, actor, rig=LUX_RIG, pitch_deg=0.0, footprint=(9, 3)):
+    def __init__(self, actor, rig=None, pitch_deg=0.0, footprint=(9, 3)):
+        rig = rig or STUDIED_RIG
         black = actor.paint == BLACK
         if black:
             rig = with_models(rig, echoes_max=1)
@@ -88,6 +90,25 @@ def with_models(rig, z_m=None, **changes):
     )
 
 
+def studied_fans():
+    """Return the fans of the study: fields of view and sensitivity as TU Darmstadt published them."""
+    lower = (18.0, 40.0, 52.0, 61.0, 64.0, 66.0, 67.0, 70.0, 84.0, 90.0, 97.0, 100.0, 100.0, 95.0, 85.0, 77.0, 35.0)
+    upper = (0.0, 0.0, 0.0, 0.0, 0.0, 10.0, 51.0, 69.0, 86.0, 94.0, 100.0, 100.0, 100.0, 97.0, 87.0, 84.0, 80.0)
+    return (
+        Fan((0, 1), 50.25, -50.25, 0.5, (*lower, 0.0, 0.0, 0.0, 0.0)),
+        Fan((2, 3), 36.0, -60.0, 0.5, (*upper, 70.0, 64.0, 60.0, 43.0)),
+    )
+
+
+STUDIED_RIG = with_models(
+    LUX_RIG,
+    fans=studied_fans(),
+    gain_azimuth_deg=(50, 48, 46, 43, 40, 36, 34, 32, 25, 20, 10, 0, -30, -40, -46, -48, -50, -54, -56, -58, -60),
+    echo_separation_m=1.4,
+)
+"""The units of the study. The shipped unit follows a recorded scan at its left end, where it has fewer points."""
+
+
 def vehicle(kind, y, paint, gap):
     return ahead(float(gap), y=y, kind=kind, paint=paint)
 
@@ -98,7 +119,7 @@ def test_points_on_a_single_vehicle(kind, y, paint, gap, published):
     row = (kind, y, paint, gap)
     points = Points(vehicle(*row))
     if row in AT_THE_THRESHOLD:
-        keen, dull = (with_models(LUX_RIG, reference_reflectivity=0.1 * 10.0 ** (db / 10.0)) for db in (-2.0, 2.0))
+        keen, dull = (with_models(STUDIED_RIG, reference_reflectivity=0.1 * 10.0 ** (db / 10.0)) for db in (-2.0, 2.0))
         assert len(Points(vehicle(*row), keen)) >= published >= len(Points(vehicle(*row), dull))
     elif row == LOST_TO_THE_GROUND:
         # The lower edge of layer 1, 0.79 degrees down, hits the ground 39.8 m away, just before the car's rear. The
@@ -144,7 +165,7 @@ def test_layers_agree_if_all_hit_the_body(kind, gap):
     assert np.percentile(points.spreads(), 95) > 0.03
 
 
-HIGHER, NOSE_UP = {"rig": with_models(LUX_RIG, z_m=0.80)}, {"pitch_deg": -1.0}
+HIGHER, NOSE_UP = {"rig": with_models(STUDIED_RIG, z_m=0.80)}, {"pitch_deg": -1.0}
 
 
 @pytest.mark.parametrize("view", [HIGHER, NOSE_UP], ids=["0.80 m high", "nose up by 1 deg"])

@@ -109,7 +109,7 @@ def test_pulse_widths_have_a_minimum_and_are_multiples_of_the_quantum():
 
 def test_every_beam_has_an_echo_or_is_lost_or_misses():
     """Fails if a beam is counted twice, or if a miss gives a point."""
-    result, truth = scan(*STREET, noise=NoiseConfig(), obstacles=FENCE)
+    result, truth = scan(*STREET, noise=NoiseConfig(ideal=True), obstacles=FENCE)
     exact, exact_truth = scan(*STREET, noise=EXACT, obstacles=FENCE)
     returned = set(beams_of(result, BEAMS)[truth.part != Part.NONE].tolist())
     lost = set(beams_lost(truth))
@@ -122,7 +122,7 @@ def test_every_beam_has_an_echo_or_is_lost_or_misses():
 
 
 def beams_lost(truth):
-    return (790 * truth.lost_unit.astype(int) + truth.lost_beam).tolist()
+    return (782 * truth.lost_unit.astype(int) + truth.lost_beam).tolist()
 
 
 def test_level_units_see_no_ground_in_an_empty_world():

@@ -10,7 +10,7 @@ from support.paths import DOCS
 from support.scripts import load_script
 
 from sensor_model import truth
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS, NoiseConfig
 from sensor_model.rig.rig import SHIPPED, load_unit
 from sensor_model.sensor_config import SensorConfig
 
@@ -89,11 +89,10 @@ def block(name):
 
 def test_ablation_has_a_row_for_every_kind_of_noise():
     ablation = load_script(DOCS / "ablation.py")
-    kinds = [field.name for field in dataclasses.fields(NoiseConfig)]
     names = [row[0].strip("`") for row in block("alone")]
     assert names == [
         "none",
-        *kinds,
+        *KINDS,
         *(row.name for row in ablation.TOGETHER),
         ablation.PAPERS_OWN[0],
     ]
@@ -102,7 +101,7 @@ def test_ablation_has_a_row_for_every_kind_of_noise():
 
 def test_default_of_the_ablation_is_that_of_the_code():
     """Its name in the table lists the enabled kinds: a changed default makes the table stale."""
-    on = [field.name for field in dataclasses.fields(NoiseConfig) if getattr(NoiseConfig(), field.name).enabled]
+    on = [kind for kind in KINDS if getattr(NoiseConfig(), kind).enabled]
     assert any(row[0] == f"default: {', '.join(on)}" for row in block("alone"))
 
 

@@ -99,17 +99,17 @@ def test_types_with_an_explicit_size_keep_it(first_frame):
     assert frame.actors.size[rows["b"]] == pytest.approx([5.0, 1.8, 1.51], abs=0)
 
 
-def test_a_size_depends_only_on_seed_and_number():
+def test_a_size_depends_only_on_seed_and_name():
     size = (5.0, 1.8, 1.5)
-    drawn = redrawn_size(Kind.CAR, size, seed=3, actor_id=7)
-    assert redrawn_size(Kind.CAR, size, seed=3, actor_id=7) == drawn
-    assert redrawn_size(Kind.CAR, size, seed=3, actor_id=8) != drawn
-    assert redrawn_size(Kind.CAR, size, seed=4, actor_id=7) != drawn
+    drawn = redrawn_size(Kind.CAR, size, seed=3, name="taxi")
+    assert redrawn_size(Kind.CAR, size, seed=3, name="taxi") == drawn
+    assert redrawn_size(Kind.CAR, size, seed=3, name="hearse") != drawn
+    assert redrawn_size(Kind.CAR, size, seed=4, name="taxi") != drawn
     crowded, sparse = (Roster(3, redraw_default_sizes=True) for _ in range(2))
     for number in range(7):
-        crowded.add(number, Kind.CAR, size)
-        sparse.add(number, Kind.BUS, (12.0, 2.5, 3.4))
-    assert crowded.add("x", Kind.CAR, size).size == sparse.add("x", Kind.CAR, size).size == drawn
+        crowded.add(number, Kind.BUS, (12.0, 2.5, 3.4))
+    sparse.add("ego", Kind.CAR, size)
+    assert crowded.add("x", Kind.CAR, size, "taxi").size == sparse.add("x", Kind.CAR, size, "taxi").size == drawn
 
 
 def test_cars_of_highway_env_keep_their_centres():

@@ -18,16 +18,17 @@ def test_numbers_follow_appearance_and_are_stable():
     assert roster.find("a").name == "car.1"
 
 
-def test_paint_depends_only_on_seed_and_number():
-    single = Roster(seed=3).add("x", Kind.CAR, SIZE)
+def test_paint_depends_only_on_seed_and_name():
+    single = Roster(seed=3).add("x", Kind.CAR, SIZE, "taxi")
     crowded = Roster(seed=3)
-    assert crowded.add("y", Kind.BUS, SIZE).reflectivity == single.reflectivity
-    assert crowded.add("z", Kind.CAR, SIZE, reflectivity=0.9).reflectivity == 0.9
-    assert paint_reflectivity(4, 0) != single.reflectivity
+    assert crowded.add("a", Kind.CAR, SIZE, "hearse").reflectivity != single.reflectivity
+    assert crowded.add("y", Kind.BUS, SIZE, "taxi").reflectivity == single.reflectivity
+    assert crowded.add("z", Kind.CAR, SIZE, "white", reflectivity=0.9).reflectivity == 0.9
+    assert paint_reflectivity(4, "taxi") != single.reflectivity
 
 
 def test_paint_follows_the_shares_of_the_shades():
-    draws = np.array([paint_reflectivity(11, number) for number in range(2000)])
+    draws = np.array([paint_reflectivity(11, f"car.{number}") for number in range(2000)])
     assert sum(share for share, _, _ in SHADES) == pytest.approx(1.0)
     for share, low, high in SHADES:
         # four standard deviations of a binomial share

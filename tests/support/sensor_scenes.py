@@ -1,6 +1,6 @@
 """Small scenes for the sensor, and rigs of few beams."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +9,7 @@ from sensor_model.bodies.scene import BodyFactory
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.walls import walls_of
 from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS, NoiseConfig
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Mount, Rig, load_rig
 from sensor_model.rig.unit import Fan, UnitModel
@@ -21,9 +21,7 @@ from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
 def only(*kinds):
     """Return a noise configuration with only these kinds, at default strength."""
     config = NoiseConfig()
-    return replace(
-        config, **{f.name: replace(getattr(config, f.name), enabled=f.name in kinds) for f in fields(config)}
-    )
+    return replace(config, **{kind: replace(getattr(config, kind), enabled=kind in kinds) for kind in KINDS})
 
 
 LUX_RIG = load_rig("srx_six_lux", Path())
@@ -65,7 +63,7 @@ def world(*specs, ego=STILL, index=0):
     count = len(specs)
     actors = Actors(
         id=np.array([spec.id or i for i, spec in enumerate(specs)], dtype=np.int64),
-        name=np.array([f"actor {i}" for i in range(count)], dtype=np.str_),
+        name=np.array([f"actor {spec.id or i}" for i, spec in enumerate(specs)], dtype=np.str_),
         kind=np.array([spec.kind for spec in specs], dtype=np.uint8),
         pose_world=np.array([(t.x, t.y, t.yaw) for t in specs], dtype=np.float64).reshape(-1, 3),
         velocity_world=np.array([spec.velocity for spec in specs], dtype=np.float64).reshape(-1, 2),
@@ -148,11 +146,14 @@ def small_unit(fans=None, elevation_deg=(-6.0, 1.0, 9.0), **changes):
         "pulse_length_m": 0.675,
         "pulse_growth_m_per_db": 0.03,
         "pulse_quantum_m": 0.04,
+        "pulse_sigma_m": 0.0,
         "echoes_max": 3,
         "echo_separation_m": 1.4,
         "range_sigma_m": 0.025,
+        "range_sigma_far_m": 0.025,
         "range_quantum_m": 0.01,
         "layer_bias_m": (0.0,) * len(layers),
+        "layer_pulse_bias_m": (0.0,) * len(layers),
         "gain_azimuth_deg": (0.0,),
         "turns": 1,
     }

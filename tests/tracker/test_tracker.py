@@ -31,7 +31,9 @@ def drive(frames, ego_mps=0.0, actors=(), obstacles=()):
         jitter_deg=0.0,
     )
     source = ScriptedSource(traffic, Path(), range_m=100.0)
-    lidar = Lidar(load_rig("srx_six_lux", Path()), NoiseConfig(), SensorConfig(), seed=1, obstacles=source.reset(1))
+    lidar = Lidar(
+        load_rig("srx_six_lux", Path()), NoiseConfig(ideal=True), SensorConfig(), seed=1, obstacles=source.reset(1)
+    )
     for _ in range(frames):
         frame = source.step()
         yield frame, lidar.scan(frame)[0]

@@ -13,8 +13,8 @@ from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold, rotate
 from tracker.records import Linkage, Segments
 
-RANGE_STD = 0.025
-"""Standard deviation of a LUX range, along the beam [m]."""
+RANGE_STD = 0.027
+"""Standard deviation of a range, along the beam [m], as `LinkageConfig.range_std_m`."""
 FLATNESS_STD = 0.01
 """Standard deviation of points across a side for all other reasons [m], see `SelectionConfig.flatness_m`."""
 SIDE_SIGMA = 2.4

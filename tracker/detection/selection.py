@@ -23,7 +23,7 @@ class SelectionConfig:
     T-linkage's heading is that line's least-squares direction, so other candidates rarely win. `alignment`: alignment
     of all points of the segment along and across the heading; the best candidate is refined to the minimum."""
     reach_m: float = 0.08
-    """Spread of points across a perpendicular side [m]: three standard deviations of their range, as `linkage.tau_m`.
+    """Spread of points across a perpendicular side [m], as `linkage.tau_m`: two steps of the LUX's resolution.
     Range noise is along the beam: across an oblique side there is less of it."""
     flatness_m: float = 0.03
     """Spread across a side at grazing incidence [m], without range noise. A LUX beam is 2.8 cm wide at 20 m, a standard

@@ -27,8 +27,7 @@ class LinkageConfig:
     outliers. `lines`: clusters unlikely to arise by chance are lines, at any angle. `faces`: clusters propose the two
     perpendicular faces of a vehicle; points outside these or well inside are outliers."""
     tau_m: float = 0.08
-    """Inlier threshold of equation (1) [m]. Three standard deviations of the LUX: 2.5 cm of range noise and 1.1 cm
-    between its layers make 2.7 cm on a surface met face on."""
+    """Inlier threshold of equation (1) [m]: two steps of the LUX's distance resolution, 4 cm by its data sheet."""
     samples_per_point: int = 2
     """Line hypotheses per point, as in the code of Magri and Fusiello for local sampling."""
     locality: float = 0.25
@@ -39,16 +38,16 @@ class LinkageConfig:
     """Minimum length of a further line [m]: a motorcycle is 0.7 wide, a mirror 0.25."""
     turn_min_deg: float = 20.0
     """Variant `lines`: minimum angle between a further line and each larger one [deg]."""
-    range_std_m: float = 0.026
-    """Variant `faces`: range noise along the beam [m]: 2.5 cm of the LUX and the remaining biases of its layers."""
+    range_std_m: float = 0.027
+    """Variant `faces`: range noise along the beam [m]: a third of `tau_m`."""
     flatness_m: float = 0.01
     """Standard deviation of a vehicle's side from a plane [m]: it leans by 3 to 5 degrees above and below its widest
     line. A larger deviation of the points widens the gate, because real sides are curved."""
     gate: float = 3.0
     """Gate on the distance of a point to a face, in standard deviations."""
-    curve_depth_m: float = 0.2
-    """Depth behind a face within which points belong to it, but not to its direction [m]: bumpers, flanks and rounded
-    corners curve by this much, a rear window is at least 0.85 behind."""
+    curve_depth_m: float = 0.24
+    """Depth behind a face within which points belong to it, but not to its direction [m]: fronts and rears of real
+    cars are bowed by this much at hood height (median of 8), a rear window is at least 0.85 behind."""
     curve_beyond_m: float = 0.4
     """Distance past the ends of a face for the same [m]: corners of cars are rounded over 0.2 to 0.4."""
     pitch_deg: float = 0.25

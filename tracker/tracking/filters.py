@@ -33,8 +33,8 @@ class FilterConfig:
     """Stationary model: the visible corner of a stationary vehicle drifts by about 2 cm in a second, as the view of its
     rounded end changes [m^2/s]."""
     acceleration_std_mps2: float = 0.1
-    """Constant velocity model: unintended acceleration of a driver who keeps the speed, a fifth of the mode's limit of
-    0.4 to 0.6 [m/s^2]."""
+    """Constant velocity model: unintended acceleration of a driver who keeps the speed [m/s^2]. Following drivers
+    oscillate by about 0.2 without noticing (Wiedemann 1974): two standard deviations."""
     acceleration_time_s: float = 1.0
     """Its correlation time [s]; the spectral density is 2 x 0.1^2 x 1 = 0.02 m^2/s^3."""
     jerk_std_mps3: float = 1.0
@@ -47,8 +47,9 @@ class FilterConfig:
     yaw_acceleration_time_s: float = 0.04
     """Its correlation time, half a scan period because steering is independent from scan to scan [s]; the spectral
     density is 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
-    starting_speed_std_mps: float = 0.5
-    """Standard deviation of the speed at the change from stationary to moving, the limit of the mode [m/s]."""
+    starting_speed_std_mps: float = 0.6
+    """Standard deviation of the speed at the change from stationary to moving [m/s]: what a vehicle gains at
+    `manoeuvre_std_mps2` in the five scans before its motion is evident."""
     manoeuvre_std_mps2: float = 1.5
     """Standard deviation of the acceleration at the start of a manoeuvre; comfortable driving stays below 2 to 3
     [m/s^2]."""

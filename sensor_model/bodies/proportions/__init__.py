@@ -3,14 +3,10 @@
 All ranges are engineering estimates around published dimensions: bumper faces at 0.41 to 0.51 m (49 CFR 581), hood
 edges below 0.76 m on low cars and up to 1.02 m on medium ones, windscreens not below 28 degrees, sides that lean
 inwards by 15 to 22 degrees on sedans and hardly on vans. Every draw uses the same counter-based generator, keyed by
-(seed, actor), so an actor's body does not depend on other actors.
+(seed, name of the actor), so an actor's body does not depend on other actors.
 """
 
-import numpy as np
-
-_STREAM = 3
-"""Last word of the generator's counter; paint, starts and sizes of actors use 1, 2 and 4 with the same keys."""
-_WORD = 2**64
+from sim.actor_key import Stream, actor_rng
 
 
 class Draw:
@@ -20,15 +16,12 @@ class Draw:
     ----------
     seed
         Seed of the run, modulo 2^64; None returns the middle of every range.
-    actor_id
-        Actor of the draws.
+    name
+        Name of the actor.
     """
 
-    def __init__(self, seed: int | None, actor_id: int = 0) -> None:
-        self._random = None
-        if seed is not None:
-            key = np.array([seed % _WORD, actor_id % _WORD], dtype=np.uint64)
-            self._random = np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, _STREAM])).random
+    def __init__(self, seed: int | None, name: str = "") -> None:
+        self._random = None if seed is None else actor_rng(seed, name, Stream.PROPORTIONS).random
 
     def __call__(self, low: float, high: float) -> float:
         """Return a uniform draw between low and high."""

@@ -35,3 +35,19 @@ class Glazing:
     """Width of the pillars beside the rear window [m]."""
     frame: float
     """Width of sheet metal around the roof: headers and rails [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bow:
+    """Curvature of an end in plan: sagittae of horizontal sections over 0.75 m to either side of the middle [m]."""
+
+    lower: float
+    """Below the bumper."""
+    bumper: float
+    upper: float
+    """Between the bumper and the glass: grille and hood, or boot lid."""
+    glass: float
+
+
+SPAN_END, SPAN_SIDE = 0.75, 1.6
+"""[m] Half lengths over which bows of ends and of sides are given, as in measurements on real cars."""

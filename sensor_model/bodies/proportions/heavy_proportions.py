@@ -25,6 +25,8 @@ class TruckProportions:
     """From the horizontal."""
     radius: float
     """Radius of the front corners in plan."""
+    front_bow: float
+    """Sagitta of the cab's front over 0.75 m to either side of the middle."""
     mirror: MirrorBox
 
 
@@ -40,6 +42,7 @@ def truck(draw: Draw) -> TruckProportions:
         cab_share=draw(0.80, 0.88),
         windscreen_deg=draw(78.0, 86.0),
         radius=draw(0.10, 0.15),
+        front_bow=draw(0.04, 0.10),
         mirror=MirrorBox(draw(0.16, 0.22), draw(0.17, 0.22), draw(0.5, 0.7), draw(1.75, 1.85), draw(0.46, 0.47)),
     )
 
@@ -56,6 +59,7 @@ def trailer_truck(draw: Draw) -> TruckProportions:
         cab_share=draw(0.88, 0.96),
         windscreen_deg=draw(79.0, 87.0),
         radius=draw(0.12, 0.15),
+        front_bow=draw(0.04, 0.10),
         mirror=MirrorBox(draw(0.16, 0.22), draw(0.17, 0.22), draw(0.5, 0.7), draw(1.75, 1.95), draw(0.475, 0.48)),
     )
 
@@ -73,6 +77,9 @@ class BusProportions:
     """From the horizontal."""
     radius: float
     """Radius of the corners in plan."""
+    front_bow: float
+    """Sagitta of the front over 0.75 m to either side of the middle."""
+    rear_bow: float
     mirror: MirrorBox
 
 
@@ -86,5 +93,7 @@ def bus(draw: Draw) -> BusProportions:
         belt=draw(1.2, 1.4),
         windscreen_deg=draw(80.0, 88.0),
         radius=draw(0.10, 0.15),
+        front_bow=draw(0.05, 0.12),
+        rear_bow=draw(0.02, 0.05),
         mirror=MirrorBox(draw(0.16, 0.22), draw(0.17, 0.22), draw(0.5, 0.65), draw(1.85, 2.1), draw(0.475, 0.48)),
     )

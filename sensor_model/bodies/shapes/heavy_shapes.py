@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.proportions.fitting_proportions import Glazing
+from sensor_model.bodies.proportions.fitting_proportions import SPAN_END, Glazing
 from sensor_model.bodies.proportions.heavy_proportions import BusProportions, TruckProportions
-from sensor_model.bodies.shapes.fitting_shapes import greenhouse, side_mirrors, side_pillar, wheels
-from sensor_model.bodies.solids import Solid, Vector, bevel, box, mirrored, prism, rounded
+from sensor_model.bodies.shapes.cabin_shapes import Cabin, greenhouse
+from sensor_model.bodies.shapes.fitting_shapes import side_mirrors, wheels
+from sensor_model.bodies.solids import Solid, Vector, bevel, bowed, box, mirrored, prism, rounded
 from sensor_model.truth import Part
 from sim.articulation import AXLE_SPACING_M, WHEELBASE_M
 
@@ -32,6 +33,9 @@ _TRAILER_GAP = 0.65
 """[m] Gap between cab and trailer, in which the trailer swings."""
 _TAIL = 0.75
 """[m] Distance from a tractor's drive axle to the end of its frame."""
+
+_END_TANGENTS = (-0.5, 0.5)
+"""[m] Tangents of bowed ends from their middle, beside that in the middle."""
 
 
 def truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
@@ -99,7 +103,12 @@ def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
         ],
         width / 2,
     )
-    corners = [*rounded(Part.BODY, front, width / 2, p.radius), *rounded(Part.BODY, rear, width / 2, p.radius)]
+    curves = [
+        *bowed(lower.planes[2], p.front_bow, SPAN_END, _END_TANGENTS),
+        *bowed(lower.planes[4], p.rear_bow, SPAN_END, _END_TANGENTS),
+        *rounded(Part.BODY, front - p.front_bow, width / 2, p.radius),
+        *rounded(Part.BODY, rear + p.rear_bow, width / 2, p.radius),
+    ]
     glazing = Glazing(
         windscreen_deg=p.windscreen_deg,
         backlight_deg=88.0,
@@ -109,15 +118,13 @@ def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
         rear_pillar=0.20,
         frame=0.25,
     )
-    half_width = width / 2 - _BAND_INSET
-    upper = greenhouse(
-        glazing, glass, (rear + _BAND_INSET, belt), (front - _BAND_INSET, belt), half_width, height, Part.BODY
-    )
-    doors = [side_pillar(upper[0], share, 0.15) for share in (0.10, 0.55)]
+    band = Cabin(
+        (rear + _BAND_INSET, belt), (front - _BAND_INSET, belt), width / 2 - _BAND_INSET, height, Part.BODY,
+        front_bow=p.front_bow, rear_bow=p.rear_bow,
+    )  # fmt: skip
     return [
-        lower.cut(corners),
-        *upper,
-        *doors,
+        lower.cut(curves).pruned(),
+        *greenhouse(band, glazing, glass, pillars=((0.10, 0.15), (0.55, 0.15))),
         *side_mirrors(p.mirror, length, width / 2, _MIRROR_ROOT + _BAND_INSET),
         *wheels(front - p.front_overhang, p.wheel_radius, outer, _WHEEL_WIDTH),
         *wheels(rear + p.rear_overhang, p.wheel_radius, outer, _TWIN_WIDTH),
@@ -158,9 +165,12 @@ def _cab(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid]:
         rear_pillar=0.10,
         frame=0.20,
     )
-    upper = greenhouse(glazing, glass, (back, belt), (front - 0.07, belt), half_width - 0.01, roof, Part.BODY)
-    # Sheet metal behind the doors.
-    return [lower.cut(rounded(Part.BODY, front, half_width, p.radius)), *upper, side_pillar(upper[0], 0.8, 0.3 * p.cab)]
+    bow = p.front_bow
+    curves = [facet for plane in lower.planes[2:4] for facet in bowed(plane, bow, SPAN_END, _END_TANGENTS)]
+    corners = rounded(Part.BODY, front - bow, half_width, p.radius)
+    upper = Cabin((back, belt), (front - 0.07, belt), half_width - 0.01, roof, Part.BODY, front_bow=bow)
+    # The pillar is the sheet metal behind the doors.
+    return [lower.cut([*curves, *corners]).pruned(), *greenhouse(upper, glazing, glass, ((0.8, 0.3 * p.cab),))]
 
 
 def _load_body(rear: float, front: float, half_width: float, floor: float, top: float) -> Solid:

@@ -1,7 +1,6 @@
 """Fault scenarios: identical traffic, and the described effect of each fault, by ground truth."""
 
 import tomllib
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from support.scanned import ahead, load, played, row, scans
 from support.sensor_scenes import beams_of
 
 from scenarios.files.shipped import CATALOG
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS, NoiseConfig
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import load_rig
 from sensor_model.truth import Cause, Loss, Part
@@ -61,9 +60,7 @@ def test_the_files_differ_only_in_the_fault(name):
     assert {key: one[key] for key in one.keys() - OWN} == {key: other[key] for key in other.keys() - OWN}
     assert load(REFERENCE).noise == NoiseConfig()
     noise = load(name).noise
-    assert {f.name for f in fields(NoiseConfig) if getattr(noise, f.name) != getattr(NoiseConfig(), f.name)} == {
-        FAULTS[name]
-    }
+    assert {kind for kind in KINDS if getattr(noise, kind) != getattr(NoiseConfig(), kind)} == {FAULTS[name]}
 
 
 def test_the_traffic_matches_the_description():
@@ -148,7 +145,7 @@ def test_contours_are_doubled_where_units_are_misaligned(scanned):
         name: np.mean(np.concatenate([i.truth.cause[i.point_row >= 0] for i in scanned[name]]) == Cause.DOUBLED)
         for name in (REFERENCE, "calibration-error")
     }
-    assert doubled[REFERENCE] == 0.0
+    assert 0.0 < doubled[REFERENCE] < 0.5 * doubled["calibration-error"]
     assert doubled["calibration-error"] > 0.2
 
 

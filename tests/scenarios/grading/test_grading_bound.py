@@ -220,7 +220,7 @@ def test_without_range_noise_there_is_no_bound():
 def test_ranging_takes_the_scenarios_noise_and_the_rigs_mounts():
     rig = load_rig("srx_six_lux", Path())
     ranging = Ranging.of(rig, NoiseConfig(range=RangeNoise(sigma_scale=2.0)))
-    assert ranging.sigma.tolist() == [0.05] * 6
+    assert ranging.sigma.tolist() == [0.03] * 6
     assert ranging.origin_ego[0].tolist() == [
         rig.mounts[0].x_m + rig.rear_axle_x_m,
         rig.mounts[0].y_m,

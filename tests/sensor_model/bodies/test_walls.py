@@ -26,7 +26,7 @@ from sensor_model.bodies.walls import STRIDE, NearbyWalls, walls_of
 from sensor_model.kernels.culling import rig_reach
 from sensor_model.kernels.records import EgoDrive
 from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS
 from sensor_model.raycaster import Raycaster
 from sensor_model.rig.unit import Fan
 from sensor_model.truth import Cause, Part
@@ -113,7 +113,7 @@ def test_raised_wall_hides_no_object_below_it():
 # ---- walls within reach
 
 
-ALL_NOISE = only(*(field.name for field in fields(NoiseConfig)))
+ALL_NOISE = only(*KINDS)
 HEADS_ON = small_unit([Fan((0,), 45.0, -45.0, 7.5, (100.0,))], (0.0,), range_max_m=60.0, reference_range_m=1000.0)
 """A unit with level beams, sensitive enough for mirror images up to its range."""
 

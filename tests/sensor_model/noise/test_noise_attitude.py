@@ -1,5 +1,7 @@
 """Attitude of the ego's body: statistics and spectrum."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -11,12 +13,14 @@ from sensor_model.noise.random_draws import Draws
 
 ON = AttitudeNoise(True, pitch_sigma_deg=0.5, roll_sigma_deg=0.8)
 FRAME_S = 0.08
+FAST_MPS = 10.0
+"""Speed from which the motion is full by default."""
 
 
-def angles_deg(config, times, seed=3):
+def angles_deg(config, times, seed=3, speed=FAST_MPS):
     """Return (N, 2) pitch and roll [deg]."""
     attitude = Attitude(config, Draws(seed, BEAMS))
-    R = np.array([attitude.at(time) for time in times])
+    R = np.array([attitude.at(time, speed) for time in times])
     return scipy.spatial.transform.Rotation.from_matrix(R).as_euler("YXZ", degrees=True)[:, :2]
 
 
@@ -58,19 +62,53 @@ def test_motion_is_continuous_and_does_not_repeat():
 
 def test_order_of_frames_does_not_matter():
     attitude = Attitude(ON, Draws(3, BEAMS))
-    late, early = attitude.at(80.0), attitude.at(0.08)
+    late, early = attitude.at(80.0, FAST_MPS), attitude.at(0.08, FAST_MPS)
     fresh = Attitude(ON, Draws(3, BEAMS))
-    assert np.array_equal(fresh.at(0.08), early)
-    assert np.array_equal(fresh.at(80.0), late)
+    assert np.array_equal(fresh.at(0.08, FAST_MPS), early)
+    assert np.array_equal(fresh.at(80.0, FAST_MPS), late)
 
 
 def test_constant_pitch_is_nose_down_and_constant_roll_right_side_down():
     still = AttitudeNoise(True, pitch_deg=1.0, roll_deg=2.0, pitch_sigma_deg=0.0, roll_sigma_deg=0.0)
-    R = Attitude(still, Draws(3, BEAMS)).at(5.0)
+    R = Attitude(still, Draws(3, BEAMS)).at(5.0, speed=0.0)
     nose, left = R @ [1.0, 0.0, 0.0], R @ [0.0, 1.0, 0.0]
     assert nose[2] == pytest.approx(-np.sin(np.deg2rad(1.0)))
     assert left[2] == pytest.approx(np.sin(np.deg2rad(2.0)) * np.cos(np.deg2rad(1.0)))
 
 
 def test_ego_is_level_if_disabled():
-    assert np.array_equal(Attitude(AttitudeNoise(pitch_deg=1.0), Draws(3, BEAMS)).at(5.0), np.eye(3))
+    assert np.array_equal(Attitude(AttitudeNoise(False, pitch_deg=1.0), Draws(3, BEAMS)).at(5.0, FAST_MPS), np.eye(3))
+
+
+def test_a_standing_car_does_not_sway_and_a_slow_one_sways_less():
+    """At a quarter of the full speed half of the angles; above the full speed no more."""
+    times = FRAME_S * np.arange(100)
+    full = angles_deg(ON, times)
+    np.testing.assert_allclose(angles_deg(ON, times, speed=0.0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(angles_deg(ON, times, speed=2.5), full / 2.0, atol=1e-9)
+    np.testing.assert_allclose(angles_deg(ON, times, speed=40.0), full, atol=1e-12)
+    constant = replace(ON, full_from_mps=0.0)
+    np.testing.assert_allclose(angles_deg(constant, times, speed=0.0), full, atol=1e-12)
+
+
+def road_pitch_deg(speed, roughness=64e-6, wheelbase=2.8, own_hz=1.5, damping=0.3):
+    """Return the standard deviation [deg] of a body's pitch between the two frequencies on a road by ISO 8608.
+
+    The slope between the axles, of spectral density G (n / 0.1)^-2 (2 sin(pi n L) / L)^2, drives a damped oscillator.
+    """
+    n = np.linspace(0.5, 2.5, 20_001) / speed
+    ratio = n * speed / own_hz
+    response = (1 + (2 * damping * ratio) ** 2) / ((1 - ratio**2) ** 2 + (2 * damping * ratio) ** 2)
+    slope = roughness * (n / 0.1) ** -2.0 * (2.0 * np.sin(np.pi * n * wheelbase) / wheelbase) ** 2
+    return np.rad2deg(np.sqrt(np.trapezoid(slope * response, n)))
+
+
+def test_strength_and_its_dependence_on_speed_are_those_of_a_road():
+    assert road_pitch_deg(FAST_MPS) == pytest.approx(0.14, abs=0.005), "class B, as the docstring states"
+    for speed in (2.5, 5.0):
+        assert road_pitch_deg(speed) / road_pitch_deg(FAST_MPS) == pytest.approx(np.sqrt(speed / FAST_MPS), rel=0.1)
+    for speed in (15.0, 20.0, 25.0):
+        assert road_pitch_deg(speed) / road_pitch_deg(FAST_MPS) == pytest.approx(1.0, rel=0.25)
+    braking = 2.5 / 9.81  # degrees at 1 m/s^2
+    assert AttitudeNoise().pitch_sigma_deg == pytest.approx(np.hypot(0.14, braking), abs=0.02)
+    assert AttitudeNoise().full_from_mps == FAST_MPS

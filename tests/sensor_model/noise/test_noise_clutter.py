@@ -12,7 +12,7 @@ from support.noise_scenes import ALL, BEAMS, HARD, RIG, healthy, returns, thresh
 
 from sensor_model.kernels.noise import rare_beams, separate_echoes
 from sensor_model.noise.clutter_mixing import merge, unit_beams, weak_clutter
-from sensor_model.noise.false_alarms import false_alarms
+from sensor_model.noise.false_alarms import false_alarms, wrong_flags
 from sensor_model.noise.noise_config import (
     Dirt,
     DirtSector,
@@ -38,8 +38,8 @@ KEY = np.array([5, 0], np.uint32)
 
 def of(beam, range_, part=Part.NONE, cause=Cause.FALSE_ALARM, beams=BEAMS):
     beam = np.asarray(beam, np.int64)
-    labelled = np.zeros(len(beam), np.bool_)
-    return weak_clutter(beam, np.asarray(range_, np.float64), part, cause, labelled, beams, healthy())
+    labelled, weakest = np.zeros(len(beam), np.bool_), np.ones(len(beam))
+    return weak_clutter(beam, np.asarray(range_, np.float64), weakest, part, cause, labelled, beams, healthy())
 
 
 @given(rate=st.sampled_from([1.0, 0.3, 0.01, 1e-6, 1e-300]), frame=st.integers(0, 2**32 - 1))
@@ -58,10 +58,10 @@ def test_geometric_gaps_give_independent_beams_of_equal_probability(rate, frames
     found = [rare_beams(KEY, frame, 6, unit_beam, rate) for frame in range(first, first + frames)]
     total = sum(map(len, found))
     assert within(total, frames * len(BEAMS), rate)
-    counts = np.bincount(np.concatenate(found) // 79, minlength=60)  # 60 groups of 79 beams
+    counts = np.bincount(np.concatenate(found) // 92, minlength=51)  # 51 groups of 92 beams
     assert scipy.stats.chisquare(counts).pvalue > 1e-3
     per_frame = np.array([len(each) for each in found])
-    assert per_frame.var() == pytest.approx(4740 * rate * (1 - rate), rel=5 * np.sqrt(2 / frames + 1 / total))
+    assert per_frame.var() == pytest.approx(len(BEAMS) * rate * (1 - rate), rel=5 * np.sqrt(2 / frames + 1 / total))
 
 
 def test_added_unit_changes_no_rare_beam_of_the_others():
@@ -136,6 +136,30 @@ def test_extinction_of_rain_is_that_of_carbonneau_and_wisely():
     assert extinction(Rain()) == 0.0
 
 
+@pytest.mark.parametrize("make", [
+    lambda need, frame: false_alarms(FalseAlarms(rate=0.05), BEAMS, need, Draws(2, BEAMS), frame),
+    lambda need, frame: drops(Rain(True, rate_mm_per_h=100.0), BEAMS, need, Draws(2, BEAMS), frame),
+])  # fmt: skip
+def test_powers_of_clutter_fall_as_their_inverse_and_widths_follow_as_for_surfaces(make):
+    """The share of echoes above x times the threshold is 1 / x; each decibel widens the pulse by the unit's growth."""
+    need = healthy()
+    some = [make(need, frame) for frame in range(60)]
+    ratio = np.concatenate([each.power / need.nominal[each.beam] for each in some])
+    assert scipy.stats.kstest(1.0 / ratio, scipy.stats.uniform().cdf).pvalue > 1e-3
+    over_db = np.concatenate([10 * np.log10(each.power / need.threshold[each.beam]) for each in some])
+    width = np.concatenate([each.width for each in some])
+    np.testing.assert_allclose(width, 0.675 + 0.032 * np.maximum(over_db, 0.0), atol=1e-12)
+    assert len(np.unique(width)) > 0.9 * len(width)
+
+
+def test_wrong_flags_have_their_rate_and_differ_from_frame_to_frame():
+    config, place = FalseAlarms(flagged=0.02), np.zeros(len(ALL), np.int64)
+    some = [wrong_flags(config, ALL, place, Draws(2, BEAMS), frame) for frame in range(20)]
+    assert within(np.sum(some), 20 * len(ALL), 0.02)
+    assert not np.array_equal(some[0], some[1])
+    assert not wrong_flags(replace(config, enabled=False), ALL, place, Draws(2, BEAMS), 0).any()
+
+
 def test_rain_does_not_change_the_false_alarms():
     before = false_alarms(FalseAlarms(rate=0.1), BEAMS, healthy(), Draws(2, BEAMS), 4)
     draws = Draws(2, BEAMS)
@@ -195,10 +219,10 @@ def test_surface_hides_drops_but_not_false_alarms():
     """This includes surfaces without an echo."""
     free = OPEN.copy()
     free[[5, 6]] = 15.0
-    some = [of([5, 5, 6], [14.0, 16.0, 14.5], Part.DROPLET, Cause.RAIN), of([6], [18.0])]
+    some = [of([5, 5, 6], [14.0, 16.0, 14.5], Part.DROPLET, Cause.RAIN), of([6], [22.0])]
     merged = merge(returns([], []), some, free, BEAMS)
     assert merged.beam.tolist() == [5, 6, 6]
-    assert merged.range.tolist() == [14.0, 14.5, 18.0]
+    assert merged.range.tolist() == [14.0, 14.5, 22.0]
 
 
 def test_clutter_beyond_the_limits_of_a_unit_is_dropped():

@@ -1,22 +1,38 @@
 """Noise configuration: one-line errors for invalid values, and documented defaults."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import pytest
 
 from sensor_model.noise import noise_config as noise
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import KINDS, NoiseConfig
 
 NAN, INF = float("nan"), float("inf")
 
 
-def test_defaults_are_a_healthy_rig_on_a_dry_day():
-    config = NoiseConfig()
-    on = {field.name for field in fields(config) if getattr(config, field.name).enabled}
-    assert on == {"range", "dropout", "mirror", "ghost", "layer_overlap", "false_alarms"}
-    assert {field.name for field in fields(config)} - on == {
-        "outage", "dirt", "sun", "calibration", "attitude", "odometry", "outliers", "rain", "spray",
-    }  # fmt: skip
+CAR = {"calibration", "attitude", "odometry"}
+"""Errors of the car, as opposed to those of the LIDARs and the weather."""
+
+
+def enabled(config):
+    return {kind for kind in KINDS if getattr(config, kind).enabled}
+
+
+def test_defaults_are_a_healthy_rig_and_car_on_a_dry_day():
+    on = {"range", "dropout", "mirror", "ghost", "layer_overlap", "false_alarms"} | CAR
+    assert enabled(NoiseConfig()) == on
+    assert set(KINDS) - on == {"outage", "dirt", "sun", "outliers", "rain", "spray"}
+
+
+def test_an_ideal_car_has_no_errors_of_its_own():
+    assert enabled(NoiseConfig(ideal=True)) == enabled(NoiseConfig()) - CAR
+    assert enabled(replace(NoiseConfig(), ideal=True)) == enabled(NoiseConfig()) - CAR
+
+
+def test_tables_that_are_given_override_ideal():
+    """Also a table equal to the default: the file asks for it."""
+    assert enabled(NoiseConfig(ideal=True, attitude=noise.AttitudeNoise())) & CAR == {"attitude"}
+    assert enabled(NoiseConfig(odometry=noise.OdometryNoise(enabled=False))) & CAR == CAR - {"odometry"}
 
 
 @pytest.mark.parametrize(
@@ -60,6 +76,7 @@ def test_defaults_are_a_healthy_rig_on_a_dry_day():
             r"pitch_sigma_deg = 1.5: \|pitch_deg\| \+ 3 sigma must be at most 10; lower one of them",
         ),
         (noise.AttitudeNoise, {"roll_sigma_deg": 3.5}, r"roll_sigma_deg = 3.5: \|roll_deg\| \+ 3 sigma must be"),
+        (noise.AttitudeNoise, {"full_from_mps": -1.0}, "full_from_mps = -1.0: must be from 0 to 100"),
         (noise.AttitudeNoise, {"fastest_hz": 0.5}, "fastest_hz = 0.5: must be above slowest_hz"),
         (noise.OdometryNoise, {"speed_scale_sigma": 0.2}, "speed_scale_sigma = 0.2: must be from 0 to 0.1"),
         (noise.OdometryNoise, {"yaw_walk_sigma_deg": -1.0}, "yaw_walk_sigma_deg = -1.0: must be from 0 to 2"),
@@ -87,7 +104,7 @@ def test_value_out_of_range_is_refused(kind, values, pattern):
 
 def test_every_kind_with_strengths_has_a_case_above():
     """Fails if a kind of noise is added without validated values."""
-    kinds = {type(getattr(NoiseConfig(), field.name)) for field in fields(NoiseConfig)}
+    kinds = {type(getattr(NoiseConfig(), kind)) for kind in KINDS}
     with_strengths = {kind for kind in kinds if len(fields(kind)) > 1}
     marks = test_value_out_of_range_is_refused.pytestmark
     assert with_strengths <= {case[0] for mark in marks for case in mark.args[1]}

@@ -9,7 +9,7 @@ from support.noise_scenes import ALL, BEAMS, within
 
 from sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
 from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import measure_ranges
+from sensor_model.noise.ranging import measure_ranges, measure_widths
 
 REAL = np.ones(len(ALL), np.bool_)
 TWENTY = np.full(len(ALL), 20.004)
@@ -17,30 +17,43 @@ EXACT = NoiseConfig(range=RangeNoise(enabled=False))
 SMOOTH = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 1e-9)))
 
 
-def errors(config, frames=(0, 1, 2, 3), beams=BEAMS):
-    draws = Draws(3, beams)
-    return np.array([measure_ranges(ALL, TWENTY, REAL, beams, config, draws, frame).range - 20.004 for frame in frames])
+def errors(config, frames=(0, 1, 2, 3), beams=BEAMS, at=20.004):
+    draws, ranges = Draws(3, beams), np.full(len(ALL), at)
+    return np.array([measure_ranges(ALL, ranges, REAL, beams, config, draws, frame).range - at for frame in frames])
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
 def test_range_error_has_the_units_sigma_and_the_bias_of_each_layer(first):
-    """2.5 cm and the LUX's biases; a quantum of 1 cm adds 1/12 of its square to the variance. After 1e5 frames too."""
+    """1.53 cm at 20 m and the LUX's biases; a quantum of 1 cm adds 1/12 of its square to the variance.
+
+    After 1e5 frames too."""
     all_errors = errors(NoiseConfig(), range(first, first + 4))
-    for layer, bias in enumerate([-0.0125, 0.0015, 0.0165, -0.0055]):
+    for layer, bias in enumerate([-0.015, 0.004, 0.009, 0.002]):
         of_layer = all_errors[:, BEAMS.layer == layer]
-        assert of_layer.mean() == pytest.approx(bias, abs=4 * 0.025 / np.sqrt(of_layer.size))
-        assert of_layer.std() == pytest.approx(np.sqrt(0.025**2 + 0.01**2 / 12), rel=4 / np.sqrt(2 * of_layer.size))
+        assert of_layer.mean() == pytest.approx(bias, abs=4 * 0.01534 / np.sqrt(of_layer.size))
+        assert of_layer.std() == pytest.approx(np.sqrt(0.01534**2 + 0.01**2 / 12), rel=4 / np.sqrt(2 * of_layer.size))
 
 
 def test_range_error_is_normal():
     config = NoiseConfig(range=RangeNoise(sigma_scale=2.0, layer_bias_scale=0.0))
-    assert scipy.stats.kstest(errors(config, beams=SMOOTH).ravel(), scipy.stats.norm(0.0, 0.05).cdf).pvalue > 1e-3
+    assert (
+        scipy.stats.kstest(errors(config, beams=SMOOTH).ravel(), scipy.stats.norm(0.0, 2 * 0.01534).cdf).pvalue > 1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("at", "sigma"), [(1.3, 0.015), (25.0, 0.01581), (40.0, 0.01972), (50.0, 0.025), (90.0, 0.025)]
+)
+def test_noise_grows_with_the_range(at, sigma):
+    """1.5^2 + (2.5^2 - 1.5^2) (r / 50)^4 cm^2 up to 50 m: at 25 m 2.25 + 4 / 16 = 2.5, at 40 m 2.25 + 1.638 = 3.89."""
+    some = errors(NoiseConfig(range=RangeNoise(layer_bias_scale=0.0)), beams=SMOOTH, at=at)
+    assert some.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * some.size))
 
 
 def test_layer_bias_scales_and_is_zero_on_average():
     assert sum(BEAMS.layer_bias[BEAMS.layer == layer][0] for layer in range(4)) == pytest.approx(0.0, abs=1e-12)
     error = errors(NoiseConfig(range=RangeNoise(sigma_scale=0.0, layer_bias_scale=2.0)), (0,), SMOOTH)[0]
-    assert error[BEAMS.layer == 2] == pytest.approx(0.033)
+    assert error[BEAMS.layer == 2] == pytest.approx(0.018)
 
 
 def test_ranges_are_multiples_of_the_quantum():
@@ -118,3 +131,33 @@ def test_no_ranges_without_returns():
     config = NoiseConfig(outliers=Outliers(True))
     result = measure_ranges(none, none.astype(float), none.astype(bool), BEAMS, config, Draws(3, BEAMS), 0)
     assert len(result.range) == len(result.outlier) == 0
+
+
+def widths(config, true_width=2.0, frame=0):
+    width = np.full(len(ALL), true_width)
+    return measure_widths(ALL, TWENTY, width, BEAMS, config, Draws(3, BEAMS), frame)
+
+
+def test_width_error_has_the_units_sigma_and_the_bias_of_each_layer():
+    all_widths = np.array([widths(NoiseConfig(), frame=frame) for frame in range(4)])
+    for layer, bias in enumerate([0.15, 0.31, -0.31, -0.15]):
+        of_layer = all_widths[:, BEAMS.layer == layer]
+        assert of_layer.mean() == pytest.approx(2.0 + bias, abs=4 * 0.08 / np.sqrt(of_layer.size))
+        assert of_layer.std() == pytest.approx(np.sqrt(0.08**2 + 0.04**2 / 12), rel=4 / np.sqrt(2 * of_layer.size))
+
+
+def test_widths_are_multiples_of_the_quantum_and_at_least_one():
+    for true_width in (2.0, 0.1):
+        quanta = widths(NoiseConfig(), true_width) / 0.04
+        assert np.abs(quanta - np.round(quanta)).max() < 1e-6
+        assert quanta.min() >= 1.0 - 1e-9
+
+
+def test_widths_are_rounded_only_without_noise():
+    assert widths(EXACT, 1.99) == pytest.approx(2.0)
+
+
+def test_errors_of_range_and_width_are_independent():
+    layers = BEAMS.layer == 0
+    range_error, width = errors(NoiseConfig(), (0,), SMOOTH)[0][layers], widths(NoiseConfig())[layers]
+    assert abs(np.corrcoef(range_error, width)[0, 1]) < 4.5 / np.sqrt(layers.sum())

@@ -33,7 +33,7 @@ def bodies(*cars):
     count = len(cars)
     actors = Actors(
         id=id_.astype(np.int64),
-        name=np.array(["car"] * count),
+        name=np.array([f"car {number:.0f}" for number in id_]),
         kind=np.full(count, Kind.CAR, np.uint8),
         pose_world=np.column_stack([x, y, yaw]),
         velocity_world=speed[:, None] * KM_PER_H * np.column_stack([np.cos(yaw), np.sin(yaw)]),
@@ -48,7 +48,7 @@ def bodies(*cars):
     )
     ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
     placed = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
-    return placed, actors.id
+    return placed, actors.name
 
 
 def wakes(*cars, config=ON, time=10.0, seed=1):

@@ -75,14 +75,14 @@ def test_draws_of_frames_beams_numbers_seeds_and_purposes_are_independent():
     series.append(draws.normal_of(0, 0, ALL, Purpose.MOUNT))
     series.append(draws.normal_of(ALL, 0, 0, Purpose.MOUNT))
     series.append(np.roll(series[0], 1))
-    series.append(np.roll(series[0], 790))
+    series.append(np.roll(series[0], 782))
     correlation = np.corrcoef(series)[np.triu_indices(len(series), 1)]
     assert np.abs(correlation).max() < 4.5 / np.sqrt(len(ALL))
 
 
 def test_draw_depends_only_on_its_beam():
     draws = Draws(5, BEAMS)
-    some = np.array([4739, 3, 790])
+    some = np.array([4691, 3, 782])
     assert np.array_equal(draws.normal(7, some, Purpose.RANGE), draws.normal(7, ALL, Purpose.RANGE)[some])
 
 

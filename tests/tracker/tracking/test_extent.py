@@ -101,13 +101,13 @@ def test_a_width_of_four_metres_is_too_large():
 @pytest.mark.parametrize(
     ("extent", "hits", "size"),
     [
-        ((0.1, 1.72), 50, (4.7, 1.8)),
-        ((2.9, 1.9), 50, (4.7, 1.9)),
+        ((0.1, 1.72), 50, (4.6, 1.8)),
+        ((2.9, 1.9), 50, (4.6, 1.9)),
         ((4.05, 0.1), 1, (4.05 + 0.3, 1.8)),  # the far corner is rounded
-        ((0.1, 2.5), 1, (8.0, 2.5)),
-        ((11.9, 0.1), 1, (11.9 + 0.1, 2.5)),
-        ((1.9, 0.7), 1, (4.7, 1.8)),  # may be a piece of a car
-        ((1.9, 0.7), 50, (1.9, 0.8)),  # a motorcycle
+        ((0.1, 2.5), 1, (6.7, 2.5)),
+        ((11.9, 0.1), 1, (11.9 + 0.1, 2.46)),
+        ((1.9, 0.7), 1, (4.6, 1.8)),  # may be a piece of a car
+        ((1.9, 0.7), 50, (1.9, 0.76)),  # a motorcycle
     ],
 )
 def test_unseen_sides_come_from_the_class(extent, hits, size):
@@ -122,11 +122,11 @@ def test_a_piece_of_a_side_is_not_the_width_of_a_truck():
 
 
 def test_a_short_length_seen_as_a_whole_is_the_length():
-    """A car with one wide observation is not a truck of 8 m."""
+    """A car with one wide observation is not a truck of 6.7 m."""
     seen_extent = np.array([4.4, 2.4])
     often = np.array([CONFIG.sights_min, 0])
     assert complete(seen_extent, often, CONFIG.large, CONFIG)[0] == pytest.approx(4.5)
-    assert complete(seen_extent, NEVER, CONFIG.large, CONFIG)[0] == 8.0
+    assert complete(seen_extent, NEVER, CONFIG.large, CONFIG)[0] == 6.7
 
 
 def test_a_side_is_known_after_most_of_it_was_seen():

@@ -10,7 +10,7 @@ class BaselineConfig:
     enabled: bool = False
     """Fit the baselines, to be graded beside the tracker's own methods; they are never selected."""
     inlier_m: float = 0.08
-    """Inlier threshold of RANSAC and J-linkage [m]: tau of T-linkage, three standard deviations."""
+    """Inlier threshold of RANSAC and J-linkage [m]: tau of T-linkage."""
     points_max: int = 100
     """Larger segments are reduced to an even subset: the time of J-linkage grows with the cube of the points."""
     seed: int = 0

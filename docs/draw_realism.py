@@ -1,0 +1,81 @@
+"""Write the results of realism.md: its table, and its figures in docs/pictures.
+
+luxloop realism roof-car roof-suv --real real_cars.csv --real-bands real_bow.csv --out after
+python docs/draw_realism.py after before
+
+`before` is the same of an earlier version; without it, the table has no such column and its pictures stay.
+"""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+from scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
+
+DOCS = Path(__file__).parent
+PAGE, PICTURES = DOCS / "realism.md", DOCS / "pictures"
+START, END = "<!-- realism -->", "<!-- end -->"
+AFTER, BEFORE = "after", "before"
+SHOWN = {AFTER: ("bow", "distributions", "vehicles"), BEFORE: ("vehicles",)}
+"""Figures of the page, by side."""
+BY_NAME = {figure.name: figure for figure in FIGURES}
+
+Json = dict[str, Any]
+
+
+def main() -> None:
+    """Copy the figures and replace the table."""
+    folders = dict(zip((AFTER, BEFORE), map(Path, sys.argv[1:3]), strict=False))
+    for side, folder in folders.items():
+        for name in SHOWN[side]:
+            shutil.copyfile(folder / f"{name}.png", PICTURES / f"realism_{name}_{side}.png")
+    documents = {side: json.loads((folder / "realism.json").read_text()) for side, folder in folders.items()}
+    page = PAGE.read_text(encoding="utf-8")
+    head, rest = page.split(START)
+    _, tail = rest.split(END)
+    PAGE.write_text(f"{head}{START}\n{table(documents)}\n{END}{tail}", encoding="utf-8")
+
+
+def table(documents: dict[str, Json]) -> str:
+    """Return the Markdown table of the figures, before and after, with the number that agree."""
+    sides = [side for side in (BEFORE, AFTER) if side in documents]
+    figures = {side: documents[side]["figures"] for side in sides}
+    lines = [
+        f"| figure | real (quartiles) | {' | '.join(f'simulated {side} [95 %]' for side in sides)} | verdict |",
+        f"|---|---|{'---|' * len(sides)}---|",
+    ]
+    for name, entry in figures[AFTER].items():
+        figure = BY_NAME.get(name) or _band(name)
+        simulated = [_simulated(figures[side].get(name), figure) for side in sides]
+        unit = "" if figure.unit == "1" else f" [{figure.unit}]"
+        cells = [f"{figure.label}{unit}", _real(entry, figure), *simulated, entry["verdict"]]
+        lines.append(f"| {' | '.join(cells)} |")
+    judged = {side: [f for f in figures[side].values() if f["verdict"] != "n/a"] for side in sides}
+    agree = [f"{sum(f['verdict'] == 'agrees' for f in judged[side])} of {len(judged[side])}" for side in sides]
+    lines.append(f"| **agree** | | {' | '.join(agree)} | |")
+    return "\n".join(lines)
+
+
+def _band(name: str) -> Figure:
+    """Return the figure of a height band, from its column such as bow_end_0.45_0.75_m."""
+    _, face, low, high, _ = name.split("_")
+    return bow_figure(name, f"bow {face} {low} to {high} m")
+
+
+def _real(entry: Json, figure: Figure) -> str:
+    low, high = (figure.scale * end for end in entry["real"]["quartiles"])
+    return f"{figure.scale * entry['real']['value']:.{figure.digits}f} ({low:.1f} to {high:.1f})"
+
+
+def _simulated(entry: Json | None, figure: Figure) -> str:
+    if entry is None or entry["simulated"] is None:
+        return "n/a"
+    value, interval = entry["simulated"]["value"], entry["simulated"]["interval"]
+    ends = f" [{', '.join(f'{figure.scale * end:.1f}' for end in interval)}]" if interval else ""
+    return f"{figure.scale * value:.{figure.digits}f}{ends}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,46 @@
+"""Heading errors of the tracker's rectangles, fitted to the points of labelled vehicles."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenarios.arrays import Floats, Ints
+from scenarios.grading.plane_geometry import QUARTER, wrap
+from scenarios.realism.labelled_vehicle import LabelledVehicle
+from tracker.detection import rectangles, selection, tlinkage
+from tracker.detection.detector import DetectorConfig
+from tracker.records import METHODS, Segments
+
+REPORTED = ("area", "closeness", "variance", "tlinkage", "best")
+"""Methods with a figure; `best` is the selected rectangle."""
+
+
+def measure(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Floats]:
+    """Fit rectangles to each vehicle's points as one segment, with the tracker's default settings.
+
+    Returns
+    -------
+    error_deg
+        (V, len(REPORTED)) absolute heading errors modulo 90 degrees, at most 45.
+    on_lines
+        (V,) share of the points that T-linkage leaves on lines.
+    """
+    config = DetectorConfig()
+    points, segments = _as_segments(vehicles)
+    linkage = tlinkage.link(points, segments, config.linkage)
+    fitted = rectangles.fit(points, segments, linkage, config.rectangles)
+    candidates = selection.select(points, segments, linkage, fitted, config.selection)
+    yaw = np.array([vehicle.box[2] for vehicle in vehicles])
+    heading = np.column_stack(
+        [candidates.heading[:, : len(METHODS) - 1], candidates.heading[np.arange(len(yaw)), candidates.best]]
+    )
+    error = np.degrees(np.abs(wrap(heading - yaw[:, None], QUARTER)))
+    on_lines = np.bincount(segments.label, linkage.line >= 0, segments.count) / np.bincount(segments.label)
+    return error, on_lines
+
+
+def _as_segments(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Segments]:
+    """Return the points of all vehicles, a segment each."""
+    sizes = [len(vehicle.points_ego) for vehicle in vehicles]
+    label: Ints = np.repeat(np.arange(len(sizes)), sizes)
+    return np.concatenate([vehicle.points_ego for vehicle in vehicles]), Segments(label, len(sizes))

@@ -1,0 +1,89 @@
+"""Constants of simulator and grader, and those of the tracker: measured or chosen independently.
+
+A number that both sides took from each other would hide an error: the tracker would fit the simulation, not the world.
+Each row names one quantity, its value on both sides, and the sources.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from scenarios.grading.grading_config import GradingConfig
+from sensor_model.rig.rig import load_rig
+from sensor_model.visibility import MAX_CLEAN_DEPTH
+from sim.modes import ModeLimits
+from sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
+from sim.world import Kind
+from tracker.detection.boxes import BoxConfig
+from tracker.detection.preprocess import PreprocessConfig
+from tracker.detection.rectangles import RANGE_STD
+from tracker.detection.tlinkage import LinkageConfig
+from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.extent import ExtentConfig
+from tracker.tracking.filters import FilterConfig
+from tracker.tracking.mma import MmaConfig
+
+UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
+MODES, FILTERS, EXTENT, LINKAGE = ModeLimits(), FilterConfig(), ExtentConfig(), LinkageConfig()
+
+TUNED = {
+    "range noise [m]": (
+        (UNIT.range_sigma_m, "unit file, with its source"),
+        (RANGE_STD, LINKAGE.range_std_m, "a third of two steps of the data sheet's distance resolution"),
+    ),
+    "scatter about a side [m]": (
+        (UNIT.range_sigma_m, "unit file, with its source"),
+        (BoxConfig().noise_std_m, "scan lines on real cars"),
+    ),
+    "depth of a point on a face [m]": (
+        (MAX_CLEAN_DEPTH, "rounded corners of the simulated bodies"),
+        (LINKAGE.curve_depth_m, "bow of real fronts and rears at hood height"),
+    ),
+    "limit of standing [m/s]": (
+        (MODES.stands_below_mps, MODES.moves_from_mps, "a third of walking pace, with hysteresis"),
+        (MmaConfig().standing_mps, "1 km/h"),
+    ),
+    "speed at the start of a motion [m/s]": (
+        (MODES.moves_from_mps, "a third of walking pace"),
+        (FILTERS.starting_speed_std_mps, "gained in five scans at a comfortable acceleration"),
+    ),
+    "acceleration of a steady course [m/s^2]": (
+        (MODES.steady_below_mps2, MODES.accelerates_from_mps2, "0.1 m off the course in 0.6 s"),
+        (FILTERS.acceleration_std_mps2, "unnoticed oscillation of following drivers"),
+    ),
+    "length of a car [m]": ((SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"), (EXTENT.car.length_m, "nuScenes")),
+    "length of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][0], "a box truck"), (EXTENT.large.length_m, "nuScenes")),
+    "width of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][1], "legal limit"), (EXTENT.large.width_m, "nuScenes")),
+    "length of a motorcycle [m]": (
+        (SIZE_BY_KIND[Kind.MOTORCYCLE][0], "SUMO's default"), (EXTENT.small.length_m, "nuScenes"),
+    ),
+    "width of a motorcycle [m]": ((SIZE_BY_KIND[Kind.MOTORCYCLE][1], "estimate"), (EXTENT.small.width_m, "nuScenes")),
+}  # fmt: skip
+"""Quantity: (values, source) of simulator or grader, (values, source) of the tracker."""
+
+FACTS = {
+    "the ego's body, from its data sheet [m]": (
+        EGO_SIZE[:2], (PreprocessConfig().own_length_m, PreprocessConfig().own_width_m),
+    ),
+}  # fmt: skip
+"""Known properties of the own car and units, which both sides read off the same data sheet."""
+
+
+@pytest.mark.parametrize("quantity", TUNED)
+def test_no_tuned_constant_is_shared(quantity):
+    (*simulated, source), (*tracked, own_source) = TUNED[quantity]
+    assert not set(simulated) & set(tracked), quantity
+    assert source != own_source
+    middle = sum(simulated) / len(simulated)
+    assert all(value != pytest.approx(middle) for value in tracked), "not the middle of the simulator's limits either"
+
+
+@pytest.mark.parametrize("fact", FACTS)
+def test_facts_of_the_own_car_agree(fact):
+    simulated, tracked = FACTS[fact]
+    assert simulated == pytest.approx(tracked)
+
+
+def test_the_requirement_on_memory_is_the_graders():
+    """The grader follows an occluded vehicle for the 3 s that scenarios require; the tracker coasts at least so."""
+    assert TrackLifeConfig().coast_s >= GradingConfig().memory_s
