@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sensor_model.arrays import Floats
-from sensor_model.bodies.scene import Bodies, BodyFactory
+from sensor_model.bodies.scene import Bodies, BodyFactory, relative_positions
 from sensor_model.bodies.walls import NearbyWalls, walls_of
 from sensor_model.clutter import ClutterSources
 from sensor_model.noise.attitude import Attitude
@@ -149,7 +149,11 @@ class Lidar:
 
         outline = on_actor[returns.cause[on_actor] == Cause.CLEAN]
         target, normal_body = returns.target[outline], bodies.straight_normals(returns.surface[outline])
-        faces = visible_faces(target, normal_body, returns.point_body[outline], actors.size[target], len(actors))
+        lidar_ego = context.origin_ego[beams.unit[returns.beam[outline]], :2]
+        lidar_body = relative_positions(lidar_ego, bodies.pose_ego[target])
+        faces = visible_faces(
+            target, normal_body, returns.point_body[outline], lidar_body, actors.size[target], len(actors)
+        )
 
         cause = returns.cause.copy()
         if self._noise.calibration.enabled:

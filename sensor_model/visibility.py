@@ -63,10 +63,13 @@ def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
     return cause
 
 
-def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: Floats, actors: int) -> Bytes:
+def visible_faces(
+    actor: Ints, normal_body: Floats, points_body: Floats, lidar_body: Floats, size: Floats, actors: int
+) -> Bytes:
     """Return the (A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points.
 
     A point is on a face if its surface faces that way and it lies at that side; the tread of a wheel faces forward too.
+    The LIDAR must be in front of the face: from abreast, only the bowed edge of a rear is visible.
 
     Parameters
     ----------
@@ -74,6 +77,8 @@ def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: F
         (N,) actor of each point on an outline.
     normal_body
         (N, 3) outward normal of the surface, in the actor's frame; at corners the position alone is ambiguous.
+    lidar_body
+        (N, 2) position of the LIDAR of each point in that frame [m].
     points_body, size
         (N, 2) points in that frame, and (N, 3) sizes of their actors [m]; with articulation removed.
     actors
@@ -83,7 +88,8 @@ def visible_faces(actor: Ints, normal_body: Floats, points_body: Floats, size: F
     for face, axis, side in _SIDES:
         faces_out = side * normal_body[:, axis] > _MIN_FACING
         at_side = 0.5 * size[:, axis] - side * points_body[:, axis] <= MAX_CLEAN_DEPTH
-        count = np.bincount(actor[faces_out & at_side], minlength=actors)
+        in_front = side * lidar_body[:, axis] > 0.5 * size[:, axis]
+        count = np.bincount(actor[faces_out & at_side & in_front], minlength=actors)
         faces[count >= MIN_FACE_HITS] |= np.uint8(face)
     return faces
 

@@ -13,6 +13,9 @@ import scipy
 from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 
 from sensor_model.bodies.materials import Glass
+from sensor_model.bodies.proportions import car_proportions
+from sensor_model.bodies.proportions.fitting_proportions import Bow
+from sensor_model.bodies.shapes import SHAPES, car_shapes
 from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
 from sensor_model.rig.unit import Fan
 from sensor_model.sensor_config import SensorConfig
@@ -107,6 +110,26 @@ STUDIED_RIG = with_models(
     echo_separation_m=1.4,
 )
 """The units of the study. The shipped unit follows a recorded scan at its left end, where it has fewer points."""
+
+
+@pytest.fixture(autouse=True)
+def faces_of_the_study(monkeypatch):
+    """The bodies of the study have flat faces; those of the sensor are bowed, as real ones are."""
+    flat = {"front_bow": Bow(0.0, 0.0, 0.0, 0.0), "rear_bow": Bow(0.0, 0.0, 0.0, 0.0), "side_bow": 0.0, "corner": 0.3}
+    for kind, make, proportions in (
+        (Kind.CAR, car_shapes.sedan, car_proportions.sedan),
+        (Kind.SUV, car_shapes.two_box, car_proportions.suv),
+    ):
+        monkeypatch.setitem(
+            SHAPES,
+            kind,
+            replace(
+                SHAPES[kind],
+                make=lambda size, draw, glass, make=make, proportions=proportions: make(
+                    size, replace(proportions(draw), **flat), glass
+                ),
+            ),
+        )
 
 
 def vehicle(kind, y, paint, gap):

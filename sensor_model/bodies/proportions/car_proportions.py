@@ -48,11 +48,11 @@ class CarProportions:
 
 
 def _front_bow(draw: Draw) -> Bow:
-    return Bow(draw(0.03, 0.10), draw(0.03, 0.12), draw(0.16, 0.31), draw(0.07, 0.18))
+    return Bow(draw(0.04, 0.12), draw(0.03, 0.12), draw(0.16, 0.31), draw(0.07, 0.18))
 
 
 def _rear_bow(draw: Draw) -> Bow:
-    return Bow(draw(0.03, 0.09), draw(0.03, 0.11), draw(0.16, 0.29), draw(0.05, 0.13))
+    return Bow(draw(0.04, 0.11), draw(0.03, 0.11), draw(0.16, 0.29), draw(0.05, 0.13))
 
 
 def small_car(draw: Draw) -> CarProportions:

@@ -15,8 +15,8 @@ from sensor_model.bodies.shapes.lower_body import SIDE_TANGENTS, lower_body
 from sensor_model.bodies.solids import Solid, Vector, bevel, bowed, prism
 from sensor_model.truth import Part
 
-_MIRROR_ROOT = 0.10
-"""[m] Depth of the mirrors' roots, enough to reach the leaning side windows."""
+_MIRROR_ROOT = 0.02
+"""[m] Depth inside the widest line at which the mirrors' shells begin; their arms are left out."""
 _SEAM = 0.002
 """[m] Excess of a load space's half width over the cab's."""
 _CAB = 1.9

@@ -10,7 +10,7 @@ SIDE_TANGENTS = (-1.2, 1.2)
 """[m] Tangents of bowed sides from their middle, beside that in the middle."""
 _CHIN = 0.20
 """[m] Setback of the bumpers' lower edges at the underbody."""
-_TUCK_DEG, _LEAN_DEG = 5.0, 5.0
+_TUCK_DEG, _LEAN_DEG = 5.0, 3.0
 """[deg] Inward lean of the sides below and above their widest line, which is at the top of the bumpers."""
 _WHEEL_WIDTH = 0.21
 """[m]"""
