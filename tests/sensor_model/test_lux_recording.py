@@ -17,6 +17,8 @@ from sensor_model.rig.rig import SHIPPED, load_unit
 
 RIG = one_unit_rig(load_unit("lux", SHIPPED), z=1.5)
 FRAMES = 30
+LEVEL_DEG = {0: 45.0, 1: 45.0, 2: 32.0, 3: 32.0}
+"""Right of this the gain of a layer hardly changes."""
 BEYOND_DEG = 25.0
 """The fragment ends here."""
 REFLECTIVITY = 0.3
@@ -32,10 +34,11 @@ RECORDED = {
     "range, layer 1 - 0 [cm]": (1.9 - 0.8, 1.9 + 0.8),  # twice the standard error of 50 pairs with 2.6 cm
     "range, layer 3 - 2 [cm]": (-0.7 - 1.3, -0.7 + 1.3),  # of 19 pairs with 2.8 cm
     "pulse width quantum [cm]": (4.0, 4.0),
-    "pulse width, layer 0 [m]": (1.9, 2.1),
-    "pulse width, layer 1 [m]": (1.9, 2.1),
-    "pulse width, layer 2 [m]": (1.4, 1.6),
-    "pulse width, layer 3 [m]": (1.4, 1.6),
+    "pulse width, layer 0 [m]": (1.92 - 0.05, 1.92 + 0.05),
+    "pulse width, layer 1 [m]": (2.08 - 0.05, 2.08 + 0.05),
+    "pulse width, layer 2 [m]": (1.44 - 0.05, 1.44 + 0.05),
+    "pulse width, layer 3 [m]": (1.60 - 0.05, 1.60 + 0.05),
+    "pulse width, spread in a layer [cm]": (7.8, 12.3),
     "pulse width at 40 to 47 deg [m]": (2.01 - 0.05, 2.01 + 0.05),
     "pulse width at 48 to 50 deg [m]": (1.77 - 0.05, 1.77 + 0.05),
 }
@@ -59,12 +62,22 @@ def figures(message):
         "range, layer 1 - 0 [cm]": apart(message, azimuth, at[0], at[1]),
         "range, layer 3 - 2 [cm]": apart(message, azimuth, at[2], at[3]),
         "pulse width quantum [cm]": float(np.gcd.reduce(message.width_cm[near])),
+        "pulse width, spread in a layer [cm]": np.mean(
+            [spread(azimuth[at[number]], message.width_cm[at[number]], beyond) for number, beyond in LEVEL_DEG.items()]
+        ),
         "pulse width at 40 to 47 deg [m]": message.width_cm[lower & (azimuth >= 40) & (azimuth <= 47)].mean() / 100,
         "pulse width at 48 to 50 deg [m]": message.width_cm[lower & (azimuth >= 48)].mean() / 100,
     }
     return found | {
         f"pulse width, layer {number} [m]": np.median(message.width_cm[at[number]]) / 100 for number in range(4)
     }
+
+
+def spread(azimuth, width_cm, beyond_deg):
+    """Return the standard deviation of widths about a line over azimuth, right of the layer's end."""
+    level = azimuth < beyond_deg
+    line = np.polyfit(azimuth[level], width_cm[level].astype(float), 1)
+    return (width_cm[level] - np.polyval(line, azimuth[level])).std()
 
 
 def noise(range_cm):

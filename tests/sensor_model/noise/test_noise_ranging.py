@@ -142,8 +142,8 @@ def test_width_error_has_the_units_sigma_and_the_bias_of_each_layer():
     all_widths = np.array([widths(NoiseConfig(), frame=frame) for frame in range(4)])
     for layer, bias in enumerate([0.15, 0.31, -0.31, -0.15]):
         of_layer = all_widths[:, BEAMS.layer == layer]
-        assert of_layer.mean() == pytest.approx(2.0 + bias, abs=4 * 0.08 / np.sqrt(of_layer.size))
-        assert of_layer.std() == pytest.approx(np.sqrt(0.08**2 + 0.04**2 / 12), rel=4 / np.sqrt(2 * of_layer.size))
+        assert of_layer.mean() == pytest.approx(2.0 + bias, abs=4 * 0.09 / np.sqrt(of_layer.size))
+        assert of_layer.std() == pytest.approx(np.sqrt(0.09**2 + 0.04**2 / 12), rel=4 / np.sqrt(2 * of_layer.size))
 
 
 def test_widths_are_multiples_of_the_quantum_and_at_least_one():

@@ -237,7 +237,7 @@ def test_invalid_rig_file_gives_a_one_line_error(tmp_path, old, new, pattern):
             "range_sigma_far_m = 0.01",
             r"range_sigma_far_m = 0\.01: must be at least",
         ),
-        ("pulse_sigma_m = 0.08", "pulse_sigma_m = -1", r"pulse_sigma_m = -1\.0: must not be negative"),
+        ("pulse_sigma_m = 0.09", "pulse_sigma_m = -1", r"pulse_sigma_m = -1\.0: must not be negative"),
         ("echoes_max = 3", "echoes_max = 0", r"echoes_max = 0: must be positive"),
         ("echoes_max = 3", "echoes_max = 2.5", r"echoes_max = 2\.5: give a whole number"),
         ("echo_separation_m = 5.0", "echo_separation_m = -1", r"echo_separation_m = -1\.0: must not be negative"),
