@@ -22,7 +22,8 @@ PAINT = 0.07
 """Reflectivity of a car whose sensor does not measure it: about the median of the others."""
 PANEL_SPREAD_DB = 11.0
 """[dB] Spread of the returned power over one car's panels, from 10 to 90 %: five cars whose returns are well
-above the threshold have 9 to 13. The noise model's soft threshold stands for it, since a body has one reflectivity per part."""
+above the threshold have 9 to 13. The noise model's soft threshold stands for it, since a body has one reflectivity per
+part."""
 NOISE = ("range", "dropout", "mirror", "layer_overlap")
 SENSOR = SensorConfig(footprint=(3, 3), sweep=False)
 
