@@ -27,13 +27,13 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class Car:
-    """One labelled vehicle, in the level frame of its recording and frame."""
+    """Labelled vehicle, in the level frame of its recording and frame."""
 
     id: str
     recording: str
     frame: int
     category: str
-    """One of `CLASSES`."""
+    """Member of `CLASSES`."""
     x_m: float
     """Centre of the box."""
     y_m: float

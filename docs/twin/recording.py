@@ -15,7 +15,7 @@ NEAREST_M = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedFrame:
-    """One turn of the head, in the level frame of its `View`."""
+    """Turn of the head, in the level frame of its `View`."""
 
     points_level: Floats
     """(N, 3) [m]."""

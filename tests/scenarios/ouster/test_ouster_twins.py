@@ -12,6 +12,8 @@ from twin.tables import SURE_DEG, mean_absolute, summary
 from twin.unit import in_near_field
 
 SEEDS = (11, 12)
+MOST_PERCENT, MEDIAN_PERCENT = 40.0, 32.0
+"""Measured: 30.9 and 23.6, with a standard error of 4.5."""
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +72,3 @@ def test_counts_of_twins(compared):
     assert len(compared) >= 25
     assert mean_absolute(far) <= MOST_PERCENT
     assert np.median(np.abs(far)) <= MEDIAN_PERCENT
-
-
-MOST_PERCENT, MEDIAN_PERCENT = 40.0, 32.0
