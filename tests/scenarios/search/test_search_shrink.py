@@ -22,6 +22,7 @@ from scenarios.study.design import source
 from scenarios.study.parameter import Parameter
 from scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
 from scenarios.study.study_file import Search, Study
+from sensor_model.noise.noise_config import KINDS
 
 LINEAR = Parameter(key="a", low=-1.0, high=3.0, neutral=0.0)
 SPEED = Parameter(key="b", low=0.0, high=100.0, neutral=0.0)
@@ -107,7 +108,7 @@ def test_an_actor_or_obstacle_is_removed_by_index_from_the_end():
 def test_only_necessary_noise_stays_enabled():
     _, left = reduce(scene(), reductions.noise, lambda smaller: smaller["noise"].get("attitude", {}).get("enabled"))
     noise = Scenario.of(left, Path("x.toml")).noise
-    on = [kind for kind in noise.__slots__ if getattr(noise, kind).enabled]
+    on = [kind for kind in KINDS if getattr(noise, kind).enabled]
     assert on == ["attitude"]
     assert noise.attitude.pitch_deg == 1.0
     applied, left = reduce(scene(), reductions.noise, always)
