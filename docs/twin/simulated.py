@@ -1,6 +1,6 @@
 """Simulated twins: labelled cars as bodies of the ray caster, seen by the recorded sensor."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -9,6 +9,7 @@ from twin.recording import RecordedFrame
 from twin.unit import rig_of
 
 from sensor_model.lidar import Lidar
+from sensor_model.noise import noise_config
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import ScanTruth
@@ -48,7 +49,7 @@ def twin_scan(
 def _noise() -> NoiseConfig:
     config = NoiseConfig()
     config = replace(
-        config, **{f.name: replace(getattr(config, f.name), enabled=f.name in NOISE) for f in fields(config)}
+        config, **{kind: replace(getattr(config, kind), enabled=kind in NOISE) for kind in noise_config.KINDS}
     )
     return replace(config, dropout=replace(config.dropout, softness_db=PANEL_SPREAD_DB))
 

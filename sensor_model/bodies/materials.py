@@ -19,7 +19,7 @@ class Glass:
     to 65 % of the beams on real windows bring no echo.
     """
 
-    pane_reflectivity: float = 0.003
+    pane_reflectivity: float = 0.01
     """Diffuse reflectivity of a pane, 0 to 1. Clean glass reflects about 8 % specularly, away from the unit (Fresnel,
     two faces of index 1.5), and scatters almost nothing; dirt and printed edges scatter 0.02 to 0.1."""
     transmission: float = 0.5

@@ -75,7 +75,7 @@ def small_car(draw: Draw) -> CarProportions:
         corner=draw(0.10, 0.20),
         front_bow=_front_bow(draw),
         rear_bow=_rear_bow(draw),
-        side_bow=draw(0.02, 0.06),
+        side_bow=draw(0.025, 0.065),
         glazing=Glazing(
             windscreen_deg=draw(29.0, 35.0),
             backlight_deg=draw(52.0, 68.0),
@@ -109,7 +109,7 @@ def sedan(draw: Draw) -> CarProportions:
         corner=draw(0.10, 0.20),
         front_bow=_front_bow(draw),
         rear_bow=_rear_bow(draw),
-        side_bow=draw(0.02, 0.06),
+        side_bow=draw(0.025, 0.065),
         glazing=Glazing(
             windscreen_deg=draw(28.0, 32.0),
             backlight_deg=draw(28.0, 35.0),
@@ -155,7 +155,7 @@ def suv(draw: Draw) -> CarProportions:
         corner=draw(0.10, 0.20),
         front_bow=_front_bow(draw),
         rear_bow=_rear_bow(draw),
-        side_bow=draw(0.02, 0.06),
+        side_bow=draw(0.025, 0.065),
         glazing=Glazing(
             windscreen_deg=draw(30.0, 38.0),
             backlight_deg=draw(57.0, 73.0),
