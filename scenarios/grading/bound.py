@@ -33,9 +33,10 @@ from sim.world import Kind
 Complexes = npt.NDArray[np.complex128]
 
 CORNER_RADIUS_M = np.array(
-    [{Kind.CAR: 0.40, Kind.SUV: 0.35, Kind.VAN: 0.25}.get(kind, 0.15) for kind in Kind], dtype=np.float64
+    [{Kind.CAR: 0.25, Kind.SUV: 0.25, Kind.VAN: 0.27}.get(kind, 0.15) for kind in Kind], dtype=np.float64
 )
-"""Largest corner radius of a body by `Kind`. A face is straight between its rounded corners."""
+"""Largest corner radius of a body by `Kind` [m]. A bevel of width w replaces an arc of radius w / (2 tan(22.5 deg)).
+A face is taken as straight between its rounded corners, although those of cars are bowed."""
 
 FACES = 4
 

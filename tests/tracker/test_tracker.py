@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sensor_model.lidar import Lidar
-from sensor_model.noise.noise_config import NoiseConfig
+from sensor_model.noise.noise_config import LayerOverlap, NoiseConfig
 from sensor_model.rig.rig import load_rig
 from sensor_model.sensor_config import SensorConfig
 from sim.scripted.motions import Straight
@@ -21,8 +21,9 @@ from tracker.tracker import Tracker, TrackerConfig
 LONG_WALL = ScriptedObstacle(corners_m=[(-40.0, 8.0), (40.0, 8.0), (40.0, 12.0), (-40.0, 12.0)], height_m=6.0)
 
 
-def drive(frames, ego_mps=0.0, actors=(), obstacles=()):
+def drive(frames, ego_mps=0.0, actors=(), obstacles=(), flat_faces=False):
     """Yield (frame, scan) of scripted traffic; the ego drives along x."""
+    noise = NoiseConfig(ideal=True, layer_overlap=LayerOverlap(enabled=not flat_faces))
     traffic = ScriptedTraffic(
         ego=ScriptedEgo(motion=[Straight(kind="straight", speed_mps=ego_mps)]),
         actor=list(actors),
@@ -31,9 +32,7 @@ def drive(frames, ego_mps=0.0, actors=(), obstacles=()):
         jitter_deg=0.0,
     )
     source = ScriptedSource(traffic, Path(), range_m=100.0)
-    lidar = Lidar(
-        load_rig("srx_six_lux", Path()), NoiseConfig(ideal=True), SensorConfig(), seed=1, obstacles=source.reset(1)
-    )
+    lidar = Lidar(load_rig("srx_six_lux", Path()), noise, SensorConfig(), seed=1, obstacles=source.reset(1))
     for _ in range(frames):
         frame = source.step()
         yield frame, lidar.scan(frame)[0]
@@ -78,9 +77,12 @@ def test_an_oncoming_car_has_the_heading_of_its_motion():
 
 @pytest.mark.parametrize(("motion", "agree"), [("all", True), ("none", True), ("ego", False)])
 def test_two_units_agree_on_the_rear_of_a_car_that_keeps_its_distance(motion, agree):
-    """At 25 m/s either uncompensated motion would separate their measurements by 0.3 m."""
+    """At 25 m/s either uncompensated motion would separate their measurements by 0.3 m.
+
+    The rear is flat: on a bowed one the fitted corner varies by 0.1 m with the points of a scan.
+    """
     tracker, rear_x = Tracker(TrackerConfig(sweep=DeskewConfig(motion=motion))), []
-    for frame, scan in drive(30, ego_mps=25.0, actors=[car(20.0, 0.0, speed_mps=25.0)]):
+    for frame, scan in drive(30, ego_mps=25.0, actors=[car(20.0, 0.0, speed_mps=25.0)], flat_faces=True):
         _, trace = tracker.step(scan)
         if frame.index >= 10:
             rear_x.append(trace.boxes.corner_ego[0, 0])

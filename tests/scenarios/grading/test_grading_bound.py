@@ -193,13 +193,13 @@ def test_points_on_rounded_corners_and_inside_are_on_no_face():
 
 
 def test_corner_radii_of_bodies_are_within_the_limits_by_kind():
-    draws = [Draw(seed, actor) for seed in range(10) for actor in range(20)]
+    draws = [Draw(seed, f"car {actor}") for seed in range(10) for actor in range(20)]
     for kind, make in (
         (Kind.CAR, car_proportions.sedan),
         (Kind.SUV, car_proportions.suv),
         (Kind.VAN, car_proportions.van),
     ):
-        roundest = max(max(p.front_radius, p.rear_radius) for p in map(make, draws))
+        roundest = max(p.corner for p in map(make, draws)) / (2.0 * math.tan(math.pi / 8.0))
         assert 0.9 * CORNER_RADIUS_M[kind] < roundest <= CORNER_RADIUS_M[kind]
     for kind, make in ((Kind.TRUCK, heavy_proportions.truck), (Kind.BUS, heavy_proportions.bus)):
         assert max(make(draw).radius for draw in draws) <= CORNER_RADIUS_M[kind]
@@ -254,6 +254,9 @@ def test_ratio_is_the_error_over_that_of_normal_errors_at_the_bound():
 
 
 def test_ratio_of_a_real_run_is_plausible():
-    """Fails when the run loop does not pass the noise to the grader."""
-    result = short_run.result()
+    """Fails when the run loop does not pass the noise to the grader.
+
+    The vehicles are boxes, as the bound assumes: on bowed faces the error does not fall with the noise.
+    """
+    result = short_run.run(noise={"layer_overlap": {"enabled": False}})
     assert 0.5 < result.metrics["fit.best.bound_ratio"].value < 10.0
