@@ -35,10 +35,11 @@ app = typer.Typer(
 app.command("list")(list_scenarios.list_scenarios)
 for command in (
     run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
-    check_tracker.check_tracker, mcap.mcap, realism.realism, track.track, sweep.sweep, search.search, schema.schema,
+    check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
 app.command("import")(import_.import_)
+app.command()(track.track)
 
 INTERRUPTED = 130
 """Exit code of Ctrl-C, as typer's."""

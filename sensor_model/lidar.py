@@ -151,6 +151,7 @@ class Lidar:
         target, normal_body = returns.target[outline], bodies.straight_normals(returns.surface[outline])
         lidar_ego = context.origin_ego[beams.unit[returns.beam[outline]], :2]
         lidar_body = relative_positions(lidar_ego, bodies.pose_ego[target])
+        lidar_body = bodies.straight_points(target, returns.surface[outline], lidar_body)
         faces = visible_faces(
             target, normal_body, returns.point_body[outline], lidar_body, actors.size[target], len(actors)
         )

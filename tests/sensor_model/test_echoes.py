@@ -225,7 +225,7 @@ def test_interior_is_attenuated_by_two_passages_of_the_pane():
     rig = one_unit_rig(unit(pulse_length_m=0.1, echo_separation_m=0.0), z=1.25)
     powers = {}
     for transmission in (0.8, 0.4):
-        sensor = SensorConfig(footprint=(1, 1), glass=Glass(transmission=transmission))
+        sensor = SensorConfig(footprint=(1, 1), glass=Glass(0.06, transmission, interior_reflectivity=0.2))
         beams, bodies, walls, context = placed_scene(rig, sensor, world(ahead(10.0)))
         echoes = Raycaster(beams, sensor).cast(bodies, walls, context)
         powers[transmission] = echoes.power

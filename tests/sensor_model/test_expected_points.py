@@ -15,7 +15,7 @@ from support.sensor_scenes import LUX_RIG, ActorSpec, ahead, placed_scene, world
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import car_proportions
 from sensor_model.bodies.proportions.fitting_proportions import Bow
-from sensor_model.bodies.shapes import SHAPES, car_shapes
+from sensor_model.bodies.shapes import SHAPES, car_shapes, lower_body
 from sensor_model.raycaster import GROUND_REFLECTIVITY, Raycaster
 from sensor_model.rig.unit import Fan
 from sensor_model.sensor_config import SensorConfig
@@ -40,7 +40,6 @@ AT_THE_THRESHOLD = {
     (Kind.SUV, LANE, PAINTED, 60),  # (11)
     (Kind.CAR, ADJACENT, BLACK, 30),  # (12)
     (Kind.SUV, LANE, BLACK, 30),  # (16)
-    (Kind.CAR, ADJACENT, PAINTED, 40),  # (17): the crowned hood's fenders and the corners are larger than the study's
 }
 LOST_TO_THE_GROUND = (Kind.CAR, LANE, PAINTED, 40)  # (20)
 ROWS = [(*vehicle, gap, points) for vehicle, row in PUBLISHED.items() for gap, points in row.items()]
@@ -115,8 +114,14 @@ STUDIED_RIG = with_models(
 
 @pytest.fixture(autouse=True)
 def faces_of_the_study(monkeypatch):
-    """The bodies of the study have flat faces; those of the sensor are bowed, as real ones are."""
-    flat = {"front_bow": Bow(0.0, 0.0, 0.0, 0.0), "rear_bow": Bow(0.0, 0.0, 0.0, 0.0), "side_bow": 0.0, "corner": 0.3}
+    """The bodies of the study have flat faces and straight hoods; those of the sensor are bowed, as real ones are."""
+    monkeypatch.setattr(lower_body, "_CREST", (0.5, 0.5))
+    no_bow = Bow(0.0, 0.0, 0.0, 0.0)
+    flat = {"front_bow": no_bow, "rear_bow": no_bow, "side_bow": 0.0, "corner": 0.45}
+
+    def flattened(p):
+        return replace(p, **flat, glazing=replace(p.glazing, shoulder=0.05))
+
     for kind, make, proportions in (
         (Kind.CAR, car_shapes.sedan, car_proportions.sedan),
         (Kind.SUV, car_shapes.two_box, car_proportions.suv),
@@ -127,7 +132,7 @@ def faces_of_the_study(monkeypatch):
             replace(
                 SHAPES[kind],
                 make=lambda size, draw, glass, make=make, proportions=proportions: make(
-                    size, replace(proportions(draw), **flat), glass
+                    size, flattened(proportions(draw)), glass
                 ),
             ),
         )
@@ -208,7 +213,7 @@ def test_window_is_measured_if_the_deck_is_too_narrow_to_trigger():
     sets the range. Here the deck alone must reach the threshold, which it does up to 25 m, but not from 30 m on."""
     near, far = Points(ahead(25.0)), Points(ahead(30.0))
     assert near.count(Part.GREENHOUSE) == 0
-    assert far.count(Part.GREENHOUSE) == 8
+    assert far.count(Part.GREENHOUSE) == 9
     assert np.median(far.spreads()) > 0.85
 
 

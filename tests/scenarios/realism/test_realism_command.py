@@ -20,13 +20,18 @@ BANDS = """\
 face,from_m,to_m,lower_quartile_m,median_m,upper_quartile_m,vehicles
 end,0.45,0.75,0.12,0.16,0.28,12
 """
+BOXES = """
+[noise]
+ideal = true
+layer_overlap.enabled = false
+"""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A data set in `set`, and tables of real vehicles."""
+    """A data set in `set`, of boxes without noise of the car, and tables of real vehicles."""
     made = tmp_path_factory.mktemp("realism")
-    scenario = short_run.write(made)
+    scenario = short_run.write(made, short_run.TEXT + BOXES)
     assert (
         main(["run", str(scenario), "--no-recording", "--out", str(made / "run"), "--dataset", str(made / "set")]) == 0
     )

@@ -75,8 +75,8 @@ def test_what_a_recording_does_not_show_is_null_with_the_reason(recording, capsy
 
 
 def test_another_tracker_runs_on_the_same_scans(recording, tmp_path, capsys):
-    (tmp_path / "mine.py").write_text(MINE)
-    spec = f"{tmp_path / 'mine.py'}:Mine"
+    (tmp_path / "own_tracker.py").write_text(MINE)
+    spec = f"{tmp_path / 'own_tracker.py'}:Mine"
     assert graded(capsys, recording, "--tracker", spec)["track.hota"]["value"] > 0.3
     out = tmp_path / "out"
     assert main(["track", str(recording), "--tracker", spec, "--out", str(out), "--json", "--no-recording"]) == 0
