@@ -35,8 +35,10 @@ DRIVING_JITTER = {"jitter_m": 0.25}
 def hidden_behind_wall(occlusion_s: float, speed_mps: float, manoeuvre: Manoeuvre = "keeps speed") -> Json:
     """Return a scene in which a wall hides a car that drives beside the ego at the same speed.
 
-    The wall covers exactly the shadow of the car on the wall's line during the occlusion, as seen from all LIDARs whose
-    field of view contains the car: none of them sees any part of the car for `occlusion_s`, and no longer.
+    The wall covers exactly the shadow of the car's box on the wall's line during the occlusion, as seen from all LIDARs
+    whose field of view contains the box: none of them sees any part of it for `occlusion_s`, and no longer. A bowed car
+    is hidden a scan or two longer. A braking one may then leave the side LIDAR's field of view a scan before the rear
+    LIDAR sees it past the wall.
 
     Parameters
     ----------

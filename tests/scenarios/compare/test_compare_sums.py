@@ -73,10 +73,20 @@ def test_rates_are_counts_over_observations():
         for name, count in RATES.items():
             expected = metrics[count].value / metrics["dataset.observations"].value
             assert compared[name].value(sums)[0] == pytest.approx(expected)
+
+
+def test_unflipped_headings_are_those_with_errors_of_at_most_90_degrees():
+    compared = {metric.name: metric for metric in COMPARED_METRICS}
+    for run, kept in zip(recorded.runs(), recorded.base(), strict=True):
+        sums = kept.vehicles.columns().sum(axis=0, keepdims=True)
+        error = run.result.tables["tracks"].query("judged and true_mode != 'stationary'")["heading_error_deg"].abs()
+        unflipped = error[error <= 90.0]
         flipped = compared["track.heading_flip_rate"].value(sums)[0]
-        assert flipped == 0.0  # then both means are equal
+        assert flipped == pytest.approx(1 - len(unflipped) / len(error))
         mean = compared["track.heading_unflipped_mean_deg"].value(sums)[0]
-        assert mean == pytest.approx(metrics["track.heading_abs_mean_deg"].value, rel=1e-5)
+        assert mean == pytest.approx(unflipped.mean(), rel=1e-5)
+        if flipped == 0.0:  # then both means are equal
+            assert mean == pytest.approx(run.result.metrics["track.heading_abs_mean_deg"].value, rel=1e-5)
 
 
 def test_runs_are_pooled_as_trackeval_combines_sequences():

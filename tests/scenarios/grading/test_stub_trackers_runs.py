@@ -76,7 +76,7 @@ def street(stub):
 
 
 def crossing(stub):
-    scenario = Scenario.load(shipped.find("sumo-crossing"), {"duration_s": 4.0})
+    scenario = Scenario.load(shipped.find("sumo-crossing"), {"duration_s": 4.8})
     return GradedRun(loop.run(scenario, lambda _: stub()))
 
 

@@ -15,7 +15,11 @@ from sensor_model.rig.rig import load_rig
 from sim.scripted.scripted_source import ScriptedSource
 
 CAR = 1
+SIDE_LEFT = 2
+"""Index of the unit in the rig."""
 TOLERANCE_S = 0.3
+BOXES = {"ideal": True, "layer_overlap": {"enabled": False}}
+"""`[noise]` of an exact rig, a level ego, and vehicles that are boxes."""
 
 
 def frames(document, seed=1):
@@ -41,13 +45,37 @@ def visibility(document, seed=1):
 @pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
 @pytest.mark.parametrize(("occlusion_s", "speed_mps"), [(0.5, 20.0), (3.0, 5.0)])
 def test_the_car_is_completely_hidden_for_the_given_time(occlusion_s, speed_mps, manoeuvre):
-    """Fails if a LIDAR sees past the end of the wall, or if the wall is longer than necessary."""
-    time, hits, visible = visibility(hidden_behind_wall(occlusion_s, speed_mps, manoeuvre), seed=2).T
+    """Fails if a LIDAR sees past the end of the wall, or if the wall is longer than necessary.
+
+    The wall is built for the car's box and an exact rig, so the car is a box here; bowed bodies follow below.
+    """
+    scene = hidden_behind_wall(occlusion_s, speed_mps, manoeuvre) | {"noise": BOXES}
+    time, hits, visible = visibility(scene, seed=2).T
     hidden = np.flatnonzero(hits == 0)
     assert len(hidden) * 0.08 == pytest.approx(occlusion_s, abs=TOLERANCE_S)
     assert np.all(np.diff(hidden) == 1)
     assert time[hidden[0]] == pytest.approx(BEFORE_S, abs=TOLERANCE_S)
     assert visible[time < BEFORE_S - 1.2].min() == 1.0
+
+
+@pytest.mark.parametrize("manoeuvre", ["keeps speed", "brakes", "changes lane"])
+@pytest.mark.parametrize(("occlusion_s", "speed_mps"), [(0.5, 20.0), (3.0, 5.0)])
+def test_a_bowed_car_is_hidden_as_long_and_seen_later_by_each_unit_that_can(occlusion_s, speed_mps, manoeuvre):
+    """A braking car may leave the side unit's field of view, by its bowed corner, before the rear unit sees it."""
+    seen = [
+        (frame.time, truth.unit_hits[row], truth.unit_hits_alone[row])
+        for frame, row, truth in frames(hidden_behind_wall(occlusion_s, speed_mps, manoeuvre), seed=2)
+    ]
+    time, hits, alone = (np.array(column) for column in zip(*seen, strict=True))
+    hidden = np.flatnonzero(hits.sum(axis=1) == 0)
+    assert len(hidden) * 0.08 == pytest.approx(occlusion_s, abs=TOLERANCE_S)
+    assert time[hidden[0]] == pytest.approx(BEFORE_S, abs=TOLERANCE_S)
+    once = hidden[: np.flatnonzero(np.diff(hidden, append=len(time) + 1) > 1)[0] + 1]
+    assert len(once) * 0.08 == pytest.approx(occlusion_s, abs=TOLERANCE_S)
+    again = np.setdiff1d(hidden, once)
+    assert len(again) <= 1
+    assert not alone[again, SIDE_LEFT].any()
+    assert np.all(time[again] < BEFORE_S + occlusion_s + 0.8)
 
 
 @pytest.mark.parametrize("occlusion_s", [0.5, 3.0])

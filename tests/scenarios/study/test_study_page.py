@@ -39,7 +39,7 @@ def test_the_example_has_the_stated_number_of_runs(tmp_path: Path):
     found = runs(Study.load(path), device.SHIPPED)
     assert f"{len(found)} runs" in TEXT
     last = found[-1].document
-    assert last["noise"] == {"dropout": {"random_rate": 0.5}}
+    assert last["noise"] == {"attitude": {"enabled": False}, "dropout": {"random_rate": 0.5}}
     assert last["traffic"]["actor"][1]["motion"][0]["speed_mps"] == 24.0
 
 
