@@ -6,15 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import recorded
+from support import recorded, short_run
 
 from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.comparison import compare, judge
-from scenarios.compare.digest import Expectation
+from scenarios.compare.digest import Expectation, digest
 from scenarios.compare.resampling import Difference, differences
 from scenarios.compare.run_pairs import pair
 from scenarios.compare.sides import Side
 from scenarios.compare.vehicle_sums import COLUMNS, SUMS
+from scenarios.files import shipped
+from scenarios.files.scenario import Scenario
 
 FLAGGED = ("better", "worse", "lost")
 METRIC = {metric.name: metric for metric in COMPARED_METRICS}
@@ -86,9 +88,19 @@ def test_positions_two_percent_worse_are_flagged():
     assert all(name.startswith("mma.mma.") for name in found)
 
 
-def test_headings_two_percent_worse_are_flagged_and_nothing_else():
-    assert flagged(changed(recorded.worse_heading(0.02))) == {"track.heading_unflipped_mean_deg": "worse"}
-    assert flagged(changed(recorded.worse_heading(-0.02))) == {"track.heading_unflipped_mean_deg": "better"}
+def test_headings_two_percent_worse_are_flagged_and_nothing_else(tmp_path):
+    """An ideal car: with the errors of a healthy one, an error of 89 degrees grows into a flip, which the mean omits."""
+    street, ideal = short_run.write(tmp_path, recorded.STREET, "street"), {"noise": {"ideal": True}}
+    scenarios = [Scenario.load(street, {"seed": seed, **ideal}) for seed in (1, 2, 3)]
+    scenarios.append(Scenario.load(shipped.find("sumo-crossing"), {"duration_s": 6.0, **ideal}))
+    runs = [recorded.Recorded.of(scenario) for scenario in scenarios]
+    base = [digest(run.result) for run in runs]
+
+    def found(share):
+        return flagged(against(base, [run.with_tracks(recorded.worse_heading(share), "changed") for run in runs]))
+
+    assert found(0.02) == {"track.heading_unflipped_mean_deg": "worse"}
+    assert found(-0.02) == {"track.heading_unflipped_mean_deg": "better"}
 
 
 @pytest.mark.parametrize(
