@@ -89,7 +89,7 @@ def test_positions_two_percent_worse_are_flagged():
 
 
 def test_headings_two_percent_worse_are_flagged_and_nothing_else(tmp_path):
-    """An ideal car: with the errors of a healthy one, an error of 89 degrees grows into a flip, which the mean omits."""
+    """With an ideal ego no error is close to 90 degrees: one that grows beyond is a flip, which the mean omits."""
     street, ideal = short_run.write(tmp_path, recorded.STREET, "street"), {"noise": {"ideal": True}}
     scenarios = [Scenario.load(street, {"seed": seed, **ideal}) for seed in (1, 2, 3)]
     scenarios.append(Scenario.load(shipped.find("sumo-crossing"), {"duration_s": 6.0, **ideal}))

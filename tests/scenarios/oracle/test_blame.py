@@ -28,11 +28,25 @@ FAULTS = {
 }
 
 
+SCENES = {
+    # The overlap of a car beside the ego is bows just over 0.2 m deep, which T-linkage keeps; that of a car behind is
+    # mostly deeper.
+    Stage.OUTLIERS: busy_street.TEXT.replace("x_m = 8\n", "x_m = -16\n"),
+    # A merged pair gives boxes that fit neither car, which segmentation's truth would remove from the false tracks.
+    Stage.ASSOCIATION: busy_street.TEXT.replace("x_m = 17.2\n", "x_m = 24\n").replace(
+        "[noise.outliers]\nenabled = true", "[noise]\nideal = true"
+    ),
+}
+"""Streets in which the sound stage, or the one before it, makes few errors, so that the fault stands out."""
+
+
 @pytest.mark.parametrize("stage", Stage)
 def test_a_planted_fault_is_blamed_on_its_stage(stage):
     """The fault changes its metrics, and no other oracle compensates half as much of it."""
     fault, caught_by = FAULTS[stage]
-    faulty, healthy = find_out(busy_street.scenario(), *faulty_stages.plant(fault)), busy_street.blamed()
+    scene = busy_street.scenario(SCENES.get(stage, busy_street.TEXT))
+    faulty = find_out(scene, *faulty_stages.plant(fault))
+    healthy = find_out(scene) if stage in SCENES else busy_street.blamed()
     for name in caught_by:
         metric = METRIC[name]
         first, *others = faulty.ranking(metric)
@@ -71,7 +85,7 @@ def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
     for row in ("none", *Stage):
         assert sum(line.startswith(f"{row} ") for line in text.splitlines()) == 2, row
     heading = busy_street.blamed().shipped.metrics["fit.best.heading_abs_mean_deg"].value
-    assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most, then segmentation" in text
+    assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most, then outliers" in text
     assert "track.id_switches is 0: no stage's truth makes it better" in text
     assert OWN_DRIVES not in text
 
