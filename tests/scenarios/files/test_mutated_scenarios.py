@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from support import mutants
+from support import mutants, short_run
 from support.paths import ROOT
 
 from scenarios.cli import main
@@ -24,7 +24,8 @@ NUMBERS = [pytest.param(n, marks=[] if n < FAST else pytest.mark.slow) for n in 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """A copy of the folders of the scenarios, without the scenarios."""
+    """A copy of the folders of the scenarios, without the scenarios. Kernels are compiled before any timeout runs."""
+    short_run.result()
     root = tmp_path_factory.mktemp("library")
     for original in mutants.ORIGINALS:
         folder = root / original.parent.relative_to(ROOT)
