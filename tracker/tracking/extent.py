@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.bounds import require_within
 
 ONE_SIDE, CORNER, FULL_VIEW = 1, 2, 4
 """Weights of a view as evidence for a vehicle: walls are single sides, some have corners, few the size of a car."""
@@ -20,6 +21,9 @@ class TypicalSize:
     """Minimum width [m]; widths vary less than the hidden part of a side."""
     rounding_m: float
     """Part of a side that the rounded far corner hides [m]."""
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, 1e3, "length_m", "width_m", "rounding_m")
 
 
 @dataclass(frozen=True, slots=True)
