@@ -1,5 +1,6 @@
 """Columns of the files of a data set, with type, unit and meaning."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -180,12 +181,18 @@ def readme(result: Result) -> str:
         "z up). Angles are counter-clockwise. Points are as measured, each at its own time; labels are valid at the "
         "time of the frame.",
     ]
-    for name, columns in FILES.items():
+    return "\n\n".join([*parts, *column_tables(FILES)]) + "\n"
+
+
+def column_tables(files: Mapping[str, Sequence[Column]]) -> list[str]:
+    """Return a section of Markdown for each file, with a table of its columns."""
+    sections = []
+    for name, columns in files.items():
         rows = [f"| `{c.name}` | {_type_name(c)} | {c.unit} | {c.meaning} |" for c in columns]
-        parts.append(
+        sections.append(
             "\n".join([f"## {name}.parquet", "", "| column | type | unit | meaning |", "|---|---|---|---|", *rows])
         )
-    return "\n\n".join(parts) + "\n"
+    return sections
 
 
 def _type_name(column: Column) -> str:

@@ -1,9 +1,7 @@
 """Columns of the files of a recording: those of a data set that a real recording has, with the same names and types."""
 
-import numpy as np
-
 from scenarios.dataset import dataset_columns
-from scenarios.dataset.dataset_columns import Column
+from scenarios.dataset.dataset_columns import Column, column_tables
 
 SCAN_NAMES = ("frame", "time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad", "points")
 POINT_NAMES = (
@@ -46,15 +44,4 @@ def readme(text: str, files: dict[str, tuple[Column, ...]]) -> str:
         "odometry (the ego frame of the first scan), which the labels call world. Angles are counter-clockwise. Points "
         "are as measured, each at its own time; labels are valid at the time of the frame.",
     ]
-    for name, columns in files.items():
-        rows = [f"| `{c.name}` | {_type_name(c)} | {c.unit} | {c.meaning} |" for c in columns]
-        parts.append(
-            "\n".join([f"## {name}.parquet", "", "| column | type | unit | meaning |", "|---|---|---|---|", *rows])
-        )
-    return "\n\n".join(parts) + "\n"
-
-
-def _type_name(column: Column) -> str:
-    if isinstance(column.kind, tuple):
-        return " / ".join(column.kind)
-    return "text" if column.kind is str else np.dtype(column.kind).name
+    return "\n\n".join([*parts, *column_tables(files)]) + "\n"

@@ -1,13 +1,13 @@
 """Body of one actor: its convex solids, scaled to its size, in flat arrays."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
 from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.relief import WAVES, plane_relief, waves
+from sensor_model.bodies.relief import plane_relief, waves
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.bodies.solids import Solid, Vector
 from sim.world import Kind
@@ -75,12 +75,13 @@ def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as
         solids = [*shape.plain((length, width, height)), *(solid for solid in solids if solid.is_mirror)]
     if not mirrors:
         solids = [solid for solid in solids if not solid.is_mirror]
-    flat = _flat(solids, np.array(appearance.size) / size, appearance.paint, glass)
-    depth = 0.0 if as_prism else shape.relief
-    return replace(flat, plane_relief=plane_relief(flat.plane_part, flat.planes, depth), relief_waves=waves(draw))
+    stretch = np.array(appearance.size) / size
+    return _flat(solids, stretch, appearance.paint, glass, 0.0 if as_prism else shape.relief, waves(draw))
 
 
-def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> Body:
+def _flat(
+    solids: list[Solid], stretch: Floats, paint: float, glass: Glass, relief: float, relief_waves: Floats
+) -> Body:
     """Flatten solids, scaled along the axes: planes n . p <= d become (n / stretch) . p <= d, normalised."""
     flat = [plane for solid in solids for plane in solid.planes]
     planes = np.array([(*plane.normal, plane.offset) for plane in flat])
@@ -99,6 +100,6 @@ def _flat(solids: list[Solid], stretch: Floats, paint: float, glass: Glass) -> B
         plane_part=part,
         plane_reflectivity=plane_reflectivity(part, paint, glass),
         plane_transmission=plane_transmission(part, glass),
-        plane_relief=np.zeros(len(part)),
-        relief_waves=np.zeros((WAVES, 4)),
+        plane_relief=plane_relief(part, planes, relief),
+        relief_waves=relief_waves,
     )

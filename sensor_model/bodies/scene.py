@@ -190,13 +190,12 @@ def _placed(bodies: Bodies, actors: Actors, ego: Ego) -> Bodies:
 
 def relative_pose(pose_world: Floats, ego_pose_world: Floats) -> Floats:
     """Transform poses (..., 3) from the world frame to the ego frame: x, y [m], yaw [rad], not wrapped."""
-    x, y = np.moveaxis(pose_world[..., :2] - ego_pose_world[:2], -1, 0)
-    cos, sin = np.cos(ego_pose_world[2]), np.sin(ego_pose_world[2])
-    return np.stack([cos * x + sin * y, cos * y - sin * x, pose_world[..., 2] - ego_pose_world[2]], axis=-1)
+    position = relative_positions(pose_world[..., :2], ego_pose_world)
+    return np.concatenate([position, pose_world[..., 2:] - ego_pose_world[..., 2:]], axis=-1)
 
 
 def relative_positions(positions: Floats, poses: Floats) -> Floats:
-    """Transform positions (N, 2) to the frames of poses (N, 3) given in the same frame [m]."""
-    x, y = (positions - poses[:, :2]).T
-    cos, sin = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    """Transform positions (..., 2) to the frame of a pose (3,), or each to that of its pose (..., 3) [m]."""
+    x, y = np.moveaxis(positions - poses[..., :2], -1, 0)
+    cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
