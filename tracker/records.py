@@ -73,9 +73,12 @@ class Candidates:
     size: Floats
     """(S, M, 2) along and across heading [m]."""
     cost: Floats
-    """(S, M) cost of the selection, in the unit of `selection.variant`; NaN for baselines."""
+    """(S, M) cost of the selection, in the unit of `selection.variant`; NaN for methods that it does not compare."""
     best: Ints
     """(S,) method of the lowest cost."""
+    covariance: Floats | None = None
+    """(S, 3, 3) of x, y [m] and heading [rad] of the best rectangle, ego frame, turning about the mean of the segment's
+    points; None if the selection gives none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -120,7 +120,11 @@ def build(
         size=size,
         corner_ego=corner,
         corner_sign=sign,
-        covariance=covariance(points - corner[box], box, heading, config),
+        covariance=(
+            covariance(points - corner[box], box, heading, config)
+            if candidates.covariance is None
+            else corner_covariance(candidates.covariance[kept], corner - _means(member_points, owner), config)
+        ),
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
         cut=cut,
@@ -186,3 +190,22 @@ def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfi
     turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
     turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
     return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))
+
+
+def corner_covariance(covariance: Floats, from_mean: Floats, config: BoxConfig) -> Floats:
+    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, from that of fitted bodies.
+
+    A corner at `from_mean` (B, 2) from the mean of the points moves when the body turns about the mean. The end of a
+    side without points on the adjacent side has the prior `end_std_m`.
+    """
+    moved = np.tile(np.eye(3), (len(covariance), 1, 1))
+    moved[:, 0, 2], moved[:, 1, 2] = -from_mean[:, 1], from_mean[:, 0]
+    of_corner = moved @ covariance @ moved.transpose(0, 2, 1)
+    prior = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
+    return np.asarray(np.linalg.inv(np.linalg.inv(of_corner) + prior))
+
+
+def _means(points: Floats, box: Ints) -> Floats:
+    """(B, 2) mean of the points (P, 2) of each box (P,), all with points."""
+    count = np.bincount(box)
+    return np.column_stack([np.bincount(box, weights=axis) / count for axis in points.T])

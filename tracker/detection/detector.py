@@ -6,10 +6,11 @@ from typing import Protocol
 
 from tracker import merging
 from tracker.arrays import Bools, Floats
-from tracker.detection import boxes, preprocess, rectangles, segmentation, selection, tlinkage, truncation
+from tracker.detection import body_fit, boxes, preprocess, rectangles, segmentation, selection, tlinkage, truncation
 from tracker.detection.background import Background, BackgroundConfig
 from tracker.detection.baselines import columns
 from tracker.detection.baselines.baseline_config import BaselineConfig
+from tracker.detection.body_fit import BodyFitConfig
 from tracker.detection.boxes import BoxConfig
 from tracker.detection.deskew import DeskewConfig, EgoMotion, Movers, undo_targets
 from tracker.detection.preprocess import PreprocessConfig
@@ -41,6 +42,7 @@ class DetectorConfig:
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
     rectangles: RectangleConfig = field(default_factory=RectangleConfig)
     selection: SelectionConfig = field(default_factory=SelectionConfig)
+    body: BodyFitConfig = field(default_factory=BodyFitConfig)
     baselines: BaselineConfig = field(default_factory=BaselineConfig)
     boxes: BoxConfig = field(default_factory=BoxConfig)
     shadow: SuppressionConfig = field(default_factory=SuppressionConfig)
@@ -135,7 +137,8 @@ class Detector:
         """Fit a rectangle per method to every segment, and select the best."""
         points, config = scan.points_ego, self.config
         found = rectangles.fit(points, segments, linkage, config.rectangles)
-        candidates = selection.select(points, segments, linkage, found, config.selection)
+        lines = body_fit.scan_lines(scan)
+        candidates = selection.select(points, segments, linkage, found, config.selection, config.body, lines)
         return columns.append(points, segments, linkage, candidates, config.baselines)
 
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:

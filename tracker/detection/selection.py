@@ -6,7 +6,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Floats
+from tracker.arrays import Floats, Ints
+from tracker.detection import body_fit
+from tracker.detection.body_fit import BodyFitConfig
 from tracker.detection.kernels.heading_search import align, side_distances
 from tracker.detection.rectangles import Rectangles, measure
 from tracker.detection.segmentation import by_segment
@@ -18,10 +20,11 @@ from tracker.records import Candidates, Linkage, Segments
 class SelectionConfig:
     """Cost of the selection."""
 
-    variant: Literal["alignment", "paper"] = "alignment"
+    variant: Literal["body", "alignment", "paper"] = "body"
     """`paper`: equation (3), the variance of the absolute residuals on the dominant line, among the four candidates.
     T-linkage's heading is that line's least-squares direction, so other candidates rarely win. `alignment`: alignment
-    of all points of the segment along and across the heading; the best candidate is refined to the minimum."""
+    of all points of the segment along and across the heading; the best candidate is refined to the minimum. `body`: a
+    body with bowed faces is fitted from the best aligned candidates, see `[tracker.body]`."""
     reach_m: float = 0.08
     """Spread of points across a perpendicular side [m], as `linkage.tau_m`: two steps of the LUX's resolution.
     Range noise is along the beam: across an oblique side there is less of it."""
@@ -40,19 +43,38 @@ def select(
     linkage: Linkage,
     rectangles: Rectangles,
     config: SelectionConfig,
+    body: BodyFitConfig | None = None,
+    scan_line: Ints | None = None,
 ) -> Candidates:
     """Return the cost of every rectangle for points (N, 2 or more columns), and the best per segment.
 
-    The last method, `refined`, is the best of the others; `alignment` refines its heading, `paper` does not.
+    The last method, `refined`, is the best of the others; `alignment` refines its heading, `body` fits it, `paper` does
+    not. `body` always selects it.
+
+    Parameters
+    ----------
+    body
+        Settings of the variant `body`.
+    scan_line
+        (N,) scan line of each point, 0 and up, for `body`; None if unknown.
     """
+    covariance = None
     if config.variant == "paper":
         heading, cost = rectangles.heading, residual_variance(points_ego, segments, linkage, rectangles.heading)
         cheapest = np.argmin(cost, axis=1)[:, None]
         heading, cost = (np.hstack([of, np.take_along_axis(of, cheapest, axis=1)]) for of in (heading, cost))
-    else:
+    elif config.variant == "alignment":
         order, offset = by_segment(segments)
         points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
         heading, cost = align(points, offset, rectangles.heading, config.reach_m, config.flatness_m)
+    else:
+        lines = np.zeros(len(points_ego), dtype=np.int64) if scan_line is None else scan_line
+        found = body_fit.fit(
+            points_ego, lines, segments, rectangles.heading, config.reach_m, config.flatness_m, body or BodyFitConfig()
+        )
+        covariance = found.covariance
+        heading = np.column_stack([rectangles.heading, found.heading])
+        cost = np.column_stack([np.full(rectangles.heading.shape, np.nan), found.cost])
     refined = fold(heading[:, -1:])
     center, size = measure(points_ego, segments, linkage, refined)
     return Candidates(
@@ -60,7 +82,8 @@ def select(
         center_ego=np.hstack([rectangles.center_ego, center]),
         size=np.hstack([rectangles.size, size]),
         cost=cost,
-        best=np.argmin(cost, axis=1),
+        best=np.nanargmin(cost, axis=1) if len(cost) else np.empty(0, dtype=np.int64),
+        covariance=covariance,
     )
 
 

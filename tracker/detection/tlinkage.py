@@ -15,6 +15,7 @@ from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold
 from tracker.records import Linkage, Segments
 
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 VARIANTS = {"faces": FACES, "lines": LINES, "paper": PAPER}
 
 
@@ -53,7 +54,7 @@ class LinkageConfig:
     pitch_deg: float = 0.25
     """Angle between beams, the accuracy of the end of a face [deg]."""
     seed: int = 0
-    """Seed of the fixed table of random numbers that all segments share."""
+    """Seed of the start of the hypotheses, which all segments share."""
 
     def __post_init__(self) -> None:
         if self.tau_m <= 0.0 or self.locality <= 0.0:
@@ -68,8 +69,13 @@ class LinkageConfig:
 
 @lru_cache(maxsize=8)
 def uniforms(seed: int, points: int, samples: int) -> Floats:
-    """(points, samples) random numbers in [0, 1), the same for every segment, so that segments are independent."""
-    return np.random.Generator(np.random.Philox(seed)).random((points, samples))
+    """(points, samples) numbers in [0, 1), the same for every segment, so that segments are independent.
+
+    Stratified: the samples of a point are evenly spaced in its distribution, and shifted from point to point by the
+    golden ratio (an additive recurrence, Kuipers and Niederreiter 1974), from a start that `seed` sets.
+    """
+    shift = (0.5 + GOLDEN * np.arange(points) + np.random.Generator(np.random.Philox(seed)).random()) % 1.0
+    return np.asarray((shift[:, None] + np.arange(samples)) / samples)
 
 
 def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: LinkageConfig) -> Linkage:

@@ -39,19 +39,26 @@ def explained(first: Floats, aside: Ints, second: Floats, gates: Floats, depth_m
 
 @njit(cache=True)
 def across(
-    points: Floats, face: Floats, noise: Floats, gate: float, depth_max: float, beyond_max: float, length_min: float
+    points: Floats,
+    chosen: Ints,
+    face: Floats,
+    noise: Floats,
+    gate: float,
+    depth_max: float,
+    beyond_max: float,
+    length_min: float,
 ) -> tuple[int, Floats]:
     """Return the score of a face, single or with the best perpendicular face (3,) at either end, and that one or zeros.
 
-    Every point off the face is a candidate for the other face, which has at least two points, farther apart than the
-    length of a mirror.
+    Every `chosen` point off the face is a candidate for the other face, which has at least two points, farther apart
+    than the length of a mirror. All points score.
     """
     depth, place, std = depths(points, face, noise)
     turned = np.array([face[1], -face[0], 0.0])
     gates = gate * np.stack((std, depths(points, turned, noise)[2]))
     aside = beside(place, (np.abs(depth) < gates[0]).astype(np.int64), beyond_max)
     other, best = np.zeros(3), explained(depth, aside, np.full(len(points), np.inf), gates, depth_max)
-    for c in range(len(points)):
+    for c in chosen:
         if depth[c] < gates[0, c]:
             continue
         nearest, farthest, count, mean = np.inf, -np.inf, 0, 0.0
@@ -71,7 +78,7 @@ def across(
 @njit(cache=True)
 def best_corner(
     points: Floats,
-    sample: Floats,
+    chosen: Ints,
     cluster: Ints,
     tau: float,
     noise: Floats,
@@ -80,14 +87,15 @@ def best_corner(
     beyond_max: float,
     length_min: float,
 ) -> Floats:
-    """Return the corner (2, 3) that explains most of `sample`, among the lines of its clusters.
+    """Return the corner (2, 3) that explains most points, among the lines of the clusters of the `chosen` ones.
 
     Clusters compete by all points that their rectangle explains, not by their own: a dense rounded corner makes a
     larger cluster than the sparse flank beside it, but does not explain the flank. Of equal scores the line with more
     information on the heading is chosen. The largest cluster is the result if no other is long enough.
     """
+    sample = points[chosen]
     size = np.bincount(cluster, minlength=len(sample))
-    corner, best, best_information, nothing = np.zeros((2, 3)), -len(sample) - 1, 0.0, np.zeros(len(points), np.int64)
+    corner, best, best_information, nothing = np.zeros((2, 3)), -len(points) - 1, 0.0, np.zeros(len(points), np.int64)
     for rank, name in enumerate(np.argsort(-size, kind="mergesort")):
         if rank > 0 and size[name] <= MINIMAL_SAMPLE:
             break
@@ -100,7 +108,7 @@ def best_corner(
         if rank > 0 and length < length_min:
             continue
         face = inward(points, line, tau)
-        score, other = across(sample, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
+        score, other = across(points, chosen, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
         information = length * length * member.sum()
         if score > best or (score == best and information > best_information):
             best, best_information = score, information

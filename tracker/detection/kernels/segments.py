@@ -15,6 +15,8 @@ from tracker.detection.kernels.outline import label_body
 
 FACES, LINES, PAPER = 0, 1, 2
 """Variants of `LinkageConfig.variant`."""
+SAME_BEARING = 1e-9
+"""Weight of the range in the order of points, far below the angle between beams [rad/m]."""
 
 
 class LineLimits(NamedTuple):
@@ -46,13 +48,16 @@ class FaceLimits(NamedTuple):
 
 
 @njit(cache=True)
-def even_subset(points: Floats, count: int) -> Floats:
-    """Return (min(count, N), 2) points, evenly spaced in their order."""
+def even_subset(points: Floats, count: int) -> Ints:
+    """Return up to `count` of the points (N, 2 or more), evenly spaced along the outline that the ego sees.
+
+    The order of the points has no effect: they are sorted by bearing, those of one bearing by range.
+    """
+    key = np.empty(len(points))
+    for i in range(len(points)):
+        key[i] = math.atan2(points[i, 1], points[i, 0]) + SAME_BEARING * math.hypot(points[i, 0], points[i, 1])
     kept = min(len(points), count)
-    sample = np.empty((kept, 2))
-    for i in range(kept):
-        sample[i] = points[i * len(points) // kept, :2]
-    return sample
+    return np.argsort(key, kind="mergesort")[np.arange(kept) * len(points) // kept]
 
 
 @njit(cache=True)
@@ -84,10 +89,11 @@ def link_segments(
     label, heading = np.empty(len(points), np.int64), np.empty(len(offset) - 1)
     for s in range(len(offset) - 1):
         segment = points[offset[s] : offset[s + 1]]
-        sample = even_subset(segment, len(uniforms))
+        chosen = even_subset(segment, len(uniforms))
+        sample = segment[chosen, :2]
         cluster = agglomerate(preferences(sample, hypotheses(sample, uniforms, lines.locality), tau))
         if variant == FACES:
-            corner = best_corner(segment, sample, cluster, tau, noise, gate, depth_max, beyond_max, length_min)
+            corner = best_corner(segment, chosen, cluster, tau, noise, gate, depth_max, beyond_max, length_min)
             wide = gate * excess(segment, fit_corner(segment, corner, noise, gate)[0], noise, tau)
             corner, uncertainty = fit_corner(segment, corner, noise, wide)
             member = label_body(segment, corner, uncertainty, noise, wide, depth_max, beyond_max, faces.pitch)

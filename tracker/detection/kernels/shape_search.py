@@ -1,0 +1,190 @@
+"""Kernels of the search for a body: fits from the candidate headings, and the choice among their results."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tracker.arrays import Floats, Ints
+from tracker.detection.kernels.bowed_faces import STATES, BodyShape, first_state, fit_body
+from tracker.detection.kernels.cholesky import solve
+from tracker.detection.kernels.faces import EGO_REACH
+from tracker.detection.kernels.heading_search import misalignment
+from tracker.detection.kernels.segments import even_subset
+
+QUARTER = 0.5 * math.pi
+APART = math.radians(2.0)
+"""Minimum difference of two starts [rad]; nearer ones lead to the same result."""
+STARTS_MAX = 3
+"""Maximum number of starts; more find no better result."""
+HYPOTHESES_MAX = 8 * STARTS_MAX
+"""Two places of the flank for each of up to four corners of a body beside the ego."""
+SAMPLE_MAX = 48
+"""Points of the first fits; the last ones use all points."""
+FIRST_ROUNDS = 4
+"""Rounds of the first fits, at 4, 2, 1 and 1 times the noise."""
+FIRST_SCALE = 4.0
+LAST_FITS = 3
+"""Number of hypotheses that are fitted to all points."""
+LAST_ROUNDS = 2
+
+
+@njit(cache=True)
+def quarter_difference(a: float, b: float) -> float:
+    """Return the difference of two headings modulo a quarter turn, in [-pi/4, pi/4] [rad]."""
+    turn = (a - b) / QUARTER
+    return QUARTER * (turn - math.floor(turn + 0.5))
+
+
+@njit(cache=True)
+def visible_sides(place: Floats) -> Floats:
+    """Return the sides (1 or 2,) that may face the ego, on an axis through it with points at `place` (N,).
+
+    Units at different ends of the ego may see either side of a body beside it.
+    """
+    mean = place.mean()
+    return np.array([1.0, -1.0]) if abs(mean) < EGO_REACH else np.array([1.0 if mean > 0.0 else -1.0])
+
+
+@njit(cache=True)
+def distinct_starts(heading: Floats, cost: Floats) -> Ints:
+    """Return up to `STARTS_MAX` of the headings (M,) that are apart from each other, cheapest first."""
+    kept, count = np.empty(STARTS_MAX, np.int64), 0
+    for m in np.argsort(cost, kind="mergesort"):
+        apart = count < STARTS_MAX
+        for j in range(count):
+            apart = apart and abs(quarter_difference(heading[m], heading[kept[j]])) > APART
+        if apart:
+            kept[count] = m
+            count += 1
+    return kept[:count]
+
+
+@njit(cache=True)
+def directions(points: Floats) -> Floats:
+    """(N, 2) unit vectors from the ego to points."""
+    ray = np.empty_like(points)
+    for i in range(len(points)):
+        ray[i] = points[i] / max(math.hypot(points[i, 0], points[i, 1]), 1e-6)
+    return ray
+
+
+@njit(cache=True)
+def first_fits(
+    points: Floats, center: Floats, line: Ints, heading: float, shape: BodyShape, found: Floats, count: int
+) -> int:
+    """Fit bodies near a heading, for each pair of visible sides and place of the flank; return the new count.
+
+    Rows of `found` (H, 5 + STATES) are cost, variance of the heading [rad^2], sides, flank, and state.
+    """
+    cos, sin, ray, side = math.cos(heading), math.sin(heading), directions(points), np.empty(2)
+    for side[0] in visible_sides(cos * points[:, 1] - sin * points[:, 0]):
+        for side[1] in visible_sides(cos * points[:, 0] + sin * points[:, 1]):
+            for flank in range(2):
+                state = first_state(points - center, heading, side)
+                total, triangle = fit_body(
+                    points - center, ray, line, state, side, flank, FIRST_ROUNDS, FIRST_SCALE, shape
+                )
+                found[count, 0], found[count, 1] = total, heading_variance(triangle)
+                found[count, 2:4], found[count, 4], found[count, 5:] = side, flank, state
+                count += 1
+    return count
+
+
+@njit(cache=True)
+def heading_variance(triangle: Floats) -> float:
+    """Return the variance of the heading [rad^2] from the Cholesky factor of the information matrix."""
+    unit = np.zeros(STATES)
+    unit[0] = 1.0
+    solve(triangle, unit)
+    return float(unit[0])
+
+
+@njit(cache=True)
+def mixture_variance(found: Floats, best: int, temperature: float) -> float:
+    """Return the variance of the heading about that of hypothesis `best`, over all, weighted by their likelihoods."""
+    total, variance = 0.0, 0.0
+    for i in range(len(found)):
+        weight = math.exp(-min((found[i, 0] - found[best, 0]) / temperature, 700.0))
+        turn = quarter_difference(found[i, 5], found[best, 5])
+        total, variance = total + weight, variance + weight * (found[i, 1] + turn * turn)
+    return variance / total
+
+
+@njit(cache=True)
+def ego_covariance(triangle: Floats, heading: float, side: Floats, heading_variance: float) -> Floats:
+    """(3, 3) covariance of x, y and heading of a body that turns about the mean of its points, ego frame [m, rad].
+
+    `triangle` is the Cholesky factor of the information matrix. Face 1 gives the position along the heading, face 0
+    across it. `heading_variance` replaces that of the fit.
+    """
+    cos, sin, states = math.cos(heading), math.sin(heading), np.array([4, 1, 0])
+    covariance, unit = np.empty((3, 3)), np.empty(STATES)
+    for b in range(3):
+        unit[:] = 0.0
+        unit[states[b]] = 1.0
+        solve(triangle, unit)
+        covariance[:, b] = unit[states]
+    stretch = math.sqrt(heading_variance / covariance[2, 2])
+    turn = np.array([[cos * side[1], -sin * side[0], 0.0], [sin * side[1], cos * side[0], 0.0], [0.0, 0.0, stretch]])
+    return np.asarray(turn @ covariance @ turn.T)
+
+
+@njit(cache=True)
+def search_bodies(
+    points: Floats, line: Ints, offset: Ints, heading: Floats, shape: BodyShape, alignment: Floats, temperature: float
+) -> tuple[Floats, Floats, Floats]:
+    """Find the body of each of S segments.
+
+    Parameters
+    ----------
+    points
+        (N, 2) grouped by segment, ego frame [m].
+    line
+        (N,) scan line of each point, 0 and up.
+    offset
+        (S + 1,) first point of each segment, and N.
+    heading
+        (S, M) candidates [rad].
+    alignment
+        (3,) reach and flatness of `misalignment` [m], and its weight beside the cost of a body.
+    temperature
+        Difference of cost at which another result is e times less likely.
+
+    Returns
+    -------
+    tuple
+        Heading (S,) [rad], its cost per point (S,), and the covariance (S, 3, 3) of `ego_covariance`.
+    """
+    segments, methods = heading.shape
+    best_heading, best_cost, covariance = np.empty(segments), np.empty(segments), np.empty((segments, 3, 3))
+    triangles, found = np.empty((LAST_FITS, STATES, STATES)), np.empty((HYPOTHESES_MAX, 5 + STATES))
+    for s in range(segments):
+        segment, lines = points[offset[s] : offset[s + 1]], line[offset[s] : offset[s + 1]]
+        center, along, across = (
+            np.array([segment[:, 0].mean(), segment[:, 1].mean()]),
+            np.empty(len(segment)),
+            np.empty(len(segment)),
+        )
+        toward = center / max(math.hypot(center[0], center[1]), 1e-6)
+        chosen = even_subset(segment, SAMPLE_MAX)
+        first = np.empty(methods)
+        for m in range(methods):
+            first[m] = misalignment(segment[chosen], heading[s, m], toward, alignment[0], alignment[1], along, across)
+        count = 0
+        for start in distinct_starts(heading[s], first):
+            count = first_fits(segment[chosen], center, lines[chosen], heading[s, start], shape, found, count)
+        ray, best, last = directions(segment), 0, found[:count][np.argsort(found[:count, 0], kind="mergesort")]
+        for i in range(min(LAST_FITS, count)):
+            last[i, 0], triangles[i] = fit_body(
+                segment - center, ray, lines, last[i, 5:], last[i, 2:4], int(last[i, 4]), LAST_ROUNDS, 1.0, shape
+            )
+            aligned = misalignment(segment, last[i, 5], toward, alignment[0], alignment[1], along, across)
+            last[i, 1] = heading_variance(triangles[i])
+            last[i, 0] += alignment[2] * len(segment) * aligned
+            best = i if last[i, 0] < last[best, 0] else best
+        last = last[:LAST_FITS]
+        variance = mixture_variance(last, best, temperature)
+        best_heading[s], best_cost[s] = last[best, 5], last[best, 0] / len(segment)
+        covariance[s] = ego_covariance(triangles[best], last[best, 5], last[best, 2:4], variance)
+    return best_heading, best_cost, covariance
