@@ -25,7 +25,9 @@ FIRST_ROUNDS = 4
 """Rounds of the first fits, at 4, 2, 1 and 1 times the noise."""
 FIRST_SCALE = 4.0
 LAST_FITS = 3
-"""Number of hypotheses that are fitted to all points."""
+"""Maximum number of hypotheses that are fitted to all points."""
+PLAUSIBLE = 15.0
+"""Maximum difference of their costs in the first fit from the least one."""
 LAST_ROUNDS = 2
 
 
@@ -78,13 +80,12 @@ def first_fits(
     Rows of `found` (H, 5 + STATES) are cost, variance of the heading [rad^2], sides, flank, and state.
     """
     cos, sin, ray, side = math.cos(heading), math.sin(heading), directions(points), np.empty(2)
+    centred = points - center
     for side[0] in visible_sides(cos * points[:, 1] - sin * points[:, 0]):
         for side[1] in visible_sides(cos * points[:, 0] + sin * points[:, 1]):
             for flank in range(2):
-                state = first_state(points - center, heading, side)
-                total, triangle = fit_body(
-                    points - center, ray, line, state, side, flank, FIRST_ROUNDS, FIRST_SCALE, shape
-                )
+                state = first_state(centred, heading, side)
+                total, triangle = fit_body(centred, ray, line, state, side, flank, FIRST_ROUNDS, FIRST_SCALE, shape)
                 found[count, 0], found[count, 1] = total, heading_variance(triangle)
                 found[count, 2:4], found[count, 4], found[count, 5:] = side, flank, state
                 count += 1
@@ -175,15 +176,16 @@ def search_bodies(
         for start in distinct_starts(heading[s], first):
             count = first_fits(segment[chosen], center, lines[chosen], heading[s, start], shape, found, count)
         ray, best, last = directions(segment), 0, found[:count][np.argsort(found[:count, 0], kind="mergesort")]
-        for i in range(min(LAST_FITS, count)):
+        last = last[: min(LAST_FITS, np.searchsorted(last[:, 0], last[0, 0] + PLAUSIBLE))]
+        centred = segment - center
+        for i in range(len(last)):
             last[i, 0], triangles[i] = fit_body(
-                segment - center, ray, lines, last[i, 5:], last[i, 2:4], int(last[i, 4]), LAST_ROUNDS, 1.0, shape
+                centred, ray, lines, last[i, 5:], last[i, 2:4], int(last[i, 4]), LAST_ROUNDS, 1.0, shape
             )
             aligned = misalignment(segment, last[i, 5], toward, alignment[0], alignment[1], along, across)
             last[i, 1] = heading_variance(triangles[i])
             last[i, 0] += alignment[2] * len(segment) * aligned
             best = i if last[i, 0] < last[best, 0] else best
-        last = last[:LAST_FITS]
         variance = mixture_variance(last, best, temperature)
         best_heading[s], best_cost[s] = last[best, 5], last[best, 0] / len(segment)
         covariance[s] = ego_covariance(triangles[best], last[best, 5], last[best, 2:4], variance)
