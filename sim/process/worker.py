@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
@@ -53,7 +54,7 @@ def serve(scratch: str) -> NoReturn:
 
     Temporary files go to a new folder `scratch`. The parent removes it; if the parent dies, this process does.
     """
-    os.mkdir(scratch, mode=0o700)
+    Path(scratch).mkdir(mode=0o700)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends Ctrl-C to both processes; the parent handles it
     tempfile.tempdir = scratch
     replies = os.fdopen(os.dup(1), "wb")
