@@ -3,8 +3,8 @@
 import numpy as np
 import numpy.typing as npt
 
-from sensor_model.arrays import Floats
-from sensor_model.bodies.scene import Bodies, BodyFactory, relative_positions
+from sensor_model.arrays import Floats, Ints
+from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.walls import NearbyWalls, walls_of
 from sensor_model.clutter import ClutterSources
 from sensor_model.noise.attitude import Attitude
@@ -81,13 +81,13 @@ class Lidar:
         walls = self._walls.seen_from(frame.ego.pose_world, self._caster.reach(context))
         echoes = self._caster.cast(bodies, walls, context, free_range=self._clutter.needs_free_range)
         echoes = displace(echoes, bodies, self._relief_scale)
-        returns = from_surfaces(echoes, bodies, frame.actors)
+        returns = from_surfaces(echoes, bodies)
         returns = self._clutter.add(returns, echoes, bodies, walls, context, thresholds, frame)
-        on_surface = returns.target != NOTHING
+        on_surface, place = returns.target != NOTHING, echo_places(returns.range)
         ranges = measure_ranges(
-            returns.beam, returns.range, on_surface, self.beams, self._noise, self._draws, frame.index
+            returns.beam, returns.range, place, on_surface, self.beams, self._noise, self._draws, frame.index
         )
-        return self._scan(frame, returns, ranges), self._truth(
+        return self._scan(frame, returns, place, ranges), self._truth(
             frame, echoes, returns, ranges, bodies, context, thresholds
         )
 
@@ -114,12 +114,12 @@ class Lidar:
             return np.zeros(len(self.beams.units))
         return sync_jitter(self._noise.calibration, len(self.beams.units), frame, self._draws)
 
-    def _scan(self, frame: WorldFrame, returns: Returns, ranges: MeasuredRanges) -> Scan:
+    def _scan(self, frame: WorldFrame, returns: Returns, place: Ints, ranges: MeasuredRanges) -> Scan:
         beams, beam, index = self.beams, returns.beam, frame.index
         unit = beams.unit.take(beam)
         points = beams.units.origin_ego.take(unit, axis=0)
         points += ranges.range[:, None] * beams.direction_ego.take(beam, axis=0)
-        width = measure_widths(beam, returns.range, returns.width, beams, self._noise, self._draws, index)
+        width = measure_widths(beam, place, returns.width, beams, self._noise, self._draws, index)
         return Scan(
             time=frame.time,
             ego_pose_odom=self._odometry.pose(frame.ego.pose_world, frame.time, frame.index),
@@ -129,13 +129,12 @@ class Lidar:
             layer=beams.layer.take(beam),
             echo=returns.echo,
             echo_pulse_width=width.astype(np.float32),
-            flags=returns.flags | returns.transparent | self._wrong_flags(returns, index),
+            flags=returns.flags | returns.transparent | self._wrong_flags(returns, place, index),
         )
 
-    def _wrong_flags(self, returns: Returns, frame: int) -> npt.NDArray[np.uint16]:
+    def _wrong_flags(self, returns: Returns, place: Ints, frame: int) -> npt.NDArray[np.uint16]:
         """Return the (N,) `PointFlag.CLUTTER` of echoes that are not of droplets."""
-        places = echo_places(returns.range)
-        wrong = wrong_flags(self._noise.false_alarms, returns.beam, places, self._draws, frame)
+        wrong = wrong_flags(self._noise.false_alarms, returns.beam, place, self._draws, frame)
         return np.where(wrong & (returns.part != Part.DROPLET), PointFlag.CLUTTER, 0).astype(np.uint16)
 
     def _truth(
@@ -147,18 +146,10 @@ class Lidar:
         actor_id = np.full(len(returns), NO_ACTOR, dtype=np.int64)
         actor_id[on_actor] = actors.id[returns.target[on_actor]]
 
-        outline = on_actor[returns.cause[on_actor] == Cause.CLEAN]
-        target, normal_body = returns.target[outline], bodies.straight_normals(returns.surface[outline])
-        lidar_ego = context.origin_ego[beams.unit[returns.beam[outline]], :2]
-        lidar_body = relative_positions(lidar_ego, bodies.pose_ego[target])
-        lidar_body = bodies.straight_points(target, returns.surface[outline], lidar_body)
-        faces = visible_faces(
-            target, normal_body, returns.point_body[outline], lidar_body, actors.size[target], len(actors)
-        )
-
+        unit = beams.unit.take(returns.beam)
+        faces = visible_faces(returns, unit, context.origin_ego, bodies, actors.size)
         cause = returns.cause.copy()
         if self._noise.calibration.enabled:
-            unit = beams.unit[returns.beam]
             moved = displacement(returns, beams, self._mounts, bodies, context)
             twice = doubled_points(self._noise.calibration, moved, unit, returns.target, len(actors))
             cause[twice & (cause == Cause.CLEAN)] = Cause.DOUBLED

@@ -134,7 +134,7 @@ class Raycaster:
         context: ScanContext,
     ) -> Mirrored:  # fmt: skip
         """Cast rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
-        time = self.firing_time(context)[beam]
+        time = self._time[beam] + context.time_jitter[self._unit[beam]]
         static = _static_scene(walls, context)
         return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), static))
 
@@ -191,9 +191,8 @@ def _cos_sin(angle: Floats) -> Floats:
 
 
 def _solids(bodies: Bodies) -> records.Solids:
-    motion = np.column_stack([bodies.pose_ego, bodies.velocity_ego, bodies.acceleration_ego, bodies.yaw_rate])
     return records.Solids(
-        motion, bodies.bounds, bodies.body_solid, bodies.solid_plane, bodies.solid_bounds, bodies.solid_inner,
+        bodies.motion, bodies.bounds, bodies.body_solid, bodies.solid_plane, bodies.solid_bounds, bodies.solid_inner,
         bodies.planes, bodies.plane_reflectivity, bodies.plane_transmission,
     )  # fmt: skip
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from sensor_model.arrays import Floats
 from sensor_model.bodies.scene import Bodies
-from sensor_model.kernels.records import EgoDrive
+from sensor_model.kernels.calibration_shift import calibration_shift
+from sensor_model.kernels.records import EgoDrive, MountErrors
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import BeamTable
 from sim.world import Ego
@@ -52,30 +53,20 @@ def over_ground(ego: Ego) -> tuple[Floats, Floats, float]:
 def displacement(
     returns: Returns, beams: BeamTable, mounts: tuple[Floats, Floats], bodies: Bodies, context: ScanContext
 ) -> Floats:
-    """Return the (N,) displacement of each point by the errors of mounting poses and firing times [m].
+    """Return the (N,) displacement of each point on an actor by the errors of mounting poses and firing times [m].
+
+    It is 0 for other points.
 
     Parameters
     ----------
     mounts
         True origins (U, 3) and rotations (U, 3, 3) of the units in the frame of the ego's body.
     """
-    units, unit = beams.units, beams.unit[returns.beam]
-    origin, R_body_unit = mounts
+    units, (origin, R_body_unit) = beams.units, mounts
     R_nominal_true = R_body_unit @ units.R_ego_unit.transpose(0, 2, 1)
-    direction = beams.direction_ego[returns.beam]
-    turned = np.einsum("nij,nj->ni", R_nominal_true[unit], direction) - direction
-    moved = (origin - units.origin_ego)[unit] + returns.range[:, None] * turned
-    on_actor = np.flatnonzero(returns.target >= 0)
-    actor = returns.target[on_actor]
-    point = (units.origin_ego[unit] + returns.range[:, None] * direction)[on_actor, :2]
-    passed = bodies.velocity_ego[actor] - context.ego_velocity
-    passed += bodies.yaw_rate[actor, None] * _rotated_left(point - bodies.pose_ego[actor, :2])
-    passed -= context.ego_yaw_rate * _rotated_left(point)
-    moved[on_actor, :2] += context.time_jitter[unit[on_actor], None] * passed
-    distance: Floats = np.linalg.norm(moved, axis=1)
-    return distance
-
-
-def _rotated_left(vector: Floats) -> Floats:
-    """Rotate vectors (N, 2) by 90 degrees: the velocities of these points at a yaw rate of 1."""
-    return np.stack([-vector[:, 1], vector[:, 0]], axis=1)
+    errors = MountErrors(units.origin_ego, origin - units.origin_ego, R_nominal_true, context.time_jitter)
+    shift: Floats = calibration_shift(
+        returns.beam, returns.range, returns.target, beams.unit, beams.direction_ego, errors, bodies.motion,
+        context.ego_velocity, context.ego_yaw_rate,
+    )  # fmt: skip
+    return shift

@@ -1,97 +1,76 @@
 """Visible faces of each actor, and points that lie off its outline."""
 
+import math
+
 import numpy as np
 
-from sensor_model.arrays import Bytes, Floats, Ints
+from sensor_model.arrays import Bytes, Floats
 from sensor_model.bodies.scene import Bodies
+from sensor_model.kernels.outlines import count_on_faces, label_echoes
+from sensor_model.kernels.records import OutlinedBodies
 from sensor_model.raycaster import Echoes
-from sensor_model.returns import GROUND, Returns
-from sensor_model.truth import Cause, Face, Part, View
-from sim.world import Actors
+from sensor_model.returns import Returns
+from sensor_model.truth import Cause, Face, View
 
 MIN_FACE_HITS = 3
 """Minimum number of points of a visible face."""
 MAX_CLEAN_DEPTH = 0.20
-"""Maximum depth of a point on the outline inside it [m]. Rounded corners are at most 0.18 m deep."""
+"""Largest depth of a clean point inside the outline of its body in plan [m]; an estimate.
 
-_MIN_FACING = np.cos(np.deg2rad(30.0))  # a cut corner, at 45 degrees, belongs to neither of its faces
-_SIDES = ((Face.FRONT, 0, 1.0), (Face.LEFT, 1, 1.0), (Face.REAR, 0, -1.0), (Face.RIGHT, 1, -1.0))
-"""Each face, the body axis it faces along, and the direction."""
+The outline has the drawn body's bows and corners. The edges of hoods lie 0.12 m behind the bumper (mean of the drawn
+proportions), and twice the standard deviation of the relief is 0.06 m. Windows, hoods and interiors that a higher
+beam meets are deeper."""
+
+_MIN_FACING = math.cos(math.radians(30.0))  # a cut corner, at 45 degrees, belongs to neither of its faces
+_FACES = np.array([Face.FRONT, Face.LEFT, Face.REAR, Face.RIGHT], dtype=np.uint8)
 
 
-def from_surfaces(echoes: Echoes, bodies: Bodies, actors: Actors) -> Returns:
+def from_surfaces(echoes: Echoes, bodies: Bodies) -> Returns:
     """Label each echo with part and cause."""
-    target, surface = echoes.target, echoes.surface
-    part = np.where(target == GROUND, Part.GROUND, Part.OBSTACLE).astype(np.uint8)
-    cause = np.full(len(target), Cause.CLEAN, dtype=np.uint8)
-    on_actor = np.flatnonzero(target >= 0)
-    part[on_actor] = bodies.plane_part[surface[on_actor]]
-    points_body = echoes.point_body[:, :2].copy()
-    points_body[on_actor] = bodies.straight_points(target[on_actor], surface[on_actor], points_body[on_actor])
-    cause[on_actor] = point_causes(part[on_actor], points_body[on_actor], actors.size[target[on_actor]])
+    part, cause, point = label_echoes(
+        echoes.target, echoes.surface, echoes.point_body, bodies.plane_part, _outlined(bodies), MAX_CLEAN_DEPTH
+    )
     return Returns(
         beam=echoes.beam,
         range=echoes.range,
         width=echoes.width,
         power=echoes.power,
-        target=target,
-        surface=surface,
+        target=echoes.target,
+        surface=echoes.surface,
         part=part,
         cause=cause,
-        point_body=points_body,
-        flags=np.zeros(len(target), dtype=np.uint16),
+        point_body=point,
+        flags=np.zeros(len(part), dtype=np.uint16),
     )
 
 
-def point_causes(part: Bytes, points_body: Floats, size: Floats) -> Bytes:
-    """Return the (N,) `Cause` of points that lie on actors.
+def visible_faces(returns: Returns, unit: Bytes, origin_ego: Floats, bodies: Bodies, size: Floats) -> Bytes:
+    """Return the (A,) `Face` bits of the faces with at least `MIN_FACE_HITS` clean points.
+
+    A point is on a face if its surface and the nearest edge of the outline face that way; the tread of a wheel faces
+    forward too. The LIDAR must be in front of the face: from abreast, only the bowed edge of a rear is visible.
 
     Parameters
     ----------
-    part
-        (N,) `Part`.
-    points_body
-        (N, 2) true points in the frame of their actor, with articulation removed [m].
+    unit
+        (N,) unit of each return.
+    origin_ego
+        (U, 3) positions of the units in the ego frame [m].
     size
-        (N, 3) length, width, height of their actor [m].
+        (A, 3) length, width, height [m].
     """
-    depth = 0.5 * size[:, :2] - np.abs(points_body)
-    inside = (depth[:, 0] > MAX_CLEAN_DEPTH) & (depth[:, 1] > MAX_CLEAN_DEPTH)
-    cause = np.zeros(len(part), dtype=np.uint8)  # Cause.CLEAN
-    cause[inside] = Cause.LAYER_OVERLAP
-    cause[part == Part.MIRROR] = Cause.MIRROR
-    return cause
-
-
-def visible_faces(
-    actor: Ints, normal_body: Floats, points_body: Floats, lidar_body: Floats, size: Floats, actors: int
-) -> Bytes:
-    """Return the (A,) `Face` bits of the faces with at least `MIN_FACE_HITS` points.
-
-    A point is on a face if its surface faces that way and it lies at that side; the tread of a wheel faces forward too.
-    The LIDAR must be in front of the face: from abreast, only the bowed edge of a rear is visible.
-
-    Parameters
-    ----------
-    actor
-        (N,) actor of each point on an outline.
-    normal_body
-        (N, 3) outward normal of the surface, in the actor's frame; at corners the position alone is ambiguous.
-    lidar_body
-        (N, 2) position of the LIDAR of each point in that frame [m].
-    points_body, size
-        (N, 2) points in that frame, and (N, 3) sizes of their actors [m]; with articulation removed.
-    actors
-        Number of actors A.
-    """
-    faces = np.zeros(actors, dtype=np.uint8)
-    for face, axis, side in _SIDES:
-        faces_out = side * normal_body[:, axis] > _MIN_FACING
-        at_side = 0.5 * size[:, axis] - side * points_body[:, axis] <= MAX_CLEAN_DEPTH
-        in_front = side * lidar_body[:, axis] > 0.5 * size[:, axis]
-        count = np.bincount(actor[faces_out & at_side & in_front], minlength=actors)
-        faces[count >= MIN_FACE_HITS] |= np.uint8(face)
+    count = count_on_faces(
+        returns.cause == Cause.CLEAN, returns.target, returns.surface, returns.point_body, unit, origin_ego,
+        _outlined(bodies), size, _MIN_FACING,
+    )  # fmt: skip
+    faces: Bytes = np.bitwise_or.reduce(np.where(count >= MIN_FACE_HITS, _FACES, np.uint8(0)), axis=1)
     return faces
+
+
+def _outlined(bodies: Bodies) -> OutlinedBodies:
+    return OutlinedBodies(
+        bodies.pose_ego, bodies.planes, bodies.plane_turn, bodies.kingpin, bodies.body_outline, bodies.outline
+    )
 
 
 def view_kind(faces: Bytes) -> Bytes:

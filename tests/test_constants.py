@@ -36,7 +36,7 @@ TUNED = {
         (BoxConfig().noise_std_m, "scan lines on real cars"),
     ),
     "depth of a point on a face [m]": (
-        (MAX_CLEAN_DEPTH, "rounded corners of the simulated bodies"),
+        (MAX_CLEAN_DEPTH, "setback and relief of the simulated hoods, inside the outline"),
         (LINKAGE.curve_depth_m, "bow of real fronts and rears at hood height"),
     ),
     "limit of standing [m/s]": (

@@ -6,6 +6,7 @@ import numpy as np
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_transmission
+from sensor_model.bodies.outline import outline
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import plane_relief, waves
 from sensor_model.bodies.shapes import SHAPES
@@ -51,6 +52,8 @@ class Body:
     """(Q,)"""
     relief_waves: Floats
     """(WAVES, 4)"""
+    outline: Floats
+    """(E, 3)"""
 
 
 def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as_prism: bool) -> Body:
@@ -102,4 +105,5 @@ def _flat(
         plane_transmission=plane_transmission(part, glass),
         plane_relief=plane_relief(part, planes, relief),
         relief_waves=relief_waves,
+        outline=outline(solids, stretch),
     )

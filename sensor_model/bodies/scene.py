@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.bodies.articulation import rotate_boxes, rotate_planes, rotate_points, rotate_vectors
+from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
 from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
@@ -59,22 +59,19 @@ class Bodies:
     """(Q,) standard deviation of the surface from the plane [m]."""
     relief_waves: Floats
     """(A, WAVES, 4) wave vectors [rad/m] and phases [rad] of the relief, in the body's frame."""
+    body_outline: Ints
+    """(A + 1,) the outline of body a has edges body_outline[a] to body_outline[a + 1]."""
+    outline: Floats
+    """(E, 3) convex outlines in plan, without articulation and side mirrors: outward unit normals and offsets of their
+    edges, in the body's frame [m]."""
 
     def __len__(self) -> int:
         return len(self.pose_ego)
 
-    def straight_points(self, body: Ints, plane: Ints, points_body: Floats) -> Floats:
-        """Return points (N, 2) on planes (N,) of bodies (N,) in their frames, with articulation removed [m]."""
-        turn = self.plane_turn[plane]
-        on_turned = np.flatnonzero(turn)
-        points = points_body.copy()
-        kingpin = self.kingpin[body[on_turned]]
-        points[on_turned] = rotate_points(points_body[on_turned], kingpin, -turn[on_turned])
-        return points
-
-    def straight_normals(self, plane: Ints) -> Floats:
-        """Return the outward normals (N, 3) of planes (N,), with articulation removed."""
-        return rotate_vectors(self.planes[plane, :3], -self.plane_turn[plane])
+    @property
+    def motion(self) -> Floats:
+        """(A, 8) pose x, y, yaw; velocity x, y; acceleration x, y; yaw rate."""
+        return np.column_stack([self.pose_ego, self.velocity_ego, self.acceleration_ego, self.yaw_rate])
 
 
 class BodyFactory:
@@ -145,6 +142,8 @@ def _pack(bodies: list[Body]) -> Bodies:
         plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
         plane_relief=np.concatenate([np.empty(0), *(body.plane_relief for body in bodies)]),
         relief_waves=np.array([body.relief_waves for body in bodies]).reshape(count, WAVES, 4),
+        body_outline=_offsets(np.array([len(body.outline) for body in bodies], dtype=np.int64)),
+        outline=np.concatenate([np.empty((0, 3)), *(body.outline for body in bodies)]),
     )
 
 

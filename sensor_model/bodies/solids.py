@@ -61,8 +61,21 @@ class Solid:
         """Intersect the solid with further half-spaces; its bounding box stays."""
         return replace(self, planes=(*self.planes, *planes))
 
+    def corners(self) -> Floats:
+        """Return the (C, 3) corners [m], repeated where more than three faces meet."""
+        hull, centre = self._dual_hull()
+        return centre + _dual_points(hull)
+
     def pruned(self) -> "Solid":
-        """Drop the planes without a face, and fit the bounding box to the rest.
+        """Drop the planes without a face, and fit the bounding box to the rest."""
+        hull, centre = self._dual_hull()
+        corners = centre + _dual_points(hull)
+        low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        kept = tuple(self.planes[row] for row in sorted(hull.vertices.tolist()))
+        return replace(self, planes=kept, low=tuple(low), high=tuple(high))
+
+    def _dual_hull(self) -> tuple["scipy.spatial.ConvexHull", Floats]:
+        """Return the convex hull of the planes' dual points, and the centre of the duality.
 
         A plane n . p <= d has the dual point n / (d - n . c) for a point c inside the solid. It has a face if that is a
         vertex of the convex hull of all dual points, and the faces of that hull are the corners of the solid.
@@ -77,11 +90,7 @@ class Solid:
         centre = 0.5 * np.add(self.low, self.high)
         if np.any(normals @ centre > offsets - _CLEAR):
             centre = _ball_centre(normals, offsets)
-        hull = scipy.spatial.ConvexHull(normals / (offsets - normals @ centre)[:, None])
-        corners = centre + hull.equations[:, :3] / -hull.equations[:, 3:]
-        low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-        kept = tuple(self.planes[row] for row in sorted(hull.vertices.tolist()))
-        return replace(self, planes=kept, low=tuple(low), high=tuple(high))
+        return scipy.spatial.ConvexHull(normals / (offsets - normals @ centre)[:, None]), centre
 
 
 def prism(part: Part, profile: Profile, half_width: float, leans: Sequence[tuple[float, float]] = UPRIGHT) -> Solid:
@@ -207,6 +216,12 @@ def bevel(part: Part, first: Plane, second: Plane, width: float) -> Plane:
 def moved(plane: Plane, distance: float, part: Part) -> Plane:
     """Return the plane shifted outwards [m], as another part."""
     return Plane(plane.normal, plane.offset + distance, part)
+
+
+def _dual_points(hull: "scipy.spatial.ConvexHull") -> Floats:
+    """Return the dual points of a hull's faces."""
+    points: Floats = hull.equations[:, :3] / -hull.equations[:, 3:]
+    return points
 
 
 def _ball_centre(normals: Floats, offsets: Floats) -> Floats:

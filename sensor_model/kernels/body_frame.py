@@ -109,3 +109,15 @@ def column_span(bounds: Floats, p: int, local: Floats, columns: int, limits: Flo
         left = min(left, columns if missed else c)
         right = max(right, 0 if missed else c + 1)
     return left, right
+
+
+@njit(cache=True, inline="always")
+def plan_distance(bounds: Floats, p: int, local: Floats, c: int) -> float:
+    """Return a distance in plan that the box around solid p is not nearer than to the origin of column c [m].
+
+    A ray forward + slope x up meets the box at an inverse depth of at most sqrt(1 + slope^2) over this distance.
+    """
+    x, y = local[0, c], local[1, c]
+    ahead = max(bounds[p, 0, 0] - x, x - bounds[p, 1, 0])
+    aside = max(bounds[p, 0, 1] - y, y - bounds[p, 1, 1])
+    return float(max(ahead, aside, 0.0))

@@ -249,3 +249,37 @@ class Reflectance(NamedTuple):
     """Reflectance at normal incidence, F0 of Schlick (1994)."""
     quality: Floats
     """Share of the mirrored power that stays collimated."""
+
+
+class RoughPlanes(NamedTuple):
+    """Relief of the planes; fields as in `bodies.Bodies`."""
+
+    planes: Floats
+    plane_turn: Floats
+    plane_relief: Floats
+    kingpin: Floats
+    relief_waves: Floats
+
+
+class OutlinedBodies(NamedTuple):
+    """Outlines and planes of A bodies; fields as in `bodies.Bodies`."""
+
+    pose_ego: Floats
+    planes: Floats
+    plane_turn: Floats
+    kingpin: Floats
+    body_outline: Ints
+    outline: Floats
+
+
+class MountErrors(NamedTuple):
+    """Errors of the poses and firing times of U units."""
+
+    origin: Floats
+    """(U, 3) nominal position in the ego frame [m]."""
+    shift: Floats
+    """(U, 3) true position less the nominal one [m]."""
+    rotation: Floats
+    """(U, 3, 3) from nominal to true directions."""
+    delay: Floats
+    """(U,) of the firing times [s]."""

@@ -78,10 +78,14 @@ def split_planes(
 def enter_solid(
     facing: int, hidden: int, entry: Floats, entry_plane: Ints, leave: Floats, slope: Floats, m: int, depth: Floats,
     plane_hit: Ints,
-) -> None:  # fmt: skip
+) -> float:  # fmt: skip
     """End the rays of column m on the solid of these planes where it is nearest.
 
     Four planes at a time stay in registers. Arguments as in `split_planes` and `start_column`.
+
+    Returns
+    -------
+    Least inverse depth at which a ray of the column ends so far.
     """
     n = slope.shape[1]
     for i in range(n):
@@ -104,8 +108,11 @@ def enter_solid(
         for i in range(n):
             s = slope[m, i]
             depth[2, i] = max(max(max(l0 + s * s0, l1 + s * s1), max(l2 + s * s2, l3 + s * s3)), depth[2, i])
+    farthest = math.inf
     for i in range(n):
         enter, nearest = depth[1, i], depth[0, i]
         hit = depth[2, i] < enter < math.inf
-        depth[0, i] = enter if hit else nearest
+        nearest = enter if hit else nearest
+        depth[0, i], farthest = nearest, min(farthest, nearest)
         plane_hit[0, i] = plane_hit[1, i] if hit else plane_hit[0, i]
+    return farthest

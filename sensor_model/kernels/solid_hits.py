@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.kernels.body_frame import column_limits, column_span, into_body_frame, slope_extremes
+from sensor_model.kernels.body_frame import column_limits, column_span, into_body_frame, plan_distance, slope_extremes
 from sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,
@@ -18,6 +18,8 @@ from sensor_model.kernels.records import (
     Solids,
 )
 from sensor_model.kernels.slab_entry import enter_solid, split_planes, start_column
+
+_SLACK = 1e-9  # tolerance for rounding, so that no hit is left out
 
 
 @njit(cache=True, error_model="numpy")
@@ -39,6 +41,7 @@ def intersect_bodies(rows: Ints, rays_wide: int, time: Floats, rays: Rays, bodie
     motion, solid_inner, planes, transmission = bodies.motion, bodies.solid_inner, bodies.planes, bodies.transmission
     columns, n = slope.shape
     local, limits, extremes = np.empty((9, columns)), np.empty((6, columns)), slope_extremes(slope)
+    longest = np.sqrt(1.0 + np.maximum(extremes[0] ** 2, extremes[1] ** 2)) + _SLACK
     span, room = np.empty((2, len(solid_inner)), np.int64), _largest_group(solid_plane) + 3
     entry, leave, entry_plane = np.empty((2, room)), np.empty((2, room)), np.empty(room, np.int64)
     depth, plane, on_pane = np.empty((3, n)), np.empty((2, n), np.int64), np.empty(n, np.bool_)
@@ -52,14 +55,16 @@ def intersect_bodies(rows: Ints, rays_wide: int, time: Floats, rays: Rays, bodie
             m = first + c
             for inner in range(2):  # outer solids, then those behind a pane
                 start_column(m, column, slope, far, depth, plane)
-                entered = False
+                entered, farthest = False, 0.0
                 for p in range(body_solid[a], body_solid[a + 1]):
                     if span[0, p] <= c < span[1, p] and solid_inner[p] == inner:
+                        if farthest * plan_distance(solid_bounds, p, local, c) > longest[m]:
+                            continue
                         facing, hidden = split_planes(
                             planes, solid_plane[p], solid_plane[p + 1], local, c, entry, entry_plane, leave
                         )
                         if facing > 0:
-                            enter_solid(facing, hidden, entry, entry_plane, leave, slope, m, depth, plane)
+                            farthest = enter_solid(facing, hidden, entry, entry_plane, leave, slope, m, depth, plane)
                             entered = True
                 if not entered:
                     break

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from sensor_model.arrays import Floats
 from sensor_model.noise.random_draws import Draws, Purpose
@@ -100,9 +99,9 @@ class Attitude:
         share = math.sqrt(min(speed / config.full_from_mps, 1.0)) if config.full_from_mps else 1.0
         pitch_deg = config.pitch_deg + share * config.pitch_sigma_deg * self._wave(0, time)
         roll_deg = config.roll_deg + share * config.roll_sigma_deg * self._wave(1, time)
-        return np.asarray(
-            scipy.spatial.transform.Rotation.from_euler("YX", [pitch_deg, roll_deg], degrees=True).as_matrix()
-        )
+        pitch, roll = math.radians(pitch_deg), math.radians(roll_deg)
+        (cp, sp), (cr, sr) = (math.cos(pitch), math.sin(pitch)), (math.cos(roll), math.sin(roll))
+        return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
 
     def _wave(self, axis: int, time: float) -> float:
         """Return the value of the axis' process, which has variance 1."""

@@ -133,13 +133,13 @@ def merge(returns: Returns, clutter: Sequence[Clutter], free_range: Floats, beam
     both = _concatenated(returns, visible)
     # A single sort key: the returns are already sorted, so that a stable sort is fast.
     order = np.argsort(both.beam * (both.range.max() + 1.0) + both.range, kind="stable")
-    both = _selected(both, order, both.width[order])
-    unit = beams.unit[both.beam]
+    beam = both.beam[order]
+    unit = beams.unit[beam]
     kept, width = separate_echoes(
-        both.beam, both.range, both.width, beams.units.echo_separation[unit], beams.units.echoes_max[unit]
+        beam, both.range[order], both.width[order], beams.units.echo_separation[unit], beams.units.echoes_max[unit]
     )
     rows = np.flatnonzero(kept)
-    return _selected(both, rows, width[rows])
+    return _selected(both, order[rows], width[rows])
 
 
 def _visible(clutter: Clutter, free_range: Floats, beams: BeamTable) -> Clutter:

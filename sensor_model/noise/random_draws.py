@@ -72,8 +72,10 @@ class Draws:
 
     def uniform_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:
         """Return (2, N) independent draws in (0, 1) for counters of up to three integers, which broadcast to (N,)."""
-        counters = np.broadcast_arrays(np.atleast_1d(frame), first, second, int(purpose))
-        pairs: Floats = counter_pairs(self.key, *((counter & _WORD).astype(np.int64) for counter in counters))
+        counters = np.empty((4, np.broadcast(frame, first, second).size), dtype=np.int64)
+        for row, counter in enumerate((frame, first, second, int(purpose))):
+            counters[row] = np.bitwise_and(counter, _WORD)
+        pairs: Floats = counter_pairs(self.key, *counters)
         return pairs
 
     def normal_of(self, frame: Ints | int, first: Ints | int, second: Ints | int, purpose: Purpose) -> Floats:

@@ -34,8 +34,9 @@ def echo_places(true_range: Floats) -> Ints:
 
 
 def measure_ranges(
-    beam: Ints, true_range: Floats, real: Bools, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
-) -> MeasuredRanges:
+    beam: Ints, true_range: Floats, place: Ints, real: Bools, beams: BeamTable, config: NoiseConfig, draws: Draws,
+    frame: int,
+) -> MeasuredRanges:  # fmt: skip
     """Return the ranges that the units report, with independent draws per echo.
 
     Reported ranges stay within the limits of the unit. They are multiples of the quantum if range noise is enabled.
@@ -44,10 +45,11 @@ def measure_ranges(
     ----------
     beam, true_range
         (N,) rows of the beam table, and ranges of the leading edges [m].
+    place
+        (N,) `echo_places`.
     real
         (N,) True for echoes of surfaces; only these have gross errors.
     """
-    place = echo_places(true_range)
     range_, outlier = true_range, np.zeros(len(beam), dtype=np.bool_)
     if config.range.enabled:
         range_ = range_ + range_error(config.range, beam, true_range, place, beams, draws, frame)
@@ -65,17 +67,17 @@ def measure_ranges(
 
 
 def measure_widths(
-    beam: Ints, true_range: Floats, width: Floats, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
+    beam: Ints, place: Ints, width: Floats, beams: BeamTable, config: NoiseConfig, draws: Draws, frame: int
 ) -> Floats:
     """Return the (N,) echo pulse widths that the units report [m]: at least one quantum, and multiples of it.
 
     Parameters
     ----------
-    beam, true_range, width
-        (N,) rows of the beam table, ranges of the leading edges, and widths without error [m].
+    beam, place, width
+        (N,) rows of the beam table, `echo_places`, and widths without error [m].
     """
     if config.range.enabled:
-        width = width + width_error(beam, echo_places(true_range), beams, draws, frame)
+        width = width + width_error(beam, place, beams, draws, frame)
     quantum = beams.units.pulse_quantum.take(beams.unit.take(beam))
     reported: Floats = np.maximum(np.rint(width / quantum), 1.0) * quantum
     return reported

@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import uuid
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
@@ -130,7 +131,8 @@ class _Process:
     """Processes without a run, kept for the next one."""
 
     def __init__(self) -> None:
-        self._scratch = tempfile.mkdtemp(prefix="luxloop-")
+        # The process makes the folder: only then does a parent that is killed at any time leave none.
+        self._scratch = str(Path(tempfile.gettempdir(), f"luxloop-{uuid.uuid4().hex}"))
         self._owner = os.getpid()
         path = list(map(str, sys.path))
         program = f"import sys; sys.path[:] = {path!r}; from sim.process.worker import serve; serve({self._scratch!r})"

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
@@ -51,8 +52,9 @@ class Request(Enum):
 def serve(scratch: str) -> NoReturn:
     """Serve one run after the other, until the parent kills this process or dies.
 
-    Temporary files go to the folder `scratch`. The parent removes it; if the parent dies, this process does.
+    Temporary files go to a new folder `scratch`. The parent removes it; if the parent dies, this process does.
     """
+    Path(scratch).mkdir(mode=0o700)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends Ctrl-C to both processes; the parent handles it
     tempfile.tempdir = scratch
     replies = os.fdopen(os.dup(1), "wb")

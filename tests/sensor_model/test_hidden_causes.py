@@ -10,7 +10,7 @@ from sensor_model.noise.false_alarms import false_alarms
 from sensor_model.noise.noise_config import FalseAlarms, NoiseConfig, Rain, Spray
 from sensor_model.noise.rain import drops
 from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import measure_widths
+from sensor_model.noise.ranging import echo_places, measure_widths
 from sensor_model.raycaster import Raycaster
 from sensor_model.truth import Cause
 from sim.world import Kind
@@ -87,7 +87,7 @@ def widths_of_air(frames):
             drops(Rain(True, rate_mm_per_h=50.0), BEAMS, need, draws, frame),
             false_alarms(FalseAlarms(rate=0.01), BEAMS, need, draws, frame),
         ):
-            width = measure_widths(some.beam, some.range, some.width, BEAMS, NoiseConfig(), draws, frame)
+            width = measure_widths(some.beam, echo_places(some.range), some.width, BEAMS, NoiseConfig(), draws, frame)
             over_db = 10 * np.log10(some.power / need.threshold[some.beam])
             found.append([over_db, width - BEAMS.layer_pulse_bias[some.beam]])
     return np.concatenate(found, axis=1)
@@ -101,7 +101,7 @@ def widths_of_surfaces(frames):
     over_db = 10 * np.log10(echoes.power / context.threshold[echoes.beam])
     bias = beams.layer_pulse_bias[echoes.beam]
     found = [
-        measure_widths(echoes.beam, echoes.range, echoes.width, beams, NoiseConfig(), draws, frame) - bias
+        measure_widths(echoes.beam, echo_places(echoes.range), echoes.width, beams, NoiseConfig(), draws, frame) - bias
         for frame in range(frames)
     ]
     return np.stack([np.tile(over_db, frames), np.concatenate(found)])

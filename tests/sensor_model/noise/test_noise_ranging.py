@@ -9,7 +9,7 @@ from support.noise_scenes import ALL, BEAMS, within
 
 from sensor_model.noise.noise_config import NoiseConfig, Outliers, RangeNoise
 from sensor_model.noise.random_draws import Draws
-from sensor_model.noise.ranging import measure_ranges, measure_widths
+from sensor_model.noise.ranging import echo_places, measure_ranges, measure_widths
 
 REAL = np.ones(len(ALL), np.bool_)
 TWENTY = np.full(len(ALL), 20.004)
@@ -19,7 +19,12 @@ SMOOTH = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 1e-9
 
 def errors(config, frames=(0, 1, 2, 3), beams=BEAMS, at=20.004):
     draws, ranges = Draws(3, beams), np.full(len(ALL), at)
-    return np.array([measure_ranges(ALL, ranges, REAL, beams, config, draws, frame).range - at for frame in frames])
+    return np.array(
+        [
+            measure_ranges(ALL, ranges, echo_places(ranges), REAL, beams, config, draws, frame).range - at
+            for frame in frames
+        ]
+    )
 
 
 @pytest.mark.parametrize("first", [0, 100_000])
@@ -69,8 +74,12 @@ def test_echoes_of_a_beam_have_independent_errors():
     """Fails if an echo's error depends on the other echoes of its beam, for example by its index."""
     draws, two = Draws(3, SMOOTH), np.repeat(ALL, 2)
     ranges = np.tile([20.0, 21.4], len(ALL))
-    both = measure_ranges(two, ranges, np.repeat(REAL, 2), SMOOTH, NoiseConfig(), draws, 5).range - ranges
-    second_alone = measure_ranges(ALL, np.full(len(ALL), 21.4), REAL, SMOOTH, NoiseConfig(), draws, 5).range - 21.4
+    both = (
+        measure_ranges(two, ranges, echo_places(ranges), np.repeat(REAL, 2), SMOOTH, NoiseConfig(), draws, 5).range
+        - ranges
+    )
+    second = np.full(len(ALL), 21.4)
+    second_alone = measure_ranges(ALL, second, echo_places(second), REAL, SMOOTH, NoiseConfig(), draws, 5).range - 21.4
     assert np.array_equal(both[1::2], second_alone)
     bias = BEAMS.layer_bias
     assert abs(np.corrcoef(both[::2] - bias, both[1::2] - bias)[0, 1]) < 4.5 / np.sqrt(len(ALL))
@@ -81,14 +90,17 @@ def test_ranges_stay_within_the_limits_of_the_unit():
     near, far = np.full(len(ALL), 0.31), np.full(len(ALL), 199.99)
     config = NoiseConfig(range=RangeNoise(sigma_scale=10.0), outliers=Outliers(True, rate=0.5, scale_m=5.0))
     for true_range in (near, far):
-        range_ = measure_ranges(ALL, true_range, REAL, BEAMS, config, Draws(3, BEAMS), 0).range
+        range_ = measure_ranges(ALL, true_range, echo_places(true_range), REAL, BEAMS, config, Draws(3, BEAMS), 0).range
         assert range_.min() >= 0.3
         assert range_.max() <= 200.0
 
 
 def test_outliers_have_their_rate_and_a_laplace_distribution():
     config = replace(EXACT, outliers=Outliers(True, rate=0.05, scale_m=0.8))
-    some = [measure_ranges(ALL, TWENTY, REAL, BEAMS, config, Draws(3, BEAMS), frame) for frame in range(10)]
+    some = [
+        measure_ranges(ALL, TWENTY, echo_places(TWENTY), REAL, BEAMS, config, Draws(3, BEAMS), frame)
+        for frame in range(10)
+    ]
     outlier = np.concatenate([each.outlier for each in some])
     error = np.concatenate([each.range for each in some]) - 20.004
     assert within(outlier.sum(), len(outlier), 0.05)
@@ -99,8 +111,10 @@ def test_outliers_have_their_rate_and_a_laplace_distribution():
 def test_outliers_do_not_change_other_errors():
     """Fails if both kinds share a sequence of draws."""
     draws = Draws(3, BEAMS)
-    before = measure_ranges(ALL, TWENTY, REAL, BEAMS, NoiseConfig(), draws, 5)
-    after = measure_ranges(ALL, TWENTY, REAL, BEAMS, NoiseConfig(outliers=Outliers(True, rate=0.1)), draws, 5)
+    before = measure_ranges(ALL, TWENTY, echo_places(TWENTY), REAL, BEAMS, NoiseConfig(), draws, 5)
+    after = measure_ranges(
+        ALL, TWENTY, echo_places(TWENTY), REAL, BEAMS, NoiseConfig(outliers=Outliers(True, rate=0.1)), draws, 5
+    )
     assert not before.outlier.any()
     assert 300 < after.outlier.sum() < 700
     assert np.array_equal(before.range[~after.outlier], after.range[~after.outlier])
@@ -110,7 +124,7 @@ def test_only_echoes_of_surfaces_have_gross_errors():
     """Fails if a drop or a ghost gets a gross error, or changes the draws of others."""
     draws, real = Draws(3, BEAMS), ALL % 2 == 0
     config = replace(EXACT, outliers=Outliers(True, rate=0.1))
-    every, some = (measure_ranges(ALL, TWENTY, of, BEAMS, config, draws, 5) for of in (REAL, real))
+    every, some = (measure_ranges(ALL, TWENTY, echo_places(TWENTY), of, BEAMS, config, draws, 5) for of in (REAL, real))
     assert every.outlier[~real].sum() > 100
     assert np.array_equal(some.outlier, every.outlier & real)
     assert np.all(some.range[~real] == 20.004)
@@ -121,7 +135,8 @@ def test_rounding_keeps_ranges_within_the_limits():
     """In multiples of 0.7 m the limits 0.3 m and 200 m become 0 and 200.2 m. Fails if ranges are clipped before."""
     coarse = replace(BEAMS, units=replace(BEAMS.units, range_quantum=np.full(6, 0.7)))
     for true_range in (0.3, 200.0):
-        of = measure_ranges(ALL, np.full(len(ALL), true_range), REAL, coarse, NoiseConfig(), Draws(3, BEAMS), 0)
+        at = np.full(len(ALL), true_range)
+        of = measure_ranges(ALL, at, echo_places(at), REAL, coarse, NoiseConfig(), Draws(3, BEAMS), 0)
         assert of.range.min() >= 0.3
         assert of.range.max() <= 200.0
 
@@ -129,13 +144,13 @@ def test_rounding_keeps_ranges_within_the_limits():
 def test_no_ranges_without_returns():
     none = np.empty(0, np.int64)
     config = NoiseConfig(outliers=Outliers(True))
-    result = measure_ranges(none, none.astype(float), none.astype(bool), BEAMS, config, Draws(3, BEAMS), 0)
+    result = measure_ranges(none, none.astype(float), none, none.astype(bool), BEAMS, config, Draws(3, BEAMS), 0)
     assert len(result.range) == len(result.outlier) == 0
 
 
 def widths(config, true_width=2.0, frame=0):
     width = np.full(len(ALL), true_width)
-    return measure_widths(ALL, TWENTY, width, BEAMS, config, Draws(3, BEAMS), frame)
+    return measure_widths(ALL, echo_places(TWENTY), width, BEAMS, config, Draws(3, BEAMS), frame)
 
 
 def test_width_error_has_the_units_sigma_and_the_bias_of_each_layer():
