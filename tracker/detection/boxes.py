@@ -11,8 +11,6 @@ from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, rotate
 from tracker.records import Boxes, Candidates, Linkage, Segments
 
-CORNERS = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]])
-"""Signs of a rectangle's corners in its own frame."""
 HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
 """Standard deviation of a heading with a uniform distribution over a quarter turn, the prior without points [rad]."""
 
@@ -165,10 +163,12 @@ def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, 
 
 
 def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:
-    """Return the corner (B, 2) nearest to the ego [m], and its signs (B, 2) in the box's frame."""
-    corners = center[:, None] + rotate(0.5 * CORNERS * size[:, None], heading[:, None])
-    nearest = np.argmin(np.hypot(corners[..., 0], corners[..., 1]), axis=1)
-    return corners[np.arange(len(center)), nearest], CORNERS[nearest]
+    """Return the corner (B, 2) nearest to the ego [m], and its signs (B, 2) in the box's frame.
+
+    A side without depth has two corners at one place; the box extends away from the ego.
+    """
+    sign = np.where(rotate(center, -heading) > 0.0, -1, 1)
+    return center + rotate(0.5 * sign * size, heading), sign
 
 
 def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfig) -> Floats:
