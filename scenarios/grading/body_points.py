@@ -13,8 +13,8 @@ from sensor_model.truth import Cause
 
 Complexes = npt.NDArray[np.complex128]
 
-ON_BODY = (Cause.CLEAN, Cause.LAYER_OVERLAP)
-"""Causes of points that lie on the body: on its outline, or deeper than that."""
+ON_BODY = (Cause.CLEAN, Cause.LAYER_OVERLAP, Cause.DOUBLED)
+"""Causes of points on the body: on its outline, deeper than that, or displaced by errors of calibration."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,14 +15,14 @@ and s is
     I(h) = sum over faces of  (sum w t^2)  -  (sum w t q)^2 / (sum w q^2 + 1 / v).
 
 No estimator that is unbiased in h for every d, on average over s, has a standard deviation below I(h)^-1/2. This is the
-hybrid bound of Rockah and Schultheiss 1987 (IEEE Trans. ASSP 35(3), section II), of a constant h and d and a random s;
-the elimination is that of Kay 1993 (Fundamentals of Statistical Signal Processing I, section 3.7), whose example 3.7 is
-one flat face with equal weights.
+hybrid bound (Rockah and Schultheiss 1987, Array shape calibration, IEEE Trans. ASSP 35(3)) of constant h and d and a
+random s. The elimination is that of Kay 1993 (Fundamentals of Statistical Signal Processing I, section 3.7), whose
+example 3.7 is one flat face with equal weights.
 
-The points are all those on the body in the segment, as in a fit. Points on rounded corners count for the face that
-the beam meets most directly. Points deeper than the outline (glass, hood) do so with an offset and a sagitta
-per layer. All other choices favour a small bound: the middle of each face is known, a parabola is its exact shape, and range noise
-is the only error.
+The points are all those on the body in the segment, as in a fit. Points on rounded corners count for the face that the
+beam meets most directly, and so do points deeper than the outline (glass, hood). All choices favour a small bound: the
+depth of every layer behind its face is known, the middle of each face is known, a parabola is its exact shape, and
+range noise is the only error.
 """
 
 import numpy as np
@@ -41,8 +41,8 @@ CORNER_RADIUS_M = np.array(
 
 BOW_STD_M = np.array([0.12, 0.03, 0.12, 0.03])
 """Spread of the sagitta of real cars by face: quartile distance over 1.35 [m], see docs/realism.md."""
-BOW_HALF_M = np.array([0.75, 1.6, 0.75, 1.6])
-"""Half the width T over which that sagitta was measured, by face [m]."""
+BOW_SHARE = np.array([0.83, 0.7, 0.83, 0.7])
+"""Share of the face over which that sagitta was measured: 1.5 m of an end of 1.8 m, 3.2 m of a flank of 4.6 m."""
 
 NORMALS = np.array([1.0, 1.0j, -1.0, -1.0j])
 """Outward normals of the faces 0 to 3: front, left, rear and right."""
@@ -67,14 +67,14 @@ def observed(frame_truth: FrameTruth, ranging: Ranging, points: BodyPoints, owne
     if not ranging.sigma.any() or not len(owner):
         return np.full(len(owner), np.nan)
     actors, scan = frame_truth.actors, frame_truth.scan
-    deep = frame_truth.truth.cause[points.point] != Cause.CLEAN
+    deep = frame_truth.truth.cause[points.point] == Cause.LAYER_OVERLAP
     face, along = on_faces(
         points.position, points.beam, actors.size[points.row], CORNER_RADIUS_M[actors.kind[points.row]], deep
     )
     sigma = ranging.sigma[scan.unit[points.point]] * _incidence(points.beam, face)
     kept = (sigma > 0.0) & (actors.articulation[points.row] == 0.0)  # a beam meets no face from behind
-    layer = np.where(deep, 1 + 256 * scan.unit[points.point].astype(np.int64) + scan.layer[points.point], 0)
-    return bound(points.observation[kept], face[kept], along[kept], sigma[kept], len(owner), layer[kept])
+    place = along / (0.5 * BOW_SHARE[face] * actors.size[points.row, 1 - face % 2])
+    return bound(points.observation[kept], face[kept], along[kept], place[kept], sigma[kept], len(owner))
 
 
 def _incidence(beam: Complexes, face: Ints) -> Floats:
@@ -109,7 +109,7 @@ def on_faces(
     return face, np.where(face % 2, x, y)
 
 
-def bound(observation: Ints, face: Ints, along: Floats, sigma: Floats, count: int, layer: Ints | None = None) -> Floats:
+def bound(observation: Ints, face: Ints, along: Floats, place: Floats, sigma: Floats, count: int) -> Floats:
     """(count,) bounds of the headings of observations [rad]; NaN without information about the heading.
 
     Parameters
@@ -118,22 +118,21 @@ def bound(observation: Ints, face: Ints, along: Floats, sigma: Floats, count: in
         (P,) observation of each point, and its face, 0 to 3.
     along
         (P,) position along the face, from its middle [m].
+    place
+        (P,) the same over T, half the width of the bow.
     sigma
         (P,) standard deviation of the point across its face [m].
-    layer
-        (P,) layer of each point with its own offset and sagitta; by default all of a face have the same.
     """
-    keys = np.stack([observation, face, np.zeros_like(face) if layer is None else layer], axis=1)
-    surfaces, group = np.unique(keys, axis=0, return_inverse=True)
-    group, groups = group.ravel(), len(surfaces)
+    group, groups = observation * len(NORMALS) + face, count * len(NORMALS)
     weight = sigma**-2.0
-    total = np.bincount(group, weight, groups)
+    total = np.maximum(np.bincount(group, weight, groups), 1e-300)  # of faces without points: no division by zero
 
     def from_mean(values: Floats) -> Floats:
         return np.asarray(values - (np.bincount(group, weight * values, groups) / total)[group])
 
-    t, q = from_mean(along), from_mean((along / BOW_HALF_M[face]) ** 2)
+    t, q = from_mean(along), from_mean(place**2)
     tt, tq, qq = (np.bincount(group, weight * product, groups) for product in (t * t, t * q, q * q))
-    information = np.bincount(surfaces[:, 0], tt - tq**2 / (qq + BOW_STD_M[surfaces[:, 1]] ** -2.0), count)
+    bow = np.tile(BOW_STD_M**-2.0, count)
+    information = (tt - tq**2 / (qq + bow)).reshape(count, -1).sum(axis=1)
     bounded = information > UNIFORM_STD**-2.0
     return np.where(bounded, np.where(bounded, information, 1.0) ** -0.5, np.nan)

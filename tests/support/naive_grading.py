@@ -88,7 +88,7 @@ class BowedFaces:
         offset, sagitta = offsets[self.face], sagittas[self.face]
         out = self.normal * cmath.exp(1j * values[0])
         reach = (offset - dot(out, self.origin)) / dot(out, self.direction)
-        for _ in range(4):
+        for _ in range(3):
             x = self.origin + reach * self.direction
             t = dot(out * 1j, x - self.middle)
             behind = dot(out, x) - offset + sagitta * (t / self.half) ** 2
@@ -112,7 +112,7 @@ class BowedFaces:
         rows = np.vstack([self.jacobian(values) / sigma, self.prior()])
         return math.sqrt(np.linalg.inv(rows.T @ rows)[0, 0])
 
-    def most_likely_heading(self, measured, start, sigma, rounds=4):
+    def most_likely_heading(self, measured, start, sigma, rounds=3):
         """Heading of the largest posterior density, by Gauss-Newton iterations."""
         prior, values = self.prior(), start.copy()
         for _ in range(rounds):
