@@ -65,7 +65,7 @@ def _of_points(
     frame_truth: FrameTruth, ranging: Ranging | None, label: Ints, owner: Ints, segment: Ints
 ) -> dict[str, Floats]:
     """Return the bound and the visible extents of each observation (K,); NaN without the rig's beams."""
-    if ranging is None:
+    if ranging is None or not len(owner):
         return dict.fromkeys(("heading_bound_deg", "seen_length_m", "seen_width_m"), np.full(len(owner), np.nan))
     points = body_points.of_observations(frame_truth, ranging, label, owner, segment)
     length, width = body_points.extents(points, len(owner)).T
