@@ -8,7 +8,7 @@ from scenarios.grading.metric_names import ESTIMATES, SEEN, TARGETS, VIEWS
 from scenarios.report import paper_figures
 from scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from scenarios.report.fit_tables import emphasis, methods_of
-from scenarios.result import Result
+from scenarios.result import Metric, Result
 
 
 def dataset(result: Result) -> Table:
@@ -54,7 +54,7 @@ def heading_distribution(result: Result) -> Table:
     for method in methods_of(result):
         zero = percent_of(result.metrics[f"fit.{method}.rounded_to_0deg"])
         shares = [result.metrics[f"fit.{method}.within_{limit}deg"] for limit in range(1, 6)]
-        cells = [f"{percent_of(share)} {interval_of(share, percent=True)}" for share in shares]
+        cells = [f"{percent_of(share)} {_spread(share)}".rstrip() for share in shares]
         table.add_row(method, zero, *cells, style=emphasis(method))
     for method, published in paper_figures.WITHIN.items():
         shown = (paper_figures.ZERO[method], *published)
@@ -89,3 +89,10 @@ def position_error(result: Result) -> Table:
         x_mean, x_std, y_mean, y_std = (f"{value:.3f}" for value in published)
         table.add_row(f"paper: {model}", targets, x_mean, "", x_std, y_mean, "", y_std, style="dim")
     return table
+
+
+def _spread(share: Metric) -> str:
+    """Format the interval of a share in percent; empty if its ends are equal, which leaves room for other columns."""
+    shown = interval_of(share, percent=True)
+    low, _, high = shown.partition("-")
+    return shown if low != high else ""
