@@ -1,0 +1,75 @@
+"""Comparison of the selection with every candidate in groups of observations, with intervals over vehicles."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from fits.observations import groups
+
+from scenarios.grading.bootstrap import Bootstrap, Interval
+from tracker.records import METHODS
+
+FEWEST = 20
+"""Observations of a group that is compared."""
+
+
+class Difference(NamedTuple):
+    """Mean absolute error of the selection minus that of a candidate [deg]."""
+
+    method: str
+    mean: float
+    interval: Interval | None
+    """95 %, resampled by vehicle; None with a single vehicle."""
+
+
+class Standing(NamedTuple):
+    """Errors in one group of observations."""
+
+    scenario: str
+    group: str
+    n: int
+    vehicles: int
+    means: dict[str, float]
+    """Mean absolute heading error of each of `METHODS`, `best` and `oracle` [deg]; NaN without a rectangle."""
+    differences: list[Difference]
+    """From each candidate, the one with the least error first."""
+
+    @property
+    def losses(self) -> list[Difference]:
+        """Candidates with less error than the selection, by more than the interval."""
+        return [one for one in self.differences if one.interval is not None and one.interval[0] > 0.0]
+
+    @property
+    def verdict(self) -> str:
+        """`wins`, `ties` or `loses` against the candidate with the least error; `one vehicle` without an interval."""
+        if self.losses:
+            return "loses"
+        interval = self.differences[0].interval
+        if interval is None:
+            return "one vehicle"
+        return "wins" if interval[1] < 0.0 else "ties"
+
+
+def standings(observed: pd.DataFrame, scenario: str) -> list[Standing]:
+    """Compare in all observations, and in those of each view and band that has enough."""
+    bootstrap = Bootstrap(observed["vehicle"].to_numpy())
+    return [_standing(scenario, name, group, bootstrap) for name, group in groups(observed) if len(group) >= FEWEST]
+
+
+def _standing(scenario: str, name: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Standing:
+    compared = [_difference(method, group, bootstrap) for method in METHODS if group[method].notna().any()]
+    return Standing(
+        scenario=scenario,
+        group=name,
+        n=len(group),
+        vehicles=group["vehicle"].nunique(),
+        means={method: float(group[method].mean()) for method in (*METHODS, "best", "oracle")},
+        differences=sorted(compared, key=lambda one: -one.mean),
+    )
+
+
+def _difference(method: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Difference:
+    """Compare over the observations that have a rectangle of both."""
+    both = group[group[method].notna()]
+    gap = (both["best"] - both[method]).to_numpy()
+    return Difference(method, float(gap.mean()), bootstrap.of_ratio(both["vehicle"].to_numpy(), gap, np.ones(len(gap))))
