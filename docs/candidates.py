@@ -12,6 +12,8 @@ import argparse
 import sys
 from pathlib import Path
 
+import pandas as pd
+from fits import coverage
 from fits.league import Standing, standings
 from fits.league_tables import summary, table
 from fits.observations import of_runs
@@ -27,23 +29,24 @@ def main() -> None:
     parser.add_argument("--every", action="store_true", help="print every group of every scenario")
     given = parser.parse_args()
     try:
-        together, apart = compare(given.folder)
+        observed = observations(given.folder)
     except OutputError as error:
         sys.exit(str(error))
+    together, apart = compare(observed)
     print(f"All runs\n\n{table(together, by_scenario=False)}\n")
     print(f"By scenario\n\n{table([one for one in apart if one.group == 'all'], by_scenario=True)}\n")
     shown = apart if given.every else [one for one in apart if one.losses]
     print(f"{'Every group' if given.every else 'Losses'}\n\n{table(shown, by_scenario=True)}\n")
-    print(summary(apart))
+    print(f"{summary(apart)}\n\nCoverage of the heading's intervals\n\n{coverage.table(observed)}")
 
 
-def compare(folders: list[Path]) -> tuple[list[Standing], list[Standing]]:
-    """Return the groups over all runs in `folders`, and those of each scenario.
+def observations(folders: list[Path]) -> pd.DataFrame:
+    """Return the observations of all runs in folders.
 
     Raises
     ------
     OutputError
-        A folder contains no run, or a damaged one.
+        No folder contains a run, or a run is damaged or has no fits.
     """
     runs = [run for folder in folders for run in run_folder.found_in(folder)]
     if not runs:
@@ -51,6 +54,11 @@ def compare(folders: list[Path]) -> tuple[list[Standing], list[Standing]]:
     observed = of_runs(runs)
     if observed.empty:
         raise OutputError(f"{', '.join(map(str, folders))}: no fits in its runs; the tracker gave no trace")
+    return observed
+
+
+def compare(observed: pd.DataFrame) -> tuple[list[Standing], list[Standing]]:
+    """Return the groups over all runs, and those of each scenario."""
     apart = [one for name, rows in observed.groupby("scenario") for one in standings(rows, str(name))]
     return standings(observed, "all"), apart
 

@@ -11,6 +11,8 @@ from tracker.records import METHODS
 
 FEWEST = 20
 """Observations of a group that is compared."""
+FEWEST_VEHICLES = 4
+"""Vehicles of a group that has intervals: resamples of fewer have few different means."""
 
 
 class Difference(NamedTuple):
@@ -19,7 +21,7 @@ class Difference(NamedTuple):
     method: str
     mean: float
     interval: Interval | None
-    """95 %, resampled by vehicle; None with a single vehicle."""
+    """95 %, resampled by vehicle; None with fewer than `FEWEST_VEHICLES`."""
 
 
 class Standing(NamedTuple):
@@ -41,12 +43,12 @@ class Standing(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """`wins`, `ties` or `loses` against the candidate with the least error; `one vehicle` without an interval."""
+        """`wins`, `ties` or `loses` against the candidate with the least error; `too few vehicles` for an interval."""
         if self.losses:
             return "loses"
         interval = self.differences[0].interval
         if interval is None:
-            return "one vehicle"
+            return "too few vehicles"
         return "wins" if interval[1] < 0.0 else "ties"
 
 
@@ -71,5 +73,7 @@ def _standing(scenario: str, name: str, group: pd.DataFrame, bootstrap: Bootstra
 def _difference(method: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Difference:
     """Compare over the observations that have a rectangle of both."""
     both = group[group[method].notna()]
-    gap = (both["best"] - both[method]).to_numpy()
-    return Difference(method, float(gap.mean()), bootstrap.of_ratio(both["vehicle"].to_numpy(), gap, np.ones(len(gap))))
+    gap, vehicle = (both["best"] - both[method]).to_numpy(), both["vehicle"].to_numpy()
+    enough = len(np.unique(vehicle)) >= FEWEST_VEHICLES
+    interval = bootstrap.of_ratio(vehicle, gap, np.ones(len(gap))) if enough else None
+    return Difference(method, float(gap.mean()), interval)

@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from fits.league import Standing
+from fits.league import FEWEST_VEHICLES, Standing
 
 from tracker.records import METHODS
 
@@ -36,7 +36,8 @@ def summary(standings: Sequence[Standing]) -> str:
     """Return the numbers of groups by verdict, in a sentence."""
     count = Counter(one.verdict for one in standings)
     parts = [f"{count[verdict]} {verdict}" for verdict in ("wins", "ties", "loses")]
-    alone = f"; {count['one vehicle']} have a single vehicle and no interval" if count["one vehicle"] else ""
+    few = count["too few vehicles"]
+    alone = f"; {few} have fewer than {FEWEST_VEHICLES} vehicles and no interval" if few else ""
     return f"Of {len(standings)} groups, best: {', '.join(parts)}{alone}."
 
 

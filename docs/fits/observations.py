@@ -1,4 +1,4 @@
-"""Heading errors of every candidate, of the selection and of the oracle, observation by observation, from run folders."""
+"""Heading errors of every candidate, of the selection and of the oracle, one row per observation of finished runs."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -19,9 +19,9 @@ BANDS = {"range": ("range_m", RANGE_BANDS, " m"), "points": ("points", POINT_BAN
 def of_runs(folders: Iterable[Path]) -> pd.DataFrame:
     """Return the observations of runs, one row each, with a selected rectangle.
 
-    Columns: `run`, `scenario`, `frame`, `actor_id`, `vehicle` (number over all runs), `view`, `range`, `points`, and the
-    absolute heading error of each of `METHODS`, `best` and `oracle` [deg], NaN without a rectangle. Views are the kinds
-    of `VIEWS`, or "none".
+    Columns: `run`, `scenario`, `frame`, `actor_id`, `vehicle` (number over all runs), `view`, `range`, `points`, the
+    absolute error of each of `METHODS`, `best` and `oracle` [deg], NaN without a rectangle, and `deviation`, the
+    error of the box over its standard deviation. Views are the kinds of `VIEWS`, or "none".
     """
     parts = [of_run(folder) for folder in folders]
     if not parts:
@@ -41,9 +41,17 @@ def of_run(folder: Path) -> pd.DataFrame:
     first = errors.drop_duplicates(KEY).set_index(KEY)
     for name, (column, bands, unit) in BANDS.items():
         wide[name] = in_band(first[column], bands, unit)
+    wide["deviation"] = deviation(first)
     wide["view"] = first["view"].astype(str).str.replace("_", "-")
     wide["run"], wide["scenario"] = str(folder), result.scenario
     return wide[wide["best"].notna()].reset_index()
+
+
+def deviation(fits: pd.DataFrame) -> pd.Series:
+    """Return the absolute heading error of each observation's box in standard deviations; NaN without a box."""
+    if "box_heading_std_deg" not in fits:  # a run of an earlier version
+        return pd.Series(np.nan, fits.index)
+    return fits["box_heading_error_deg"].abs() / fits["box_heading_std_deg"]
 
 
 def in_band(values: pd.Series, bands: dict[str, tuple[float, float]], unit: str) -> pd.Series:
