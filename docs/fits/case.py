@@ -1,4 +1,4 @@
-"""One fit for a picture: points with their lines, and the rectangles of all candidates in the vehicle's frame."""
+"""Fit to one vehicle for a picture: points with their lines, and all rectangles in the frame of the true box."""
 
 from typing import NamedTuple
 
