@@ -20,7 +20,6 @@ from scenarios.dataset import writer as dataset
 from scenarios.errors import OutputError
 from scenarios.files import atomic_folder
 from scenarios.files.expect import Check, verdict
-from scenarios.grading.metric_names import GRADED, METRICS
 from scenarios.result import Metric, Result
 
 RESULT = "result.json"
@@ -28,7 +27,6 @@ REPORT = "report.txt"
 RECORDING = "recording.rrd"
 TABLES = "tables"
 SCANS = "scans"
-LATER = "the run was made by an earlier version; run the scenario again"
 
 
 def create(out: Path) -> AbstractContextManager[Path]:
@@ -115,7 +113,7 @@ def read(folder: Path) -> Result:
             ended_early=document["ended_early"],
             simulator_failed=document["simulator_failed"],
             frames=document["frames"],
-            metrics=_with_later({name: _read_metric(metric) for name, metric in document["metrics"].items()}),
+            metrics={name: _read_metric(metric) for name, metric in document["metrics"].items()},
             tables={path.stem: pd.read_parquet(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
             config=document["config"],
             versions=document["versions"],
@@ -126,12 +124,6 @@ def read(folder: Path) -> Result:
         # Malformed JSON and Parquet raise a ValueError.
         why = "the run in it is damaged, or of another version of luxloop; run the scenario again"
         raise OutputError(f"{folder}: {why}") from error
-
-
-def _with_later(metrics: dict[str, Metric]) -> dict[str, Metric]:
-    """Add the metrics that the version of the run did not have, without a value."""
-    added = {name: Metric(None, unit, 0, LATER) for name, unit in METRICS.items() if name in GRADED}
-    return {**{name: metric for name, metric in added.items() if name not in metrics}, **metrics}
 
 
 def found_in(folder: Path) -> list[Path]:

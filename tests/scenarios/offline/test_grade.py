@@ -18,6 +18,7 @@ from scenarios.grading.metric_names import GRADED
 from scenarios.offline import track_columns
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.regrade import Regrader
+from scenarios.report.html.reported_run import ReportedRun
 from scenarios.run import run_folder
 from tracker.records import Status
 from tracker.tracker import Tracker
@@ -179,7 +180,7 @@ def test_a_run_without_later_columns_and_metrics_is_graded_and_reported(run, cap
     for name in later:
         del document["metrics"][name]
     (run / run_folder.RESULT).write_text(json.dumps(document))
-    missing = run_folder.read(run).metrics["fit.best.coverage_90"]
+    missing = ReportedRun.read(run).result.metrics["fit.best.coverage_90"]
     assert (missing.value, missing.reason) == (None, "the run was made by an earlier version; run the scenario again")
     graded = grade(capfd)["metrics"]
     assert graded["fit.best.heading_abs_mean_deg"] == document["metrics"]["fit.best.heading_abs_mean_deg"]
