@@ -323,9 +323,9 @@ def test_ratio_is_the_error_over_that_of_normal_errors_at_the_bound():
 
 
 def test_ratio_of_a_real_run_is_plausible():
-    """Fails when the run loop does not pass the noise to the grader.
+    """Fails when the run loop does not pass the noise to the grader, or the bound is beaten.
 
     The vehicles are boxes, as the bound assumes: on bowed faces the error does not fall with the noise.
     """
     result = short_run.run(noise={"layer_overlap": {"enabled": False}})
-    assert 0.5 < result.metrics["fit.best.bound_ratio"].value < 10.0
+    assert 1.0 < result.metrics["fit.best.bound_ratio"].value < 10.0
