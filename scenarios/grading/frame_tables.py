@@ -85,6 +85,10 @@ FITS: Schema = {
     "range_m": np.float64,
     "points": np.int64,
     "heading_bound_deg": np.float64,
+    "seen_length_m": np.float64,
+    "seen_width_m": np.float64,
+    "box_heading_ego_rad": np.float64,
+    "box_heading_std_deg": np.float64,
     "method": CANDIDATES,
     "cost": np.float64,
     "best": np.bool_,
@@ -100,8 +104,11 @@ FITS: Schema = {
     "true_width_m": np.float64,
 }
 """A row per fit observation and candidate; the candidates of one observation are consecutive. A method without a fit
-has a NaN rectangle, a baseline without a fit has no row. `heading_bound_deg` is the observation's Cramer-Rao bound, NaN
-without one. `fit_metrics.measure` adds the errors: `heading_error_deg`, `position_error_m`, `iou` and `oracle`."""
+has a NaN rectangle, a baseline without a fit has no row. Bound, visible extents and the box of the selected rectangle
+are those of the observation, NaN without one. `fit_errors.measure` adds the errors and `oracle`."""
+
+FITS_ADDED = ("seen_length_m", "seen_width_m", "box_heading_ego_rad", "box_heading_std_deg")
+"""Columns that earlier versions did not write; read as NaN."""
 
 SEGMENTS: Schema = {
     "segment": np.int64,

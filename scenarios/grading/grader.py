@@ -8,7 +8,9 @@ import pandas as pd
 from scenarios.arrays import Floats, Ints
 from scenarios.grading import (
     dataset_statistics,
+    fit_errors,
     fit_metrics,
+    fit_rows,
     frame_tables,
     mma_metrics,
     mode_metrics,
@@ -17,8 +19,8 @@ from scenarios.grading import (
     segmentation_metrics,
     track_metrics,
 )
+from scenarios.grading.body_points import Ranging
 from scenarios.grading.bootstrap import Bootstrap
-from scenarios.grading.bound import Ranging
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.frame_tables import TableBuilder
 from scenarios.grading.frame_truth import FrameTruth
@@ -49,7 +51,7 @@ class Grader:
     config
         Limits of grading.
     ranging
-        Beam origins and range noise of the rig; without it, headings have no Cramer-Rao bound.
+        Beam origins and range noise of the rig; without it, there are no bounds of headings and no errors of extents.
     """
 
     def __init__(self, config: GradingConfig, ranging: Ranging | None = None) -> None:
@@ -116,7 +118,7 @@ class Grader:
         self._outliers.add(
             frame_truth.frame, outlier_metrics.rows(frame_truth.point_row, frame_truth.truth.cause, ownership, trace)
         )
-        self._fits.add(frame_truth.frame, fit_metrics.rows(frame_truth, ownership, trace, self._ranging))
+        self._fits.add(frame_truth.frame, fit_rows.rows(frame_truth, ownership, trace, self._ranging))
         return segmentation_metrics.actor_shares(ownership, frame_truth.points, share_min)
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
@@ -125,7 +127,7 @@ class Grader:
             "truth": self._truth.build(),
             "tracks": self._tracks.build(),
             "overlaps": self._overlaps.build(),
-            "fits": fit_metrics.measure(self._fits.build()),
+            "fits": fit_errors.measure(self._fits.build()),
             "segments": self._segments.build(),
             "outliers": self._outliers.build(),
             **self._snapshots.tables(),

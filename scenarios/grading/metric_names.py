@@ -3,6 +3,7 @@
 This module imports quickly, because scenario files are validated against it.
 """
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import NamedTuple
@@ -40,8 +41,28 @@ SAFETY = {
 """Unit and meaning of the safety metrics of each drive of a controlled ego."""
 
 
+REGRET = "mean absolute heading error of best minus that of oracle"
+
 SEEN = (*VIEWS.values(), "none")
 """Views of observations; `none` has too few points on every face."""
+
+
+RANGE_BANDS = {"0_15": (0.0, 15.0), "15_30": (15.0, 30.0), "30_50": (30.0, 50.0)}
+"""Bands of the distance from the ego's centre to the vehicle's [m], the upper end excluded."""
+
+POINT_BANDS = {"0_30": (0.0, 30.0), "30_100": (30.0, 100.0), "100_up": (100.0, math.inf)}
+"""Bands of the number of points of an observation's segment, the upper end excluded."""
+
+COVERAGES = (50, 90, 99)
+"""Central intervals of the heading's normal distribution whose coverage is graded [%]."""
+
+CORNER_FIGURES = {
+    "corner_along": "nearest corner along the vehicle, positive beyond the true box",
+    "corner_across": "nearest corner across the vehicle, positive beyond the true box",
+    "extent_along": "rectangle's extent minus that of the vehicle's true points, along the vehicle",
+    "extent_across": "rectangle's extent minus that of the vehicle's true points, across the vehicle",
+}
+"""Errors of corner and size with their meanings."""
 
 
 class Definition(NamedTuple):
@@ -71,14 +92,36 @@ def _fit() -> Iterator[Definition]:
         yield Definition(f"{prefix}.heading_std_deg", "deg", "STD of the heading error modulo 90 degrees")
         yield Definition(f"{prefix}.heading_abs_mean_deg", "deg", "mean absolute heading error")
         yield Definition(f"{prefix}.heading_abs_std_deg", "deg", "STD of the absolute heading error")
+        yield Definition(f"{prefix}.rounded_to_0deg", "1", "share of heading errors that are 0 in whole degrees")
         for limit in range(1, 6):
             yield Definition(f"{prefix}.within_{limit}deg", "1", f"share of heading errors <= {limit} degrees")
         yield Definition(f"{prefix}.position_abs_mean_m", "m", "mean distance of the nearest corner to the true one")
         yield Definition(f"{prefix}.iou_mean", "1", "mean bird's-eye overlap of rectangle and true box")
     yield Definition("fit.best.coverage", "1", "share of the data set's observations with a fitted rectangle")
-    yield Definition("fit.best.regret_deg", "deg", "mean absolute heading error of best minus that of oracle")
+    for band, method in product(_bands(), FIT_METHODS):
+        yield Definition(f"fit.{method}.heading_abs_mean_deg.{band}", "deg", "mean absolute heading error")
+    for band in _bands():
+        yield Definition(f"fit.best.regret_deg.{band}", "deg", REGRET)
+    for scope in ("", *(f"{view}." for view in VIEWS.values())):
+        yield from _best(f"fit.{scope}best")
+
+
+def _bands() -> list[str]:
+    """Return the ends of the names of metrics by range and by number of points."""
+    return [*(f"by_range.{band}" for band in RANGE_BANDS), *(f"by_points.{band}" for band in POINT_BANDS)]
+
+
+def _best(prefix: str) -> Iterator[Definition]:
+    """Yield the metrics of the selected rectangle alone."""
+    yield Definition(f"{prefix}.regret_deg", "deg", REGRET)
+    for name, meaning in CORNER_FIGURES.items():
+        yield Definition(f"{prefix}.{name}_mean_m", "m", f"mean error: {meaning}")
+        yield Definition(f"{prefix}.{name}_abs_mean_m", "m", f"mean absolute error: {meaning}")
+    for percent in COVERAGES:
+        meaning = f"share of true headings inside the {percent} % interval of the box's heading variance"
+        yield Definition(f"{prefix}.coverage_{percent}", "1", meaning)
     yield Definition(
-        "fit.best.bound_ratio", "1", "mean absolute heading error of best over that at the Cramer-Rao bound"
+        f"{prefix}.bound_ratio", "1", "mean absolute heading error over that of normal errors at the bound"
     )
 
 

@@ -5,14 +5,15 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from pydantic import TypeAdapter, ValidationError
 
 from scenarios.errors import OutputError
 from scenarios.files import atomic_folder
 from scenarios.files.scenario import Scenario
-from scenarios.grading import frame_tables
-from scenarios.grading.frame_tables import Schema
+from scenarios.grading import fit_errors, frame_tables
+from scenarios.grading.frame_tables import FITS_ADDED, Schema
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.result import Result
 from scenarios.run import run_folder
@@ -54,7 +55,7 @@ class RecordedRun:
                 f"{folder}: written by luxloop {result.versions.get('luxloop')}, whose settings differ from this "
                 "version's; run the scenario again"
             ) from error
-        result.tables.update(restored)
+        result.tables.update(restored, fits=fit_errors.measure(restored["fits"]))
         return cls(folder, result, scenario, rig)
 
     def refuse_to_write_to(self, out: Path) -> None:
@@ -79,6 +80,8 @@ class RecordedRun:
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:
     """Return a table of the run; enumeration columns have all categories, in the order of their codes."""
     table = result.tables.get(name)
+    if table is not None and name == "fits":
+        table = table.assign(**{column: np.nan for column in FITS_ADDED if column not in table})
     missing = [name] if table is None else [column for column in schema if column not in table]
     if table is None or missing:
         raise OutputError(f"{folder}: {missing[0]} is missing in its tables; run the scenario again")

@@ -9,7 +9,7 @@ import pandas as pd
 from scenarios.errors import ScenarioError
 from scenarios.files.scenario import Scenario
 from scenarios.grading import grader
-from scenarios.grading.bound import Ranging
+from scenarios.grading.body_points import Ranging
 from scenarios.grading.metric_names import GRADED
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans

@@ -4,11 +4,11 @@ from itertools import product
 
 from rich.table import Table
 
-from scenarios.grading.metric_names import ESTIMATES, FIT_METHODS, SEEN, TARGETS, VIEWS
+from scenarios.grading.metric_names import ESTIMATES, SEEN, TARGETS, VIEWS
 from scenarios.report import paper_figures
 from scenarios.report.cells import interval_of, percent_of, table_of, value_of
-from scenarios.result import Result
-from tracker.records import BASELINES
+from scenarios.report.fit_tables import emphasis, methods_of
+from scenarios.result import Metric, Result
 
 
 def dataset(result: Result) -> Table:
@@ -30,13 +30,13 @@ def heading_error(result: Result) -> Table:
     """Return table II: heading errors by method, with the intervals of the mean absolute errors."""
     columns = ("mean", "STD", "mean |e|", "95 %", "STD |e|", "n")
     table = table_of("Heading error by method, modulo 90 degrees [deg]", "method", *columns)
-    for method in _methods(result):
+    for method in methods_of(result):
         metrics = [
             result.metrics[f"fit.{method}.heading_{name}_deg"] for name in ("mean", "std", "abs_mean", "abs_std")
         ]
         mean, std, abs_mean, abs_std = map(value_of, metrics)
         interval, n = interval_of(metrics[2]), str(metrics[0].n)
-        table.add_row(method, mean, std, abs_mean, interval, abs_std, n, style=_emphasis(method))
+        table.add_row(method, mean, std, abs_mean, interval, abs_std, n, style=emphasis(method))
     for method, published in paper_figures.HEADING_ABS_DEG.items():
         both = (*paper_figures.HEADING_DEG[method], *published)
         mean, std, abs_mean, abs_std = ("" if value is None else f"{value:.3f}" for value in both)
@@ -45,15 +45,20 @@ def heading_error(result: Result) -> Table:
 
 
 def heading_distribution(result: Result) -> Table:
-    """Return table III: the distribution of heading errors, with the interval of each share."""
-    title = "Share of heading errors of at most, with its 95 % interval"
-    table = table_of(title, "method", *(f"{limit} deg" for limit in range(1, 6)))
-    for method in _methods(result):
+    """Return table III: the distribution of heading errors, with the interval of each share.
+
+    The paper's column of zero errors shows that it rounded headings to whole degrees; here it has errors below 0.5.
+    """
+    title = "Share of heading errors of at most, with its 95 % interval; = 0 in whole degrees"
+    table = table_of(title, "method", "= 0", *(f"{limit} deg" for limit in range(1, 6)))
+    for method in methods_of(result):
+        zero = percent_of(result.metrics[f"fit.{method}.rounded_to_0deg"])
         shares = [result.metrics[f"fit.{method}.within_{limit}deg"] for limit in range(1, 6)]
-        cells = [f"{percent_of(share)} {interval_of(share, percent=True)}" for share in shares]
-        table.add_row(method, *cells, style=_emphasis(method))
+        cells = [f"{percent_of(share)} {_spread(share)}".rstrip() for share in shares]
+        table.add_row(method, zero, *cells, style=emphasis(method))
     for method, published in paper_figures.WITHIN.items():
-        table.add_row(f"paper: {method}", *(f"{share:.1%}" for share in published), style="dim")
+        shown = (paper_figures.ZERO[method], *published)
+        table.add_row(f"paper: {method}", *(f"{share:.1%}" for share in shown), style="dim")
     return table
 
 
@@ -62,9 +67,9 @@ def heading_by_view(result: Result) -> Table:
     counts = {view: result.metrics[f"fit.{view}.best.heading_abs_mean_deg"].n for view in VIEWS.values()}
     columns = (f"{view.replace('_', '-')}, n = {count}" for view, count in counts.items())
     table = table_of("Mean absolute heading error by view [deg]", "method", *columns)
-    for method in _methods(result):
+    for method in methods_of(result):
         metrics = [result.metrics[f"fit.{view}.{method}.heading_abs_mean_deg"] for view in counts]
-        table.add_row(method, *map(value_of, metrics), style=_emphasis(method))
+        table.add_row(method, *map(value_of, metrics), style=emphasis(method))
     return table
 
 
@@ -86,10 +91,8 @@ def position_error(result: Result) -> Table:
     return table
 
 
-def _methods(result: Result) -> list[str]:
-    """Return the methods with fits: all except disabled baselines."""
-    return [m for m in FIT_METHODS if m not in BASELINES or result.metrics[f"fit.{m}.heading_mean_deg"].n]
-
-
-def _emphasis(method: str) -> str:
-    return {"best": "bold", "oracle": "dim"}.get(method, "")
+def _spread(share: Metric) -> str:
+    """Format the interval of a share in percent; empty if its ends are equal, which leaves room for other columns."""
+    shown = interval_of(share, percent=True)
+    low, _, high = shown.partition("-")
+    return shown if low != high else ""

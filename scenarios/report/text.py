@@ -9,7 +9,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from scenarios.files.expect import Check, RunVerdict, verdict
-from scenarios.report import paper_tables, tables
+from scenarios.report import fit_tables, paper_tables, tables
 from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
@@ -18,8 +18,6 @@ WIDTH = 100
 
 STAGES = (
     "segmentation.",
-    "fit.best.regret",
-    "fit.best.bound",
     "mma.gain",
     "mma.mode",
     "mma.stationary_acc",
@@ -38,6 +36,9 @@ def report(result: Result, checks: list[Check]) -> Group:
         paper_tables.heading_error(result),
         paper_tables.heading_distribution(result),
         paper_tables.heading_by_view(result),
+        fit_tables.heading_by_band(result),
+        fit_tables.selection(result),
+        fit_tables.corner_and_extents(result),
         paper_tables.position_error(result),
         tables.modes(result),
         tables.consistency(result),

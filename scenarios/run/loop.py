@@ -12,7 +12,7 @@ from scenarios.control.ego_driver import TrackDriver, drive_by_truth
 from scenarios.control.safety import SafetyLog
 from scenarios.errors import ScenarioError
 from scenarios.files.scenario import Scenario
-from scenarios.grading.bound import Ranging
+from scenarios.grading.body_points import Ranging
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.grader import Grader
 from scenarios.grading.metric_names import RECORDED

@@ -23,10 +23,14 @@ from scenarios.files.expect import check
 from scenarios.files.scenario import Scenario
 from scenarios.grading.metric_names import (
     CAUSES,
+    CORNER_FIGURES,
+    COVERAGES,
     DRIVERS,
     ESTIMATES,
     FIT_METHODS,
     METRICS,
+    POINT_BANDS,
+    RANGE_BANDS,
     TARGETS,
     TIMED_STAGES,
     VIEWS,
@@ -300,6 +304,12 @@ def expand(pattern: str) -> list[str]:
     views = [f"{view}.{method}" for view, method in product(VIEWS.values(), FIT_METHODS)]
     values = {
         "method": [*FIT_METHODS, *views],
+        "unscoped": FIT_METHODS,
+        "selection": ["best", *(f"{view}.best" for view in VIEWS.values())],
+        "range": RANGE_BANDS,
+        "count": POINT_BANDS,
+        "corner": CORNER_FIGURES,
+        "percent": [str(percent) for percent in COVERAGES],
         "limit": [str(limit) for limit in range(1, 6)],
         "cause": CAUSES.values(),
         "estimate": ESTIMATES,

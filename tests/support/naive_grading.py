@@ -62,48 +62,64 @@ def counts(point_actor, label, actor_id, segment_count):
     return table
 
 
-def ranges(heading, offsets, beams):
-    """Range of each beam (origin, unit vector, normal of its face at heading 0, face) to a vehicle of this heading."""
-    found = []
-    for origin, direction, normal, face in beams:
-        out = normal * cmath.exp(1j * heading)
-        found.append((offsets[face] - dot(out, origin)) / dot(out, direction))
-    return np.array(found)
-
-
 def dot(a, b):
     return a.real * b.real + a.imag * b.imag
 
 
-def heading_bound(heading, offsets, beams, sigma):
-    """Cramer-Rao bound from the full Fisher matrix of heading and offsets, with numerical derivatives."""
-    faces = sorted({face for *_, face in beams})
-    unknown = np.array([heading, *(offsets[face] for face in faces)])
+class BowedFaces:
+    """Heading, offsets and sagittas of faces as one vector, and the ranges that they predict.
 
-    def predicted(values):
-        return ranges(values[0], dict(zip(faces, values[1:], strict=True)), beams)
+    `shapes` gives the half width and the middle of each face, and the spread of its sagitta.
+    """
 
-    step = 1e-5
-    jacobian = np.column_stack(
-        [(predicted(unknown + step * e) - predicted(unknown - step * e)) / (2 * step) for e in np.eye(len(unknown))]
-    )
-    return math.sqrt(np.linalg.inv(jacobian.T @ jacobian / sigma**2)[0, 0])
+    def __init__(self, beams, shapes):
+        self.shapes = shapes
+        self.origin, self.direction, self.normal = (np.array([beam[k] for beam in beams]) for k in range(3))
+        self.faces = sorted({face for *_, face in beams})
+        self.face = np.array([self.faces.index(face) for *_, face in beams])
+        self.half, self.middle = (np.array([shapes[face][k] for *_, face in beams]) for k in range(2))
 
+    def vector(self, heading, offsets, sagittas):
+        return np.array([heading, *(offsets[face] for face in self.faces), *(sagittas[face] for face in self.faces)])
 
-def most_likely_heading(measured, heading, offsets, beams, rounds=4):
-    """Maximum likelihood heading of the measured ranges, by Gauss-Newton iterations from the truth."""
-    faces = sorted({face for *_, face in beams})
-    unknown, step = np.array([heading, *(offsets[face] for face in faces)]), 1e-5
+    def predicted(self, values):
+        """Range of each beam to the parabola out . x = offset - sagitta (t / half)^2, by Newton's method."""
+        offsets, sagittas = np.split(values[1:], 2)
+        offset, sagitta = offsets[self.face], sagittas[self.face]
+        out = self.normal * cmath.exp(1j * values[0])
+        reach = (offset - dot(out, self.origin)) / dot(out, self.direction)
+        for _ in range(3):
+            x = self.origin + reach * self.direction
+            t = dot(out * 1j, x - self.middle)
+            behind = dot(out, x) - offset + sagitta * (t / self.half) ** 2
+            slope = dot(out, self.direction) + 2 * sagitta * t * dot(out * 1j, self.direction) / self.half**2
+            reach = reach - behind / slope
+        return reach
 
-    def predicted(values):
-        return ranges(values[0], dict(zip(faces, values[1:], strict=True)), beams)
+    def jacobian(self, values, step=1e-5):
+        each = step * np.eye(len(values))
+        return np.column_stack([(self.predicted(values + e) - self.predicted(values - e)) / (2 * step) for e in each])
 
-    for _ in range(rounds):
-        jacobian = np.column_stack(
-            [(predicted(unknown + step * e) - predicted(unknown - step * e)) / (2 * step) for e in np.eye(len(unknown))]
-        )
-        unknown += np.linalg.lstsq(jacobian, measured - predicted(unknown), rcond=None)[0]
-    return unknown[0]
+    def prior(self):
+        """Square root of the information of the prior: a row per sagitta."""
+        rows = np.zeros((len(self.faces), 1 + 2 * len(self.faces)))
+        for k, face in enumerate(self.faces):
+            rows[k, 1 + len(self.faces) + k] = 1.0 / self.shapes[face][2]
+        return rows
+
+    def heading_bound(self, values, sigma):
+        """Hybrid Cramer-Rao bound from the full information matrix, with numerical derivatives."""
+        rows = np.vstack([self.jacobian(values) / sigma, self.prior()])
+        return math.sqrt(np.linalg.inv(rows.T @ rows)[0, 0])
+
+    def most_likely_heading(self, measured, start, sigma, rounds=3):
+        """Heading of the largest posterior density, by Gauss-Newton iterations."""
+        prior, values = self.prior(), start.copy()
+        for _ in range(rounds):
+            rows = np.vstack([self.jacobian(values) / sigma, prior])
+            residual = np.concatenate([(measured - self.predicted(values)) / sigma, -prior @ values])
+            values = values + np.linalg.lstsq(rows, residual, rcond=None)[0]
+        return values[0]
 
 
 def resampled(bootstrap, vehicle, values):

@@ -46,6 +46,23 @@ def star(
     return np.concatenate(points), np.concatenate(label).astype(np.int64)
 
 
+def stairs(
+    rng: np.random.Generator, outlier_share: float, steps: int = 4, per_step: int = 50, std: float = 0.0075
+) -> tuple[Floats, npt.NDArray[np.int64]]:
+    """Stairs like those of Toldo and Fusiello 2008: parallel segments in the unit square, and outliers all over it.
+
+    They give the number of steps, sigma and the share of outliers. Assumed are the steps' width and height, 1 / `steps`
+    each, evenly distributed points on each, and noise in both directions.
+
+    Returns (N, 2) points and (N,) the step of each, -1 for outliers.
+    """
+    step = np.repeat(np.arange(steps), per_step)
+    treads = np.stack([step + rng.random(len(step)), step + 0.5], axis=1) / steps
+    outliers = round(outlier_share / (1.0 - outlier_share) * len(step))
+    points = np.concatenate([treads + rng.normal(0.0, std, treads.shape), rng.random((outliers, 2))])
+    return points, np.concatenate([step, np.full(outliers, -1)]).astype(np.int64)
+
+
 @dataclass(frozen=True)
 class Car:
     """A standing car seen by a four-layer scanner at the origin."""

@@ -1,11 +1,12 @@
 """A run with the derived values that pages show."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scenarios.files import shipped
 from scenarios.files.expect import Check, ExpectationOutcome, Limit, RunVerdict, check, verdict
+from scenarios.grading.metric_names import GRADED, METRICS
 from scenarios.grading.worst_frames import WorstFrame, worst_frames
 from scenarios.report.cells import unit_of, value_of
 from scenarios.result import Metric, Result
@@ -29,6 +30,8 @@ OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = ("failed", "unexpected pass", "k
 IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
 
+LATER = "the run was made by an earlier version; run the scenario again"
+
 
 @dataclass(frozen=True, slots=True)
 class ReportedRun:
@@ -49,7 +52,7 @@ class ReportedRun:
         OutputError
             The folder has no run.
         """
-        result = run_folder.read(folder)
+        result = with_later(run_folder.read(folder))
         expect = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
         checks = check(result.metrics, expect)
         worst = {check.name: [] if check.holds else worst_frames(result, check.name) for check in checks}
@@ -105,6 +108,13 @@ class ReportedRun:
     def ranked(self) -> list[Check]:
         """Expectations in the order of `OUTCOME_ORDER`."""
         return sorted(self.checks, key=lambda check: OUTCOME_ORDER.index(check.outcome))
+
+
+def with_later(result: Result) -> Result:
+    """Add the metrics that the version of the run did not have, without a value."""
+    later = {name: METRICS[name] for name in GRADED if name not in result.metrics}
+    added = {name: Metric(None, unit, 0, LATER) for name, unit in later.items()}
+    return replace(result, metrics={**result.metrics, **added})
 
 
 def _device_options(device: str) -> str:

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from scenarios.report import fit_tables as printed_fits
 from scenarios.report import paper_tables
 from scenarios.report import tables as printed
 from scenarios.report.html.birdseye import birdseye
@@ -53,12 +54,15 @@ def track_figure(result: Result) -> Figure:
 
 
 def fit_tables(result: Result) -> list[PageTable]:
-    """Return the paper's tables I to III, and heading errors by view."""
+    """Return the paper's tables I to III, and those of the fits."""
     tables = (
         paper_tables.dataset(result),
         paper_tables.heading_error(result),
         paper_tables.heading_distribution(result),
         paper_tables.heading_by_view(result),
+        printed_fits.heading_by_band(result),
+        printed_fits.selection(result),
+        printed_fits.corner_and_extents(result),
     )
     return [page_table(table) for table in tables]
 

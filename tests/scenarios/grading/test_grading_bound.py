@@ -1,4 +1,4 @@
-"""Cramer-Rao bound of heading, against the textbook, the full Fisher matrix, and an estimator that attains it."""
+"""Bound of the heading error, against the textbook, the full information matrix, and an estimator that attains it."""
 
 import cmath
 import math
@@ -13,7 +13,9 @@ from support import naive_grading as naive
 from support import short_run
 from support.frames import CAR_SIZE, Body, Scripted, observe, trace_of, world_frame
 
-from scenarios.grading.bound import CORNER_RADIUS_M, Ranging, bound, observed, on_faces
+from scenarios.grading import body_points
+from scenarios.grading.body_points import Ranging
+from scenarios.grading.bound import BOW_SHARE, BOW_STD_M, CORNER_RADIUS_M, bound, observed, on_faces
 from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
@@ -65,10 +67,12 @@ def scene(places, unit=0, dt=0.0, body=None, ego_motion=(0.0, 0.0, 0.0), noise=0
     return frame, scan, replace(truth, true_range=true_range)
 
 
-def bound_of(frame, scan, truth, ranging=RANGING):
+def bound_of(frame, scan, truth, ranging=RANGING, label=None):
     frame_truth = FrameTruth.of(frame, scan, truth, GradingConfig())
-    label, first = np.zeros(len(scan), np.int64), np.zeros(1, np.int64)
-    return float(observed(frame_truth, ranging, label, first, first)[0])
+    first = np.zeros(1, np.int64)
+    label = np.zeros(len(scan), np.int64) if label is None else label
+    points = body_points.of_observations(frame_truth, ranging, label, first, first)
+    return float(observed(frame_truth, ranging, points, first)[0])
 
 
 def beams_of(places, unit=0, body=None):
@@ -82,32 +86,62 @@ def beams_of(places, unit=0, body=None):
     return beams, offsets
 
 
+def bowed_faces(beams, body=None):
+    body = body or Body(0, 12.0, 5.0, 0.7)
+    center, kinds = complex(body.x, body.y), list(NORMALS)
+    width = {"front": OUTLINE[1], "rear": OUTLINE[1], "left": OUTLINE[0], "right": OUTLINE[0]}
+    shapes = {
+        face: (BOW_SHARE[kinds.index(face)] * width[face], center, BOW_STD_M[kinds.index(face)])
+        for face in {beam[3] for beam in beams}
+    }
+    return naive.BowedFaces(beams, shapes)
+
+
 # ---- the bound itself
 
 
 @pytest.mark.parametrize("points", [2, 5, 20])
 def test_bound_of_one_perpendicular_face_is_that_of_line_fitting(points):
-    """Kay 1993, example 3.7: the variance of a line's slope over N even steps is 12 s^2 / (N (N^2 - 1)) or more."""
+    """Kay 1993, example 3.7: the variance of a line's slope over N even steps is 12 s^2 / (N (N^2 - 1)) or more.
+
+    About the middle of a face an unknown bow costs nothing.
+    """
     step = 0.1
     found = bound(
-        np.zeros(points, np.int64), np.zeros(points, np.int64), step * np.arange(points), np.full(points, SIGMA), 1
+        np.zeros(points, np.int64),
+        np.zeros(points, np.int64),
+        step * (np.arange(points) - 0.5 * (points - 1)),
+        np.arange(points) - 0.5 * (points - 1),
+        np.full(points, SIGMA),
+        1,
     )
     textbook = math.sqrt(12 * SIGMA**2 / (points * (points**2 - 1))) / step
     assert found == pytest.approx(textbook)
 
 
+ENDS = np.array([-0.5, 0.5])
+
+
 def test_bound_of_two_points_by_hand():
     # Two points 1 m apart with sigma 2.5 cm: 2.5 cm times the root of 2 over 1 m is 2.03 degrees.
-    assert math.degrees(bound(np.zeros(2, int), np.zeros(2, int), np.array([-0.5, 0.5]), np.full(2, SIGMA), 1)[0]) == (
+    assert math.degrees(bound(np.zeros(2, int), np.zeros(2, int), ENDS, ENDS, np.full(2, SIGMA), 1)[0]) == (
         pytest.approx(2.0257, abs=1e-4)
     )
+
+
+@pytest.mark.parametrize(("face", "half", "spread"), [(0, 0.75, 0.12), (1, 1.6, 0.03)])
+def test_an_unknown_bow_tilts_half_a_face_by_hand(face, half, spread):
+    """Two points, in the middle and 1 m from it: the chord tilts by the sagitta over (1 m / half)^2."""
+    along = np.array([0.0, 1.0])
+    found = bound(np.zeros(2, int), np.full(2, face), along, along / half, np.full(2, SIGMA), 1)[0]
+    assert found == pytest.approx(math.hypot(math.sqrt(2) * SIGMA, spread / half**2))
 
 
 def test_without_heading_information_there_is_no_bound():
     """Fails when rounding errors of single points count as information, or faces share an offset."""
     observation, face = np.array([0, 1, 1, 2, 2]), np.array([0, 0, 1, 3, 3])
     along = np.array([0.3, -0.3, 1.7, 0.1, 0.1 + 1e-9])
-    assert np.isnan(bound(observation, face, along, np.array([0.02, 0.017, 0.025, 0.01, 0.01]), 4)).all()
+    assert np.isnan(bound(observation, face, along, along, np.array([0.02, 0.017, 0.025, 0.01, 0.01]), 4)).all()
 
 
 PLACES = [
@@ -121,13 +155,17 @@ PLACES = [
 ]
 
 
+HALF_SEEN = [("rear", along) for along in (-0.6, -0.5, -0.4, -0.3, -0.2, -0.1, 0.0)] + [("left", -1.6), ("left", -1.5)]
+"""Half a rear and the end of a flank, as beside an occluder."""
+
+
 @given(
     st.lists(st.sampled_from(PLACES), min_size=3, max_size=7, unique=True),
     st.floats(0.55, 1.2),
     st.sampled_from((0, 1)),
 )
-def test_bound_equals_that_of_the_full_fisher_matrix(places, yaw, unit):
-    """Heading and one offset per face with numerical derivatives; only the range equation is shared."""
+def test_bound_equals_that_of_the_full_information_matrix(places, yaw, unit):
+    """Heading, and offset and sagitta per face, with numerical derivatives; only the range equation is shared."""
     body = Body(0, 12.0, 5.0, yaw)
     counts = [sum(face == name for name, _ in places) for face in ("rear", "left")]
     found = bound_of(*scene(places, unit, body=body))
@@ -135,25 +173,46 @@ def test_bound_equals_that_of_the_full_fisher_matrix(places, yaw, unit):
         assert math.isnan(found)
         return
     beams, offsets = beams_of(places, unit, body)
-    if 1 in counts:  # a single point determines the offset of its face only
-        single = ("rear", "left")[counts.index(1)]
-        beams = [beam for beam in beams if beam[3] != single]
-    expected = naive.heading_bound(body.yaw, offsets, beams, SIGMA)
+    faces = bowed_faces(beams, body)
+    expected = faces.heading_bound(faces.vector(yaw, offsets, dict.fromkeys(offsets, 0.0)), SIGMA)
     if math.degrees(expected) < 20:
         assert found == pytest.approx(expected, rel=2e-3)
 
 
-def test_maximum_likelihood_heading_of_straight_faces_attains_the_bound():
-    """Fails with a wrong projection of noise, or known offsets: the ratio is then far from one."""
+def test_most_likely_heading_of_bowed_faces_attains_the_bound_and_does_not_beat_it():
+    """Faces with the bow of real cars, drawn at random, and noisy ranges; the estimator knows all else.
+
+    Fails with a wrong projection of noise, known offsets, or a bow that is ignored or taken as known. The
+    standard error of the mean of 1000 draws is 2.4 %.
+    """
     rng = np.random.default_rng(1)
-    beams, offsets = beams_of(PLACES)
-    exact, heading = naive.ranges(0.7, offsets, beams), 0.7
-    errors = [
-        naive.most_likely_heading(exact + rng.normal(0.0, SIGMA, len(exact)), heading, offsets, beams) - heading
-        for _ in range(1500)
-    ]
-    at_bound = math.sqrt(2 / math.pi) * bound_of(*scene(PLACES))
+    beams, offsets = beams_of(HALF_SEEN)
+    faces = bowed_faces(beams)
+    straight = faces.vector(0.7, offsets, dict.fromkeys(offsets, 0.0))
+    errors, errors_of_flat = [], []
+    for _ in range(1000):
+        sagittas = {face: rng.normal(0.0, faces.shapes[face][2]) for face in offsets}
+        exact = faces.predicted(faces.vector(0.7, offsets, sagittas))
+        measured = exact + rng.normal(0.0, SIGMA, len(exact))
+        errors.append(faces.most_likely_heading(measured, straight, SIGMA) - 0.7)
+        errors_of_flat.append(np.linalg.lstsq(flat_rows(faces, straight), measured - faces.predicted(straight))[0][0])
+    at_bound = math.sqrt(2 / math.pi) * bound_of(*scene(HALF_SEEN))
     assert np.mean(np.abs(errors)) / at_bound == pytest.approx(1.0, abs=0.06)
+    assert np.mean(np.abs(errors_of_flat)) > 1.5 * at_bound
+    assert at_bound > 1.5 * math.sqrt(2 / math.pi) * without_bow(HALF_SEEN)
+
+
+def flat_rows(faces, values):
+    """Derivatives with respect to heading and offsets: of an estimator that takes faces for flat."""
+    return faces.jacobian(values)[:, : 1 + len(faces.faces)]
+
+
+def without_bow(places):
+    """Bound of faces whose bow is known."""
+    beams, offsets = beams_of(places)
+    faces = bowed_faces(beams)
+    rows = flat_rows(faces, faces.vector(0.7, offsets, dict.fromkeys(offsets, 0.0))) / SIGMA
+    return math.sqrt(np.linalg.inv(rows.T @ rows)[0, 0])
 
 
 # ---- counted points
@@ -177,19 +236,30 @@ def test_only_clean_points_in_the_vehicles_segment_count():
     cause = truth.cause.copy()
     cause[-1] = Cause.MIRROR
     assert bound_of(frame, scan, replace(truth, cause=cause)) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
-    frame_truth = FrameTruth.of(frame, scan, truth, GradingConfig())
-    label, first = np.array([0] * len(PLACES) + [1]), np.zeros(1, np.int64)
-    assert observed(frame_truth, RANGING, label, first, first)[0] == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
+    label = np.array([0] * len(PLACES) + [1])
+    assert bound_of(frame, scan, truth, label=label) == pytest.approx(bound_of(*scene(PLACES)), rel=1e-6)
 
 
-def test_points_on_rounded_corners_and_inside_are_on_no_face():
+def test_points_are_on_the_outline_or_else_on_the_face_that_their_beam_meets_most_directly():
     half = complex(*OUTLINE)
     corner, deep = half - (0.05 + 0.3j), half - (0.3 + 0.6j)
-    points = np.array([corner, deep, half.real + 0.1j, half.imag * 1j, -half.real + 0.2j, 1 - half.imag * 1j])
-    size, radius = np.tile(CAR_SIZE[:2], (6, 1)), np.full(6, 0.4)
-    face, along = on_faces(points, size, radius)
-    assert face.tolist() == [-1, -1, 0, 1, 2, 3]
-    assert along[2:].tolist() == pytest.approx([0.1, 0.0, 0.2, 1.0])
+    points = np.array([corner, deep, half.real + 0.1j, half.imag * 1j, -half.real + 0.2j, 1 - half.imag * 1j, corner])
+    beam = np.exp(1j * np.radians([190.0, 260.0, 190.0, 260.0, 10.0, 80.0, 260.0]))
+    size, radius = np.tile(CAR_SIZE[:2], (7, 1)), np.full(7, 0.4)
+    face, along = on_faces(points, beam, size, radius, np.array([False, True, *[False] * 5]))
+    assert face.tolist() == [0, 1, 0, 1, 2, 3, 1]
+    assert along[2:6].tolist() == pytest.approx([0.1, 0.0, 0.2, 1.0])
+
+
+def test_points_behind_a_window_count_and_points_off_the_body_do_not():
+    frame, scan, truth = scene([("rear", -0.4), ("rear", 0.4), ("rear", -0.6), ("rear", 0.6)])
+
+    def with_causes(*causes):
+        return bound_of(frame, scan, replace(truth, cause=np.array(causes, dtype=np.uint8)))
+
+    clean, deep, mirror = Cause.CLEAN, Cause.LAYER_OVERLAP, Cause.MIRROR
+    assert with_causes(clean, clean, deep, deep) == pytest.approx(with_causes(clean, clean, clean, clean))
+    assert with_causes(clean, clean, mirror, mirror) == pytest.approx(bound_of(*scene([("rear", -0.4), ("rear", 0.4)])))
 
 
 def test_corner_radii_of_bodies_are_within_the_limits_by_kind():
@@ -213,7 +283,6 @@ def test_bent_trucks_and_faces_seen_from_behind_have_no_bound():
 
 
 def test_without_range_noise_there_is_no_bound():
-    assert math.isnan(bound_of(*scene(PLACES), ranging=None))
     assert math.isnan(bound_of(*scene(PLACES), ranging=replace(RANGING, sigma=np.zeros(2))))
 
 
@@ -254,9 +323,9 @@ def test_ratio_is_the_error_over_that_of_normal_errors_at_the_bound():
 
 
 def test_ratio_of_a_real_run_is_plausible():
-    """Fails when the run loop does not pass the noise to the grader.
+    """Fails when the run loop does not pass the noise to the grader, or the bound is beaten.
 
     The vehicles are boxes, as the bound assumes: on bowed faces the error does not fall with the noise.
     """
     result = short_run.run(noise={"layer_overlap": {"enabled": False}})
-    assert 0.5 < result.metrics["fit.best.bound_ratio"].value < 10.0
+    assert 1.0 < result.metrics["fit.best.bound_ratio"].value < 10.0

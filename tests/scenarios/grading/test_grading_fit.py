@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.frames import Body, Scripted, grade_run, observe, trace_of, world_frame
 
-from scenarios.grading.fit_metrics import measure
+from scenarios.grading.fit_errors import measure
 from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.metric_names import GRADED

@@ -11,12 +11,14 @@ import pytest
 from support import short_run
 
 from scenarios.cli import main
+from scenarios.grading.frame_tables import FITS_ADDED
 from scenarios.grading.grader import PER_FRAME
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.metric_names import GRADED
 from scenarios.offline import track_columns
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.regrade import Regrader
+from scenarios.report.html.reported_run import ReportedRun
 from scenarios.run import run_folder
 from tracker.records import Status
 from tracker.tracker import Tracker
@@ -162,6 +164,29 @@ def test_a_run_that_ended_early_stays_incomplete(run, capfd):
     document["ended_early"], document["complete"] = "the ego arrived", False
     (run / run_folder.RESULT).write_text(json.dumps(document))
     assert grade(capfd, code=1)["verdict"] == "incomplete"
+
+
+# --- runs of earlier versions
+
+
+def test_a_run_without_later_columns_and_metrics_is_graded_and_reported(run, capfd):
+    """Fails when a metric or a column that was added since ends in an error, or in a number."""
+    path = run / "tables" / "fits.parquet"
+    now = pd.read_parquet(path)
+    derived = ["box_heading_error_deg", "corner_along_error_m", "extent_along_error_m"]
+    now.drop(columns=[*FITS_ADDED, *derived]).to_parquet(path, index=False)
+    document = written()
+    later = [name for name in document["metrics"] if ".by_range." in name or ".coverage_" in name]
+    for name in later:
+        del document["metrics"][name]
+    (run / run_folder.RESULT).write_text(json.dumps(document))
+    missing = ReportedRun.read(run).result.metrics["fit.best.coverage_90"]
+    assert (missing.value, missing.reason) == (None, "the run was made by an earlier version; run the scenario again")
+    graded = grade(capfd)["metrics"]
+    assert graded["fit.best.heading_abs_mean_deg"] == document["metrics"]["fit.best.heading_abs_mean_deg"]
+    assert graded["fit.best.heading_abs_mean_deg.by_range.0_15"]["value"] > 0.0
+    assert "box" in graded["fit.best.coverage_90"]["reason"]
+    assert main(["report", "run", "--out", "page.html"]) == 0
 
 
 # --- invalid runs

@@ -59,7 +59,7 @@ def test_heading_table_shows_metrics_and_the_papers_figures():
 def test_enabled_baseline_is_shown():
     """Fails when a table has a fixed list of methods."""
     assert "jlinkage" not in text_of(short_run.result())
-    names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "within_1deg")]
+    names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "rounded_to_0deg")]
     text = text_of(with_metrics(**{name.replace(".", "__"): Metric(0.5, "deg", 9) for name in names}))
     assert row(text, "Heading error by method", "jlinkage")[0] == "0.500"
     assert row(text, "Share of heading errors", "jlinkage")[0] == "50.0%"
@@ -67,10 +67,33 @@ def test_enabled_baseline_is_shown():
 
 def test_distribution_table_shows_metrics_and_the_papers_figures():
     shares = {f"fit__area__within_{n}deg": Metric(n / 10, "1", 9, interval=(0.0, n / 5)) for n in range(1, 6)}
+    shares["fit__area__rounded_to_0deg"] = Metric(0.05, "1", 9)
     text = text_of(with_metrics(**shares))
-    expected = ["10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
+    expected = ["5.0%", "10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
     assert row(text, "Share of heading errors", "area") == expected
-    assert row(text, "Share of heading errors", "paper: best") == ["60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
+    assert row(text, "Share of heading errors", "paper: best") == ["23.4%", "60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
+
+
+def test_fit_tables_show_metrics_by_band_and_by_view():
+    changed = {
+        "fit.variance.heading_abs_mean_deg.by_range.15_30": Metric(1.5, "deg", 20),
+        "fit.variance.heading_abs_mean_deg.by_points.100_up": Metric(0.25, "deg", 21),
+        "fit.rear.best.regret_deg": Metric(0.75, "deg", 40, interval=(0.5, 1.0)),
+        "fit.rear.best.coverage_50": Metric(0.51, "1", 39),
+        "fit.rear.best.coverage_90": Metric(0.88, "1", 39),
+        "fit.rear.best.coverage_99": Metric(0.97, "1", 39),
+        "fit.rear.best.bound_ratio": Metric(2.5, "1", 38),
+        "fit.best.regret_deg.by_points.0_30": Metric(1.25, "deg", 30),
+        "fit.rear.best.corner_across_mean_m": Metric(-0.125, "m", 40),
+        "fit.rear.best.corner_across_abs_mean_m": Metric(0.175, "m", 40),
+    }
+    text = text_of(with_metrics(**{name.replace(".", "__"): metric for name, metric in changed.items()}))
+    by_band = row(text, "Mean absolute heading error by range", "variance")
+    assert (by_band[1], by_band[5]) == ("1.500", "0.250")
+    selected = row(text, "Selected fits: regret", "rear")
+    assert selected == ["0.750", "0.500-1.000", "51.0%", "88.0%", "97.0%", "2.500", "40"]
+    assert row(text, "Selected fits: regret", "0-30 points")[0] == "1.250"
+    assert row(text, "Selected fits: nearest corner", "rear")[2:4] == ["-0.125", "0.175"]
 
 
 def test_position_table_shows_metrics_and_the_papers_figures():

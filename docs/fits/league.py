@@ -1,0 +1,79 @@
+"""Comparison of the selection with every candidate in groups of observations, with intervals over vehicles."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from fits.observations import groups
+
+from scenarios.grading.bootstrap import Bootstrap, Interval
+from tracker.records import METHODS
+
+FEWEST = 20
+"""Observations of a group that is compared."""
+FEWEST_VEHICLES = 4
+"""Vehicles of a group that has intervals: resamples of fewer have few different means."""
+
+
+class Difference(NamedTuple):
+    """Mean absolute error of the selection minus that of a candidate [deg]."""
+
+    method: str
+    mean: float
+    interval: Interval | None
+    """95 %, resampled by vehicle; None with fewer than `FEWEST_VEHICLES`."""
+
+
+class Standing(NamedTuple):
+    """Errors in one group of observations."""
+
+    scenario: str
+    group: str
+    n: int
+    vehicles: int
+    means: dict[str, float]
+    """Mean absolute heading error of each of `METHODS`, `best` and `oracle` [deg]; NaN without a rectangle."""
+    differences: list[Difference]
+    """From each candidate, the one with the least error first."""
+
+    @property
+    def losses(self) -> list[Difference]:
+        """Candidates with less error than the selection, by more than the interval."""
+        return [one for one in self.differences if one.interval is not None and one.interval[0] > 0.0]
+
+    @property
+    def verdict(self) -> str:
+        """`wins`, `ties` or `loses` against the candidate with the least error; `too few vehicles` for an interval."""
+        if self.losses:
+            return "loses"
+        interval = self.differences[0].interval
+        if interval is None:
+            return "too few vehicles"
+        return "wins" if interval[1] < 0.0 else "ties"
+
+
+def standings(observed: pd.DataFrame, scenario: str) -> list[Standing]:
+    """Compare in all observations, and in those of each view and band that has enough."""
+    bootstrap = Bootstrap(observed["vehicle"].to_numpy())
+    return [_standing(scenario, name, group, bootstrap) for name, group in groups(observed) if len(group) >= FEWEST]
+
+
+def _standing(scenario: str, name: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Standing:
+    compared = [_difference(method, group, bootstrap) for method in METHODS if group[method].notna().any()]
+    return Standing(
+        scenario=scenario,
+        group=name,
+        n=len(group),
+        vehicles=group["vehicle"].nunique(),
+        means={method: float(group[method].mean()) for method in (*METHODS, "best", "oracle")},
+        differences=sorted(compared, key=lambda one: -one.mean),
+    )
+
+
+def _difference(method: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Difference:
+    """Compare over the observations that have a rectangle of both."""
+    both = group[group[method].notna()]
+    gap, vehicle = (both["best"] - both[method]).to_numpy(), both["vehicle"].to_numpy()
+    enough = len(np.unique(vehicle)) >= FEWEST_VEHICLES
+    interval = bootstrap.of_ratio(vehicle, gap, np.ones(len(gap))) if enough else None
+    return Difference(method, float(gap.mean()), interval)
