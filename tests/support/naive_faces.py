@@ -29,15 +29,15 @@ def explained(first, aside, second, gates, depth_max):
     return on.sum() - outside.sum() - (~outside & ~on & ~curved).sum()
 
 
-def across(points, face, noise, gate, depth_max, beyond_max, length_min):
-    """Best score of a face with a perpendicular one, and that face."""
+def across(points, chosen, face, noise, gate, depth_max, beyond_max, length_min):
+    """Best score of a face with a perpendicular one through one of the points with indices `chosen`, and that face."""
     depth, place, std = depths(points, face, noise)
     turned = np.array([face[1], -face[0], 0.0])
     gates = gate * np.stack([std, depths(points, turned, noise)[2]])
     ends = place[np.abs(depth) < gates[0]]
     aside = (place > np.min(ends, initial=np.inf) - beyond_max) & (place < np.max(ends, initial=-np.inf) + beyond_max)
     best, other = explained(depth, aside, np.full(len(points), np.inf), gates, depth_max), np.zeros(3)
-    for c, sign in itertools.product(np.flatnonzero(depth >= gates[0]), (1.0, -1.0)):
+    for c, sign in itertools.product(chosen[depth[chosen] >= gates[0, chosen]], (1.0, -1.0)):
         on = (depth > gates[0]) & (np.abs(place - place[c]) < gates[1])
         if on.sum() < 2 or np.ptp(depth[on]) < length_min:
             continue
@@ -47,8 +47,8 @@ def across(points, face, noise, gate, depth_max, beyond_max, length_min):
     return best, other
 
 
-def best_corner(points, clusters, sample, tau, noise, gate, depth_max, beyond_max, length_min):
-    """Corner of the cluster (points, largest first) whose line explains most of the sample."""
+def best_corner(points, clusters, chosen, tau, noise, gate, depth_max, beyond_max, length_min):
+    """Corner of the cluster (points, largest first) whose line explains most points."""
     best, corner = (-np.inf, 0.0), None
     for rank, members in enumerate(clusters):
         line = naive_fit.fit_line(members)
@@ -60,7 +60,7 @@ def best_corner(points, clusters, sample, tau, noise, gate, depth_max, beyond_ma
         if rank and (len(members) <= 2 or length < length_min):
             continue
         face = inward(points, line, tau)
-        score, other = across(sample, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
+        score, other = across(points, chosen, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
         if (score, length**2 * on.sum()) > best:
             best, corner = (score, length**2 * on.sum()), np.stack([face, other])
     return corner

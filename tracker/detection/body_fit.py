@@ -60,7 +60,7 @@ class BodyFitConfig:
     """Standard deviation of the middle of a face that is visible in part [m]: half the width of a car."""
     width_max_m: float = 2.4
     """Maximum visible length of an end [m]: trucks measure 2.55 between the rounded edges."""
-    alignment_weight: float = 2.0
+    alignment_weight: float = 4.0
     """Weight of the density of points along the faces, which needs no model of their shape, beside this model."""
     temperature: float = 5.0
     """Difference of cost at which another result is e times less likely. Points are correlated, so it is above 1."""

@@ -142,7 +142,7 @@ def test_the_true_heading_is_chosen_at_any_position(errors_deg, truth):
     corner = np.linalg.norm(points - [10.0, 5.0], axis=1) < 1e-9
     line = np.where((points - [10.0, 5.0]) @ rotation(truth)[:, 1] < 1e-9, 0, 1)
     line[corner] = 0
-    for variant in ("faces", "paper"):
+    for variant in ("alignment", "paper"):
         best = choose(points, line, truth + np.deg2rad(errors_deg), variant).best[0]
         assert errors_deg[best] == 0.0
 
@@ -170,9 +170,10 @@ def test_a_window_line_improves_the_heading_and_interior_points_do_not_bias_it()
     assert abs(off_quarter(found.heading[0, -1], 0.0)) < 0.5
 
 
-@pytest.fixture(scope="module")
-def errors_deg():
+@pytest.fixture(scope="module", params=["alignment", "body"])
+def errors_deg(request):
     """Absolute heading errors (300, 4) by method and (300,) of the selection, on L-shape views of noisy cars."""
+    choice = SelectionConfig(variant=request.param)
     rng = np.random.default_rng(11)
     every, best = [], []
     while len(best) < 300:
@@ -186,7 +187,7 @@ def errors_deg():
             window_depth=rng.uniform(0.85, 1.45) * (rng.random() < 0.4),
         )
         points, _ = scan_car(car, rng)
-        found = fit_points(points, segments=one_segment(len(points))).candidates
+        found = fit_points(points, segments=one_segment(len(points)), choice=choice).candidates
         error = np.abs(off_quarter(found.heading[0], heading))
         every.append(error)
         best.append(error[found.best[0]])
