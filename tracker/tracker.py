@@ -112,7 +112,8 @@ class Tracker:
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
         self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)
-        return report(self._tracks), StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
+        output = report(self._tracks, self.config.filters.models)
+        return output, StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
 
     def _predict(self, time: float) -> list[Track]:
         """Drop terminated tracks, move the others to `time` [s] and return them."""

@@ -18,6 +18,10 @@ class FilterBank(Protocol):
         """(M,) model probabilities, equation (12)."""
 
     @property
+    def weights(self) -> Floats:
+        """(M,) shares of the models in the estimate: one of them for a selection, the probabilities for a mean."""
+
+    @property
     def filters(self) -> Filters:
         """The M filters."""
 
@@ -52,12 +56,17 @@ class FilterBank(Protocol):
 
 
 class SelectedBank:
-    """The filter bank of the paper, which reports the filter of the highest score; mixing as `MmaConfig.method`."""
+    """Filter bank that mixes its filters and reports the one of the highest score."""
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         self.filters = filters
-        self.probability = mma.initial_probability()
+        self.probability = mma.initial_probability(len(filters.mean))
         self._config = config
+
+    @property
+    def weights(self) -> Floats:
+        """(M,) one for the filter of the highest score."""
+        return np.asarray(np.arange(len(self.probability)) == np.argmax(self.probability), dtype=np.float64)
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:
@@ -66,17 +75,15 @@ class SelectedBank:
         return self.filters.mean[best], self.filters.covariance[best]
 
     def predict(self, motion: Motion) -> None:
-        """Mix the filters if the method does, and move on by one time step."""
-        if self._config.method == "mma":
-            chain = mma.transitions(self.filters, motion.dt, self._config)
-            self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
+        """Mix the filters and move on by one time step."""
+        chain = mma.transitions(self.filters, motion.dt, self._config, motion.names)
+        self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
         self.filters.predict(motion.models)
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Score the filters by (12) and correct them; see `FilterBank.observe`."""
         evidence, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
-        floor = self._config.probability_floor if self._config.method == "paper" else mma.LEAST_PROBABILITY
-        self.probability = mma.update(self.probability, evidence, floor)
+        self.probability = mma.update(self.probability, evidence)
         self.filters.correct(residual, scale * noise)
         return scale * noise
 

@@ -1,10 +1,14 @@
 """Conversion of tracks to the `Tracks` record."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.records import MODELS, Tracks
+from tracker.records import MODELS, PREDICTION_S, Tracks
+from tracker.tracking import prediction
 from tracker.tracking.filters import STATE_DIM
+from tracker.tracking.prediction import Start
 from tracker.tracking.track import Track
 
 REPORTED_DIM = 8
@@ -20,10 +24,10 @@ def state(track: Track) -> tuple[Floats, Floats]:
     return mean, covariance
 
 
-def report(tracks: list[Track]) -> Tracks:
-    """Return one row per track, oldest first."""
+def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
+    """Return one row per track, oldest first; `models` are the names of their filters."""
     states = [state(track) for track in tracks]
-    count, models = len(tracks), len(MODELS)
+    count, m = len(tracks), len(models)
     independent = [track.corner.independent.filters for track in tracks]
     covariance = [
         own.covariance[:, :2, :2] + track.offset_covariance for own, track in zip(independent, tracks, strict=True)
@@ -33,13 +37,34 @@ def report(tracks: list[Track]) -> Tracks:
         status=np.array([track.status for track in tracks], dtype=np.uint8),
         mean=np.array([mean for mean, _ in states]).reshape(count, REPORTED_DIM),
         covariance=np.array([cov for _, cov in states]).reshape(count, REPORTED_DIM, REPORTED_DIM),
-        model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, models),
+        model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, m),
         model=np.array([track.corner.model for track in tracks], dtype=np.int64),
-        model_position_odom=np.array([track.corner.independent.filters.mean[:, :2] for track in tracks]).reshape(
-            count, models, 2
-        ),
+        model_position_odom=np.array([own.mean[:, :2] for own in independent]).reshape(count, m, 2),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
         size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=np.array(covariance).reshape(count, models, 2, 2),
-        model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, models),
+        model_covariance_odom=np.array(covariance).reshape(count, m, 2, 2),
+        model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, m),
+        prediction_odom=predictions(tracks, models),
+        models=models,
     )
+
+
+def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
+    """(T, M + 1, H, 2) predicted corners by the independent filters, then by the bank [m].
+
+    The prediction of the bank is the mean of those of its filters, by their shares in the estimate.
+    """
+    count, m = len(tracks), len(models)
+    ahead = np.zeros((count, m + 1, len(PREDICTION_S), 2))
+    if not count:
+        return ahead
+    turns = [track.turn for track in tracks]
+    yaw_rate, direction = np.array([turn.yaw_rate for turn in turns]), np.array([turn.direction for turn in turns])
+    independent = np.array([track.corner.independent.filters.mean for track in tracks])
+    bank = np.array([track.corner.bank.filters.mean for track in tracks])
+    weights = np.array([track.corner.bank.weights for track in tracks])
+    for k, name in enumerate(models):
+        ahead[:, k] = prediction.predict(name, Start.of(independent[:, k], yaw_rate, direction))
+        by_bank = prediction.predict(name, Start.of(bank[:, k], yaw_rate, direction))
+        ahead[:, -1] += weights[:, k, None, None] * by_bank
+    return ahead
