@@ -22,7 +22,7 @@ BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "aut
 """Methods for comparison, never selected: the rest of that axis, see `tracker.detection.baselines`."""
 
 MODELS = ("stationary", "cv", "ca")
-"""The standard filters of the bank, equations (7), (8) and (9). The order of every per-model axis is `Tracks.models`."""
+"""The standard filters of the bank, equations (7), (8) and (9); `Tracks.models` is the order of every model axis."""
 
 TURNING_MODELS = ("ctrv", "ctra", "two-axle")
 """Models of turning vehicles: constant turn rate with constant velocity, the same with a constant change of speed, and

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from scenarios.grading.mma_metrics import MODE_OF
 from scenarios.grading.snapshots import CONFIRMATION_S
 from tracker.records import MODELS
 
@@ -76,7 +77,7 @@ def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> Ra
 def modes(tracks: pd.DataFrame, *, standing_only: bool) -> RatedRows:
     """Rate the selected models: wrong mode, or only standing and moving confused."""
     rows = tracks[tracks["judged"]]
-    true, chosen = rows["true_mode"].astype(str), rows["model"].astype(str)
+    true, chosen = rows["true_mode"].astype(str), rows["model"].astype(str).replace(MODE_OF)
     wrong = (chosen == MODELS[0]) != (true == MODELS[0]) if standing_only else chosen != true
     return RatedRows(
         rows, wrong.astype(float), lambda row: f"{_track(row)} is {row['model']}, truly {row['true_mode']}"

@@ -40,6 +40,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         paper_tables.heading_by_view(result),
         paper_tables.position_error(result),
         tables.modes(result),
+        tables.predictions(result),
         tables.consistency(result),
         tables.outliers(result),
         tables.metric_list("Stages of the tracker", result, STAGES),

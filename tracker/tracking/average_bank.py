@@ -22,6 +22,11 @@ class AverageBank:
         return self.probability
 
     @property
+    def mode_time_s(self) -> float:
+        """Infinite: a vehicle stays in its mode."""
+        return np.inf
+
+    @property
     def estimate(self) -> tuple[Floats, Floats]:
         """Mean (6,) and covariance (6, 6) of the mixture."""
         one, weights = np.ones((len(self.probability), 1)), self.probability

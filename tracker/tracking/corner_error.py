@@ -21,14 +21,14 @@ class CornerConfig:
     """
 
     face_std_m: float = 0.055
-    """Standard deviation of a visible end near by [m]: a line through the points of a bowed face lies behind its apex by
-    a third of the sagitta, and real fronts and rears are bowed by 16 to 17 cm at bumper height."""
+    """Standard deviation of a visible end near by [m]: a line through the points of a bowed face lies behind its apex
+    by a third of the sagitta, and real fronts and rears are bowed by 16 to 17 cm at bumper height."""
     face_angle_std_rad: float = 0.0025
     """Its increase per metre of range [m/m]: a mount aligned to 0.1 to 0.2 degrees, and the end of a face between two
     beams."""
     known_std_m: float = 0.3
-    """Standard deviation of an end that is a known side length away from a visible end [m]: until it is visible again, an
-    unobserved acceleration of 1.5 m/s^2 displaces it by that in 0.6 s."""
+    """Standard deviation of an end that is a known side length away from a visible end [m]: until it is visible again,
+    an unobserved acceleration of 1.5 m/s^2 displaces it by that in 0.6 s."""
     unseen_share: float = 0.5
     """Standard deviation of an end that was never visible, as a share of the length that the prior adds to the seen
     extent."""

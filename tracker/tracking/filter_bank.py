@@ -19,7 +19,11 @@ class FilterBank(Protocol):
 
     @property
     def weights(self) -> Floats:
-        """(M,) shares of the models in the estimate: one of them for a selection, the probabilities for a mean."""
+        """(M,) shares of the models in a prediction, which sum to 1."""
+
+    @property
+    def mode_time_s(self) -> float:
+        """Mean time in a mode [s]; infinite for a vehicle that does not change its mode."""
 
     @property
     def filters(self) -> Filters:
@@ -56,7 +60,10 @@ class FilterBank(Protocol):
 
 
 class SelectedBank:
-    """Filter bank that mixes its filters and reports the one of the highest score."""
+    """Filter bank that mixes its filters and reports the one of the highest score.
+
+    The prediction is the mean over the modes, because the vehicle may be in another one, or change to it.
+    """
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         self.filters = filters
@@ -65,8 +72,13 @@ class SelectedBank:
 
     @property
     def weights(self) -> Floats:
-        """(M,) one for the filter of the highest score."""
-        return np.asarray(np.arange(len(self.probability)) == np.argmax(self.probability), dtype=np.float64)
+        """(M,) model probabilities."""
+        return self.probability
+
+    @property
+    def mode_time_s(self) -> float:
+        """Mean time in a mode [s]."""
+        return self._config.mode_time_s
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:

@@ -33,6 +33,11 @@ class FilterpyImm:
         return self.probability
 
     @property
+    def mode_time_s(self) -> float:
+        """Mean time in a mode [s]."""
+        return self._config.mode_time_s
+
+    @property
     def filters(self) -> Filters:
         """The M filters, copied."""
         return filterpy_filters.states(self._imm.filters)

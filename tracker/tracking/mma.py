@@ -46,7 +46,7 @@ class MmaConfig:
     tail_dof: float = 4.0
     """Degrees of freedom of the t-distribution of corner noise: few mean heavy tails, 1e6 is nearly normal."""
     probability_floor: float = 0.02
-    """`paper` and `average`: lower limit of every model's probability, so that a model can recover at a change of mode."""
+    """`paper` and `average`: lower limit of every probability, so that a model can recover at a change of mode."""
 
     def __post_init__(self) -> None:
         if not 0 < self.probability_floor < 1 / len(MODEL_NAMES):

@@ -52,7 +52,7 @@ def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
 def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
     """(T, M + 1, H, 2) predicted corners by the independent filters, then by the bank [m].
 
-    The prediction of the bank is the mean of those of its filters, by their shares in the estimate.
+    The prediction of the bank is the mean of those of its filters, by their weights.
     """
     count, m = len(tracks), len(models)
     ahead = np.zeros((count, m + 1, len(PREDICTION_S), 2))
@@ -63,8 +63,10 @@ def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
     independent = np.array([track.corner.independent.filters.mean for track in tracks])
     bank = np.array([track.corner.bank.filters.mean for track in tracks])
     weights = np.array([track.corner.bank.weights for track in tracks])
+    mode_time_s = np.array([track.corner.bank.mode_time_s for track in tracks])
+    lasts = np.full(count, np.inf)
     for k, name in enumerate(models):
-        ahead[:, k] = prediction.predict(name, Start.of(independent[:, k], yaw_rate, direction))
-        by_bank = prediction.predict(name, Start.of(bank[:, k], yaw_rate, direction))
+        ahead[:, k] = prediction.predict(name, Start.of(independent[:, k], yaw_rate, direction, lasts))
+        by_bank = prediction.predict(name, Start.of(bank[:, k], yaw_rate, direction, mode_time_s))
         ahead[:, -1] += weights[:, k, None, None] * by_bank
     return ahead

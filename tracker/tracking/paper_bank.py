@@ -1,4 +1,4 @@
-"""Filter bank of the paper: filterpy's Kalman filters, independent, of which the one of the highest score is reported."""
+"""Filter bank of the paper: filterpy's Kalman filters without mixing; that of the highest score is reported."""
 
 import numpy as np
 
@@ -25,6 +25,11 @@ class PaperBank:
     def filters(self) -> Filters:
         """The M filters, copied."""
         return filterpy_filters.states(self._models)
+
+    @property
+    def mode_time_s(self) -> float:
+        """Infinite: a vehicle stays in its mode."""
+        return np.inf
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:

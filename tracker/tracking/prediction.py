@@ -1,7 +1,8 @@
 """Prediction of the tracked corner by each motion model.
 
 Every model is extrapolated by its own physics: a stationary vehicle stays, and a braking one stops and does not move
-backwards. Vectors are complex numbers x + iy.
+backwards. In a bank whose vehicles change their mode, an acceleration lasts for an exponentially distributed time. Its
+mean effect is used. Vectors are complex numbers x + iy.
 """
 
 from collections.abc import Callable
@@ -19,29 +20,42 @@ CURVATURE_MAX_PER_M = 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Start:
-    """States of K vehicles at the time of the scan; arrays (K, 1)."""
+    """States of K vehicles at the time of the scan; arrays (K, 1) unless stated."""
 
     position: Complexes
     """[m]."""
     velocity: Complexes
     """[m/s]."""
     acceleration: Complexes
-    """[m/s^2]."""
+    """(K, H) constant acceleration with the same effect after each of the H times of `PREDICTION_S` [m/s^2]."""
     yaw_rate: Floats
     """[rad/s]."""
     direction: Complexes
     """Unit vectors, see `tracker.tracking.turning.Turn`."""
 
     @classmethod
-    def of(cls, mean: Floats, yaw_rate: Floats, direction: Complexes) -> "Start":
-        """Return the states of filters with means (K, 6), and known inputs (K,)."""
+    def of(cls, mean: Floats, yaw_rate: Floats, direction: Complexes, mode_time_s: Floats) -> "Start":
+        """Return the states of filters with means (K, 6), known inputs (K,), and mean times (K,) in a mode [s]."""
         position, velocity, acceleration = (mean[:, k, None] + 1j * mean[:, k + 1, None] for k in (0, 2, 4))
-        return cls(position, velocity, acceleration, yaw_rate[:, None], direction[:, None])
+        lasts = np.asarray(acceleration * lasting(mode_time_s), dtype=np.complex128)
+        return cls(position, velocity, lasts, yaw_rate[:, None], direction[:, None])
+
+
+def lasting(mode_time_s: Floats) -> Floats:
+    """(K, H) mean displacement by an acceleration that ends at a random time, relative to one that lasts.
+
+    With the mean time T in the mode (K,) [s], infinite for a model that never ends, the acceleration has the mean
+    a exp(-t / T), whose double integral over the time h is a T^2 (exp(-h / T) + h / T - 1).
+    """
+    share = np.array(PREDICTION_S) / mode_time_s[:, None]
+    some = share > 1e-3
+    safe = np.where(some, share, 1.0)
+    return np.where(some, 2.0 * (np.expm1(-safe) + safe) / safe**2, 1.0 - share / 3.0)
 
 
 def predict(name: str, start: Start) -> Floats:
     """(K, len(PREDICTION_S), 2) positions of K vehicles by one model [m]."""
-    moved = start.position + PREDICTORS[name](start, np.broadcast_to(PREDICTION_S, (len(start.position), 3)))
+    moved = start.position + PREDICTORS[name](start, np.broadcast_to(PREDICTION_S, start.acceleration.shape))
     return np.stack([moved.real, moved.imag], axis=-1)
 
 
@@ -97,12 +111,13 @@ PREDICTORS: dict[str, Callable[[Start, Floats], Complexes]] = {
 
 
 def _polar(velocity: Complexes) -> tuple[Floats, Complexes]:
-    """Return speeds (K, 1) [m/s] and unit vectors (K, 1)."""
+    """Return speeds [m/s] and unit vectors, of the shape of the velocities."""
     speed = np.abs(velocity)
-    return speed, np.where(speed > 0.0, velocity / np.maximum(speed, np.finfo(np.float64).tiny), 1.0 + 0.0j)
+    moves = speed > 0.0
+    return speed, np.where(moves, velocity / np.where(moves, speed, 1.0), 1.0 + 0.0j)
 
 
 def _until_stop(speed: Floats, change: Floats, ahead: Floats) -> Floats:
     """(K, H) times ahead, at most until the vehicle stops [s]."""
-    stop = np.where(change < 0.0, speed / np.maximum(-change, np.finfo(np.float64).tiny), np.inf)
-    return np.minimum(ahead, stop)
+    brakes = change * ahead < -speed
+    return np.where(brakes, speed / np.where(brakes, -change, 1.0), ahead)

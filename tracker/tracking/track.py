@@ -123,8 +123,8 @@ class Track:
     def predict(self, motion: Motion) -> None:
         """Move on by one time step; terminate the track if it has coasted for too long.
 
-        Of the paper's models, only constant acceleration lets a vehicle turn: the others set its yaw rate to zero. With a
-        turning model in the bank only the stationary one does.
+        Of the paper's models, only constant acceleration lets a vehicle turn: the others set its yaw rate to zero. With
+        a turning model in the bank only the stationary one does.
         """
         turns = self.corner.model_name == "ca"
         if turns_in(motion):
