@@ -94,7 +94,10 @@ def test_only_turning_models_change():
 
 def test_real_matrix_multiplies_like_the_complex_one():
     rng = np.random.default_rng(3)
-    matrix, vector = rng.normal(size=(3, 3)) + 1j * rng.normal(size=(3, 3)), rng.normal(size=3) + 1j * rng.normal(size=3)
+    matrix, vector = (
+        rng.normal(size=(3, 3)) + 1j * rng.normal(size=(3, 3)),
+        rng.normal(size=3) + 1j * rng.normal(size=3),
+    )
     flat = np.column_stack([vector.real, vector.imag]).ravel()
     product = matrix @ vector
     assert real(matrix) @ flat == pytest.approx(np.column_stack([product.real, product.imag]).ravel())
