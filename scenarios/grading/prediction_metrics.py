@@ -62,8 +62,7 @@ def grade(sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, models:
     for label, seconds in HORIZONS.items():
         later = true_corners(judged, truth, seconds)
         for estimate in estimates(models):
-            names = [f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"]
-            error = np.hypot(*(judged[names].to_numpy(np.float64) - later).T)
+            error = _distance(judged, later, estimate, label)
             prefix = f"mma.{estimate}.prediction_{label}_abs_mean_m"
             _grade(sheet, prefix, judged, error, np.ones_like(around))
             _grade(sheet, f"{prefix}_around_changes", judged, error, around)
@@ -73,6 +72,16 @@ def _grade(sheet: MetricSheet, name: str, judged: pd.DataFrame, error: Floats, r
     known = rows & np.isfinite(error)
     why = NO_PREDICTION if rows.any() else "no confirmed track followed a graded vehicle at such a time"
     sheet.mean(name, error[known], why, judged["actor_id"].to_numpy()[known])
+
+
+def errors(judged: pd.DataFrame, truth: pd.DataFrame, estimate: str, label: str) -> Floats:
+    """(K,) distances of the predictions of one estimate from the true corners [m]; NaN where one is not known."""
+    return _distance(judged, true_corners(judged, truth, HORIZONS[label]), estimate, label)
+
+
+def _distance(judged: pd.DataFrame, later: Floats, estimate: str, label: str) -> Floats:
+    names = [f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"]
+    return np.asarray(np.hypot(*(judged[names].to_numpy(np.float64) - later).T))
 
 
 def true_corners(judged: pd.DataFrame, truth: pd.DataFrame, ahead_s: float) -> Floats:

@@ -156,9 +156,9 @@ def asymmetric(tracks):
         (changed(mean=lambda t: t.mean[:, :6]), "shapes and types", "not floats ("),
         (changed(size=lambda t: t.size.tolist()), "shapes and types", "size is list, not an array ("),
         (changed(id=lambda t: t.id.astype(float)), "shapes and types", "id is float64 ("),
-        (changed(models=lambda t: ("cv", "cv", "ca")), "shapes and types", "models is ('cv', 'cv', 'ca'), not a tuple"),
-        (changed(models=lambda t: ("cv", "glide", "ca")), "shapes and types", "not a tuple of names in MODEL_NAMES"),
-        (changed(models=lambda t: ("cv", "ca")), "shapes and types", "not floats ("),
+        (changed(models=lambda _: ("cv", "cv", "ca")), "shapes and types", "models is ('cv', 'cv', 'ca'), not a tuple"),
+        (changed(models=lambda _: ("cv", "glide", "ca")), "shapes and types", "not a tuple of names in MODEL_NAMES"),
+        (changed(models=lambda _: ("cv", "ca")), "shapes and types", "not floats ("),
         (
             changed(prediction_odom=lambda t: np.zeros((len(t), 3, 3, 2))),
             "shapes and types",

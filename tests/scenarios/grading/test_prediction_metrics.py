@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from support.frames import DT, Body, Scripted, drive, follow, grade_run, tracks_of
 
-from scenarios.grading import prediction_metrics
+from scenarios.grading import frame_badness, prediction_metrics
 from scenarios.grading.metric_names import HORIZONS
 from sim.world import Mode
 from tracker.records import MODELS, PREDICTION_S
@@ -21,7 +21,7 @@ class Predicting(Scripted):
     speeds = (0.0, SPEED, SPEED + 1.0, SPEED - 0.5)
     """Of stationary, cv, ca, and of the reported estimate [m/s]."""
 
-    def step(self, scan):
+    def step(self, _):
         self.index += 1
         tracks = tracks_of(self.script[self.index])
         way = np.outer(self.speeds, PREDICTION_S)
@@ -70,7 +70,7 @@ def test_ego_motion_and_odometry_do_not_enter():
 
     def ego(index):
         world = np.array([0.2 * index, -0.1 * index, 0.01 * index])
-        return tuple(world), tuple(world + (100.0, -50.0, 0.0))
+        return tuple(world), tuple(world + np.array([100.0, -50.0, 0.0]))
 
     bodies = scene()
     script = [[replace(follow(body), x=body.x + 100.0, y=body.y - 50.0) for body in frame] for frame in bodies]
@@ -93,6 +93,30 @@ def test_a_tracker_without_predictions_has_null_metrics_with_a_reason():
         found = metrics[f"mma.{estimate}.prediction_1s_abs_mean_m"]
         assert found.value is None
         assert found.reason == prediction_metrics.NO_PREDICTION
+
+
+def test_the_worst_frame_is_that_of_the_largest_error():
+    """One prediction of frame 7 is 3 m off; all others are exact."""
+
+    class OnceWrong(Predicting):
+        speeds = (SPEED,) * 4
+
+        def step(self, scan):
+            tracks, trace = super().step(scan)
+            if self.index == 7:
+                tracks.prediction_odom[:, -1, :, 1] += 3.0
+            return tracks, trace
+
+    bodies = scene(change=40)
+    _, tables, _ = grade_run(bodies, OnceWrong([[follow(body) for body in frame] for frame in bodies]))
+    rated = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "prediction_1s_abs_mean_m")
+    worst = rated.rows.assign(badness=rated.badness).sort_values("badness").dropna(subset="badness").iloc[-1]
+    assert (worst["frame"], worst["badness"]) == (7, pytest.approx(3.0, abs=1e-6))
+    assert "predicted 3.00 m off by mma" in rated.describe(worst)
+    near = frame_badness.predictions(
+        tables["truth"], tables["tracks"], "mma", "prediction_1s_abs_mean_m_around_changes"
+    )
+    assert near.rows["frame"].min() == 28
 
 
 def test_truth_is_interpolated_between_successive_frames_only():
