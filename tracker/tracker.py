@@ -42,6 +42,13 @@ class TrackerConfig(DetectorConfig):
     corner: CornerConfig = field(default_factory=CornerConfig)
     life: TrackLifeConfig = field(default_factory=TrackLifeConfig)
 
+    def __post_init__(self) -> None:
+        if self.mma.method == "imm" and len(self.filters.models) < 2:
+            raise ValueError(
+                f'mma.method is "imm" and filters.models is {list(self.filters.models)}: an interacting multiple model '
+                "needs two models or more; add one, or use another method"
+            )
+
 
 def track_config(config: TrackerConfig) -> TrackConfig:
     """Return the sections that one track uses."""

@@ -87,6 +87,38 @@ def test_frames_around_a_change_of_mode_are_those_within_a_second():
     assert (none.value, none.n) == (None, 0)
 
 
+def test_a_bank_with_a_turning_model_has_metrics_of_it_and_null_ones_of_missing_models():
+    """cv and ctra; a ctra that is selected describes an accelerating vehicle."""
+
+    class Turning(Predicting):
+        speeds = (SPEED, SPEED + 2.0, SPEED)
+
+        def step(self, _):
+            self.index += 1
+            tracks = tracks_of(self.script[self.index])
+            ahead = np.stack([np.outer(self.speeds, PREDICTION_S), np.zeros((3, 3))], axis=-1)
+            return replace(
+                tracks,
+                models=("cv", "ctra"),
+                model_probability=np.tile([0.4, 0.6], (len(tracks), 1)),
+                model=np.ones(len(tracks), np.int64),
+                model_position_odom=np.repeat(tracks.mean[:, None, :2], 2, axis=1),
+                prediction_odom=tracks.mean[:, None, None, :2] + ahead,
+            ), None
+
+    bodies = scene(change=0)
+    metrics, tables, _ = grade_run(bodies, Turning([[follow(body) for body in frame] for frame in bodies]))
+    assert metrics["mma.ctra.prediction_1s_abs_mean_m"].value == pytest.approx(2.0)
+    assert metrics["mma.ctra.moving_target.x_abs_mean_m"].value == pytest.approx(0.0, abs=1e-9)
+    assert metrics["mma.mode_accuracy"].value == 1.0
+    assert metrics["mma.confusion.ca.ctra"].value == 1.0
+    assert metrics["mma.gain.moving_target"].n == len(bodies)
+    assert metrics["mma.stationary.prediction_1s_abs_mean_m"].value is None
+    assert "mma.ctrv.prediction_1s_abs_mean_m" not in metrics
+    assert set(tables["tracks"]["model"]) == {"ctra"}
+    assert (tables["tracks"]["probability_ctra"] == 0.6).all()
+
+
 def test_a_tracker_without_predictions_has_null_metrics_with_a_reason():
     metrics = graded(scene(), tracker=Scripted)
     for estimate in (*MODELS, "mma"):
