@@ -6,10 +6,10 @@ import numpy as np
 
 from tracker.arrays import Floats
 from tracker.records import MODELS, PREDICTION_S, Tracks
-from tracker.tracking import prediction
 from tracker.tracking.filters import STATE_DIM
-from tracker.tracking.prediction import Start
+from tracker.tracking.prediction import Start, lasting, predict
 from tracker.tracking.track import Track
+from tracker.tracking.turning import Complexes, turning_among
 
 REPORTED_DIM = 8
 """State of the filters, then heading and yaw rate."""
@@ -58,15 +58,21 @@ def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
     ahead = np.zeros((count, m + 1, len(PREDICTION_S), 2))
     if not count:
         return ahead
-    turns = [track.turn for track in tracks]
-    yaw_rate, direction = np.array([turn.yaw_rate for turn in turns]), np.array([turn.direction for turn in turns])
     independent = np.array([track.corner.independent.filters.mean for track in tracks])
     bank = np.array([track.corner.bank.filters.mean for track in tracks])
     weights = np.array([track.corner.bank.weights for track in tracks])
-    mode_time_s = np.array([track.corner.bank.mode_time_s for track in tracks])
-    lasts = np.full(count, np.inf)
+    lasts = np.concatenate([np.full(count, np.inf), [track.corner.bank.mode_time_s for track in tracks]])
+    both, share, turns = np.concatenate([independent, bank]), lasting(lasts), np.tile(inputs(tracks, models), 2)
     for k, name in enumerate(models):
-        ahead[:, k] = prediction.predict(name, Start.of(independent[:, k], yaw_rate, direction, lasts))
-        by_bank = prediction.predict(name, Start.of(bank[:, k], yaw_rate, direction, mode_time_s))
+        alone, by_bank = np.split(predict(name, Start.of(both[:, k], turns[0].real, turns[1], share)), 2)
+        ahead[:, k] = alone
         ahead[:, -1] += weights[:, k, None, None] * by_bank
     return ahead
+
+
+def inputs(tracks: Sequence[Track], models: tuple[str, ...]) -> Complexes:
+    """(2, T) yaw rates and directions of motion, for turning models; zero without them."""
+    if not turning_among(models):
+        return np.zeros((2, len(tracks)), dtype=np.complex128)
+    turns = [track.turn for track in tracks]
+    return np.array([[turn.yaw_rate for turn in turns], [turn.direction for turn in turns]], dtype=np.complex128)

@@ -34,10 +34,10 @@ class Start:
     """Unit vectors, see `tracker.tracking.turning.Turn`."""
 
     @classmethod
-    def of(cls, mean: Floats, yaw_rate: Floats, direction: Complexes, mode_time_s: Floats) -> "Start":
-        """Return the states of filters with means (K, 6), known inputs (K,), and mean times (K,) in a mode [s]."""
+    def of(cls, mean: Floats, yaw_rate: Floats, direction: Complexes, share: Floats) -> "Start":
+        """Return the states of filters with means (K, 6), known inputs (K,), and `lasting` shares (K, H)."""
         position, velocity, acceleration = (mean[:, k, None] + 1j * mean[:, k + 1, None] for k in (0, 2, 4))
-        lasts = np.asarray(acceleration * lasting(mode_time_s), dtype=np.complex128)
+        lasts = np.asarray(acceleration * share, dtype=np.complex128)
         return cls(position, velocity, lasts, yaw_rate[:, None], direction[:, None])
 
 

@@ -15,7 +15,7 @@ from tracker.tracking.heading_estimator import HeadingEstimator
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
-from tracker.tracking.turning import Turn, axle_to_corner, motion_direction, turns_in, with_turn
+from tracker.tracking.turning import Turn, axle_to_corner, motion_direction, turning_among, with_turn
 
 
 class Track:
@@ -127,7 +127,7 @@ class Track:
         a turning model in the bank only the stationary one does.
         """
         turns = self.corner.model_name == "ca"
-        if turns_in(motion):
+        if turning_among(motion.names):
             turns = self.corner.model_name != "stationary"
             motion = with_turn(motion, self.turn)
         self._heading.predict(motion.heading, turning=turns)

@@ -14,6 +14,8 @@ from tracker.arrays import Floats, Ints
 from tracker.records import TURNING_MODELS
 from tracker.tracking.filters import Motion, Step
 
+TURNING = frozenset(TURNING_MODELS)
+
 Complexes = npt.NDArray[np.complex128]
 
 LEAST_SPEED_MPS = 0.3
@@ -42,9 +44,9 @@ class Turn:
     """Unit vector along the motion of the tracked corner of a vehicle that moves along its heading."""
 
 
-def turns_in(motion: Motion) -> bool:
-    """Return True if the motion has a turning model."""
-    return any(name in TURNING_MODELS for name in motion.names)
+def turning_among(models: tuple[str, ...]) -> bool:
+    """Return True if one of the models is a turning model."""
+    return not TURNING.isdisjoint(models)
 
 
 def axle_to_corner(corner_sign: Ints, size: Floats) -> Floats:

@@ -13,7 +13,7 @@ FOREVER = np.array([np.inf])
 def positions(name, velocity, acceleration=(0.0, 0.0), yaw_rate=0.0, direction=1.0 + 0.0j, mode_time_s=FOREVER):
     """(3, 2) positions after 0.5, 1 and 2 s, of a vehicle that starts at (10, 20)."""
     mean = np.array([[10.0, 20.0, *velocity, *acceleration]])
-    start = Start.of(mean, np.array([yaw_rate]), np.array([direction]), mode_time_s)
+    start = Start.of(mean, np.array([yaw_rate]), np.array([direction]), lasting(mode_time_s))
     return predict(name, start)[0]
 
 
