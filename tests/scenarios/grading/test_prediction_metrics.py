@@ -128,7 +128,7 @@ def test_a_tracker_without_predictions_has_null_metrics_with_a_reason():
 
 
 def test_the_worst_frame_is_that_of_the_largest_error():
-    """One prediction of frame 7 is 3 m off; all others are exact."""
+    """The prediction of frame 7 has an error of 3 m, the others have none."""
 
     class OnceWrong(Predicting):
         speeds = (SPEED,) * 4
