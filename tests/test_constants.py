@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.grading.grading_config import GradingConfig
-from sensor_model.noise.calibration import Calibration
+from sensor_model.noise.calibration import CalibrationError
 from sensor_model.rig.rig import load_rig
 from sensor_model.visibility import MAX_CLEAN_DEPTH
 from sim.modes import ModeLimits
@@ -55,11 +55,11 @@ TUNED = {
         (FILTERS.acceleration_std_mps2, "unnoticed oscillation of following drivers"),
     ),
     "direction of a face by one unit [rad]": (
-        (math.radians(Calibration().yaw_sigma_deg), "residual error of a calibrated mount"),
+        (math.radians(CalibrationError().yaw_sigma_deg), "residual error of a calibrated mount"),
         (CornerConfig().face_angle_std_rad, "spacing of two beams, uniform"),
     ),
     "position of a face [m]": (
-        (Calibration().xy_sigma_m, "residual error of a calibrated mount"),
+        (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
         (CornerConfig().face_std_m, FILTERS.position_std_floor_m, "bow and scan lines of real cars"),
     ),
     "length of a car [m]": ((SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"), (EXTENT.car.length_m, "nuScenes")),
