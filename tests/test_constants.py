@@ -4,11 +4,13 @@ A number that both sides took from each other would hide an error: the tracker w
 Each row names one quantity, its value on both sides, and the sources.
 """
 
+import math
 from pathlib import Path
 
 import pytest
 
 from scenarios.grading.grading_config import GradingConfig
+from sensor_model.noise.calibration import CalibrationError
 from sensor_model.rig.rig import load_rig
 from sensor_model.visibility import MAX_CLEAN_DEPTH
 from sim.modes import ModeLimits
@@ -19,6 +21,7 @@ from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RANGE_STD
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.corner_error import CornerConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.mma import MmaConfig
@@ -50,6 +53,14 @@ TUNED = {
     "acceleration of a steady course [m/s^2]": (
         (MODES.steady_below_mps2, MODES.accelerates_from_mps2, "0.1 m off the course in 0.6 s"),
         (FILTERS.acceleration_std_mps2, "unnoticed oscillation of following drivers"),
+    ),
+    "direction of a face by one unit [rad]": (
+        (math.radians(CalibrationError().yaw_sigma_deg), "residual error of a calibrated mount"),
+        (CornerConfig().face_angle_std_rad, "spacing of two beams, uniform"),
+    ),
+    "position of a face [m]": (
+        (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
+        (CornerConfig().face_std_m, FILTERS.position_std_floor_m, "bow and scan lines of real cars"),
     ),
     "length of a car [m]": ((SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"), (EXTENT.car.length_m, "nuScenes")),
     "length of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][0], "a box truck"), (EXTENT.large.length_m, "nuScenes")),

@@ -6,7 +6,6 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
-from tracker.records import MODELS
 from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end, turned_ends
 from tracker.tracking.observations import Observations, uncut
 from tracker.tracking.orientation import turn_sign, turn_size
@@ -17,7 +16,7 @@ class TrackObservation:
     """Observation of one track, odometry frame."""
 
     misfit: Floats
-    """(M, 2) measured minus predicted position of the tracked corner, by each model [m]."""
+    """(M, 2) measured minus predicted position of the tracked corner, by each model [m]; M is 0 for the first one."""
     covariance: Floats
     """(2, 2) of the measured corner [m^2]."""
     heading: float
@@ -34,6 +33,8 @@ class TrackObservation:
     """True if the box lacks a side that a vehicle would show, or is a part of a larger object."""
     corner_sign: Ints
     """(2,) signs of the corner to track from now on."""
+    range_m: float
+    """Distance of the box from the ego [m]."""
 
 
 def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
@@ -48,6 +49,7 @@ def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int
         whole=hypotheses.whole[t, b],
         flat=bool(seen.flat[b]),
         corner_sign=hypotheses.corner_sign[t, b],
+        range_m=float(np.hypot(*(seen.center[b] - seen.sensor))),
     )
 
 
@@ -62,7 +64,7 @@ def first_observation(
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
     cut = seen.cut[b][turned_ends(np.asarray(turns))]
     first = TrackObservation(
-        misfit=np.zeros((len(MODELS), 2)),
+        misfit=np.zeros((0, 2)),
         covariance=seen.covariance[b, :2, :2],
         heading=heading,
         heading_variance=float(seen.covariance[b, 2, 2]),
@@ -71,5 +73,6 @@ def first_observation(
         flat=bool(seen.flat[b]),
         exact=shows_end(size, near.astype(np.float64), cut, usual, config),
         corner_sign=near,
+        range_m=float(np.hypot(*(seen.center[b] - seen.sensor))),
     )
     return first, seen.corner[b]
