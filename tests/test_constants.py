@@ -16,12 +16,12 @@ from sensor_model.visibility import MAX_CLEAN_DEPTH
 from sim.modes import ModeLimits
 from sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
 from sim.world import Kind
+from tracker.detection.body_fit import BodyFitConfig
 from tracker.detection.boxes import BoxConfig
 from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RANGE_STD
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.corner_error import CornerConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.mma import MmaConfig
@@ -56,11 +56,11 @@ TUNED = {
     ),
     "direction of a face by one unit [rad]": (
         (math.radians(CalibrationError().yaw_sigma_deg), "residual error of a calibrated mount"),
-        (CornerConfig().face_angle_std_rad, "spacing of two beams, uniform"),
+        (BodyFitConfig().asymmetry_std_rad, "convergence of flanks"),
     ),
     "position of a face [m]": (
         (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
-        (CornerConfig().face_std_m, FILTERS.position_std_floor_m, "bow and scan lines of real cars"),
+        (BodyFitConfig().line_std_m, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
     ),
     "length of a car [m]": ((SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"), (EXTENT.car.length_m, "nuScenes")),
     "length of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][0], "a box truck"), (EXTENT.large.length_m, "nuScenes")),

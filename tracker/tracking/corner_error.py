@@ -20,21 +20,14 @@ class CornerConfig:
     single scan, because the beams meet the same places again in the next one.
     """
 
-    face_std_m: float = 0.045
-    """Standard deviation of a visible end near by [m]: a line through the points of a bowed face lies behind its apex
-    by a third of the sagitta. Real fronts and rears are bowed by 16.5 cm, flanks by 7 cm: 5.5 and 2.3 cm."""
-    face_angle_std_rad: float = 0.0012
-    """Its increase per metre of range [m/m]: the end of a face lies between two beams 0.25 degrees apart, which is a
-    standard deviation of 0.25 / sqrt(12) degrees. Residual errors of mounts are of the same size."""
-    known_std_m: float = 0.3
-    """Standard deviation of an end that is a known side length away from a visible end [m]: until it is visible again,
-    an unobserved acceleration of 1.5 m/s^2 displaces it by that in 0.6 s."""
+    known_std_m: float = 0.15
+    """Standard deviation of an end that is a known side length away from a visible end [m]."""
     unseen_share: float = 0.5
     """Standard deviation of an end that was never visible, as a share of the length that the prior adds to the seen
     extent."""
 
     def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "face_std_m", "face_angle_std_rad", "known_std_m", "unseen_share")
+        require_within(self, 0.0, 1e3, "known_std_m", "unseen_share")
 
 
 class CornerError:
@@ -52,8 +45,7 @@ class CornerError:
 
     def __init__(self, first: TrackObservation, heading: float, unseen: Floats, config: CornerConfig) -> None:
         self._config = config
-        exact = self._exact_variance(first, first.covariance, heading)
-        self.variance = np.where(first.exact, exact, self._end_variance(unseen))
+        self.variance = np.where(first.exact, variance_along(first.covariance, heading), self._end_variance(unseen))
         """(2,) [m^2]."""
 
     def covariance(self, heading: float) -> Floats:
@@ -65,13 +57,13 @@ class CornerError:
 
         The filters add it to their own: the correction that follows is no motion of the vehicle.
         """
-        past = self.variance - self._exact_variance(seen, seen.covariance, heading)
+        past = self.variance - variance_along(seen.covariance, heading)
         return rotated_covariance(np.where(seen.exact, np.maximum(past, 0.0), 0.0), heading)
 
-    def observe(self, seen: TrackObservation, covariance: Floats, heading: float) -> None:
-        """Update by an observation; the filters used the covariance (2, 2) [m^2] for it."""
+    def observe(self, exact: Bools, covariance: Floats, heading: float) -> None:
+        """Update by an observation with covariance (2, 2) [m^2] that is `exact` (2,) along and across."""
         inexact = np.maximum(self.variance, self._config.known_std_m**2)
-        self.variance = np.where(seen.exact, self._exact_variance(seen, covariance, heading), inexact)
+        self.variance = np.where(exact, variance_along(covariance, heading), inexact)
 
     def change_corner(self, changes: Bools, unseen: Floats) -> None:
         """Add the error of the side lengths when the tracked corner `changes` (2,) along and across."""
@@ -80,11 +72,6 @@ class CornerError:
     def turn(self, quarters: int) -> None:
         """Rename the axes for a heading turned by `quarters`."""
         self.variance = orientation.turn_size(self.variance, quarters)
-
-    def _exact_variance(self, seen: TrackObservation, covariance: Floats, heading: float) -> Floats:
-        """(2,) variance of a visible end: that of a single scan, and that of the face and of the unit's direction."""
-        face_std_m = self._config.face_std_m + self._config.face_angle_std_rad * seen.range_m
-        return np.asarray(variance_along(covariance, heading) + face_std_m**2)
 
     def _end_variance(self, unseen: Floats) -> Floats:
         """(2,) variance of one end of each side when the other end is known [m^2]."""

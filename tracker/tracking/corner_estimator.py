@@ -95,7 +95,7 @@ class CornerEstimator:
         self.bank.inflate(released)
         self.independent.inflate(released)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
-        self._error.observe(seen, covariance, heading)
+        self._error.observe(seen.exact, covariance, heading)
         self.independent.observe(measured, covariance)
 
     def shift(self, offset: Floats) -> None:

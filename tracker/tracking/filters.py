@@ -67,9 +67,8 @@ class FilterConfig:
     """Standard deviation of the initial speed: urban traffic up to 60 km/h is two standard deviations [m/s]."""
     initial_yaw_rate_std_radps: float = 0.2
     """Standard deviation of the initial yaw rate [rad/s]."""
-    position_std_floor_m: float = 0.025
-    """Corner noise that the fit does not model [m]: beams meet the outline at other places in each scan. Points scatter
-    by 2 cm about one scan line on the flanks of real cars, by 3.2 cm on fronts and rears."""
+    position_std_floor_m: float = 0.007
+    """Corner noise that the fit does not model: beams meet the outline at other places in each scan [m]."""
     heading_std_floor_rad: float = 0.02
     """Heading noise that the fit does not model [rad]."""
 

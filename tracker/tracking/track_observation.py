@@ -33,8 +33,6 @@ class TrackObservation:
     """True if the box lacks a side that a vehicle would show, or is a part of a larger object."""
     corner_sign: Ints
     """(2,) signs of the corner to track from now on."""
-    range_m: float
-    """Distance of the box from the ego [m]."""
 
 
 def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
@@ -49,7 +47,6 @@ def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int
         whole=hypotheses.whole[t, b],
         flat=bool(seen.flat[b]),
         corner_sign=hypotheses.corner_sign[t, b],
-        range_m=float(np.hypot(*(seen.center[b] - seen.sensor))),
     )
 
 
@@ -73,6 +70,5 @@ def first_observation(
         flat=bool(seen.flat[b]),
         exact=shows_end(size, near.astype(np.float64), cut, usual, config),
         corner_sign=near,
-        range_m=float(np.hypot(*(seen.center[b] - seen.sensor))),
     )
     return first, seen.corner[b]

@@ -211,13 +211,10 @@ def test_independent_models_are_not_affected_by_mixing():
 
 
 def test_nees_is_chi_square_for_a_time_correlated_error():
-    """Tracks whose corner has a constant error of the boxes' noise and of the faces, plus independent noise.
-
-    The last box is at 32.2 m: the end of a bowed face has a standard deviation of 0.045 m + 0.0012 x 32.2 m.
-    """
+    """Tracks whose corner has a constant error, drawn from the boxes' noise, plus independent noise of equal size."""
     rng, nees = np.random.default_rng(5), []
     for _ in range(60):
-        constant = rng.normal(0, np.hypot(SEEN_STD_M, 0.0836), 2)
+        constant = rng.normal(0, SEEN_STD_M, 2)
         track = start((20.0 + constant[0], 3.5 + constant[1], 0.0))
         for pose in straight((20.0, 3.5, 0.0), 6.0, 25):
             noise = np.append(constant + rng.normal(0, SEEN_STD_M, 2), 0.0)
