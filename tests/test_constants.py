@@ -4,16 +4,19 @@ A number that both sides took from each other would hide an error: the tracker w
 Each row names one quantity, its value on both sides, and the sources.
 """
 
+import math
 from pathlib import Path
 
 import pytest
 
 from scenarios.grading.grading_config import GradingConfig
+from sensor_model.noise.calibration import CalibrationError
 from sensor_model.rig.rig import load_rig
 from sensor_model.visibility import MAX_CLEAN_DEPTH
 from sim.modes import ModeLimits
 from sim.scripted.script import EGO_SIZE, SIZE_BY_KIND
 from sim.world import Kind
+from tracker.detection.body_fit import BodyFitConfig
 from tracker.detection.boxes import BoxConfig
 from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RANGE_STD
@@ -50,6 +53,14 @@ TUNED = {
     "acceleration of a steady course [m/s^2]": (
         (MODES.steady_below_mps2, MODES.accelerates_from_mps2, "0.1 m off the course in 0.6 s"),
         (FILTERS.acceleration_std_mps2, "unnoticed oscillation of following drivers"),
+    ),
+    "direction of a face by one unit [rad]": (
+        (math.radians(CalibrationError().yaw_sigma_deg), "residual error of a calibrated mount"),
+        (BodyFitConfig().asymmetry_std_rad, "convergence of flanks"),
+    ),
+    "position of a face [m]": (
+        (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
+        (BodyFitConfig().line_std_m, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
     ),
     "length of a car [m]": ((SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"), (EXTENT.car.length_m, "nuScenes")),
     "length of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][0], "a box truck"), (EXTENT.large.length_m, "nuScenes")),

@@ -22,7 +22,17 @@ BASELINES = ("principal_axes", "two_set_split", "ransac_lines", "jlinkage", "aut
 """Methods for comparison, never selected: the rest of that axis, see `tracker.detection.baselines`."""
 
 MODELS = ("stationary", "cv", "ca")
-"""The filters of the bank, equations (7), (8) and (9), in the order of every per-model axis."""
+"""The standard filters of the bank, equations (7), (8) and (9); `Tracks.models` is the order of every model axis."""
+
+TURNING_MODELS = ("ctrv", "ctra", "two-axle")
+"""Models of turning vehicles: constant turn rate with constant velocity, the same with a constant change of speed, and
+the kinematic single-track model, which moves along its heading and turns by its curvature."""
+
+MODEL_NAMES = (*MODELS, *TURNING_MODELS)
+"""All motion models that `[tracker.filters] models` may name."""
+
+PREDICTION_S = (0.5, 1.0, 2.0)
+"""Times ahead of `Tracks.prediction_odom` [s]."""
 
 NOT_USED = -1
 """`Segments.label` of points in no segment."""
@@ -145,20 +155,25 @@ class Tracks:
     covariance: Floats
     """(T, 8, 8)."""
     model_probability: Floats
-    """(T, len(MODELS)) equation (12), rows sum to 1."""
+    """(T, M) equation (12), rows sum to 1; M is the length of `models`."""
     model: Ints
-    """(T,) the selected model."""
+    """(T,) index of the selected model in `models`."""
     model_position_odom: Floats
-    """(T, len(MODELS), 2) tracked corner by each independent model [m]."""
+    """(T, M, 2) tracked corner by each independent model [m]."""
     corner_sign: Ints
     """(T, 2) signs of the tracked corner in the vehicle's frame (x forward, y left)."""
     size: Floats
     """(T, 2) length, width [m]."""
     model_covariance_odom: Floats | None = None
-    """(T, len(MODELS), 2, 2) covariance of that corner [m^2]; None if the tracker does not report it."""
+    """(T, M, 2, 2) covariance of that corner [m^2]; None if the tracker does not report it."""
     model_nis: Floats | None = None
-    """(T, len(MODELS)) normalised innovation squared of each model's corner in this frame, 2 degrees of freedom; NaN
+    """(T, M) normalised innovation squared of each model's corner in this frame, 2 degrees of freedom; NaN
     for tracks that were not updated, None if the tracker does not report it."""
+    prediction_odom: Floats | None = None
+    """(T, M + 1, len(PREDICTION_S), 2) tracked corner ahead of the scan's time, by each independent model and by the
+    reported estimate [m]; None if the tracker does not report it."""
+    models: tuple[str, ...] = MODELS
+    """Names of the M models, of `MODEL_NAMES`: the order of every per-model axis."""
 
     def __len__(self) -> int:
         return len(self.id)

@@ -42,6 +42,13 @@ class TrackerConfig(DetectorConfig):
     corner: CornerConfig = field(default_factory=CornerConfig)
     life: TrackLifeConfig = field(default_factory=TrackLifeConfig)
 
+    def __post_init__(self) -> None:
+        if self.mma.method == "imm" and len(self.filters.models) < 2:
+            raise ValueError(
+                f'mma.method is "imm" and filters.models is {list(self.filters.models)}: an interacting multiple model '
+                "needs two models or more; add one, or use another method"
+            )
+
 
 def track_config(config: TrackerConfig) -> TrackConfig:
     """Return the sections that one track uses."""
@@ -112,7 +119,8 @@ class Tracker:
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
         self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)
-        return report(self._tracks), StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
+        output = report(self._tracks, self.config.filters.models)
+        return output, StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
 
     def _predict(self, time: float) -> list[Track]:
         """Drop terminated tracks, move the others to `time` [s] and return them."""

@@ -7,33 +7,43 @@ import numpy as np
 
 from scenarios.arrays import Bools, Floats
 from scenarios.check_tracker.checks import Fault, Faults
-from tracker.records import MODELS, NOT_USED, Status, StepTrace, Tracks
+from tracker.records import MODEL_NAMES, NOT_USED, PREDICTION_S, Status, StepTrace, Tracks
 from tracker.scan import Scan
 
-SHAPES = {
+M = "M"
+"""Number of models of the tracker."""
+
+SHAPES: dict[str, tuple[tuple[int | str, ...], str]] = {
     "id": ((), "iu"),
     "status": ((), "iu"),
     "mean": ((8,), "f"),
     "covariance": ((8, 8), "f"),
-    "model_probability": ((len(MODELS),), "f"),
+    "model_probability": ((M,), "f"),
     "model": ((), "iu"),
-    "model_position_odom": ((len(MODELS), 2), "f"),
+    "model_position_odom": ((M, 2), "f"),
     "corner_sign": ((2,), "iu"),
     "size": ((2,), "f"),
-    "model_covariance_odom": ((len(MODELS), 2, 2), "f"),
-    "model_nis": ((len(MODELS),), "f"),
+    "model_covariance_odom": ((M, 2, 2), "f"),
+    "model_nis": ((M,), "f"),
+    "prediction_odom": (("M + 1", len(PREDICTION_S), 2), "f"),
 }
 """Shape of each field of `Tracks` without its first axis, and the allowed kinds of dtype."""
-OPTIONAL = ("model_covariance_odom", "model_nis")
+OPTIONAL = ("model_covariance_odom", "model_nis", "prediction_odom")
 TOLERANCE = 1e-6
 """Tolerance of a sum of probabilities, and of symmetry and eigenvalues of a covariance relative to its size."""
 
 
 def check_shapes(tracks: Tracks) -> Faults:
     """Check that every field is an array of its shape and dtype; other checks need this one to pass."""
+    models = tracks.models
+    if not (isinstance(models, tuple) and models and set(models) <= set(MODEL_NAMES) and len({*models}) == len(models)):
+        yield Fault("shapes and types", f"models is {models!r}, not a tuple of names in MODEL_NAMES, each once")
+        return
+    number: dict[int | str, int] = {M: len(models), "M + 1": len(models) + 1}
     count = len(tracks.id) if isinstance(tracks.id, np.ndarray) and tracks.id.ndim == 1 else None
     for name, (shape, kinds) in SHAPES.items():
-        value, wanted = getattr(tracks, name), (count if count is not None else "T", *shape)
+        value = getattr(tracks, name)
+        wanted = (count if count is not None else "T", *(number.get(axis, axis) for axis in shape))
         if value is None and name in OPTIONAL:
             continue
         if not isinstance(value, np.ndarray):
@@ -53,9 +63,12 @@ def check_values(tracks: Tracks) -> Faults:
         "codes are valid", tracks, np.isin(tracks.status, list(Status)), "status is not a member of Status"
     )
     yield from _invalid(
-        "codes are valid", tracks, np.isin(tracks.model, range(len(MODELS))), "model is not an index of MODELS"
+        "codes are valid", tracks, np.isin(tracks.model, range(len(tracks.models))), "model is not an index of models"
     )
     yield from _invalid("codes are valid", tracks, np.abs(tracks.corner_sign) == 1, "corner_sign is neither +1 nor -1")
+    if tracks.prediction_odom is not None:
+        finite = np.isfinite(tracks.prediction_odom)
+        yield from _invalid("values are finite", tracks, finite, "prediction_odom is not finite")
     ids, times = np.unique(tracks.id, return_counts=True)
     if (times > 1).any():
         yield Fault("ids are unique", f"id {ids[times > 1][0]} occurs {times.max()} times")
@@ -72,7 +85,7 @@ def check_covariances(tracks: Tracks) -> Faults:
     matrices = {"covariance": tracks.covariance}
     if tracks.model_covariance_odom is not None:
         models = tracks.model_covariance_odom
-        matrices |= {f"model_covariance_odom of {model}": models[:, m] for m, model in enumerate(MODELS)}
+        matrices |= {f"model_covariance_odom of {model}": models[:, m] for m, model in enumerate(tracks.models)}
     for name, matrix in matrices.items():
         finite: Bools = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
         yield from _invalid("covariances are valid", tracks, finite, f"{name} is not finite")

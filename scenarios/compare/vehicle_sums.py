@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Floats, Ints
-from scenarios.grading import occlusion_metrics
+from scenarios.grading import mode_metrics, occlusion_metrics
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from scenarios.grading.tracking_sequence import tracking_sequence
@@ -132,7 +132,8 @@ def _fits(rows: _VehicleRows, fits: pd.DataFrame) -> dict[str, Floats]:
 
 def _positions(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
     """Position errors and correct modes of judged tracks, as in `grading.mma_metrics` and `grading.mode_metrics`."""
-    sums = {"right_mode": rows.sum(judged["actor_id"], judged["model"].to_numpy(object) == judged["true_mode"])}
+    right = mode_metrics.described_mode(judged["model"]) == judged["true_mode"].cat.codes.to_numpy()
+    sums = {"right_mode": rows.sum(judged["actor_id"], right)}
     stands = judged["true_mode"] == MODELS[0]
     for target, seen in (("standing", judged[stands]), ("moving", judged[~stands])):
         sums[target] = rows.sum(seen["actor_id"])

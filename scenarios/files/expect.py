@@ -92,9 +92,14 @@ def check_unit(name: str, limit: Limit) -> None:
         raise ValueError(f'"{name}".unit = "{limit.unit}": the metric is in "{METRICS[name]}"; convert the limit')
 
 
+def absent(name: str) -> Metric:
+    """Return the metric of a motion model that is not in the filter bank of the run."""
+    return Metric(None, METRICS[name], 0, "the run's filter bank has no such model")
+
+
 def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit]) -> list[Check]:
     """Check the metrics of a run against the expectations, in the order of the expectations."""
-    return [Check(name, limit, metrics[name]) for name, limit in expect.items()]
+    return [Check(name, limit, metrics.get(name) or absent(name)) for name, limit in expect.items()]
 
 
 def verdict(checks: Iterable[Check], complete: bool) -> RunVerdict:

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from scenarios.grading import prediction_metrics
+from scenarios.grading.mma_metrics import MODE_OF
 from scenarios.grading.snapshots import CONFIRMATION_S
 from tracker.records import MODELS
 
@@ -73,10 +75,23 @@ def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> Ra
     return RatedRows(rows, error, describe)
 
 
+def predictions(truth: pd.DataFrame, tracks: pd.DataFrame, estimate: str, measure: str) -> RatedRows:
+    """Rate the predictions of one estimate by their distance from the corner at that time."""
+    rows, label = tracks[tracks["judged"]], measure.split("_")[1]
+    if measure.endswith("around_changes"):
+        rows = rows[prediction_metrics.around_changes(rows, truth)]
+    error = pd.Series(prediction_metrics.errors(rows, truth, estimate, label), index=rows.index)
+
+    def describe(row: Row) -> str:
+        return f"{_track(row)} is predicted {row['badness']:.2f} m off by {estimate}, the model is {row['model']}"
+
+    return RatedRows(rows, error, describe)
+
+
 def modes(tracks: pd.DataFrame, *, standing_only: bool) -> RatedRows:
     """Rate the selected models: wrong mode, or only standing and moving confused."""
     rows = tracks[tracks["judged"]]
-    true, chosen = rows["true_mode"].astype(str), rows["model"].astype(str)
+    true, chosen = rows["true_mode"].astype(str), rows["model"].astype(str).replace(MODE_OF)
     wrong = (chosen == MODELS[0]) != (true == MODELS[0]) if standing_only else chosen != true
     return RatedRows(
         rows, wrong.astype(float), lambda row: f"{_track(row)} is {row['model']}, truly {row['true_mode']}"

@@ -3,7 +3,8 @@
 Every table starts with `frame` and `time_s`. Enumerations are categories by name; -1 means "no actor" or "no track".
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.grading.matching import TrackVerdict
-from scenarios.grading.metric_names import CANDIDATES, ESTIMATES, VIEWS
+from scenarios.grading.metric_names import CANDIDATES, HORIZONS, VIEWS, estimates, models_among
 from sensor_model.truth import Cause, View
 from sim.world import Kind, WorldFrame
-from tracker.records import MODELS, Status
+from tracker.records import MODEL_NAMES, MODELS, Status
 
 Schema = Mapping[str, type | tuple[str, ...]]
 """Dtype of each column by name, or the names of its categories in the order of their codes."""
@@ -51,6 +52,29 @@ TRUTH: Schema = {
 """A row per actor and frame. `segments` counts the segments with at least `part_share_min` of its points; the largest
 share is NaN without a trace of the tracker. `mode` is the true `Mode`, by the name of the matching motion model."""
 
+
+def model_columns(models: Iterable[str]) -> dict[str, type]:
+    """Return the columns of the track table of some models and of the reported estimate."""
+    ahead = (f"{label}_{axis}_world_m" for label, axis in product(HORIZONS, "xy"))
+    of_estimate = (*(f"{axis}_error_m" for axis in "xy"), *(f"ahead_{name}" for name in ahead))
+    names = [
+        *(f"probability_{model}" for model in models),
+        *(f"{estimate}_{name}" for estimate in estimates(models) for name in of_estimate),
+        *(f"{model}_{measure}" for measure in ("nees", "nis") for model in models),
+    ]
+    return dict.fromkeys(names, np.float64)
+
+
+def track_schema(models: Iterable[str]) -> Schema:
+    """Return `TRACKS` with the columns of further models."""
+    return {**TRACKS, **model_columns(models)}
+
+
+def models_of(tracks: pd.DataFrame) -> tuple[str, ...]:
+    """Return the models of a track table: the standard ones and those of its filter bank."""
+    return models_among(tracks.columns, "probability_{}")
+
+
 TRACKS: Schema = {
     "track_id": np.int64,
     "status": tuple(status.name.lower() for status in Status),
@@ -59,21 +83,23 @@ TRACKS: Schema = {
     "yaw_world_rad": np.float64,
     "length_m": np.float64,
     "width_m": np.float64,
-    "model": MODELS,
-    **{f"probability_{model}": np.float64 for model in MODELS},
+    "model": MODEL_NAMES,
     "verdict": tuple(verdict.name.lower() for verdict in TrackVerdict),
     "actor_id": np.int64,
     "true_mode": MODELS,
     "iou": np.float64,
     "heading_error_deg": np.float64,
     "judged": np.bool_,
-    **{f"{estimate}_{axis}_error_m": np.float64 for estimate in ESTIMATES for axis in "xy"},
+    "corner_along": np.float64,
+    "corner_across": np.float64,
     "nees": np.float64,
-    **{f"{model}_{measure}": np.float64 for measure in ("nees", "nis") for model in MODELS},
+    **model_columns(MODELS),
 }
-"""A row per track and frame; pose of the box centre. The actor's `true_mode`, overlap and heading error are NaN for a
-track that follows no actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the
-corner errors (ego axes), the NEES, and the NEES and NIS of each model are NaN."""
+"""A row per track and frame; pose of the box centre. The actor's `true_mode` (the name of the matching standard model),
+overlap and heading error are NaN for a track that follows no actor. A track is `judged` when it is confirmed and on a
+graded vehicle. For other tracks the signs of the tracked corner in the frame of the true box, the corner errors (ego
+axes), the predicted corners, the NEES, and the NEES and NIS of each model are NaN. A bank with other models has further
+columns of `model_columns`."""
 
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""

@@ -16,6 +16,7 @@ from scenarios.grading import (
     mode_metrics,
     occlusion_metrics,
     outlier_metrics,
+    prediction_metrics,
     segmentation_metrics,
     track_metrics,
 )
@@ -86,6 +87,8 @@ class Grader:
         self._frames += 1
         frame_truth = FrameTruth.of(frame, scan, truth, self._config)
         matches = TrackMatches.of(frame_truth, tracks, self._matcher)
+        if self._frames == 1:
+            self._tracks = TableBuilder(frame_tables.track_schema(tracks.models))
         self._tracks.add(frame, matches.rows(frame_truth, tracks))
         self._overlaps.add(frame, matches.overlap_rows(frame_truth, tracks))
 
@@ -157,8 +160,10 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     fit_metrics.grade(sheet, table["fits"], len(observations) if traced else 0, no_segment)
     segmentation_metrics.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
     outlier_metrics.grade(sheet, table["outliers"], NO_TRACE)
-    mma_metrics.grade(sheet, tracks, config.nees_confidence)
-    mode_metrics.grade(sheet, tracks)
+    models = frame_tables.models_of(tracks)
+    mma_metrics.grade(sheet, tracks, config.nees_confidence, models)
+    prediction_metrics.grade(sheet, truth, tracks, models)
+    mode_metrics.grade(sheet, tracks, models)
     track_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
     occlusion_metrics.grade(sheet, truth, tracks, config)
     return sheet.metrics

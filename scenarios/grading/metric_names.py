@@ -4,12 +4,12 @@ This module imports quickly, because scenario files are validated against it.
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from itertools import product
 from typing import NamedTuple
 
 from sensor_model.truth import Cause, View
-from tracker.records import BASELINES, METHODS, MODELS
+from tracker.records import BASELINES, METHODS, MODEL_NAMES, MODELS, PREDICTION_S, TURNING_MODELS
 
 CANDIDATES = (*METHODS, *BASELINES)
 """Methods with graded rectangles."""
@@ -22,7 +22,10 @@ VIEWS = {View.L_SHAPE: "l_shape", View.SIDE: "side", View.REAR: "rear", View.FRO
 CAUSES = {cause: cause.name.lower() for cause in Cause if cause != Cause.CLEAN}
 
 ESTIMATES = (*MODELS, "mma")
-"""Graded position estimates: each motion model, and the selection by multiple-model association."""
+"""Graded position estimates: each standard motion model, and the selection by multiple-model association."""
+
+HORIZONS = dict(zip(("500ms", "1s", "2s"), PREDICTION_S, strict=True))
+"""Times of graded predictions [s], by their names in metrics."""
 
 TARGETS = ("stationary_target", "moving_target")
 
@@ -63,6 +66,16 @@ CORNER_FIGURES = {
     "extent_across": "rectangle's extent minus that of the vehicle's true points, across the vehicle",
 }
 """Errors of corner and size with their meanings."""
+
+
+def estimates(models: Iterable[str]) -> tuple[str, ...]:
+    """Return the names of the graded estimates of a run with these models."""
+    return (*models, "mma")
+
+
+def models_among(names: Container[str], pattern: str = "mma.{}.prediction_1s_abs_mean_m") -> tuple[str, ...]:
+    """Return the standard models, and all others for which the `pattern` with its name is among `names`."""
+    return tuple(model for model in MODEL_NAMES if model in MODELS or pattern.format(model) in names)
 
 
 class Definition(NamedTuple):
@@ -134,24 +147,43 @@ def _stages() -> Iterator[Definition]:
         yield Definition(f"outliers.{cause}.recall", "1", "points of this cause that were removed")
 
 
+def _estimates(names: Iterable[str]) -> Iterator[Definition]:
+    for estimate in names:
+        for target, axis in product(TARGETS, "xy"):
+            prefix = f"mma.{estimate}.{target}.{axis}_abs"
+            what = f"of the tracked corner, ego {axis} axis"
+            yield Definition(f"{prefix}_mean_m", "m", f"mean absolute error {what}")
+            yield Definition(f"{prefix}_std_m", "m", f"STD of the absolute error {what}")
+        for label, seconds in HORIZONS.items():
+            prefix = f"mma.{estimate}.prediction_{label}_abs_mean_m"
+            what = f"mean distance of the tracked corner from its prediction {seconds:g} s ahead"
+            yield Definition(prefix, "m", what)
+            yield Definition(f"{prefix}_around_changes", "m", f"{what}, within 1 s of a change of the true mode")
+
+
+def _models(models: Iterable[str]) -> Iterator[Definition]:
+    for mode, model in product(MODELS, models):
+        yield Definition(
+            f"mma.confusion.{mode}.{model}", "1", f"share of true {mode} frames in which {model} is selected"
+        )
+
+
 def _mma() -> Iterator[Definition]:
-    for estimate, target, axis in product(ESTIMATES, TARGETS, "xy"):
-        prefix = f"mma.{estimate}.{target}.{axis}_abs"
-        yield Definition(f"{prefix}_mean_m", "m", f"mean absolute error of the tracked corner, ego {axis} axis")
-        yield Definition(f"{prefix}_std_m", "m", f"STD of the absolute error of the tracked corner, ego {axis} axis")
+    yield from _estimates(ESTIMATES)
     for target in TARGETS:
         meaning = "reduction of the mean distance from the true corner relative to the best single model"
         yield Definition(f"mma.gain.{target}", "1", meaning)
     yield Definition("mma.mode_accuracy", "1", "share of frames in which the selected model is the true mode")
     yield Definition("mma.stationary_accuracy", "1", "share of frames with the correct decision on standing or moving")
-    for mode, model in product(MODELS, MODELS):
-        yield Definition(
-            f"mma.confusion.{mode}.{model}", "1", f"share of true {mode} frames in which {model} is selected"
-        )
+    yield from _models(MODELS)
     yield Definition("mma.switch_latency_frames", "count", "median frames from a true change of mode to its selection")
     yield Definition("mma.nees_in_band", "1", "share of position NEES inside the two-sided chi-square band, 2 dof")
     yield Definition("mma.nees_mean", "1", "mean position NEES, 2 for a consistent filter")
-    for model, measure in product(MODELS, ("nees", "nis")):
+    yield from _consistency(MODELS)
+
+
+def _consistency(models: Iterable[str]) -> Iterator[Definition]:
+    for model, measure in product(models, ("nees", "nis")):
         prefix, what = f"mma.{model}.{measure}", f"{measure.upper()} of the model alone, while it is the true mode"
         yield Definition(f"{prefix}_in_band", "1", f"share of {what}, inside the band")
         yield Definition(f"{prefix}_mean", "1", f"mean {what}")
@@ -214,13 +246,16 @@ def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
 GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *_track()])
 """Metrics of `Grader.finish`; every run has all of them."""
 
+TURNING = register([*_estimates(TURNING_MODELS), *_models(TURNING_MODELS), *_consistency(TURNING_MODELS)])
+"""Metrics of models beyond the standard set; a run has those of its own models."""
+
 CONTROL = register(_control())
 """Metrics of `control.safety.grade`; every run has all of them."""
 
 RECORDED = register(_recorded())
 """Metrics of `luxloop track` and `luxloop grade` on a recording."""
 
-REGISTRY = register([*GRADED.values(), *CONTROL.values(), *RECORDED.values(), *_performance()])
+REGISTRY = register([*GRADED.values(), *TURNING.values(), *CONTROL.values(), *RECORDED.values(), *_performance()])
 """All metrics of a result, with those of `perf`, which the run loop measures."""
 
 METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}

@@ -1,5 +1,6 @@
 """Position errors of the filters, as in the paper's table IV, and the consistency of their covariances."""
 
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
@@ -8,10 +9,13 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Floats, Ints
-from scenarios.grading.metric_names import ESTIMATES, TARGETS
+from scenarios.grading.metric_names import TARGETS, estimates
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.plane_geometry import corner, matching_sign, turned
-from tracker.records import MODELS, Tracks
+from tracker.records import MODELS, TURNING_MODELS, Tracks
+
+MODE_OF = {**{model: model for model in MODELS}, **dict.fromkeys(TURNING_MODELS, "ca")}
+"""True mode that each model describes: a turn is an acceleration."""
 
 NO_PAIR = "no confirmed track followed a graded vehicle"
 
@@ -35,15 +39,19 @@ def corner_errors(
         (3,) ego pose in the odometry frame, as given to the tracker.
     """
     turn = track_boxes_ego[:, 2] - true_boxes_ego[:, 2]
-    true_ego = corner(true_boxes_ego, matching_sign(tracks.corner_sign[row], turn))
+    true_sign = matching_sign(tracks.corner_sign[row], turn)
+    true_ego = corner(true_boxes_ego, true_sign)
     position_odom = np.concatenate([tracks.model_position_odom[row], tracks.mean[row, None, :2]], axis=1)
     position_ego = turned(position_odom - ego_pose_odom[:2], -ego_pose_odom[2])
     error_ego = position_ego - true_ego[:, None]
     error_odom = turned(error_ego, ego_pose_odom[2])
 
-    errors = np.full((len(tracks), len(ESTIMATES), 2), np.nan)
+    count = len(tracks.models)
+    errors = np.full((len(tracks), count + 1, 2), np.nan)
     errors[row] = error_ego
-    nees, nis = np.full((len(tracks), len(ESTIMATES)), np.nan), np.full((len(tracks), len(MODELS)), np.nan)
+    sign = np.full((len(tracks), 2), np.nan)
+    sign[row] = true_sign
+    nees, nis = np.full((len(tracks), count + 1), np.nan), np.full((len(tracks), count), np.nan)
     nees[row, -1] = mahalanobis_squared(error_odom[:, -1], tracks.covariance[row, :2, :2])
     if tracks.model_covariance_odom is not None:
         nees[row, :-1] = mahalanobis_squared(error_odom[:, :-1], tracks.model_covariance_odom[row])
@@ -52,12 +60,14 @@ def corner_errors(
     return {
         **{
             f"{estimate}_{axis}_error_m": errors[:, e, a]
-            for e, estimate in enumerate(ESTIMATES)
+            for e, estimate in enumerate(estimates(tracks.models))
             for a, axis in enumerate("xy")
         },
+        "corner_along": sign[:, 0],
+        "corner_across": sign[:, 1],
         "nees": nees[:, -1],
-        **{f"{model}_nees": nees[:, m] for m, model in enumerate(MODELS)},
-        **{f"{model}_nis": nis[:, m] for m, model in enumerate(MODELS)},
+        **{f"{model}_nees": nees[:, m] for m, model in enumerate(tracks.models)},
+        **{f"{model}_nis": nis[:, m] for m, model in enumerate(tracks.models)},
     }
 
 
@@ -74,8 +84,8 @@ def mahalanobis_squared(error: Floats, covariance: Floats) -> Floats:
     return np.where(np.isnan(determinant), np.nan, squared)
 
 
-def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> None:
-    """Enter position errors and consistency from the judged rows of the track table.
+def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float, models: Sequence[str]) -> None:
+    """Enter position errors and consistency of `models` from the judged rows of the track table.
 
     Missing estimates are NaN and do not count.
     """
@@ -83,11 +93,11 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame, nees_confidence: float) -> N
     standing = judged["true_mode"] == MODELS[0]
     for target, rows in zip(TARGETS, (judged[standing], judged[~standing]), strict=True):
         why = f"{NO_PAIR} that is a {target.replace('_', ' ')}"
-        for estimate in ESTIMATES:
+        for estimate in estimates(models):
             for axis in "xy":
                 _grade_position(sheet, rows, f"mma.{estimate}.{target}.{axis}_abs", f"{estimate}_{axis}_error_m", why)
-        _grade_gain(sheet, rows, f"mma.gain.{target}", why)
-    _grade_consistency(sheet, judged, nees_confidence)
+        _grade_gain(sheet, rows, f"mma.gain.{target}", why, models)
+    _grade_consistency(sheet, judged, nees_confidence, models)
 
 
 def _grade_position(sheet: MetricSheet, rows: pd.DataFrame, prefix: str, column: str, why_none: str) -> None:
@@ -98,33 +108,34 @@ def _grade_position(sheet: MetricSheet, rows: pd.DataFrame, prefix: str, column:
     sheet.std(f"{prefix}_std_m", error, why_none, vehicle)
 
 
-def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str) -> None:
+def _grade_gain(sheet: MetricSheet, rows: pd.DataFrame, name: str, why_none: str, models: Sequence[str]) -> None:
     """Enter the share by which model selection lowers the mean distance from the true corner below the best model's.
 
-    All estimates are compared over the same rows, those with an estimate of every model.
+    All estimates are compared over the same rows, those with an estimate of every model of the bank.
     """
     off = np.hypot(
-        *(rows[[f"{estimate}_{axis}_error_m" for estimate in ESTIMATES]].to_numpy(np.float64) for axis in "xy")
+        *(rows[[f"{estimate}_{axis}_error_m" for estimate in estimates(models)]].to_numpy(np.float64) for axis in "xy")
     )
-    off = off[np.isfinite(off).all(axis=1)]
-    mean = off.mean(axis=0) if len(off) else np.full(len(ESTIMATES), np.nan)
+    off = off[:, np.append(np.isfinite(off[:, :-1]).any(axis=0), True)]
+    off = off[np.isfinite(off).all(axis=1)] if off.shape[1] > 1 else np.empty((0, 2))
+    mean = off.mean(axis=0) if len(off) else np.full(off.shape[1], np.nan)
     single = float(mean[:-1].min())
     sheet.write(name, 1.0 - float(mean[-1]) / single if single > 0.0 else None, len(off), why_none)
 
 
-def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: float) -> None:
+def _grade_consistency(sheet: MetricSheet, judged: pd.DataFrame, confidence: float, models: Sequence[str]) -> None:
     """Enter NEES and NIS, with 2 degrees of freedom.
 
-    A single model is graded only while it is the true mode, because its covariance assumes that motion.
+    A single model is graded only while it describes the true mode, because its covariance assumes that motion.
     """
     why = "the tracker does not report its covariance" if len(judged) else NO_PAIR
     _grade_band(sheet, judged, "nees", "mma.nees", why, confidence)
-    for model, measure in product(MODELS, ("nees", "nis")):
-        rows = judged[judged["true_mode"] == model]
+    for model, measure in product(models, ("nees", "nis")):
+        rows = judged[judged["true_mode"] == MODE_OF[model]]
         why = (
             f"the tracker does not report the {measure} of its models"
             if len(rows)
-            else f"{NO_PAIR} in the mode {model}"
+            else f"{NO_PAIR} in the mode {MODE_OF[model]}"
         )
         _grade_band(sheet, rows, f"{model}_{measure}", f"mma.{model}.{measure}", why, confidence)
 

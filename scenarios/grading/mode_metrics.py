@@ -1,19 +1,30 @@
 """Accuracy of the selected motion model against the true mode of the vehicle."""
 
+from collections.abc import Sequence
 from itertools import pairwise, product
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Floats
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.mma_metrics import NO_PAIR
-from tracker.records import MODELS
+from scenarios.grading.mma_metrics import MODE_OF, NO_PAIR
+from tracker.records import MODEL_NAMES, MODELS
 
 NO_MODEL = "the tracks do not report the selected model"
 
 
-def grade(sheet: MetricSheet, tracks: pd.DataFrame) -> None:
+MODE_CODES = np.array([MODELS.index(MODE_OF[model]) for model in MODEL_NAMES])
+"""Index of the true mode that each model of `MODEL_NAMES` describes."""
+
+
+def described_mode(model: pd.Series) -> npt.NDArray[np.int64]:
+    """(K,) index in `MODELS` of the mode that each selected model describes; -1 for unknown models."""
+    return np.asarray(np.append(MODE_CODES, -1)[model.cat.codes.to_numpy()], dtype=np.int64)
+
+
+def grade(sheet: MetricSheet, tracks: pd.DataFrame, models: Sequence[str]) -> None:
     """Enter the accuracy, the confusions and the switch latency from the judged rows of the track table.
 
     Confusions are shares of the frames of each true mode.
@@ -22,9 +33,10 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame) -> None:
     judged, no_pair = tracks[tracks["judged"] & known], NO_PAIR if known.all() else NO_MODEL
     vehicle = judged["actor_id"].to_numpy()
     true, chosen = judged["true_mode"].to_numpy(object), judged["model"].to_numpy(object)
-    sheet.mean("mma.mode_accuracy", chosen == true, no_pair, vehicle)
+    right = described_mode(judged["model"]) == judged["true_mode"].cat.codes.to_numpy()
+    sheet.mean("mma.mode_accuracy", right, no_pair, vehicle)
     sheet.mean("mma.stationary_accuracy", (chosen == MODELS[0]) == (true == MODELS[0]), no_pair, vehicle)
-    for mode, model in product(MODELS, MODELS):
+    for mode, model in product(MODELS, models):
         why = f"{no_pair} in the mode {mode}"
         sheet.mean(f"mma.confusion.{mode}.{model}", chosen[true == mode] == model, why, vehicle[true == mode])
     _grade_latency(sheet, switch_latencies(judged))
@@ -39,7 +51,7 @@ def switch_latencies(judged: pd.DataFrame) -> Floats:
     latencies: list[float] = []
     for _, rows in judged.sort_values("frame", kind="stable").groupby("actor_id"):
         frame = rows["frame"].to_numpy()
-        mode, model = rows["true_mode"].cat.codes.to_numpy(), rows["model"].cat.codes.to_numpy()
+        mode, model = rows["true_mode"].cat.codes.to_numpy(), described_mode(rows["model"])
         changes = np.flatnonzero(np.diff(mode)) + 1
         for start, stop in pairwise([*changes, len(mode)]):
             if frame[start] - frame[start - 1] == 1:

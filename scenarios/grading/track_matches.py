@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.arrays import Floats, Ints
-from scenarios.grading import mma_metrics
+from scenarios.grading import frame_tables, mma_metrics, prediction_metrics
 from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
 from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned, wrap
 from sensor_model.truth import NO_ACTOR
-from tracker.records import MODELS, Status, Tracks
+from tracker.records import MODEL_NAMES, MODELS, Status, Tracks
 
 HEADING = 6
 """Column of the heading in `Tracks.mean`."""
@@ -27,6 +27,12 @@ def track_boxes(tracks: Tracks, ego_pose_odom: Floats) -> Floats:
     heading = tracks.mean[:, HEADING]
     center = tracks.mean[:, :2] - turned(0.5 * tracks.corner_sign * tracks.size, heading)
     return np.column_stack([into_frame(np.column_stack([center, heading]), ego_pose_odom), tracks.size])
+
+
+def selected_model(tracks: Tracks) -> Ints:
+    """(T,) index in `MODEL_NAMES` of the selected models; -1 for unknown ones."""
+    index = np.array([MODEL_NAMES.index(name) for name in tracks.models], dtype=np.int64)
+    return np.where(tracks.model >= 0, index[tracks.model], -1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +89,8 @@ class TrackMatches:
         pair = np.flatnonzero(self.actor_row >= 0)
         iou = np.full(len(tracks), np.nan)
         iou[pair] = self.overlap[self.actor_row[pair], pair]
-        return {
+        ego_pose_odom = frame_truth.scan.ego_pose_odom
+        columns: dict[str, npt.NDArray[Any]] = {
             "track_id": tracks.id,
             "status": tracks.status,
             "x_world_m": x,
@@ -91,16 +98,19 @@ class TrackMatches:
             "yaw_world_rad": yaw,
             "length_m": tracks.size[:, 0],
             "width_m": tracks.size[:, 1],
-            "model": tracks.model,
-            **{f"probability_{model}": tracks.model_probability[:, m] for m, model in enumerate(MODELS)},
+            "model": selected_model(tracks),
+            **{f"probability_{model}": tracks.model_probability[:, m] for m, model in enumerate(tracks.models)},
             "verdict": self.verdict,
             "actor_id": self.actor_id(frame_truth),
             "true_mode": np.append(frame_truth.actors.mode.astype(np.int8), -1)[self.actor_row],
             "iou": iou,
             "heading_error_deg": np.degrees(self.heading_error),
             "judged": judged,
-            **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, frame_truth.scan.ego_pose_odom),
+            **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, ego_pose_odom),
+            **prediction_metrics.predicted(tracks, row, ego_pose_odom, frame_truth.frame.ego.pose_world),
         }
+        unused = frame_tables.model_columns(MODELS).keys() - columns.keys()
+        return columns | dict.fromkeys(unused, np.full(len(tracks), np.nan))
 
     def overlap_rows(self, frame_truth: FrameTruth, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
         """Return the rows of the overlap table."""

@@ -50,6 +50,8 @@ def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> RatedRows | None:
             return frame_badness.modes(tables["tracks"], standing_only=measure == "stationary_accuracy")
         case ["mma", *model, measure] if measure.startswith(("nees", "nis")):
             return frame_badness.consistency(tables["tracks"], "_".join([*model, measure.partition("_")[0]]))
+        case ["mma", estimate, measure] if measure.startswith("prediction"):
+            return frame_badness.predictions(tables["truth"], tables["tracks"], estimate, measure)
         case ["mma", "gain", target]:
             return frame_badness.positions(tables["tracks"], "mma", target, "xy")
         case ["mma", estimate, target, measure]:

@@ -10,7 +10,7 @@ from scenarios.errors import ScenarioError
 from scenarios.files.scenario import Scenario
 from scenarios.grading import grader
 from scenarios.grading.body_points import Ranging
-from scenarios.grading.metric_names import GRADED
+from scenarios.grading.metric_names import GRADED, TURNING
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.offline.track_file import TrackFile
@@ -102,7 +102,7 @@ class Regrader:
     def _not_simulated(self) -> dict[str, Metric]:
         """Return the metrics that need a simulation, without a value; an earlier reason is kept."""
         reason = "recorded scans were graded, without a simulation"
-        of_run = {name: metric for name, metric in self._run.result.metrics.items() if name not in GRADED}
+        of_run = {name: metric for name, metric in self._run.result.metrics.items() if name not in (*GRADED, *TURNING)}
         return {name: Metric(None, metric.unit, 0, metric.reason or reason) for name, metric in of_run.items()}
 
     def _result(

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scenarios.arrays import Floats, Ints
+from scenarios.grading.mma_metrics import MODE_OF
 from scenarios.oracle.oracle_context import OracleContext
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODELS
@@ -27,6 +28,7 @@ class OracleBank(SelectedBank):
 
     def __init__(self, filters: Filters, config: MmaConfig, context: OracleContext) -> None:
         super().__init__(filters, config)
+        self._models: tuple[str, ...] = MODELS
         self._context = context
         self.actor = NO_ACTOR
         """Actor that the track follows."""
@@ -34,6 +36,7 @@ class OracleBank(SelectedBank):
     def predict(self, motion: Motion) -> None:
         """Move on by one time step and select the true mode at its end."""
         super().predict(motion)
+        self._models = motion.names
         self.select()
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
@@ -46,7 +49,7 @@ class OracleBank(SelectedBank):
         """Select the true mode of the actor; without an actor, keep the probabilities."""
         mode = self._context.truth.mode.get(self.actor)
         if mode is not None:
-            self.probability = certain(mode)
+            self.probability = certain(mode, self._models)
 
 
 class OracleModelSelection:
@@ -82,8 +85,11 @@ class ActorRecorder:
         return managed
 
 
-def certain(mode: int) -> Floats:
-    """(M,) model probabilities of a known mode; above 0, because their logarithms are taken."""
-    probability = np.full(len(MODELS), LEAST_PROBABILITY)
-    probability[mode] = 1.0 - LEAST_PROBABILITY * (len(MODELS) - 1)
-    return probability
+def certain(mode: int, models: tuple[str, ...] = MODELS) -> Floats:
+    """(M,) model probabilities of a known mode, equal for all models of it; above 0 for their logarithms.
+
+    In a bank without a model of the mode all have the same probability.
+    """
+    describes = np.array([MODE_OF[model] == MODELS[mode] for model in models])
+    share = np.where(describes | ~describes.any(), 1.0, LEAST_PROBABILITY)
+    return np.asarray(share / share.sum())

@@ -6,7 +6,7 @@ Rerun is imported lazily inside the functions, because its import takes half a s
 from typing import TYPE_CHECKING
 
 from sensor_model.truth import Cause
-from tracker.records import MODELS
+from tracker.records import MODEL_NAMES
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -41,14 +41,15 @@ CAUSES = {
     Cause.RAIN: (120, 220, 220),
     Cause.SPRAY: (150, 190, 190),
 }
-MODEL_NAMES = tuple(model[:2] for model in MODELS)
-"""Short names beside a track's id: st, cv, ca."""
+SHORT_NAMES = {"stationary": "st", "cv": "cv", "ca": "ca", "ctrv": "ctrv", "ctra": "ctra", "two-axle": "2ax"}
+"""Short names of motion models, beside a track's id."""
+MODEL_COLORS = dict(zip(MODEL_NAMES, CYCLE, strict=True))
 BACKGROUND = 16
 """Class id of clean points on no actor; other points have their `Cause` as class id."""
 
 PLOTS = {
-    "plots/models_moving": dict(zip(MODELS, (GREEN, BLUE, VIOLET), strict=True)),
-    "plots/models_standing": dict(zip(MODELS, (GREEN, BLUE, VIOLET), strict=True)),
+    "plots/models_moving": MODEL_COLORS,
+    "plots/models_standing": MODEL_COLORS,
     "plots/heading_error": {"fits (mod 90)": YELLOW, "tracks (mod 360)": GREEN},
     "plots/counts": {"graded vehicles": WHITE, "confirmed tracks": GREEN, "coasting tracks": BLUE},
     "plots/points": {"all": CAUSES[Cause.CLEAN], "noise": CAUSES[Cause.RANGE_OUTLIER]},
@@ -63,8 +64,9 @@ LEGEND = f"""\
 Bird's-eye view; the **ego is the solid box**, heading up. Circles at {RINGS_M[0]:.0f} and {RINGS_M[1]:.0f} m.
 - **Truth**: thin white boxes, red when occluded, dim when not graded
 - **Fits**: thin yellow rectangles
-- **Tracks**: thick coloured rectangles with id and selected motion model ({", ".join(MODEL_NAMES)}), an arrow of 1 s
-  of travel and a trail of {TRAIL_S:.0f} s; thin and dim when tentative or coasting
+- **Tracks**: thick coloured rectangles with id and selected motion model
+  ({", ".join(SHORT_NAMES.values())}), an arrow of 1 s of travel and a trail of {TRAIL_S:.0f} s;
+  thin and dim when tentative or coasting
 - **Points**: blue on vehicles, grey elsewhere; noise is magenta for mirrors, orange inside the outline, red for range
   outliers and false alarms, pink for ghosts, yellow where units disagree, cyan for rain and spray. Tabs colour points
   by unit or layer instead.

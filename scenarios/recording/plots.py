@@ -6,7 +6,7 @@ from scenarios.arrays import Floats
 from scenarios.grading.frame_grade import FrameGrade
 from sensor_model.truth import Cause, ScanTruth
 from sim.world import Actors, Mode
-from tracker.records import Status, Tracks
+from tracker.records import MODEL_NAMES, Status, Tracks
 
 
 def plot_values(actors: Actors, truth: ScanTruth, tracks: Tracks, grade: FrameGrade) -> dict[str, Floats]:
@@ -16,14 +16,22 @@ def plot_values(actors: Actors, truth: ScanTruth, tracks: Tracks, grade: FrameGr
     on_moving = confirmed & np.isin(grade.track_actor, actors.id[moving])
     on_standing = confirmed & np.isin(grade.track_actor, actors.id[~moving])
     fit_error, track_error = grade.box_heading_error, grade.track_heading_error[confirmed]
+    probability = by_model_name(tracks)
     noise = truth.cause != Cause.CLEAN
     return {
-        "plots/models_moving": _mean(tracks.model_probability[on_moving]),
-        "plots/models_standing": _mean(tracks.model_probability[on_standing]),
+        "plots/models_moving": _mean(probability[on_moving]),
+        "plots/models_standing": _mean(probability[on_standing]),
         "plots/heading_error": np.array([_median_abs_deg(fit_error), _median_abs_deg(track_error)]),
         "plots/counts": np.array([grade.graded.sum(), confirmed.sum(), coasting.sum()]),
         "plots/points": np.array([len(noise), noise.sum()]),
     }
+
+
+def by_model_name(tracks: Tracks) -> Floats:
+    """(T, len(MODEL_NAMES)) model probabilities; NaN for models that are not in the filter bank."""
+    probability = np.full((len(tracks), len(MODEL_NAMES)), np.nan)
+    probability[:, [MODEL_NAMES.index(model) for model in tracks.models]] = tracks.model_probability
+    return probability
 
 
 def _mean(rows: Floats) -> Floats:

@@ -30,7 +30,8 @@ class TrackLayer:
         confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
         hues = np.array(blueprint.CYCLE)[tracks.id % len(blueprint.CYCLE)]
         colors = hues * np.where(confirmed, 1.0, blueprint.DIM)[:, None]
-        suffix = np.where(confirmed, np.array(blueprint.MODEL_NAMES)[tracks.model], np.where(coasting, "coasting", ""))
+        short_names = np.array([blueprint.SHORT_NAMES[model] for model in tracks.models])
+        suffix = np.where(confirmed, short_names[tracks.model], np.where(coasting, "coasting", ""))
         labels = [f"{track} {text}" if text else "" for track, text in zip(tracks.id, suffix, strict=True)]
         center, yaw = tracks.center_odom, tracks.mean[:, 6]
         line_ui = np.where(confirmed, 2.5, 1.0)

@@ -4,7 +4,7 @@ from itertools import product
 
 from rich.table import Table
 
-from scenarios.grading.metric_names import ESTIMATES, SEEN, TARGETS, VIEWS
+from scenarios.grading.metric_names import SEEN, TARGETS, VIEWS, estimates, models_among
 from scenarios.report import paper_figures
 from scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from scenarios.report.fit_tables import emphasis, methods_of
@@ -77,7 +77,7 @@ def position_error(result: Result) -> Table:
     """Return table IV: position errors. The paper does not name its single model; here every model has a row."""
     columns = ("targets", "x mean", "95 %", "x STD", "y mean", "95 %", "y STD", "n")
     table = table_of("Absolute error of the tracked corner, on the ego's axes [m]", "model", *columns)
-    for target, estimate in product(TARGETS, ESTIMATES):
+    for target, estimate in product(TARGETS, estimates(models_among(result.metrics))):
         cells = []
         for axis in "xy":
             prefix = f"mma.{estimate}.{target}.{axis}_abs"

@@ -4,7 +4,16 @@ from rich.table import Table
 from rich.text import Text
 
 from scenarios.files.expect import Check, ExpectationOutcome
-from scenarios.grading.metric_names import CAUSES, DRIVERS, REGISTRY, SAFETY, TIMED_STAGES
+from scenarios.grading.metric_names import (
+    CAUSES,
+    DRIVERS,
+    HORIZONS,
+    REGISTRY,
+    SAFETY,
+    TIMED_STAGES,
+    estimates,
+    models_among,
+)
 from scenarios.report.cells import percent_of, table_of, value_of
 from scenarios.result import Result
 from tracker.records import MODELS
@@ -12,10 +21,26 @@ from tracker.records import MODELS
 
 def modes(result: Result) -> Table:
     """Return the confusion table of the selected model by true mode."""
-    table = table_of("Selected model by true mode", "true mode", *MODELS, "n")
+    models = models_among(result.metrics)
+    table = table_of("Selected model by true mode", "true mode", *models, "n")
     for mode in MODELS:
-        rates = [result.metrics[f"mma.confusion.{mode}.{model}"] for model in MODELS]
+        rates = [result.metrics[f"mma.confusion.{mode}.{model}"] for model in models]
         table.add_row(mode, *map(percent_of, rates), str(rates[0].n))
+    return table
+
+
+def predictions(result: Result) -> Table:
+    """Return the errors of predicted positions, overall and around changes of the true mode."""
+    title = "Mean distance of the tracked corner from its prediction [m]; changes: within 1 s of a change of mode"
+    labels = [f"{seconds:g} s{where}" for where in ("", ", changes") for seconds in HORIZONS.values()]
+    table = table_of(title, "model", *labels, "n")
+    for estimate in estimates(models_among(result.metrics)):
+        found = [
+            result.metrics[f"mma.{estimate}.prediction_{label}_abs_mean_m{where}"]
+            for where in ("", "_around_changes")
+            for label in HORIZONS
+        ]
+        table.add_row(estimate, *map(value_of, found), str(found[0].n), style="bold" if estimate == "mma" else "")
     return table
 
 
@@ -23,7 +48,7 @@ def consistency(result: Result) -> Table:
     """Return a table of NEES and NIS of the filters."""
     title = "Consistency of the filters, each while it is the true mode: share in the chi-square band, mean (2)"
     table = table_of(title, "model", "NEES in band", "NEES mean", "NIS in band", "NIS mean", "n")
-    for model in MODELS:
+    for model in models_among(result.metrics):
         nees, nees_mean, nis, nis_mean = (
             result.metrics[f"mma.{model}.{name}_{what}"] for name in ("nees", "nis") for what in ("in_band", "mean")
         )

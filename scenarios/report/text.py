@@ -41,6 +41,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         fit_tables.corner_and_extents(result),
         paper_tables.position_error(result),
         tables.modes(result),
+        tables.predictions(result),
         tables.consistency(result),
         tables.outliers(result),
         tables.metric_list("Stages of the tracker", result, STAGES),

@@ -15,7 +15,7 @@ class TraceHash:
         self._hash = hashlib.blake2b(digest_size=16)
 
     def add(self, *records: Any) -> None:
-        """Hash dataclasses of arrays, numbers, None and further dataclasses, field by field.
+        """Hash dataclasses of arrays, numbers, tuples of names, None and further dataclasses, field by field.
 
         Raises
         ------
@@ -39,7 +39,11 @@ class TraceHash:
             self._hash.update(np.ascontiguousarray(value).tobytes())
         elif isinstance(value, int | float):
             self._hash.update(f"{name}{type(value).__name__}".encode() + struct.pack("<d", value))
+        elif isinstance(value, tuple) and all(isinstance(entry, str) for entry in value):
+            self._hash.update(f"{name}{value}".encode())
         elif value is None:
             self._hash.update(f"{name}None".encode())
         else:
-            raise TypeError(f"{name}: cannot hash a {type(value).__name__}; records hold arrays, numbers and None")
+            raise TypeError(
+                f"{name}: cannot hash a {type(value).__name__}; records hold arrays, numbers, names and None"
+            )

@@ -28,6 +28,7 @@ from scenarios.grading.metric_names import (
     DRIVERS,
     ESTIMATES,
     FIT_METHODS,
+    HORIZONS,
     METRICS,
     POINT_BANDS,
     RANGE_BANDS,
@@ -38,7 +39,7 @@ from scenarios.grading.metric_names import (
 from scenarios.report import text as report
 from scenarios.run import run_folder
 from sensor_model.truth import View
-from tracker.records import MODELS
+from tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
@@ -312,10 +313,11 @@ def expand(pattern: str) -> list[str]:
         "percent": [str(percent) for percent in COVERAGES],
         "limit": [str(limit) for limit in range(1, 6)],
         "cause": CAUSES.values(),
-        "estimate": ESTIMATES,
+        "estimate": (*ESTIMATES, *TURNING_MODELS),
+        "horizon": HORIZONS,
         "target": TARGETS,
         "mode": MODELS,
-        "model": MODELS,
+        "model": MODEL_NAMES,
         "seen": [view.name.lower() for view in View],
         "axis": "xy",
         "drive": DRIVERS.values(),

@@ -188,7 +188,8 @@ def worse_heading(share: float) -> Callable[..., Tracks]:
 
 def _select(tracks: Tracks, kept: Any) -> Tracks:
     columns = {field.name: getattr(tracks, field.name) for field in fields(Tracks)}
-    return Tracks(**{name: None if column is None else column[kept] for name, column in columns.items()})
+    rows = {name: column[kept] for name, column in columns.items() if name != "models" and column is not None}
+    return replace(tracks, **rows)
 
 
 def _shifted(tracks: Tracks, offset_odom: Any) -> Tracks:

@@ -9,7 +9,6 @@ from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.independent_filters import IndependentFilters
-from tracker.tracking.mma import STATIONARY
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 
@@ -46,11 +45,17 @@ class CornerEstimator:
         """(2,) signs of the corner in the vehicle's frame."""
         self._error = CornerError(first, heading, unseen, config.corner)
         self._orientation = config.orientation
+        self._models = config.filters.models
 
     @property
     def model(self) -> int:
         """Index of the selected model: the highest score of (12)."""
         return int(np.argmax(self.bank.probability))
+
+    @property
+    def model_name(self) -> str:
+        """Name of the selected model."""
+        return self._models[self.model]
 
     @property
     def position(self) -> Floats:
@@ -60,12 +65,12 @@ class CornerEstimator:
     @property
     def velocity(self) -> Floats:
         """(2,) velocity [m/s], zero if the stationary model is selected."""
-        return np.zeros(2) if self.model == STATIONARY else self.bank.estimate[0][2:4]
+        return np.zeros(2) if self.model_name == "stationary" else self.bank.estimate[0][2:4]
 
     @property
     def course(self) -> float | None:
         """Direction of motion [rad], None for a vehicle that may be stationary."""
-        if self.model == STATIONARY:
+        if self.model_name == "stationary":
             return None
         mean, covariance = self.bank.estimate
         return orientation.course(mean[2:4], covariance[2:4, 2:4], self._orientation)

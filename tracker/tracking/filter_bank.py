@@ -18,6 +18,14 @@ class FilterBank(Protocol):
         """(M,) model probabilities, equation (12)."""
 
     @property
+    def weights(self) -> Floats:
+        """(M,) shares of the models in a prediction, which sum to 1."""
+
+    @property
+    def mode_time_s(self) -> float:
+        """Mean time in a mode [s]; infinite for a vehicle that does not change its mode."""
+
+    @property
     def filters(self) -> Filters:
         """The M filters."""
 
@@ -52,12 +60,25 @@ class FilterBank(Protocol):
 
 
 class SelectedBank:
-    """The filter bank of the paper, which reports the filter of the highest score; mixing as `MmaConfig.method`."""
+    """Filter bank that mixes its filters and reports the one of the highest score.
+
+    The prediction is the mean over the modes, because the vehicle may be in another one, or change to it.
+    """
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         self.filters = filters
-        self.probability = mma.initial_probability()
+        self.probability = mma.initial_probability(len(filters.mean))
         self._config = config
+
+    @property
+    def weights(self) -> Floats:
+        """(M,) model probabilities."""
+        return self.probability
+
+    @property
+    def mode_time_s(self) -> float:
+        """Mean time in a mode [s]."""
+        return self._config.mode_time_s
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:
@@ -66,17 +87,15 @@ class SelectedBank:
         return self.filters.mean[best], self.filters.covariance[best]
 
     def predict(self, motion: Motion) -> None:
-        """Mix the filters if the method does, and move on by one time step."""
-        if self._config.method == "mma":
-            chain = mma.transitions(self.filters, motion.dt, self._config)
-            self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
+        """Mix the filters and move on by one time step."""
+        chain = mma.transitions(self.filters, motion.dt, self._config, motion.names)
+        self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
         self.filters.predict(motion.models)
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Score the filters by (12) and correct them; see `FilterBank.observe`."""
         evidence, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
-        floor = self._config.probability_floor if self._config.method == "paper" else mma.LEAST_PROBABILITY
-        self.probability = mma.update(self.probability, evidence, floor)
+        self.probability = mma.update(self.probability, evidence)
         self.filters.correct(residual, scale * noise)
         return scale * noise
 

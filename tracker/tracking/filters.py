@@ -1,6 +1,7 @@
 """Kalman filters of the filter bank, equations (6) to (9), as batches of arrays.
 
-All three models are a chain of integrators per axis, of order 1 (position), 2 (velocity) or 3 (acceleration). Every
+The paper's three models are a chain of integrators per axis, of order 1 (position), 2 (velocity) or 3 (acceleration).
+Models of turning vehicles have transitions that depend on the track, see `tracker.tracking.turning`. Every
 filter holds all six states x, y, vx, vy, ax, ay. States that a model omits keep a prior covariance; other models start
 from it when mixing. One pass of numpy updates any number of filters. filterpy is the reference in the tests, and runs
 `tracker.tracking.imm`.
@@ -8,15 +9,21 @@ from it when mixing. One pass of numpy updates any number of filters. filterpy i
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 
 from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.records import MODELS
+from tracker.records import MODEL_NAMES
 
 STATE_DIM = 6
 """x, y, vx, vy, ax, ay [m, s]."""
+
+ModelName = Literal["stationary", "cv", "ca", "ctrv", "ctra", "two-axle"]
+
+ORDERS = dict(zip(MODEL_NAMES, (1, 2, 3, 2, 3, 3), strict=True))
+"""Order of the highest derivative that each model estimates; it omits the higher ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +36,9 @@ class FilterConfig:
     the rate of observations.
     """
 
+    models: tuple[ModelName, ...] = ("stationary", "cv", "ca")
+    """Motion models of the bank, each once. `ctrv` turns at a constant rate with constant speed, `ctra` with a constant
+    change of speed, and `two-axle` is the kinematic single-track model."""
     drift_density_m2ps: float = 4e-4
     """Stationary model: the visible corner of a stationary vehicle drifts by about 2 cm in a second, as the view of its
     rounded end changes [m^2/s]."""
@@ -63,6 +73,8 @@ class FilterConfig:
     """Heading noise that the fit does not model [rad]."""
 
     def __post_init__(self) -> None:
+        if not self.models or len(set(self.models)) < len(self.models):
+            raise ValueError(f"models is {list(self.models)}; name one model or more, each once")
         require_within(self, 1e-9, 1e3, "drift_density_m2ps", "acceleration_std_mps2", "jerk_std_mps3")
         require_within(self, 1e-6, 1e3, "acceleration_time_s", "jerk_time_s", "yaw_acceleration_time_s")
         require_within(self, 1e-6, 1e3, "yaw_acceleration_std_radps2", "initial_yaw_rate_std_radps")
@@ -117,8 +129,10 @@ class Motion:
 
     dt: float
     """[s]."""
+    names: tuple[str, ...]
+    """(M,) models."""
     models: Step
-    """Step of M filters of 6 states, one per model."""
+    """Step of M filters of 6 states, one per model; turning models go straight on, see `tracker.tracking.turning`."""
     heading: Step
     """Step of one filter of heading and yaw rate."""
 
@@ -127,14 +141,15 @@ class Motion:
 def motion(dt: float, config: FilterConfig) -> Motion:
     """Return equations (7), (8) and (9) for a time step `dt` [s]; cached, because scans have a constant period."""
     axes, prior = np.eye(2), prior_variances(config)
-    transition, noise = np.zeros((2, len(MODELS), 3, 3))
-    for m, order in enumerate(range(1, len(MODELS) + 1)):
+    transition, noise = np.zeros((2, len(config.models), 3, 3))
+    for m, order in enumerate(ORDERS[name] for name in config.models):
         transition[m, :order, :order] = integrator(order, dt)
         noise[m] = np.diag(np.where(np.arange(3) < order, 0.0, prior))
         noise[m, :order, :order] = process_noise(order, dt, density(order, config))
     turning = 2 * config.yaw_acceleration_std_radps2**2 * config.yaw_acceleration_time_s
     return Motion(
         dt=dt,
+        names=config.models,
         models=Step(np.asarray(np.kron(transition, axes)), np.asarray(np.kron(noise, axes))),
         heading=Step(integrator(2, dt)[None], process_noise(2, dt, turning)[None]),
     )
@@ -171,7 +186,7 @@ class Filters:
 
 def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
     """Return one filter per model, from a first observation (2,) [m] with covariance (2, 2) [m^2]."""
-    count = len(MODELS)
+    count = len(config.models)
     prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
     mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(prior), np.eye(2)), (count, 1, 1))
     mean[:, :2], variance[:, :2, :2] = position, covariance

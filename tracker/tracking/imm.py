@@ -1,17 +1,11 @@
 """Filter bank with filterpy's interacting multiple model, the reference for multiple-model association."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.records import MODELS
-from tracker.tracking import mma
-from tracker.tracking.filters import STATE_DIM, Filters, Motion
+from tracker.tracking import filterpy_filters, mma
+from tracker.tracking.filters import Filters, Motion
 from tracker.tracking.mma import MmaConfig
-
-if TYPE_CHECKING:
-    from filterpy.kalman import KalmanFilter
 
 
 class FilterpyImm:
@@ -23,9 +17,9 @@ class FilterpyImm:
         self._config = config
         # M[i, j] is the probability of the change from i to j; filterpy's docstring says the opposite.
         self._imm = IMMEstimator(
-            [_kalman(mean, covariance) for mean, covariance in zip(filters.mean, filters.covariance, strict=True)],
-            mma.initial_probability(),
-            np.eye(len(MODELS)),
+            filterpy_filters.kalman_filters(filters),
+            mma.initial_probability(len(filters.mean)),
+            np.eye(len(filters.mean)),
         )
 
     @property
@@ -34,10 +28,19 @@ class FilterpyImm:
         return np.asarray(self._imm.mu)
 
     @property
+    def weights(self) -> Floats:
+        """(M,) model probabilities."""
+        return self.probability
+
+    @property
+    def mode_time_s(self) -> float:
+        """Mean time in a mode [s]."""
+        return self._config.mode_time_s
+
+    @property
     def filters(self) -> Filters:
         """The M filters, copied."""
-        models = self._imm.filters
-        return Filters(np.array([kf.x for kf in models]), np.array([kf.P for kf in models]))
+        return filterpy_filters.states(self._imm.filters)
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:
@@ -47,13 +50,12 @@ class FilterpyImm:
     def predict(self, motion: Motion) -> None:
         """Mix the models and move on by one time step."""
         imm = self._imm
-        imm.M = mma.transitions(self.filters, motion.dt, self._config)
+        imm.M = mma.transitions(self.filters, motion.dt, self._config, motion.names)
         # filterpy uses the last scan's M; here it depends on the state, and on the time without observations.
         imm.cbar = imm.mu @ imm.M
         imm.omega = imm.mu[:, None] * imm.M / imm.cbar
         imm.mu = imm.cbar
-        for kf, transition, noise in zip(imm.filters, motion.models.transition, motion.models.noise, strict=True):
-            kf.F, kf.Q = transition, noise
+        filterpy_filters.set_motion(imm.filters, motion)
         imm.predict()
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
@@ -67,19 +69,8 @@ class FilterpyImm:
 
     def shift(self, offset: Floats) -> None:
         """Move the tracked point by (2,) [m]."""
-        for kf in (*self._imm.filters, self._imm):
-            kf.x[:2] += offset
+        filterpy_filters.shift([*self._imm.filters, self._imm], offset)
 
     def inflate(self, covariance: Floats) -> None:
         """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        for kf in (*self._imm.filters, self._imm):
-            kf.P[:2, :2] += covariance
-
-
-def _kalman(mean: Floats, covariance: Floats) -> "KalmanFilter":
-    """Return the Kalman filter of one model, with x and y as measurement."""
-    from filterpy.kalman import KalmanFilter
-
-    kf = KalmanFilter(dim_x=STATE_DIM, dim_z=2)
-    kf.x, kf.P, kf.H = mean.copy(), covariance.copy(), np.eye(2, STATE_DIM)
-    return kf
+        filterpy_filters.inflate([*self._imm.filters, self._imm], covariance)

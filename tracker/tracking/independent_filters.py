@@ -4,7 +4,6 @@ import numpy as np
 
 from tracker.arrays import Floats
 from tracker.geometry import mahalanobis
-from tracker.records import MODELS
 from tracker.tracking.filters import FilterConfig, Step, initial_filters
 
 
@@ -13,13 +12,13 @@ class IndependentFilters:
 
     def __init__(self, position: Floats, covariance: Floats, config: FilterConfig) -> None:
         self.filters = initial_filters(position, covariance, config)
-        self.nis = np.full(len(MODELS), np.nan)
+        self.nis = np.full(len(self.filters.mean), np.nan)
         """(M,) normalised innovations squared, NaN without an observation in this frame."""
 
     def predict(self, step: Step) -> None:
         """Move on by one time step."""
         self.filters.predict(step)
-        self.nis = np.full(len(MODELS), np.nan)
+        self.nis = np.full(len(self.filters.mean), np.nan)
 
     def observe(self, measured: Floats, covariance: Floats) -> None:
         """Correct by the measured corner (2,) [m] with covariance (2, 2) [m^2]."""

@@ -14,7 +14,7 @@ import scipy
 
 from tracker.arrays import Floats
 from tracker.geometry import mahalanobis
-from tracker.records import MODELS
+from tracker.records import MODEL_NAMES, MODELS
 from tracker.tracking.filters import Filters
 
 LEAST_PROBABILITY = 1e-9
@@ -24,15 +24,17 @@ NO_SPEED_MPS = 1e-9
 """Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""
 
 STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"))
+"""Their indices in the standard set."""
 
 
 @dataclass(frozen=True, slots=True)
 class MmaConfig:
     """Multiple-model association."""
 
-    method: Literal["mma", "imm", "paper"] = "mma"
+    method: Literal["mma", "imm", "average", "paper"] = "mma"
     """`mma`: mixing, and selection of the filter of the highest score. `imm`: filterpy's interacting multiple model,
-    which reports the mean of all models, weighted by their probabilities. `paper`: independent filters, and
+    which reports the mean of all models, weighted by their probabilities. `average`: independent filters, and that mean
+    (Magill 1965). `paper`: filterpy's independent filters, and selection of the highest score; both with
     `probability_floor`."""
     mode_time_s: float = 3.0
     """Mean time in a mode [s]: the time between two actions in urban traffic."""
@@ -44,35 +46,36 @@ class MmaConfig:
     tail_dof: float = 4.0
     """Degrees of freedom of the t-distribution of corner noise: few mean heavy tails, 1e6 is nearly normal."""
     probability_floor: float = 0.02
-    """`paper`: lower limit of every model's probability, so that a model can recover at a change of mode."""
+    """`paper` and `average`: lower limit of every probability, so that a model can recover at a change of mode."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.probability_floor < 1 / len(MODELS):
-            raise ValueError(f"probability_floor must lie between 0 and 1/{len(MODELS)}")
+        if not 0 < self.probability_floor < 1 / len(MODEL_NAMES):
+            raise ValueError(f"probability_floor must lie between 0 and 1/{len(MODEL_NAMES)}")
         if not 0 < self.stopping_time_s <= self.mode_time_s:
             raise ValueError("stopping_time_s must be above 0 and no longer than mode_time_s")
         if self.tail_dof <= 0:
             raise ValueError(f"tail_dof is {self.tail_dof}; give a number above 0, as 1e6 for normal tails")
 
 
-def initial_probability() -> Floats:
-    """(M,) equal model probabilities."""
-    return np.full(len(MODELS), 1 / len(MODELS))
+def initial_probability(count: int = len(MODELS)) -> Floats:
+    """(M,) equal probabilities of `count` models."""
+    return np.full(count, 1 / count)
 
 
-def transitions(filters: Filters, dt: float, config: MmaConfig) -> Floats:
+def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[str, ...] = MODELS) -> Floats:
     """(M, M) probability of the change from one mode (row) to another (column) within `dt` [s].
 
-    A vehicle leaves its mode for either other one after `mode_time_s` on average. The change to stationary depends on
+    A vehicle leaves its mode for any other one after `mode_time_s` on average. The change to stationary depends on
     the state, as in Seah and Hwang (2009): a moving model with a low speed describes a stationary vehicle. The
     likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
-    leaves = 0.5 * -np.expm1(-dt / config.mode_time_s)
-    stops = -np.expm1(-dt / config.stopping_time_s)
-    chain = np.full((len(MODELS), len(MODELS)), leaves)
-    stopping = stops * slow(filters, config.standing_mps)[[CV, CA]]
-    chain[(CV, CA), STATIONARY] = np.maximum(stopping, LEAST_PROBABILITY)
+    leaves = -np.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
+    chain = np.full((len(models), len(models)), leaves)
+    if "stationary" in models:
+        stops = -np.expm1(-dt / config.stopping_time_s)
+        chain[:, models.index("stationary")] = np.maximum(stops * slow(filters, config.standing_mps), LEAST_PROBABILITY)
     np.fill_diagonal(chain, 0.0)
+    chain /= np.maximum(chain.sum(axis=1, keepdims=True), 1.0)  # after a long gap every mode has been left
     np.fill_diagonal(chain, 1.0 - chain.sum(axis=1))
     return chain
 

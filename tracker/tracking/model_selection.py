@@ -1,12 +1,15 @@
 """Model selection: how the filter bank of a track mixes and selects motion models."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from tracker.arrays import Floats
+from tracker.tracking.average_bank import AverageBank
 from tracker.tracking.filter_bank import FilterBank, SelectedBank
-from tracker.tracking.filters import FilterConfig, initial_filters
+from tracker.tracking.filters import FilterConfig, Filters, initial_filters
 from tracker.tracking.imm import FilterpyImm
 from tracker.tracking.mma import MmaConfig
+from tracker.tracking.paper_bank import PaperBank
 
 
 class ModelSelection(Protocol):
@@ -16,8 +19,17 @@ class ModelSelection(Protocol):
         """Return the filter bank of a track that starts at (2,) [m] with covariance (2, 2) [m^2]."""
 
 
+BANKS: dict[str, Callable[[Filters, MmaConfig], FilterBank]] = {
+    "mma": SelectedBank,
+    "imm": FilterpyImm,
+    "average": AverageBank,
+    "paper": PaperBank,
+}
+"""Filter bank of each `MmaConfig.method`."""
+
+
 class BankSelection:
-    """Model selection by `MmaConfig.method`: multiple-model association, the paper's or filterpy's IMM."""
+    """Model selection by `MmaConfig.method`."""
 
     def __init__(self, filters: FilterConfig, mma: MmaConfig) -> None:
         self._filters = filters
@@ -25,5 +37,4 @@ class BankSelection:
 
     def new_bank(self, position: Floats, covariance: Floats) -> FilterBank:
         """Return the filter bank of a track that starts at (2,) [m] with covariance (2, 2) [m^2]."""
-        filters = initial_filters(position, covariance, self._filters)
-        return FilterpyImm(filters, self._mma) if self._mma.method == "imm" else SelectedBank(filters, self._mma)
+        return BANKS[self._mma.method](initial_filters(position, covariance, self._filters), self._mma)

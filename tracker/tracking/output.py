@@ -1,11 +1,15 @@
 """Conversion of tracks to the `Tracks` record."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.records import MODELS, Tracks
+from tracker.records import MODELS, PREDICTION_S, Tracks
 from tracker.tracking.filters import STATE_DIM
+from tracker.tracking.prediction import Start, lasting, predict
 from tracker.tracking.track import Track
+from tracker.tracking.turning import Complexes, turning_among
 
 REPORTED_DIM = 8
 """State of the filters, then heading and yaw rate."""
@@ -20,10 +24,10 @@ def state(track: Track) -> tuple[Floats, Floats]:
     return mean, covariance
 
 
-def report(tracks: list[Track]) -> Tracks:
-    """Return one row per track, oldest first."""
+def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
+    """Return one row per track, oldest first; `models` are the names of their filters."""
     states = [state(track) for track in tracks]
-    count, models = len(tracks), len(MODELS)
+    count, m = len(tracks), len(models)
     independent = [track.corner.independent.filters for track in tracks]
     covariance = [
         own.covariance[:, :2, :2] + track.offset_covariance for own, track in zip(independent, tracks, strict=True)
@@ -33,13 +37,42 @@ def report(tracks: list[Track]) -> Tracks:
         status=np.array([track.status for track in tracks], dtype=np.uint8),
         mean=np.array([mean for mean, _ in states]).reshape(count, REPORTED_DIM),
         covariance=np.array([cov for _, cov in states]).reshape(count, REPORTED_DIM, REPORTED_DIM),
-        model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, models),
+        model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, m),
         model=np.array([track.corner.model for track in tracks], dtype=np.int64),
-        model_position_odom=np.array([track.corner.independent.filters.mean[:, :2] for track in tracks]).reshape(
-            count, models, 2
-        ),
+        model_position_odom=np.array([own.mean[:, :2] for own in independent]).reshape(count, m, 2),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
         size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=np.array(covariance).reshape(count, models, 2, 2),
-        model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, models),
+        model_covariance_odom=np.array(covariance).reshape(count, m, 2, 2),
+        model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, m),
+        prediction_odom=predictions(tracks, models),
+        models=models,
     )
+
+
+def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
+    """(T, M + 1, H, 2) predicted corners by the independent filters, then by the bank [m].
+
+    The prediction of the bank is the mean of those of its filters, by their weights.
+    """
+    count, m = len(tracks), len(models)
+    ahead = np.zeros((count, m + 1, len(PREDICTION_S), 2))
+    if not count:
+        return ahead
+    independent = np.array([track.corner.independent.filters.mean for track in tracks])
+    bank = np.array([track.corner.bank.filters.mean for track in tracks])
+    weights = np.array([track.corner.bank.weights for track in tracks])
+    lasts = np.concatenate([np.full(count, np.inf), [track.corner.bank.mode_time_s for track in tracks]])
+    both, share, turns = np.concatenate([independent, bank]), lasting(lasts), np.tile(inputs(tracks, models), 2)
+    for k, name in enumerate(models):
+        alone, by_bank = np.split(predict(name, Start.of(both[:, k], turns[0].real, turns[1], share)), 2)
+        ahead[:, k] = alone
+        ahead[:, -1] += weights[:, k, None, None] * by_bank
+    return ahead
+
+
+def inputs(tracks: Sequence[Track], models: tuple[str, ...]) -> Complexes:
+    """(2, T) yaw rates and directions of motion, for turning models; zero without them."""
+    if not turning_among(models):
+        return np.zeros((2, len(tracks)), dtype=np.complex128)
+    turns = [track.turn for track in tracks]
+    return np.array([[turn.yaw_rate for turn in turns], [turn.direction for turn in turns]], dtype=np.complex128)

@@ -12,10 +12,10 @@ from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.footprint import Footprint
 from tracker.tracking.heading_estimator import HeadingEstimator
-from tracker.tracking.mma import CA
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
+from tracker.tracking.turning import Turn, axle_to_corner, motion_direction, turning_among, with_turn
 
 
 class Track:
@@ -91,6 +91,15 @@ class Track:
         return self.corner.covariance(self.heading)
 
     @property
+    def turn(self) -> Turn:
+        """Known inputs of turning models."""
+        (heading, yaw_rate), variance = self._heading.state
+        from_axle = rotate(axle_to_corner(self.corner.sign, self.size), heading)
+        velocity = self.corner.velocity
+        direction = motion_direction(complex(*velocity), float(heading), float(yaw_rate), complex(*from_axle))
+        return Turn(float(yaw_rate), variance[1, 1], variance[0, 0], complex(*velocity), direction)
+
+    @property
     def seen(self) -> bool:
         """True if the track was updated in this frame."""
         return self.unseen_s == 0.0
@@ -114,9 +123,14 @@ class Track:
     def predict(self, motion: Motion) -> None:
         """Move on by one time step; terminate the track if it has coasted for too long.
 
-        Only the constant acceleration model lets a vehicle turn: the others set its yaw rate to zero.
+        Of the paper's models, only constant acceleration lets a vehicle turn: the others set its yaw rate to zero. With
+        a turning model in the bank only the stationary one does.
         """
-        self._heading.predict(motion.heading, turning=self.corner.model == CA)
+        turns = self.corner.model_name == "ca"
+        if turning_among(motion.names):
+            turns = self.corner.model_name != "stationary"
+            motion = with_turn(motion, self.turn)
+        self._heading.predict(motion.heading, turning=turns)
         self.corner.predict(motion)
         self.unseen_s += motion.dt
         life = self._config.life

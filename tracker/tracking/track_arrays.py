@@ -50,8 +50,9 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
 
 def predictions(tracks: Sequence[Track]) -> Predictions:
     """Return the predicted states of T tracks; T may be 0."""
-    count, models = len(tracks), len(MODELS)
+    count = len(tracks)
     filters = [track.corner.bank.filters for track in tracks]
+    models = len(filters[0].mean) if filters else len(MODELS)
     corner_covariance = np.reshape([bank.covariance[:, :2, :2] for bank in filters], (count, models, 2, 2))
     offset = np.reshape([track.offset_covariance for track in tracks], (count, 1, 2, 2))
     return Predictions(

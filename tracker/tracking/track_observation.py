@@ -6,7 +6,6 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
-from tracker.records import MODELS
 from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end, turned_ends
 from tracker.tracking.observations import Observations, uncut
 from tracker.tracking.orientation import turn_sign, turn_size
@@ -17,7 +16,7 @@ class TrackObservation:
     """Observation of one track, odometry frame."""
 
     misfit: Floats
-    """(M, 2) measured minus predicted position of the tracked corner, by each model [m]."""
+    """(M, 2) measured minus predicted position of the tracked corner, by each model [m]; M is 0 for the first one."""
     covariance: Floats
     """(2, 2) of the measured corner [m^2]."""
     heading: float
@@ -62,7 +61,7 @@ def first_observation(
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
     cut = seen.cut[b][turned_ends(np.asarray(turns))]
     first = TrackObservation(
-        misfit=np.zeros((len(MODELS), 2)),
+        misfit=np.zeros((0, 2)),
         covariance=seen.covariance[b, :2, :2],
         heading=heading,
         heading_variance=float(seen.covariance[b, 2, 2]),

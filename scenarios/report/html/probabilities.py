@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.report.html.palette import BLUE, GREEN, ORANGE
+from scenarios.grading.frame_tables import models_of
+from scenarios.report.html.palette import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from scenarios.report.html.svg_figure import Figure, draw, note
-from tracker.records import MODELS
+from tracker.records import MODEL_NAMES, MODELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 VEHICLES = 4
 """Number of vehicles shown."""
-COLORS = dict(zip(MODELS, (ORANGE, BLUE, GREEN), strict=True))
+COLORS = dict(zip(MODEL_NAMES, (ORANGE, BLUE, GREEN, PURPLE, RED, SKY), strict=True))
 FRAMES_MIN = 12
 """Least number of frames in which a shown vehicle is followed."""
 
@@ -24,6 +25,7 @@ def model_probabilities(tracks: pd.DataFrame) -> Figure:
     """Draw the model probabilities over time, for the vehicles with most changes of the true mode."""
     judged = tracks[tracks["judged"]].sort_values(["actor_id", "frame"], kind="stable")
     chosen = most_mode_changes(judged)
+    colors = {model: COLORS[model] for model in models_of(tracks)}
 
     def on(canvas: "Canvas") -> None:
         from matplotlib.lines import Line2D
@@ -36,8 +38,8 @@ def model_probabilities(tracks: pd.DataFrame) -> Figure:
         if not chosen:
             note(rows[0], "no confirmed track followed a graded vehicle for long")
         rows[-1].set(xlabel="time [s]", ylim=(-0.02, 1.02))
-        lines = [Line2D([], [], color=color, label=f"probability of {model}") for model, color in COLORS.items()]
-        patches = [Patch(facecolor=color, alpha=0.22, label=f"truly {model}") for model, color in COLORS.items()]
+        lines = [Line2D([], [], color=color, label=f"probability of {model}") for model, color in colors.items()]
+        patches = [Patch(facecolor=COLORS[mode], alpha=0.22, label=f"truly {mode}") for mode in MODELS]
         canvas.legend(handles=[*lines, *patches], loc="outside upper left", ncols=6)
 
     caption = "Equation (12), for the vehicles with most changes of the true mode; the background shows the true mode."
@@ -60,6 +62,8 @@ def _draw(axes: "Axes", rows: pd.DataFrame) -> None:
     gaps = np.flatnonzero(np.diff(time) > 1.5 * step) + 1
     for part in np.split(np.arange(len(time)), gaps):
         for model, color in COLORS.items():
+            if f"probability_{model}" not in rows:
+                continue
             axes.plot(time[part], rows[f"probability_{model}"].to_numpy()[part], color=color, lw=1.3)
     changes = np.union1d(np.flatnonzero(mode[1:] != mode[:-1]) + 1, gaps)
     for part in np.split(np.arange(len(time)), changes):

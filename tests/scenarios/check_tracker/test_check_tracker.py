@@ -156,11 +156,19 @@ def asymmetric(tracks):
         (changed(mean=lambda t: t.mean[:, :6]), "shapes and types", "not floats ("),
         (changed(size=lambda t: t.size.tolist()), "shapes and types", "size is list, not an array ("),
         (changed(id=lambda t: t.id.astype(float)), "shapes and types", "id is float64 ("),
+        (changed(models=lambda _: ("cv", "cv", "ca")), "shapes and types", "models is ('cv', 'cv', 'ca'), not a tuple"),
+        (changed(models=lambda _: ("cv", "glide", "ca")), "shapes and types", "not a tuple of names in MODEL_NAMES"),
+        (changed(models=lambda _: ("cv", "ca")), "shapes and types", "not floats ("),
+        (
+            changed(prediction_odom=lambda t: np.zeros((len(t), 3, 3, 2))),
+            "shapes and types",
+            "prediction_odom is float64 (",
+        ),
         (changed(mean=lambda t: t.mean * np.nan), "values are finite", "mean is not finite"),
         (changed(size=lambda t: t.size * 0.0), "values are finite", "size is not above 0"),
         (changed(status=lambda t: t.status + np.uint8(7)), "codes are valid", "status is not a member of Status"),
         (changed(corner_sign=lambda t: 0 * t.corner_sign), "codes are valid", "corner_sign"),
-        (changed(model=lambda t: t.model + 3), "codes are valid", "model is not an index of MODELS"),
+        (changed(model=lambda t: t.model + 3), "codes are valid", "model is not an index of models"),
         (changed(id=lambda t: 0 * t.id), "ids are unique", "id 0 occurs"),
         (DuplicatesIds, "ids are unique", "occurs 2 times"),
         (ReusesDeadIds, "dead ids are not reused", "was dead before"),
@@ -192,7 +200,7 @@ def test_every_check_has_a_tracker_that_fails_it():
 
 def test_every_field_of_the_record_is_checked():
     optional = {name for name, p in inspect.signature(Tracks).parameters.items() if p.default is None}
-    assert SHAPES.keys() == inspect.signature(Tracks).parameters.keys()
+    assert {*SHAPES, "models"} == inspect.signature(Tracks).parameters.keys()
     assert set(OPTIONAL) == optional
 
 

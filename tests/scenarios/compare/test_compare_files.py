@@ -293,7 +293,8 @@ from tracker.tracker import Tracker as Shipped
 class Tracker(Shipped):
     def step(self, scan):
         tracks, trace = super().step(scan)
-        empty = {f.name: getattr(tracks, f.name)[:0] for f in fields(tracks) if getattr(tracks, f.name) is not None}
+        empty = {f.name: getattr(tracks, f.name)[:0] for f in fields(tracks)
+                 if f.name != "models" and getattr(tracks, f.name) is not None}
         return replace(tracks, **empty), trace
 """
 

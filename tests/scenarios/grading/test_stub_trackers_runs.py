@@ -13,7 +13,7 @@ from support.stub_trackers import BiasedYaw, Forgetful, GhostMaking, IdSwapping,
 
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
-from scenarios.grading.metric_names import METRICS
+from scenarios.grading.metric_names import METRICS, TURNING
 from scenarios.run import loop
 
 DT = 0.08
@@ -109,7 +109,9 @@ def of(family, *names):
     return {f"{family}.{name}" for name in names}
 
 
-POSITIONS = {name for name in METRICS if name.startswith("mma.") and ("_abs_" in name or "nees" in name)}
+POSITIONS = {
+    name for name in METRICS.keys() - TURNING.keys() if name.startswith("mma.") and ("_abs_" in name or "nees" in name)
+}
 
 
 def test_perfect(perfect):

@@ -24,7 +24,7 @@ def frame(template: Step, time: float, tracks: dict[int, tuple[Status, int]]) ->
     records = {
         name: values[rows]
         for name in template.tracks.__slots__
-        if name not in ("id", "status") and (values := getattr(template.tracks, name)) is not None
+        if name not in ("id", "status", "models") and (values := getattr(template.tracks, name)) is not None
     }
     return (
         replace(template.frame, time=time),

@@ -4,6 +4,7 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tracker.tracker import TrackerConfig
 from tracker.tracking import mma
 from tracker.tracking.filters import FilterConfig, Filters, motion
 from tracker.tracking.mma import CA, CV, STATIONARY, MmaConfig
@@ -142,6 +143,80 @@ def test_a_distant_measurement_leaves_finite_probabilities():
         bank.observe(np.full((3, 2), 1e4), R)
         assert np.isfinite(bank.probability).all()
         assert bank.probability.sum() == pytest.approx(1.0)
+
+
+def test_the_papers_bank_equals_filterpy_and_the_batch():
+    """`paper` runs filterpy's objects, `average` the batch; without mixing their filters are equal for forty scans."""
+    rng, config, step = np.random.default_rng(3), FilterConfig(), motion(DT, FilterConfig())
+    banks = [
+        BankSelection(config, MmaConfig(method=method)).new_bank(np.zeros(2), R) for method in ("paper", "average")
+    ]
+    for k in range(40):
+        z = np.array([0.5 * k, 0.02 * k * k]) + rng.normal(0.0, 0.05, 2)
+        for bank in banks:
+            bank.predict(step)
+            bank.observe(z - bank.filters.mean[:, :2], R)
+    paper, batch = banks
+    assert paper.filters.mean == pytest.approx(batch.filters.mean, abs=1e-9)
+    assert paper.filters.covariance == pytest.approx(batch.filters.covariance, abs=1e-9)
+    assert paper.probability == pytest.approx(batch.probability, abs=1e-9)
+    best = np.argmax(paper.probability)
+    assert paper.estimate[0] == pytest.approx(batch.filters.mean[best])
+    assert paper.weights == pytest.approx(np.eye(3)[best])
+
+
+def test_the_average_is_the_mean_of_the_mixture():
+    bank = BankSelection(FilterConfig(), MmaConfig(method="average")).new_bank(np.zeros(2), R)
+    for k in range(6):
+        bank.predict(motion(DT, FilterConfig()))
+        bank.observe(np.array([0.4 * k, 0.0]) - bank.filters.mean[:, :2], R)
+    mean, covariance = bank.estimate
+    expected = bank.probability @ bank.filters.mean
+    off = bank.filters.mean - expected
+    assert mean == pytest.approx(expected)
+    by_hand = sum(
+        p * (c + np.outer(d, d)) for p, c, d in zip(bank.probability, bank.filters.covariance, off, strict=True)
+    )
+    assert covariance == pytest.approx(by_hand)
+
+
+def test_transitions_remain_probabilities_after_a_long_gap():
+    chain = mma.transitions(filters(0.0), 3.0, CONFIG)
+    assert chain.sum(axis=1) == pytest.approx(1.0)
+    assert (chain >= 0.0).all()
+
+
+@pytest.mark.parametrize("method", ["mma", "average", "paper"])
+def test_a_single_model_is_a_bank(method):
+    bank = BankSelection(FilterConfig(models=("cv",)), MmaConfig(method=method)).new_bank(np.zeros(2), R)
+    bank.predict(motion(DT, FilterConfig(models=("cv",))))
+    bank.observe(np.array([[0.4, 0.0]]), R)
+    assert bank.probability == pytest.approx([1.0])
+
+
+def test_an_interacting_multiple_model_needs_two_models():
+    with pytest.raises(ValueError, match="needs two models or more"):
+        TrackerConfig(filters=FilterConfig(models=("cv",)), mma=MmaConfig(method="imm"))
+
+
+@pytest.mark.parametrize("method", ["mma", "imm", "average", "paper"])
+@pytest.mark.parametrize("models", [("cv", "ca"), ("stationary", "cv", "ca", "ctrv", "ctra", "two-axle")])
+def test_any_set_of_models_follows_a_car(method, models):
+    """A car at 10 m/s; every set has a model of it."""
+    config, rng = FilterConfig(models=models), np.random.default_rng(2)
+    bank = BankSelection(config, MmaConfig(method=method)).new_bank(np.zeros(2), R)
+    for k in range(1, 60):
+        bank.predict(motion(DT, config))
+        bank.observe(np.array([10.0 * DT * k, 0.0]) + rng.normal(0.0, 0.02, 2) - bank.filters.mean[:, :2], R)
+    assert bank.estimate[0][2] == pytest.approx(10.0, abs=0.5)
+    assert bank.probability.shape == (len(models),)
+    assert bank.weights.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("models", [(), ("cv", "cv")])
+def test_a_set_of_models_names_each_once(models):
+    with pytest.raises(ValueError, match="name one model or more, each once"):
+        FilterConfig(models=models)
 
 
 def test_invalid_settings_are_rejected_by_name():

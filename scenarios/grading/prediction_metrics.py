@@ -1,0 +1,128 @@
+"""Errors of predicted positions: the tracked corner some time ahead, by each model and by the reported estimate."""
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from scenarios.arrays import Bools, Floats, Ints
+from scenarios.grading.metric_names import HORIZONS, estimates
+from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.plane_geometry import out_of_frame, turned
+from tracker.records import Tracks
+
+AROUND_S = 1.0
+"""Time before and after a change of the true mode [s]; frames within count as around the change."""
+
+NO_PREDICTION = "the tracker does not report predictions"
+
+
+def columns(models: Sequence[str]) -> list[str]:
+    """Return the columns of predicted positions, in the order of `Tracks.prediction_odom`."""
+    return [
+        f"{estimate}_ahead_{label}_{axis}_world_m"
+        for estimate, label, axis in product(estimates(models), HORIZONS, "xy")
+    ]
+
+
+def predicted(tracks: Tracks, row: Ints, ego_pose_odom: Floats, ego_pose_world: Floats) -> dict[str, npt.NDArray[Any]]:
+    """Return the predicted corners as columns of the track table; NaN for tracks that are not judged.
+
+    The transform from the odometry frame uses the ego poses of the time of the prediction, so that drift of the
+    odometry does not count as an error of the tracker.
+
+    Parameters
+    ----------
+    row
+        (K,) rows of the judged tracks.
+    ego_pose_odom, ego_pose_world
+        (3,) ego pose in the odometry frame, as given to the tracker, and in the world.
+    """
+    names = columns(tracks.models)
+    values = np.full((len(tracks), len(names)), np.nan)
+    if tracks.prediction_odom is not None and len(row):
+        ahead = tracks.prediction_odom[row].reshape(-1, 2)
+        ego = turned(ahead - ego_pose_odom[:2], -ego_pose_odom[2])
+        world = out_of_frame(np.column_stack([ego, np.zeros(len(ego))]), ego_pose_world)[:, :2]
+        values[row] = world.reshape(len(row), -1)
+    return {name: values[:, k] for k, name in enumerate(names)}
+
+
+def grade(sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, models: Sequence[str]) -> None:
+    """Enter the prediction errors from the judged rows of the track table and the motion in the truth table.
+
+    A prediction is compared with the same corner of the true box at its time, interpolated between two frames. It is
+    not graded if the vehicle has left by then. All estimates are graded in the same rows.
+    """
+    judged = tracks[tracks["judged"]]
+    around = around_changes(judged, truth)
+    for label, seconds in HORIZONS.items():
+        later = true_corners(judged, truth, seconds)
+        for estimate in estimates(models):
+            error = _distance(judged, later, estimate, label)
+            prefix = f"mma.{estimate}.prediction_{label}_abs_mean_m"
+            _grade(sheet, prefix, judged, error, np.ones_like(around))
+            _grade(sheet, f"{prefix}_around_changes", judged, error, around)
+
+
+def _grade(sheet: MetricSheet, name: str, judged: pd.DataFrame, error: Floats, rows: Bools) -> None:
+    known = rows & np.isfinite(error)
+    why = NO_PREDICTION if rows.any() else "no confirmed track followed a graded vehicle at such a time"
+    sheet.mean(name, error[known], why, judged["actor_id"].to_numpy()[known])
+
+
+def errors(judged: pd.DataFrame, truth: pd.DataFrame, estimate: str, label: str) -> Floats:
+    """(K,) distances of the predictions of one estimate from the true corners [m]; NaN where one is not known."""
+    return _distance(judged, true_corners(judged, truth, HORIZONS[label]), estimate, label)
+
+
+def _distance(judged: pd.DataFrame, later: Floats, estimate: str, label: str) -> Floats:
+    names = [f"{estimate}_ahead_{label}_{axis}_world_m" for axis in "xy"]
+    return np.asarray(np.hypot(*(judged[names].to_numpy(np.float64) - later).T))
+
+
+def true_corners(judged: pd.DataFrame, truth: pd.DataFrame, ahead_s: float) -> Floats:
+    """(K, 2) true positions of the tracked corners `ahead_s` [s] after each row [m]; NaN where they are not known."""
+    found = np.full((len(judged), 2), np.nan)
+    actor, wanted = judged["actor_id"].to_numpy(), judged["time_s"].to_numpy() + ahead_s
+    sign = judged[["corner_along", "corner_across"]].to_numpy(np.float64)
+    for actor_id, rows in truth.sort_values("frame", kind="stable").groupby("actor_id"):
+        mine = np.flatnonzero(actor == actor_id)
+        if len(mine):
+            pose = interpolated(rows, wanted[mine])
+            half = 0.5 * sign[mine] * rows[["length_m", "width_m"]].to_numpy(np.float64)[0]
+            found[mine] = pose[:, :2] + turned(half, pose[:, 2])
+    return found
+
+
+def interpolated(rows: pd.DataFrame, time: Floats) -> Floats:
+    """(K, 3) poses of one actor at times (K,) [s], linear between two successive frames; NaN elsewhere."""
+    known, frame = rows["time_s"].to_numpy(np.float64), rows["frame"].to_numpy()
+    pose = rows[["x_world_m", "y_world_m", "yaw_world_rad"]].to_numpy(np.float64)
+    after = np.searchsorted(known, time - 1e-9)
+    inside = (after > 0) & (after < len(known))
+    after = np.clip(after, 1, max(len(known) - 1, 1))
+    if len(known) < 2:
+        return np.full((len(time), 3), np.nan)
+    inside &= frame[after] - frame[after - 1] == 1
+    share = (time - known[after - 1]) / (known[after] - known[after - 1])
+    change = pose[after] - pose[after - 1]
+    change[:, 2] = np.angle(np.exp(1j * change[:, 2]))
+    return np.where(inside[:, None], pose[after - 1] + share[:, None] * change, np.nan)
+
+
+def around_changes(judged: pd.DataFrame, truth: pd.DataFrame) -> Bools:
+    """(K,) mask of rows within `AROUND_S` of a change of their vehicle's true mode."""
+    near = np.zeros(len(judged), np.bool_)
+    actor, time = judged["actor_id"].to_numpy(), judged["time_s"].to_numpy(np.float64)
+    for actor_id, rows in truth.sort_values("frame", kind="stable").groupby("actor_id"):
+        mine = np.flatnonzero(actor == actor_id)
+        changed = np.diff(rows["mode"].cat.codes.to_numpy()) != 0
+        follows = np.diff(rows["frame"].to_numpy()) == 1
+        at = rows["time_s"].to_numpy(np.float64)[1:][changed & follows]
+        if len(mine) and len(at):
+            near[mine] = np.abs(time[mine, None] - at).min(axis=1) <= AROUND_S + 1e-9
+    return near

@@ -1,0 +1,60 @@
+"""Filter bank of the paper: filterpy's Kalman filters without mixing; that of the highest score is reported."""
+
+import numpy as np
+
+from tracker.arrays import Floats
+from tracker.tracking import filterpy_filters, mma
+from tracker.tracking.filters import Filters, Motion
+from tracker.tracking.mma import MmaConfig
+
+
+class PaperBank:
+    """Independent filters by (6) to (9), scored by (10) to (12)."""
+
+    def __init__(self, filters: Filters, config: MmaConfig) -> None:
+        self._models = filterpy_filters.kalman_filters(filters)
+        self.probability = mma.initial_probability(len(filters.mean))
+        self._config = config
+
+    @property
+    def weights(self) -> Floats:
+        """(M,) one for the filter of the highest score."""
+        return np.asarray(np.arange(len(self.probability)) == np.argmax(self.probability), dtype=np.float64)
+
+    @property
+    def filters(self) -> Filters:
+        """The M filters, copied."""
+        return filterpy_filters.states(self._models)
+
+    @property
+    def mode_time_s(self) -> float:
+        """Infinite: a vehicle stays in its mode."""
+        return np.inf
+
+    @property
+    def estimate(self) -> tuple[Floats, Floats]:
+        """State (6,) and covariance (6, 6) of the filter of the highest score."""
+        best = self._models[int(np.argmax(self.probability))]
+        return np.asarray(best.x), np.asarray(best.P)
+
+    def predict(self, motion: Motion) -> None:
+        """Move on by one time step."""
+        filterpy_filters.set_motion(self._models, motion)
+        for kf in self._models:
+            kf.predict()
+
+    def observe(self, residual: Floats, noise: Floats) -> Floats:
+        """Score the filters by (12) and correct each by its own innovation; see `FilterBank.observe`."""
+        evidence, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
+        self.probability = mma.update(self.probability, evidence, self._config.probability_floor)
+        for kf, innovation in zip(self._models, residual, strict=True):
+            kf.update(kf.x[:2] + innovation, R=scale * noise)
+        return scale * noise
+
+    def shift(self, offset: Floats) -> None:
+        """Move the tracked point by (2,) [m]."""
+        filterpy_filters.shift(self._models, offset)
+
+    def inflate(self, covariance: Floats) -> None:
+        """Add (2, 2) [m^2] to the covariance of the tracked point."""
+        filterpy_filters.inflate(self._models, covariance)

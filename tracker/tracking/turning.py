@@ -1,0 +1,138 @@
+"""Transitions of turning vehicles: constant turn rate, and the kinematic single-track model.
+
+Vectors are complex numbers x + iy. The heading filter of the track provides heading and yaw rate as known inputs, so
+that the filters remain linear. A velocity v that turns at the rate w and changes by b along itself obeys
+v(t) = exp(iwt) (v + bt); the acceleration of the state is a = b + iwv (Schubert, Richter and Wanielik 2008).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from tracker.arrays import Floats, Ints
+from tracker.records import TURNING_MODELS
+from tracker.tracking.filters import Motion, Step
+
+TURNING = frozenset(TURNING_MODELS)
+
+Complexes = npt.NDArray[np.complex128]
+
+LEAST_SPEED_MPS = 0.3
+"""Speed below which the direction and the curvature of a motion are not known [m/s]."""
+
+REAR_OVERHANG_SHARE = 0.2
+"""Distance of the rear axle from the rear end as a share of the length: about 0.9 m of a car's 4.5 m."""
+
+SMALL_ANGLE = 1e-3
+"""Angle below which integrals over a turn use their series [rad]; the next term is below 1e-9 of the result."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """Known inputs of the turning models of one track."""
+
+    yaw_rate: float
+    """[rad/s]."""
+    yaw_rate_variance: float
+    """[rad^2/s^2]."""
+    heading_variance: float
+    """[rad^2]."""
+    velocity: complex
+    """Velocity of the tracked corner [m/s]."""
+    direction: complex
+    """Unit vector along the motion of the tracked corner of a vehicle that moves along its heading."""
+
+
+def turning_among(models: tuple[str, ...]) -> bool:
+    """Return True if one of the models is a turning model."""
+    return not TURNING.isdisjoint(models)
+
+
+def axle_to_corner(corner_sign: Ints, size: Floats) -> Floats:
+    """(2,) vector from the middle of the rear axle to a corner of a vehicle of size (2,), its own frame [m]."""
+    return np.asarray((0.5 * corner_sign + (0.5 - REAR_OVERHANG_SHARE, 0.0)) * size)
+
+
+def motion_direction(velocity: complex, heading: float, yaw_rate: float, from_axle: complex) -> complex:
+    """Return the direction of motion of a corner, a unit vector.
+
+    The rear axle moves along the heading, and the corner at `from_axle` [m] from it has the `velocity` [m/s] of the
+    axle plus that of the rotation. Below `LEAST_SPEED_MPS` the direction is the heading.
+    """
+    forward = complex(np.exp(1j * heading))
+    lever = 1j * yaw_rate * from_axle
+    speed = ((velocity - lever) * forward.conjugate()).real
+    moves = speed * forward + lever
+    slow = abs(speed) < LEAST_SPEED_MPS or abs(moves) < LEAST_SPEED_MPS
+    return forward if slow else moves / abs(moves) * (1.0 if speed > 0.0 else -1.0)
+
+
+def with_turn(motion: Motion, turn: Turn) -> Motion:
+    """Return the motion with the transitions and the noise of a turn in its turning models."""
+    transition, noise = motion.models.transition.copy(), motion.models.noise.copy()
+    for m, name in enumerate(motion.names):
+        if name in TURNING_MODELS:
+            transition[m] = transition_of(name, turn, motion.dt)
+            noise[m] += input_noise(name, turn, motion.dt)
+    return replace(motion, models=Step(transition, noise))
+
+
+def transition_of(name: str, turn: Turn, dt: float) -> Floats:
+    """(6, 6) transition matrix of a turning model."""
+    rate = np.complex128(1j * turn.yaw_rate)
+    first, second = turned_integrals(np.array(turn.yaw_rate), np.array(dt))
+    end = np.exp(rate * dt)
+    if name == "ctrv":
+        return real(np.array([[1.0, first, 0.0], [0.0, end, 0.0], [0.0, rate * end, 0.0]]))
+    by_speed = np.array(
+        [
+            [1.0, first - rate * second, second],
+            [0.0, end * (1.0 - rate * dt), end * dt],
+            [0.0, -(rate**2) * dt * end, end * (1.0 + rate * dt)],
+        ]
+    )
+    moved = real(by_speed)
+    return moved @ along(turn.direction, turn.yaw_rate) if name == "two-axle" else moved
+
+
+def along(direction: complex, yaw_rate: float) -> Floats:
+    """(6, 6) projection of velocity and change of speed on a direction of motion; the turn remains."""
+    axis = np.array([direction.real, direction.imag])
+    projection = np.kron(np.diag([0.0, 1.0, 1.0]), np.outer(axis, axis)) + np.kron(np.diag([1.0, 0.0, 0.0]), np.eye(2))
+    centripetal = np.zeros((3, 3), dtype=np.complex128)
+    centripetal[2, 1] = 1j * yaw_rate
+    to_total = np.eye(6) + real(centripetal)
+    return np.asarray(to_total @ projection @ (2.0 * np.eye(6) - to_total))
+
+
+def input_noise(name: str, turn: Turn, dt: float) -> Floats:
+    """(6, 6) noise by the errors of the known inputs: of the yaw rate, and for `two-axle` of the heading, too."""
+    turned = 1j * turn.velocity
+    by_rate = np.array([0.5 * dt**2 * turned, dt * turned, turned if name == "ctrv" else 0.0])
+    noise = turn.yaw_rate_variance * outer(by_rate)
+    if name == "two-axle":
+        noise += turn.heading_variance * outer(np.array([dt * turned, turned, 0.0]))
+    return noise
+
+
+def turned_integrals(rate: Floats, end: Floats) -> tuple[Complexes, Complexes]:
+    """Integrals of exp(i rate t) and of t exp(i rate t) from 0 to `end`, for arrays of one shape."""
+    angle = rate * end
+    small = np.abs(angle) < SMALL_ANGLE
+    safe = np.where(small, 1.0, rate)
+    last = np.exp(1j * safe * end)
+    first = np.where(small, end * (1.0 + 0.5j * angle - angle**2 / 6), (last - 1.0) / (1j * safe))
+    second = np.where(small, end**2 * (0.5 + 1j * angle / 3 - angle**2 / 8), (end * last - first) / (1j * safe))
+    return first, second
+
+
+def real(matrix: Complexes) -> Floats:
+    """(2n, 2n) real matrix of a complex one (n, n), for vectors x, y, ..."""
+    return np.asarray(np.kron(matrix.real, np.eye(2)) + np.kron(matrix.imag, np.array([[0.0, -1.0], [1.0, 0.0]])))
+
+
+def outer(vector: Complexes) -> Floats:
+    """(2n, 2n) outer product of a complex vector (n,) with itself, as a real vector x, y, ..."""
+    flat = np.column_stack([vector.real, vector.imag]).ravel()
+    return np.outer(flat, flat)
