@@ -117,7 +117,7 @@ def test_scan_lines_apart_do_not_turn_the_heading():
 
 
 def test_an_arc_without_faces_has_a_wide_interval():
-    """A greenhouse close by, a circle of 0.9 m radius: any heading fits, as a prior expects bowed ends, not equally."""
+    """A greenhouse close by, a circle of 0.9 m radius: every heading fits it about as well."""
     rng, clouds = np.random.default_rng(5), []
     for _ in range(100):
         bearing = rng.uniform(-np.pi, np.pi)
@@ -164,7 +164,7 @@ def test_heading_and_covariance_turn_with_the_scene(seed, angle):
 
 
 def test_a_mirror_image_has_the_mirrored_heading():
-    """Where two starts or results are about equal, the bins of the alignment decide, which begin at the lower end."""
+    """Of two results that are about equal the bins of the alignment choose one, and bins begin at the lower end."""
     flip, turn = np.diag([1.0, -1.0, -1.0]), []
     for seed in range(60):
         points, line, heading = one_car(seed)
