@@ -6,7 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from tracker.records import MODELS
+from tracker.geometry import QUARTER
+from tracker.records import METHODS, MODELS
 from tracker.tracker import Tracker
 
 CA = MODELS.index("ca")
@@ -44,12 +45,14 @@ class BiasedFits(Sound):
 
 
 class WorstFits(Sound):
-    """Selects the rectangle with the highest cost instead of the lowest."""
+    """Selects the rectangle of the heading farthest from the best one, instead of the best."""
 
     def trace(self, trace):
-        cost = trace.candidates.cost
-        worst = np.where(np.isfinite(cost), cost, -np.inf).argmax(axis=1)
-        return replace(trace, candidates=replace(trace.candidates, best=worst))
+        candidates = trace.candidates
+        heading = candidates.heading[:, : len(METHODS)]
+        best = np.take_along_axis(candidates.heading, candidates.best[:, None], axis=1)
+        worst = np.abs((heading - best + QUARTER / 2) % QUARTER - QUARTER / 2).argmax(axis=1)
+        return replace(trace, candidates=replace(candidates, best=worst))
 
 
 class SplitSegments(Sound):

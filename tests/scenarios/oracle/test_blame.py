@@ -84,8 +84,12 @@ def test_the_report_has_a_row_for_each_stage_and_a_sentence_for_each_metric():
     assert "…" not in text  # no column is too narrow for its title
     for row in ("none", *Stage):
         assert sum(line.startswith(f"{row} ") for line in text.splitlines()) == 2, row
-    heading = busy_street.blamed().shipped.metrics["fit.best.heading_abs_mean_deg"].value
-    assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most, then outliers" in text
+    found, name = busy_street.blamed(), "fit.best.position_abs_mean_m"
+    results = (found.shipped.metrics, found.by_truth[Stage.FIT], found.by_truth[Stage.OUTLIERS])
+    shown = [f"{metrics[name].value:.3f}" for metrics in results]
+    assert "{} is {}: fit ({}) costs most, then outliers ({})".format(name, *shown) in text
+    heading = found.shipped.metrics["fit.best.heading_abs_mean_deg"].value
+    assert f"fit.best.heading_abs_mean_deg is {heading:.3f}: fit (0.000) costs most" in text
     assert "track.id_switches is 0: no stage's truth makes it better" in text
     assert OWN_DRIVES not in text
 

@@ -11,6 +11,7 @@ from support.stages import fit_points, off_quarter, one_segment
 
 from tracker.detection import boxes
 from tracker.detection.boxes import BoxConfig, strays
+from tracker.detection.selection import SelectionConfig
 from tracker.records import Candidates, Linkage, Segments
 
 SIGMA = 0.02
@@ -136,21 +137,24 @@ def test_covariance_equals_a_monte_carlo_estimate():
 
 def test_reported_heading_deviation_matches_the_error():
     """On cars with sharp corners the reported deviation is within a factor of two of the error."""
-    rng, ratio = np.random.default_rng(4), []
+    rng, ratio, choice = np.random.default_rng(4), [], SelectionConfig(variant="alignment")
     for _ in range(150):
         bearing, heading = rng.uniform(-np.pi, np.pi), rng.uniform(0, np.pi)
         center = 15.0 * np.array([np.cos(bearing), np.sin(bearing)])
         points, _ = scan_car(Car(tuple(center), heading, chamfer=0.01, layer_bias=(0.0,) * 4), rng)
-        built = fit_points(points, segments=one_segment(len(points)), box=BoxConfig(noise_std_m=0.025)).boxes
+        box = BoxConfig(noise_std_m=0.025)
+        built = fit_points(points, segments=one_segment(len(points)), choice=choice, box=box).boxes
         ratio.append(np.deg2rad(off_quarter(built.heading[0], heading)) / np.sqrt(built.covariance[0, 2, 2]))
     assert 0.5 < np.sqrt(np.mean(np.square(ratio))) < 2.0
 
 
+@pytest.mark.parametrize("variant", ["body", "alignment"])
 @settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 60))
-def test_covariance_is_positive_definite(seed, count):
+def test_covariance_is_positive_definite(variant, seed, count):
     points = np.random.default_rng(seed).normal((15.0, 3.0), (1.5, 0.5), (count, 2))
-    for result in fit_points(points, segments=one_segment(count)).boxes.covariance:
+    choice = SelectionConfig(variant=variant)
+    for result in fit_points(points, segments=one_segment(count), choice=choice).boxes.covariance:
         np.testing.assert_allclose(result, result.T, atol=1e-12)
         assert np.linalg.eigvalsh(result).min() > 0.0
 
