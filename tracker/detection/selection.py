@@ -33,6 +33,8 @@ class SelectionConfig:
     deviation of 0.8 cm, and panels are flat to the same amount."""
 
     def __post_init__(self) -> None:
+        if self.variant not in ("body", "alignment", "paper"):
+            raise ValueError(f'variant is "{self.variant}"; give "body", "alignment" or "paper"')
         if min(self.reach_m, self.flatness_m) <= 0.0:
             raise ValueError("reach_m and flatness_m must be positive distances in metres")
 

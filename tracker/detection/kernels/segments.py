@@ -51,11 +51,12 @@ class FaceLimits(NamedTuple):
 def even_subset(points: Floats, count: int) -> Ints:
     """Return up to `count` of the points (N, 2 or more), evenly spaced along the outline that the ego sees.
 
-    The order of the points has no effect: they are sorted by bearing, those of one bearing by range.
+    The order of the points has no effect: they are sorted by bearing from their mean, those of one bearing by range.
     """
-    key = np.empty(len(points))
+    key, x, y = np.empty(len(points)), points[:, 0].mean(), points[:, 1].mean()
     for i in range(len(points)):
-        key[i] = math.atan2(points[i, 1], points[i, 0]) + SAME_BEARING * math.hypot(points[i, 0], points[i, 1])
+        across, ahead = x * points[i, 1] - y * points[i, 0], x * points[i, 0] + y * points[i, 1]
+        key[i] = math.atan2(across, ahead) + SAME_BEARING * math.hypot(points[i, 0], points[i, 1])
     kept = min(len(points), count)
     return np.argsort(key, kind="mergesort")[np.arange(kept) * len(points) // kept]
 
