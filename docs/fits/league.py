@@ -9,6 +9,8 @@ from fits.observations import groups
 from scenarios.grading.bootstrap import Bootstrap, Interval
 from tracker.records import METHODS
 
+CRITERIA = tuple(method for method in METHODS if method != "refined")
+"""Candidates of the comparison; `refined` is fitted from them, and mostly equals `best`."""
 FEWEST = 20
 """Observations of a group that is compared."""
 FEWEST_VEHICLES = 4
@@ -59,7 +61,7 @@ def standings(observed: pd.DataFrame, scenario: str) -> list[Standing]:
 
 
 def _standing(scenario: str, name: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Standing:
-    compared = [_difference(method, group, bootstrap) for method in METHODS if group[method].notna().any()]
+    compared = [_difference(method, group, bootstrap) for method in CRITERIA if group[method].notna().any()]
     return Standing(
         scenario=scenario,
         group=name,

@@ -33,7 +33,7 @@ def _labelled(folder: Path) -> Iterator[Case]:
             own = four_layers(frame.points_level, -frame.ring, car)
             if len(own) < FEWEST_POINTS or car.heading_sigma_deg > SURE_DEG:
                 continue
-            linkage, candidates = fit(frame.points_level[own])
+            linkage, candidates = fit(frame.points_level[own], frame.ring[own])
             box = np.array([car.x_m, car.y_m, np.deg2rad(car.heading_deg), car.length_m, car.width_m])
             name = f"{car.id}, {car.category}\n{car.range_m:.0f} m, label +-{car.heading_sigma_deg:.1f} deg"
             yield case_of(name, frame.points_level[own, :2], linkage.line, candidates, 0, box)

@@ -67,10 +67,13 @@ def compare(folder: Path, sensor: SensorConfig = SENSOR, seeds: tuple[int, ...] 
                 twin_cut_count=float(np.mean([len(chosen) for chosen in cuts])),
                 bands=height_bands(frame.points_level, car),
                 twin_bands=tuple(np.mean([height_bands(points, car) for points, _ in twins], axis=0).tolist()),
-                errors=_errors(frame.points_level[cut], car),
-                twin_errors=[_errors(points[chosen], car) for (points, _), chosen in zip(twins, cuts, strict=True)],
+                errors=_errors(frame.points_level[cut], frame.ring[cut], car),
+                twin_errors=[
+                    _errors(points[chosen], layer[chosen], car)
+                    for (points, layer), chosen in zip(twins, cuts, strict=True)
+                ],
             )
 
 
-def _errors(points: np.ndarray, car: Car) -> dict[str, float]:
-    return heading_errors(points, car.heading_deg) if len(points) >= FEWEST_POINTS else {}
+def _errors(points: np.ndarray, scan_line: np.ndarray, car: Car) -> dict[str, float]:
+    return heading_errors(points, scan_line, car.heading_deg) if len(points) >= FEWEST_POINTS else {}

@@ -11,18 +11,21 @@ FEWEST_POINTS = 10
 """Cars with fewer points in the cut are left out."""
 
 
-def fit(points: npt.NDArray[np.floating]) -> tuple[Linkage, Candidates]:
-    """Return lines and rectangles of points (N, 3), which are one segment, in the order in which they fired."""
+def fit(points: npt.NDArray[np.floating], scan_line: npt.NDArray[np.integer]) -> tuple[Linkage, Candidates]:
+    """Return lines and rectangles of points (N, 3) on scan lines (N,), which are one segment."""
     config = DetectorConfig()
     segments = Segments(label=np.zeros(len(points), np.int64), count=1)
     linkage = tlinkage.link(points, segments, config.linkage)
     rectangle = rectangles.fit(points, segments, linkage, config.rectangles)
-    return linkage, selection.select(points, segments, linkage, rectangle, config.selection)
+    lines = np.unique(scan_line, return_inverse=True)[1]
+    return linkage, selection.select(points, segments, linkage, rectangle, config.selection, config.body, lines)
 
 
-def heading_errors(points: npt.NDArray[np.floating], heading_deg: float) -> dict[str, float]:
+def heading_errors(
+    points: npt.NDArray[np.floating], scan_line: npt.NDArray[np.integer], heading_deg: float
+) -> dict[str, float]:
     """Return the error of each method and of `best` modulo 90 degrees, -45 to 45 [deg], of points as for `fit`."""
-    _, candidates = fit(points)
+    _, candidates = fit(points, scan_line)
     found = dict(zip(METHODS, np.rad2deg(candidates.heading[0, : len(METHODS)]), strict=True))
     found["best"] = np.rad2deg(candidates.heading[0, candidates.best[0]])
     return {name: float((value - heading_deg + 45.0) % 90.0 - 45.0) for name, value in found.items()}

@@ -29,7 +29,8 @@ def measure(vehicles: Sequence[LabelledVehicle]) -> tuple[Floats, Floats]:
     points, segments = _as_segments(vehicles)
     linkage = tlinkage.link(points, segments, config.linkage)
     fitted = rectangles.fit(points, segments, linkage, config.rectangles)
-    candidates = selection.select(points, segments, linkage, fitted, config.selection)
+    lines = np.concatenate([vehicle.line for vehicle in vehicles])
+    candidates = selection.select(points, segments, linkage, fitted, config.selection, config.body, lines)
     yaw = np.array([vehicle.box[2] for vehicle in vehicles])
     heading = np.column_stack(
         [candidates.heading[:, : len(METHODS) - 1], candidates.heading[np.arange(len(yaw)), candidates.best]]
