@@ -87,7 +87,7 @@ def tree(folder="."):
         ({"a.toml": short_run.TEXT, "f": ""}, ["a.toml", "--out", "f"], 2, "f: is a file"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "."], 2, "holds other files than those of a run"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--out", "n" * 300], 2, "cannot write there (File name too long)"),
-        ({"a.toml": short_run.TEXT}, ["a.toml", "--tracker", "mine:Tracker"], 2, "no module mine on the Python path"),
+        ({"a.toml": short_run.TEXT}, ["a.toml", "--tracker", "gone:Tracker"], 2, "no module gone on the Python path"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--seed", "one"], 2, "Invalid value for '--seed'"),
         ({"a.toml": short_run.TEXT}, ["a.toml", "--sead", "1"], 2, "No such option"),
         ({"a.toml": SUMO, "ego.rou.xml": f"<routes>{EGO}{LOST}</routes>"}, ["a.toml"], 2, "edge 'nowhere'"),
