@@ -59,21 +59,55 @@ class FilterBank(Protocol):
         """Add (2, 2) [m^2] to the covariance of the tracked point."""
 
 
-class SelectedBank:
+class ScoredFilters:
+    """Batch of filters with model probabilities by (12), the common part of the banks that run on `Filters`.
+
+    Parameters
+    ----------
+    filters
+        The M filters, all equally probable.
+    tail_dof
+        As `MmaConfig.tail_dof`.
+    probability_floor
+        Lower limit of a probability.
+    """
+
+    def __init__(self, filters: Filters, tail_dof: float, probability_floor: float) -> None:
+        self.filters = filters
+        self.probability = mma.initial_probability(len(filters.mean))
+        self._tail_dof = tail_dof
+        self._floor = probability_floor
+
+    @property
+    def weights(self) -> Floats:
+        """(M,) model probabilities."""
+        return self.probability
+
+    def observe(self, residual: Floats, noise: Floats) -> Floats:
+        """Score the filters by (12) and correct them; see `FilterBank.observe`."""
+        evidence, scale = mma.score(self.filters, residual, noise, self._tail_dof)
+        self.probability = mma.update(self.probability, evidence, self._floor)
+        self.filters.correct(residual, scale * noise)
+        return scale * noise
+
+    def shift(self, offset: Floats) -> None:
+        """Move the tracked point by (2,) [m]."""
+        self.filters.mean[:, :2] += offset
+
+    def inflate(self, covariance: Floats) -> None:
+        """Add (2, 2) [m^2] to the covariance of the tracked point."""
+        self.filters.covariance[:, :2, :2] += covariance
+
+
+class SelectedBank(ScoredFilters):
     """Filter bank that mixes its filters and reports the one of the highest score.
 
     The prediction is the mean over the modes, because the vehicle may be in another one, or change to it.
     """
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
-        self.filters = filters
-        self.probability = mma.initial_probability(len(filters.mean))
+        super().__init__(filters, config.tail_dof, mma.LEAST_PROBABILITY)
         self._config = config
-
-    @property
-    def weights(self) -> Floats:
-        """(M,) model probabilities."""
-        return self.probability
 
     @property
     def mode_time_s(self) -> float:
@@ -91,18 +125,3 @@ class SelectedBank:
         chain = mma.transitions(self.filters, motion.dt, self._config, motion.names)
         self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
         self.filters.predict(motion.models)
-
-    def observe(self, residual: Floats, noise: Floats) -> Floats:
-        """Score the filters by (12) and correct them; see `FilterBank.observe`."""
-        evidence, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
-        self.probability = mma.update(self.probability, evidence)
-        self.filters.correct(residual, scale * noise)
-        return scale * noise
-
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]."""
-        self.filters.mean[:, :2] += offset
-
-    def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        self.filters.covariance[:, :2, :2] += covariance
