@@ -132,6 +132,44 @@ def ego_covariance(triangle: Floats, heading: float, side: Floats, heading_varia
 
 
 @njit(cache=True)
+def plausible_fits(points: Floats, line: Ints, heading: Floats, shape: BodyShape, alignment: Floats) -> Floats:
+    """Fit bodies to a subset of a segment from the best aligned headings (M,); return the rows of the cheapest ones."""
+    center = np.array([points[:, 0].mean(), points[:, 1].mean()])
+    toward = center / max(math.hypot(center[0], center[1]), 1e-6)
+    chosen = even_subset(points, SAMPLE_MAX)
+    along, across, cost = np.empty(len(chosen)), np.empty(len(chosen)), np.empty(len(heading))
+    for m in range(len(heading)):
+        cost[m] = misalignment(points[chosen], heading[m], toward, alignment[0], alignment[1], along, across)
+    found, count = np.empty((HYPOTHESES_MAX, 5 + STATES)), 0
+    for start in distinct_starts(heading, cost):
+        count = first_fits(points[chosen], center, line[chosen], heading[start], shape, found, count)
+    found = found[:count][np.argsort(found[:count, 0], kind="mergesort")]
+    return found[: min(LAST_FITS, np.searchsorted(found[:, 0], found[0, 0] + PLAUSIBLE))]
+
+
+@njit(cache=True)
+def best_body(
+    points: Floats, line: Ints, heading: Floats, shape: BodyShape, alignment: Floats, temperature: float
+) -> tuple[float, float, Floats]:
+    """Return heading [rad], cost per point, and covariance (3, 3) of the body of one segment; see `search_bodies`."""
+    center = np.array([points[:, 0].mean(), points[:, 1].mean()])
+    toward = center / max(math.hypot(center[0], center[1]), 1e-6)
+    centred, ray, along, across = points - center, directions(points), np.empty(len(points)), np.empty(len(points))
+    found, best = plausible_fits(points, line, heading, shape, alignment), 0
+    triangles = np.empty((len(found), STATES, STATES))
+    for i in range(len(found)):
+        state, side, flank = found[i, 5:], found[i, 2:4], int(found[i, 4])
+        found[i, 0], triangles[i] = fit_body(centred, ray, line, state, side, flank, LAST_ROUNDS, 1.0, shape)
+        aligned = misalignment(points, state[0], toward, alignment[0], alignment[1], along, across)
+        found[i, 0] += alignment[2] * len(points) * aligned
+        found[i, 1] = heading_variance(triangles[i])
+        best = i if found[i, 0] < found[best, 0] else best
+    variance = mixture_variance(found, best, temperature)
+    covariance = ego_covariance(triangles[best], found[best, 5], found[best, 2:4], variance)
+    return found[best, 5], found[best, 0] / len(points), covariance
+
+
+@njit(cache=True)
 def search_bodies(
     points: Floats, line: Ints, offset: Ints, heading: Floats, shape: BodyShape, alignment: Floats, temperature: float
 ) -> tuple[Floats, Floats, Floats]:
@@ -157,36 +195,11 @@ def search_bodies(
     tuple
         Heading (S,) [rad], its cost per point (S,), and the covariance (S, 3, 3) of `ego_covariance`.
     """
-    segments, methods = heading.shape
-    best_heading, best_cost, covariance = np.empty(segments), np.empty(segments), np.empty((segments, 3, 3))
-    triangles, found = np.empty((LAST_FITS, STATES, STATES)), np.empty((HYPOTHESES_MAX, 5 + STATES))
+    segments = len(heading)
+    best_heading, cost, covariance = np.empty(segments), np.empty(segments), np.empty((segments, 3, 3))
     for s in range(segments):
-        segment, lines = points[offset[s] : offset[s + 1]], line[offset[s] : offset[s + 1]]
-        center, along, across = (
-            np.array([segment[:, 0].mean(), segment[:, 1].mean()]),
-            np.empty(len(segment)),
-            np.empty(len(segment)),
+        own = slice(offset[s], offset[s + 1])
+        best_heading[s], cost[s], covariance[s] = best_body(
+            points[own], line[own], heading[s], shape, alignment, temperature
         )
-        toward = center / max(math.hypot(center[0], center[1]), 1e-6)
-        chosen = even_subset(segment, SAMPLE_MAX)
-        first = np.empty(methods)
-        for m in range(methods):
-            first[m] = misalignment(segment[chosen], heading[s, m], toward, alignment[0], alignment[1], along, across)
-        count = 0
-        for start in distinct_starts(heading[s], first):
-            count = first_fits(segment[chosen], center, lines[chosen], heading[s, start], shape, found, count)
-        ray, best, last = directions(segment), 0, found[:count][np.argsort(found[:count, 0], kind="mergesort")]
-        last = last[: min(LAST_FITS, np.searchsorted(last[:, 0], last[0, 0] + PLAUSIBLE))]
-        centred = segment - center
-        for i in range(len(last)):
-            last[i, 0], triangles[i] = fit_body(
-                centred, ray, lines, last[i, 5:], last[i, 2:4], int(last[i, 4]), LAST_ROUNDS, 1.0, shape
-            )
-            aligned = misalignment(segment, last[i, 5], toward, alignment[0], alignment[1], along, across)
-            last[i, 1] = heading_variance(triangles[i])
-            last[i, 0] += alignment[2] * len(segment) * aligned
-            best = i if last[i, 0] < last[best, 0] else best
-        variance = mixture_variance(last, best, temperature)
-        best_heading[s], best_cost[s] = last[best, 5], last[best, 0] / len(segment)
-        covariance[s] = ego_covariance(triangles[best], last[best, 5], last[best, 2:4], variance)
-    return best_heading, best_cost, covariance
+    return best_heading, cost, covariance
