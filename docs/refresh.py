@@ -3,11 +3,9 @@
     python docs/refresh.py                             # tables of keys and scenarios, and the library's example
     luxloop run sumo-crossing
     python docs/refresh.py runs/sumo-crossing-seed1    # also the reports in README.md and docs/getting-started.md
-    luxloop run paper-campus
-    python docs/refresh.py runs/paper-campus-seed1     # also the paper's tables in docs/paper.md
 
 Generated text is between `<!-- keys of NAME -->`, `<!-- scenarios of FAMILY -->`, `<!-- known failures -->`,
-`<!-- output -->`, `<!-- report -->` or `<!-- paper report -->` and `<!-- end -->`.
+`<!-- output -->` or `<!-- report -->` and `<!-- end -->`. `docs/paper_variants.py` writes the paper's tables.
 """
 
 import json
@@ -55,18 +53,6 @@ QUOTES = {
             DOCS / "getting-started.md",
             "report",
             ("Heading error by method", "Tracking", "Time per frame", *VERDICT),
-        ),
-    ),
-    "paper-campus": (
-        Quote(
-            DOCS / "paper.md",
-            "paper report",
-            (
-                "Data set",
-                "Heading error by method",
-                "Share of heading errors",
-                "Absolute error",
-            ),
         ),
     ),
 }

@@ -198,15 +198,9 @@ def test_pages_show_reports_as_they_are_printed(scenario, quote):
     assert rows(shown) == expected, f"run: luxloop run {scenario}; python docs/refresh.py <its folder>"
 
 
-def test_the_page_of_the_paper_shows_its_four_tables():
-    (shown,) = blocks(PAPER, "text")
-    for published in ("vehicles", "paper: tlinkage", "paper: best", "paper: MMA"):
-        assert re.search(rf"^{published} ", shown, re.MULTILINE), published
-
-
 def test_reports_of_other_scenarios_are_in_no_page(tmp_path):
     (tmp_path / run_folder.RESULT).write_text('{"scenario": "ring"}')
-    with pytest.raises(SystemExit, match="no page shows a report of ring; give a run of sumo-crossing or paper-campus"):
+    with pytest.raises(SystemExit, match="no page shows a report of ring; give a run of sumo-crossing"):
         refresh.quote(tmp_path)
 
 
