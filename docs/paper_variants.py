@@ -61,7 +61,7 @@ def graded(folders: list[Path]) -> dict[str, dict[str, Pooled]]:
     Raises
     ------
     OutputError
-        A run is missing, ended early or is damaged.
+        A run is missing, double or damaged, or the runs of a seed differ in their frames.
     """
     wanted = {(scenario, seed) for scenario in TRACKERS.values() for seeds in SEEDS.values() for seed in seeds}
     runs: dict[tuple[str, int], Result] = {}
@@ -71,19 +71,27 @@ def graded(folders: list[Path]) -> dict[str, dict[str, Pooled]]:
         if key in runs:
             raise OutputError(f"{path}: a second run of {key[0]} with seed {key[1]}; give the folder of one of them")
         if key in wanted:
-            runs[key] = _complete(result, path)
+            runs[key] = result
     for scenario, seed in sorted(wanted - set(runs)):
         raise OutputError(_missing(folders, scenario, seed))
+    _same_drives(runs)
     return {
         tracker: {name: pooled([runs[scenario, seed] for seed in seeds]) for name, seeds in SEEDS.items()}
         for tracker, scenario in TRACKERS.items()
     }
 
 
-def _complete(result: Result, path: Path) -> Result:
-    if not result.complete:
-        raise OutputError(f"{path}: the run ended early; run the scenario again")
-    return result
+def _same_drives(runs: dict[tuple[str, int], Result]) -> None:
+    """Refuse runs of one seed with different numbers of frames: one has a shorter duration, or its simulator failed.
+
+    A run may end a few frames early because the ego arrives, then with either tracker.
+    """
+    (first, other) = TRACKERS.values()
+    for seed in (seed for seeds in SEEDS.values() for seed in seeds):
+        frames = runs[first, seed].frames, runs[other, seed].frames
+        if frames[0] != frames[1]:
+            different = f"{frames[0]} and {frames[1]} frames"
+            raise OutputError(f"runs of {first} and {other} with seed {seed} have {different}; run both again")
 
 
 def _missing(folders: list[Path], scenario: str, seed: int) -> str:
