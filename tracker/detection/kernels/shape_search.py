@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 
 from tracker.arrays import Floats, Ints
-from tracker.detection.kernels.bowed_faces import STATES, BodyShape, first_state, fit_body
+from tracker.detection.kernels.body_equations import fit_body
+from tracker.detection.kernels.bowed_faces import STATES, BodyShape
 from tracker.detection.kernels.cholesky import solve
 from tracker.detection.kernels.faces import EGO_REACH
 from tracker.detection.kernels.heading_search import misalignment
@@ -19,6 +20,8 @@ STARTS_MAX = 3
 """Maximum number of starts; more find no better result."""
 HYPOTHESES_MAX = 8 * STARTS_MAX
 """Two places of the flank for each of up to four corners of a body beside the ego."""
+SHALLOW_SHARE = 0.08
+"""Share of the points in front of a face at its start: mirrors and range outliers."""
 SAMPLE_MAX = 48
 """Points of the first fits; the last ones use all points."""
 FIRST_ROUNDS = 4
@@ -72,21 +75,54 @@ def directions(points: Floats) -> Floats:
 
 
 @njit(cache=True)
+def line_starts(line: Ints) -> Ints:
+    """(G + 1,) first point of each of the G scan lines of points in the order of their lines `line` (N,), and N."""
+    start, count = np.zeros(len(line) + 1, np.int64), 0
+    for i in range(1, len(line)):
+        if line[i] != line[i - 1]:
+            count += 1
+            start[count] = i
+    start[count + 1] = len(line)
+    return start[: count + 2]
+
+
+@njit(cache=True)
+def shallow_depth(place: Floats, rank: int) -> float:
+    """Return the value that `rank` others of `place` (N,) are below, or equal to; ranks are small."""
+    least, count = np.empty(rank + 1), 0
+    for value in place:
+        if count <= rank or value < least[rank]:
+            at = min(count, rank)
+            while at > 0 and least[at - 1] > value:
+                least[at] = least[at - 1]
+                at -= 1
+            least[at] = value
+            count = min(count + 1, rank + 1)
+    return float(least[rank])
+
+
+@njit(cache=True)
 def first_fits(
-    points: Floats, center: Floats, line: Ints, heading: float, shape: BodyShape, found: Floats, count: int
+    points: Floats, center: Floats, start: Ints, heading: float, shape: BodyShape, found: Floats, count: int
 ) -> int:
     """Fit bodies near a heading, for each pair of visible sides and place of the flank; return the new count.
 
-    Rows of `found` (H, 5 + STATES) are cost, variance of the heading [rad^2], sides, flank, and state.
+    Faces are flat at first, behind a small share of the points. Rows of `found` (H, 5 + STATES) are cost, variance of
+    the heading [rad^2], sides, flank, and state.
     """
     cos, sin, ray, side = math.cos(heading), math.sin(heading), directions(points), np.empty(2)
-    centred = points - center
+    centred, information, rank = points - center, np.empty((STATES, STATES)), int(SHALLOW_SHARE * len(points))
+    along, across = cos * centred[:, 0] + sin * centred[:, 1], cos * centred[:, 1] - sin * centred[:, 0]
     for side[0] in visible_sides(cos * points[:, 1] - sin * points[:, 0]):
         for side[1] in visible_sides(cos * points[:, 0] + sin * points[:, 1]):
+            shallow = shallow_depth(side[0] * across, rank), shallow_depth(side[1] * along, rank)
             for flank in range(2):
-                state = first_state(centred, heading, side)
-                total, triangle = fit_body(centred, ray, line, state, side, flank, FIRST_ROUNDS, FIRST_SCALE, shape)
-                found[count, 0], found[count, 1] = total, heading_variance(triangle)
+                state = np.zeros(STATES)
+                state[0], state[1], state[4] = heading, shallow[0], shallow[1]
+                found[count, 0] = fit_body(
+                    centred, ray, start, state, side, flank, FIRST_ROUNDS, FIRST_SCALE, shape, information
+                )
+                found[count, 1] = heading_variance(information)
                 found[count, 2:4], found[count, 4], found[count, 5:] = side, flank, state
                 count += 1
     return count
@@ -137,12 +173,14 @@ def plausible_fits(points: Floats, line: Ints, heading: Floats, shape: BodyShape
     center = np.array([points[:, 0].mean(), points[:, 1].mean()])
     toward = center / max(math.hypot(center[0], center[1]), 1e-6)
     chosen = even_subset(points, SAMPLE_MAX)
-    along, across, cost = np.empty(len(chosen)), np.empty(len(chosen)), np.empty(len(heading))
+    chosen = chosen[np.argsort(line[chosen], kind="mergesort")]
+    sample, start = points[chosen], line_starts(line[chosen])
+    along, across, aligned = np.empty(len(chosen)), np.empty(len(chosen)), np.empty(len(heading))
     for m in range(len(heading)):
-        cost[m] = misalignment(points[chosen], heading[m], toward, alignment[0], alignment[1], along, across)
+        aligned[m] = misalignment(sample, heading[m], toward, alignment[0], alignment[1], along, across)
     found, count = np.empty((HYPOTHESES_MAX, 5 + STATES)), 0
-    for start in distinct_starts(heading, cost):
-        count = first_fits(points[chosen], center, line[chosen], heading[start], shape, found, count)
+    for m in distinct_starts(heading, aligned):
+        count = first_fits(sample, center, start, heading[m], shape, found, count)
     found = found[:count][np.argsort(found[:count, 0], kind="mergesort")]
     return found[: min(LAST_FITS, np.searchsorted(found[:, 0], found[0, 0] + PLAUSIBLE))]
 
@@ -152,14 +190,16 @@ def best_body(
     points: Floats, line: Ints, heading: Floats, shape: BodyShape, alignment: Floats, temperature: float
 ) -> tuple[float, float, Floats]:
     """Return heading [rad], cost per point, and covariance (3, 3) of the body of one segment; see `search_bodies`."""
+    found, best = plausible_fits(points, line, heading, shape, alignment), 0
+    order = np.argsort(line, kind="mergesort")
+    points, start = points[order], line_starts(line[order])
     center = np.array([points[:, 0].mean(), points[:, 1].mean()])
     toward = center / max(math.hypot(center[0], center[1]), 1e-6)
     centred, ray, along, across = points - center, directions(points), np.empty(len(points)), np.empty(len(points))
-    found, best = plausible_fits(points, line, heading, shape, alignment), 0
     triangles = np.empty((len(found), STATES, STATES))
     for i in range(len(found)):
         state, side, flank = found[i, 5:], found[i, 2:4], int(found[i, 4])
-        found[i, 0], triangles[i] = fit_body(centred, ray, line, state, side, flank, LAST_ROUNDS, 1.0, shape)
+        found[i, 0] = fit_body(centred, ray, start, state, side, flank, LAST_ROUNDS, 1.0, shape, triangles[i])
         aligned = misalignment(points, state[0], toward, alignment[0], alignment[1], along, across)
         found[i, 0] += alignment[2] * len(points) * aligned
         found[i, 1] = heading_variance(triangles[i])
