@@ -8,7 +8,8 @@ from support import naive_bodies
 
 from tracker.detection import body_fit
 from tracker.detection.body_fit import BodyFitConfig
-from tracker.detection.kernels import bowed_faces, cholesky
+from tracker.detection.kernels import body_equations, body_starts, bowed_faces, cholesky
+from tracker.detection.kernels.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RESIDUALS, VARIANCE
 
 SHAPE = body_fit._shape(BodyFitConfig())
 
@@ -55,12 +56,17 @@ def scattered(seed):
 @given(st.integers(0, 10_000))
 def test_residuals_equal_the_reference(seed):
     points, ray, _, state, side = scattered(seed)
-    found = np.empty((len(points), 4))
+    found = np.empty((RESIDUALS, len(points)))
     bowed_faces.residuals(points, ray, state, side, SHAPE, found)
     face, every = naive_bodies.faces(points, ray, state, side, SHAPE), np.arange(len(points))
-    np.testing.assert_array_equal(found[:, 3], face)
-    np.testing.assert_allclose(found[:, 0], naive_bodies.depths(points, state, side)[face, every], atol=1e-12)
-    np.testing.assert_allclose(found[:, 1], naive_bodies.deviations(ray, state[0], SHAPE)[face, every], atol=1e-12)
+    np.testing.assert_array_equal(found[FACE], face)
+    np.testing.assert_allclose(found[DEPTH], naive_bodies.depths(points, state, side)[face, every], atol=1e-12)
+    std = naive_bodies.deviations(ray, state[0], SHAPE)[face, every]
+    np.testing.assert_allclose(np.sqrt(found[VARIANCE]), std, atol=1e-12)
+    cos, sin = np.cos(state[0]), np.sin(state[0])
+    along, across = points @ [cos, sin], points @ [-sin, cos]
+    np.testing.assert_allclose(found[PLACE], np.where(face == 0, along, across), atol=1e-12)
+    np.testing.assert_allclose(found[ASIDE], np.where(face == 0, across, along), atol=1e-12)
 
 
 @settings(deadline=None, max_examples=30)
@@ -68,29 +74,47 @@ def test_residuals_equal_the_reference(seed):
 def test_normal_equations_equal_the_reference(seed, scale):
     """Offsets of scan lines are eliminated in the kernel; the reference has them as correlations of the points."""
     points, ray, line, state, side = scattered(seed)
-    rng, found = np.random.default_rng(seed), np.empty((len(points), 4))
-    prior = rng.uniform(0.1, 0.5, (2, 5))
+    order = np.argsort(line, kind="stable")
+    points, ray, line = points[order], ray[order], line[order]
+    found, ours = np.empty((RESIDUALS, len(points))), (np.empty((7, 7)), np.empty(7))
+    prior = np.random.default_rng(seed).uniform(0.1, 0.5, (2, 5))
     bowed_faces.residuals(points, ray, state, side, SHAPE, found)
-    ours = bowed_faces.normal_equations(points, line, 4, state, side, prior, scale, SHAPE, found)
+    start = body_starts.line_starts(line)
+    body_equations.normal_equations(start, state, side, prior, scale, SHAPE, found, *ours)
     information, gradient = naive_bodies.normal_equations(points, ray, line, state, side, prior, scale, SHAPE)
     size = np.sqrt(np.outer(np.diag(information), np.diag(information)))
     np.testing.assert_allclose(ours[0] / size, np.tril(information) / size, atol=1e-6)
     np.testing.assert_allclose(ours[1], gradient, rtol=1e-5, atol=1e-5 * np.abs(gradient).max())
 
 
-def test_a_point_on_the_face_and_one_inside_by_hand():
-    """On the face 0.97; one standard deviation off e^-1/2 of that; inside 0.03 e^-d; in front of the face 0."""
-    for depth, expected in ((0.0, (0.97, 0.0)), (0.03, (0.588335, 0.0291134)), (-0.03, (0.588335, 0.0))):
-        assert bowed_faces.likelihood(depth, 0.03, SHAPE) == pytest.approx(expected, rel=1e-5)
+def test_odds_of_a_point_inside_by_hand():
+    """On the face 0.97 e^(-z^2 / 2), inside 0.03 e^-d; none in front. Their ratio, one standard deviation deep."""
+    for depth, expected in ((0.0, 0.0), (-0.03, 0.0), (0.03, 0.0291134 / 0.588335)):
+        assert bowed_faces.odds_inside(depth, 0.03**2, SHAPE) == pytest.approx(expected, rel=1e-5)
+    assert bowed_faces.odds_inside(2.0, 0.03**2, SHAPE) == pytest.approx(0.03 / 0.97 * np.exp(40.0 - 2.0))
+
+
+def test_scan_lines_begin_where_the_number_changes():
+    assert body_starts.line_starts(np.array([3, 3, 7, 8, 8, 8])).tolist() == [0, 2, 3, 6]
+    assert body_starts.line_starts(np.array([5])).tolist() == [0, 1]
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 10_000), st.integers(1, 60))
+def test_a_shallow_depth_is_that_of_sorting(seed, count):
+    place = np.random.default_rng(seed).normal(size=count).round(1)
+    rank = int(0.08 * count)
+    assert body_starts.shallow_depth(place, rank) == np.sort(place)[rank]
 
 
 def test_the_middle_of_a_whole_face_is_between_its_ends_and_of_a_part_follows_from_the_length():
     """A flank of 4 m from the corner at 0 is whole; an end of 0.8 m is a part of 1.8 m."""
-    flank = np.stack([np.zeros(41), np.full(41, 0.02), np.linspace(0.0, 4.0, 41), np.zeros(41)], axis=1)
-    end = np.stack([np.zeros(9), np.full(9, 0.02), np.linspace(0.0, 0.8, 9), np.ones(9)], axis=1)
-    prior = bowed_faces.face_priors(np.concatenate([flank, end]), np.zeros(7), np.ones(2), 0, SHAPE)
+    found, prior = np.zeros((RESIDUALS, 50)), np.empty((2, 5))
+    found[VARIANCE], found[FACE, 41:] = 0.02**2, 1.0
+    found[PLACE, :41], found[PLACE, 41:] = np.linspace(0.0, 4.0, 41), np.linspace(0.0, 0.8, 9)
+    bowed_faces.face_priors(found, np.zeros(7), np.ones(2), 0, SHAPE, prior)
     np.testing.assert_allclose(prior[0], [0.02, 0.02, 2.0, 0.3, 4.0])
     np.testing.assert_allclose(prior[1], [0.22, 0.5, 0.9, 0.8, 0.8])
-    mirrored = np.concatenate([flank, end]) * [1.0, 1.0, -1.0, 1.0]
-    prior = bowed_faces.face_priors(mirrored, np.zeros(7), -np.ones(2), 0, SHAPE)
+    found[PLACE] *= -1.0
+    bowed_faces.face_priors(found, np.zeros(7), -np.ones(2), 0, SHAPE, prior)
     np.testing.assert_allclose(prior[:, 2], [-2.0, -0.9])

@@ -17,8 +17,10 @@ from numba import njit
 from tracker.arrays import Floats, Ints
 
 STATES = 7
-DEPTH, VARIANCE, PLACE, ASIDE, FACE = range(5)
-"""Rows of the residuals."""
+RESIDUALS = 6
+DEPTH, VARIANCE, PLACE, ASIDE, FACE, WEIGHT = range(RESIDUALS)
+"""Rows of the residuals: depth behind the face [m], its variance [m^2], place along the face and coordinate across it
+[m], number of the face, and weight in the normal equations."""
 LINE_GATE = 4.0
 """Gate on the points that give a scan line its offset, in standard deviations."""
 EXPONENT_MAX = 40.0
@@ -63,8 +65,7 @@ def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: B
     side
         (2,) 1 for a face on the low side of its axis, -1 on the high one.
     found
-        (5, N) output: depth behind the face [m], its variance [m^2], the place along the face and the coordinate
-        across it [m], and the face.
+        (RESIDUALS, N) output, all rows but the weights.
     """
     cos, sin, flat, noise = math.cos(state[0]), math.sin(state[0]), shape.flatness**2, shape.range_std**2
     for i in range(len(points)):
@@ -75,14 +76,14 @@ def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: B
         depth_0 = side[0] * across - state[1] - state[2] * bow_0 * bow_0
         depth_1 = side[1] * along - state[4] - state[5] * bow_1 * bow_1
         first = depth_0 * abs(depth_0) * variance_1 <= depth_1 * abs(depth_1) * variance_0  # squares keep their sign
-        found[0, i] = depth_0 if first else depth_1
-        found[1, i] = variance_0 if first else variance_1
-        found[2, i] = along if first else across
-        found[3, i] = across if first else along
-        found[4, i] = 0.0 if first else 1.0
+        found[DEPTH, i] = depth_0 if first else depth_1
+        found[VARIANCE, i] = variance_0 if first else variance_1
+        found[PLACE, i] = along if first else across
+        found[ASIDE, i] = across if first else along
+        found[FACE, i] = 0.0 if first else 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def odds_inside(depth: float, variance: float, shape: BodyShape) -> float:
     """Return the likelihood that a point is inside the body over that of being on the face; 0 in front of the face."""
     if depth <= 0.0:
@@ -100,9 +101,9 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
     """
     near, far = np.full(2, np.inf), np.full(2, -np.inf)
     for i in range(found.shape[1]):
-        depth, k = found[0, i], 0 if found[4, i] == 0.0 else 1
-        if depth < 2.0 * shape.line_std and (depth > 0.0 or depth * depth < 9.0 * found[1, i]):
-            place = side[1 - k] * found[2, i]
+        depth, k = found[DEPTH, i], 0 if found[FACE, i] == 0.0 else 1
+        if depth < 2.0 * shape.line_std and (depth > 0.0 or depth * depth < 9.0 * found[VARIANCE, i]):
+            place = side[1 - k] * found[PLACE, i]
             near[k], far[k] = min(near[k], place), max(far[k], place)
     for k in range(2):
         corner, kind = state[4 - 3 * k], 0 if k == flank else 1
@@ -113,15 +114,15 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
         prior[k, 4] = max(far[k] - near[k], 0.0)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def line_offset(found: Floats, first: int, last: int, k: int, shape: BodyShape) -> float:
     """Return the likeliest depth of points `first` to `last`, a scan line, on face k [m]."""
     weight, depth = 1.0 / shape.line_std**2, 0.0
     for i in range(first, last):
-        if found[4, i] == k:
-            beyond = abs(found[0, i]) - 2.0 * shape.line_std
-            if beyond < 0.0 or beyond * beyond < LINE_GATE**2 * found[1, i]:
-                weight, depth = weight + 1.0 / found[1, i], depth + found[0, i] / found[1, i]
+        if found[FACE, i] == k:
+            beyond = abs(found[DEPTH, i]) - 2.0 * shape.line_std
+            if beyond < 0.0 or beyond * beyond < LINE_GATE**2 * found[VARIANCE, i]:
+                weight, depth = weight + 1.0 / found[VARIANCE, i], depth + found[DEPTH, i] / found[VARIANCE, i]
     return depth / weight
 
 
@@ -134,7 +135,7 @@ def cost(start: Ints, state: Floats, prior: Floats, flank: int, shape: BodyShape
             offset[k] = line_offset(found, start[g], start[g + 1], k, shape)
             total += 0.5 * (offset[k] / shape.line_std) ** 2
         for i in range(start[g], start[g + 1]):
-            depth, variance = found[0, i] - (offset[0] if found[4, i] == 0.0 else offset[1]), found[1, i]
+            depth, variance = found[DEPTH, i] - (offset[0] if found[FACE, i] == 0.0 else offset[1]), found[VARIANCE, i]
             inside = math.log1p(odds_inside(depth, variance, shape)) if depth > 0.0 else 0.0
             total += min(min(0.5 * depth * depth / variance, EXPONENT_MAX) + on_face - inside, shape.cost_max)
     for k in range(2):

@@ -7,17 +7,20 @@ from numba import njit
 
 from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.body_equations import fit_body
+from tracker.detection.kernels.body_starts import (
+    STARTS_MAX,
+    directions,
+    distinct_starts,
+    line_starts,
+    quarter_difference,
+    shallow_depth,
+    visible_sides,
+)
 from tracker.detection.kernels.bowed_faces import STATES, BodyShape
 from tracker.detection.kernels.cholesky import solve
-from tracker.detection.kernels.faces import EGO_REACH
 from tracker.detection.kernels.heading_search import misalignment
 from tracker.detection.kernels.segments import even_subset
 
-QUARTER = 0.5 * math.pi
-APART = math.radians(2.0)
-"""Minimum difference of two starts [rad]; nearer ones lead to the same result."""
-STARTS_MAX = 3
-"""Maximum number of starts; more find no better result."""
 HYPOTHESES_MAX = 8 * STARTS_MAX
 """Two places of the flank for each of up to four corners of a body beside the ego."""
 SHALLOW_SHARE = 0.08
@@ -32,73 +35,6 @@ LAST_FITS = 3
 PLAUSIBLE = 15.0
 """Maximum difference of their costs in the first fit from the least one."""
 LAST_ROUNDS = 2
-
-
-@njit(cache=True)
-def quarter_difference(a: float, b: float) -> float:
-    """Return the difference of two headings modulo a quarter turn, in [-pi/4, pi/4] [rad]."""
-    turn = (a - b) / QUARTER
-    return QUARTER * (turn - math.floor(turn + 0.5))
-
-
-@njit(cache=True)
-def visible_sides(place: Floats) -> Floats:
-    """Return the sides (1 or 2,) that may face the ego, on an axis through it with points at `place` (N,).
-
-    Units at different ends of the ego may see either side of a body beside it.
-    """
-    mean = place.mean()
-    return np.array([1.0, -1.0]) if abs(mean) < EGO_REACH else np.array([1.0 if mean > 0.0 else -1.0])
-
-
-@njit(cache=True)
-def distinct_starts(heading: Floats, cost: Floats) -> Ints:
-    """Return up to `STARTS_MAX` of the headings (M,) that are apart from each other, cheapest first."""
-    kept, count = np.empty(STARTS_MAX, np.int64), 0
-    for m in np.argsort(cost, kind="mergesort"):
-        apart = count < STARTS_MAX
-        for j in range(count):
-            apart = apart and abs(quarter_difference(heading[m], heading[kept[j]])) > APART
-        if apart:
-            kept[count] = m
-            count += 1
-    return kept[:count]
-
-
-@njit(cache=True)
-def directions(points: Floats) -> Floats:
-    """(N, 2) unit vectors from the ego to points."""
-    ray = np.empty_like(points)
-    for i in range(len(points)):
-        ray[i] = points[i] / max(math.hypot(points[i, 0], points[i, 1]), 1e-6)
-    return ray
-
-
-@njit(cache=True)
-def line_starts(line: Ints) -> Ints:
-    """(G + 1,) first point of each of the G scan lines of points in the order of their lines `line` (N,), and N."""
-    start, count = np.zeros(len(line) + 1, np.int64), 0
-    for i in range(1, len(line)):
-        if line[i] != line[i - 1]:
-            count += 1
-            start[count] = i
-    start[count + 1] = len(line)
-    return start[: count + 2]
-
-
-@njit(cache=True)
-def shallow_depth(place: Floats, rank: int) -> float:
-    """Return the value that `rank` others of `place` (N,) are below, or equal to; ranks are small."""
-    least, count = np.empty(rank + 1), 0
-    for value in place:
-        if count <= rank or value < least[rank]:
-            at = min(count, rank)
-            while at > 0 and least[at - 1] > value:
-                least[at] = least[at - 1]
-                at -= 1
-            least[at] = value
-            count = min(count + 1, rank + 1)
-    return float(least[rank])
 
 
 @njit(cache=True)
