@@ -58,15 +58,17 @@ def across(
     gates = gate * np.stack((std, depths(points, turned, noise)[2]))
     aside = beside(place, (np.abs(depth) < gates[0]).astype(np.int64), beyond_max)
     other, best = np.zeros(3), explained(depth, aside, np.full(len(points), np.inf), gates, depth_max)
+    deep = np.flatnonzero(depth > gates[0])
+    without = len(points) - len(deep) - 2 * np.sum(depth < -gates[0])  # score of the points on the face or outside
     for c in chosen:
         if depth[c] < gates[0, c]:
             continue
         nearest, farthest, count, mean = np.inf, -np.inf, 0, 0.0
-        for i in range(len(points)):
-            if depth[i] > gates[0, i] and abs(place[i] - place[c]) < gates[1, i]:
+        for i in deep:
+            if abs(place[i] - place[c]) < gates[1, i]:
                 nearest, farthest = min(nearest, depth[i]), max(farthest, depth[i])
                 count, mean = count + 1, mean + place[i]
-        if count < MINIMAL_SAMPLE or farthest - nearest < length_min:
+        if count < MINIMAL_SAMPLE or farthest - nearest < length_min or without + count <= best:
             continue
         for sign in (1.0, -1.0):
             score = explained(depth, aside, sign * (place - place[c]), gates, depth_max)

@@ -43,7 +43,7 @@ def exists(face: Floats) -> bool:
     return bool(face[0] != 0.0 or face[1] != 0.0)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def depths(points: Floats, face: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the depth behind the face, the place along it, and the standard deviation of the depth (N,) [m].
 
@@ -55,7 +55,8 @@ def depths(points: Floats, face: Floats, noise: Floats) -> tuple[Floats, Floats,
         x, y = points[i, 0], points[i, 1]
         across = face[0] * x + face[1] * y
         depth[i], place[i] = across + face[2], face[1] * x - face[0] * y
-        std[i] = math.hypot(noise[0] * across / max(math.hypot(x, y), 1e-9), noise[1])
+        slant = noise[0] * across / max(math.sqrt(x * x + y * y), 1e-9)
+        std[i] = math.sqrt(slant * slant + noise[1] * noise[1])
     return depth, place, std
 
 

@@ -9,6 +9,8 @@ from tracker.arrays import Floats, Ints
 
 BINS_PER_REACH = 4
 """Bins per kernel radius: a bin is two thirds of the kernel's standard deviation."""
+BESIDE = (0.87890625, 0.5625, 0.19140625)
+"""Kernel at one, two and three bins from its middle: (1 - (d / BINS_PER_REACH)^2)^2."""
 TURN_MAX = math.radians(2.0)
 """First step of the refinement [rad]; all steps together turn a heading by at most twice as much."""
 HALVINGS = 7
@@ -33,6 +35,18 @@ def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     return distance
 
 
+@njit(cache=True, inline="always")
+def smoothed(count: Floats, node: int) -> float:
+    """Return the sum of the bins about a node, weighted by the kernel."""
+    first, second, third = BESIDE
+    return (
+        count[node]
+        + first * (count[node - 1] + count[node + 1])
+        + second * (count[node - 2] + count[node + 2])
+        + third * (count[node - 3] + count[node + 3])
+    )
+
+
 @njit(cache=True)
 def local_density(place: Floats, reach: float, out: Floats) -> None:
     """Write the kernel density of the other points at each point's place to `out`.
@@ -43,22 +57,17 @@ def local_density(place: Floats, reach: float, out: Floats) -> None:
     """
     low, pitch = place.min(), reach / BINS_PER_REACH
     count = np.zeros(int((place.max() - low) / pitch) + 2 * BINS_PER_REACH + 2)
-    smooth = np.zeros(len(count))
     for i in range(len(place)):
         at = (place[i] - low) / pitch + BINS_PER_REACH
-        share = at - int(at)
-        count[int(at)] += 1.0 - share
-        count[int(at) + 1] += share
-    for node in range(BINS_PER_REACH, len(count) - BINS_PER_REACH):
-        smooth[node] = count[node]
-        for d in range(1, BINS_PER_REACH):
-            smooth[node] += (1.0 - (d / BINS_PER_REACH) ** 2) ** 2 * (count[node - d] + count[node + d])
-    beside = (1.0 - (1.0 / BINS_PER_REACH) ** 2) ** 2
+        node = int(at)
+        count[node] += 1.0 - (at - node)
+        count[node + 1] += at - node
+        out[i] = at
     for i in range(len(place)):
-        at = (place[i] - low) / pitch + BINS_PER_REACH
-        share = at - int(at)
-        own = (1.0 - share) ** 2 + share**2 + 2.0 * share * (1.0 - share) * beside
-        out[i] = (1.0 - share) * smooth[int(at)] + share * smooth[int(at) + 1] - own
+        node = int(out[i])
+        share = out[i] - node
+        own = (1.0 - share) ** 2 + share**2 + 2.0 * share * (1.0 - share) * BESIDE[0]
+        out[i] = (1.0 - share) * smoothed(count, node) + share * smoothed(count, node + 1) - own
 
 
 @njit(cache=True)
