@@ -59,7 +59,7 @@ def across(
     aside = beside(place, (np.abs(depth) < gates[0]).astype(np.int64), beyond_max)
     other, best = np.zeros(3), explained(depth, aside, np.full(len(points), np.inf), gates, depth_max)
     deep = np.flatnonzero(depth > gates[0])
-    without = len(points) - len(deep) - 2 * np.sum(depth < -gates[0])  # score of the points on the face or outside
+    without = len(points) - len(deep) - 2 * np.sum(depth < -gates[0])  # score without them; a second face adds at most its points
     for c in chosen:
         if depth[c] < gates[0, c]:
             continue
