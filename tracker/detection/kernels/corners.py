@@ -59,7 +59,7 @@ def across(
     aside = beside(place, (np.abs(depth) < gates[0]).astype(np.int64), beyond_max)
     other, best = np.zeros(3), explained(depth, aside, np.full(len(points), np.inf), gates, depth_max)
     deep = np.flatnonzero(depth > gates[0])
-    without = len(points) - len(deep) - 2 * np.sum(depth < -gates[0])  # score without them; a second face adds at most its points
+    shallow = len(points) - len(deep) - 2 * np.sum(depth < -gates[0])  # the score of all others
     for c in chosen:
         if depth[c] < gates[0, c]:
             continue
@@ -68,7 +68,7 @@ def across(
             if abs(place[i] - place[c]) < gates[1, i]:
                 nearest, farthest = min(nearest, depth[i]), max(farthest, depth[i])
                 count, mean = count + 1, mean + place[i]
-        if count < MINIMAL_SAMPLE or farthest - nearest < length_min or without + count <= best:
+        if count < MINIMAL_SAMPLE or farthest - nearest < length_min or shallow + count <= best:
             continue
         for sign in (1.0, -1.0):
             score = explained(depth, aside, sign * (place - place[c]), gates, depth_max)
