@@ -39,12 +39,10 @@ def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
 def smoothed(count: Floats, node: int) -> float:
     """Return the sum of the bins about a node, weighted by the kernel."""
     first, second, third = BESIDE
-    return (
-        count[node]
-        + first * (count[node - 1] + count[node + 1])
-        + second * (count[node - 2] + count[node + 2])
-        + third * (count[node - 3] + count[node + 3])
-    )
+    total: float = count[node] + first * (count[node - 1] + count[node + 1])
+    total += second * (count[node - 2] + count[node + 2])
+    total += third * (count[node - 3] + count[node + 3])
+    return total
 
 
 @njit(cache=True)
