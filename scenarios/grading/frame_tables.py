@@ -106,9 +106,9 @@ TRACKS: Schema = {
 }
 """A row per track and frame: pose of the box centre, velocity and acceleration of the tracked corner. The actor's
 `true_mode` (the name of the matching standard model), overlap and heading error are NaN for a track that follows no
-actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the signs of the tracked corner
-in the frame of the true box, the corner errors (ego axes), the predicted corners, the NEES, and the NEES and NIS of each
-model are NaN. A bank with other models has further columns of `model_columns`."""
+actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the signs of the tracked
+corner in the frame of the true box, the corner errors (ego axes), the predicted corners, the NEES, and the NEES and NIS
+of each model are NaN. A bank with other models has further columns of `model_columns`."""
 
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""
