@@ -1,5 +1,6 @@
 """Stub trackers with one known fault each, for tests of the grader. They receive the truth (`run.device.Oracle`)."""
 
+import cmath
 import math
 from dataclasses import dataclass, field, replace
 
@@ -34,7 +35,10 @@ class Perfect:
         for row, actor in enumerate(actors.id.tolist()):
             if actors.kind[row] in VEHICLE_KINDS:
                 pose = compose(self.odom[index], express(ego.pose_world, actors.pose_world[row]))
-                out.append(Estimate(actor, *pose, tuple(actors.size[row, :2])))
+                turn = cmath.exp(1j * (self.odom[index][2] - ego.pose_world[2]))
+                velocity = complex(*actors.velocity_world[row]) * turn
+                size, moves = tuple(actors.size[row, :2]), (velocity.real, velocity.imag)
+                out.append(Estimate(actor, *pose, size, velocity=moves))
         return out
 
 

@@ -129,6 +129,23 @@ def test_the_true_model_is_always_the_true_mode():
     assert shipped()["mma.mode_accuracy"].value < 0.95
 
 
+def test_true_confirmation_confirms_vehicles_in_their_first_frame_and_nothing_else():
+    shipped = short_run.run(busy_street.APART)
+    true = short_run.run(busy_street.APART, OracleFactory([Stage.CONFIRMATION]))
+    names = ("track.time_to_confirm_p90_s", "track.never_confirmed", "track.false_on_nothing")
+    assert values(true.metrics, *names) == [0.0, 0.0, 0.0]
+    assert shipped.metrics["track.time_to_confirm_p90_s"].value != 0.0
+    status = true.tables["tracks"].groupby("status", observed=True).size()
+    assert status["tentative"] > 10  # the wall has tracks, too
+
+
+def test_true_confirmation_coasts_as_the_tracker_does():
+    """A hidden vehicle's track keeps its id."""
+    scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 6.0})
+    true = loop.run(scenario, OracleFactory([Stage.CONFIRMATION]))
+    assert (true.tables["tracks"]["status"] == "coasting").any()
+
+
 @pytest.mark.parametrize(
     ("stage", "others"),
     [
@@ -136,6 +153,7 @@ def test_the_true_model_is_always_the_true_mode():
         (Stage.FIT, (*SEGMENTATION, "outliers.mirror.recall", "outliers.layer_overlap.precision")),
         (Stage.ASSOCIATION, (*SEGMENTATION, "fit.best.heading_abs_mean_deg")),
         (Stage.MODEL, SEGMENTATION),
+        (Stage.CONFIRMATION, SEGMENTATION),
     ],
 )
 def test_an_oracle_does_not_affect_earlier_stages(stage, others):
