@@ -1,6 +1,6 @@
 """Tables of the tracks: scores, missed vehicles, false tracks and estimates, overall and by range, class and view."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from rich.table import Table
 
@@ -17,21 +17,25 @@ TABLES: dict[str, tuple[Iterable[Definition], ...]] = {
 }
 """Groups of metrics by the titles of their tables."""
 
-COLUMNS = {
-    "track.missed_share": "missed",
-    "track.time_to_confirm_s": "confirm [s]",
-    "track.gospa_m": "GOSPA [m]",
-    "track.heading_abs_mean_deg": "heading [deg]",
-    "track.heading_flip_rate": "flips",
-    "track.moving_velocity_abs_mean_mps": "velocity [m/s]",
-    "track.standing_speed_mean_mps": "standing [m/s]",
-    "track.acceleration_abs_mean_mps2": "acceleration [m/s^2]",
-    "track.length_mean_m": "length [m]",
-    "track.length_abs_mean_m": "|length| [m]",
-    "track.width_mean_m": "width [m]",
-    "track.width_abs_mean_m": "|width| [m]",
+BANDED_TABLES = {
+    "Missed vehicles and sizes by range, class and view": {
+        "track.missed_share": "missed",
+        "track.time_to_confirm_s": "confirm [s]",
+        "track.gospa_m": "GOSPA [m]",
+        "track.length_mean_m": "length [m]",
+        "track.length_abs_mean_m": "|e|",
+        "track.width_mean_m": "width [m]",
+        "track.width_abs_mean_m": "|e|",
+    },
+    "Motion and heading by range, class and view [m/s, m/s^2, deg]": {
+        "track.moving_velocity_abs_mean_mps": "velocity",
+        "track.standing_speed_mean_mps": "standing",
+        "track.acceleration_abs_mean_mps2": "acceleration",
+        "track.heading_abs_mean_deg": "heading",
+        "track.heading_flip_rate": "flips",
+    },
 }
-"""Titles of the columns of banded metrics."""
+"""Titles of the columns by banded metric, for each table by its title."""
 
 
 def tracking(result: Result) -> list[Table]:
@@ -42,13 +46,16 @@ def tracking(result: Result) -> list[Table]:
     ]
 
 
-def by_band(result: Result) -> Table:
-    """Return the banded metrics by range, class and view, with the number of graded vehicles, summed over frames."""
-    table = table_of("Tracks by range, class and view", "", *COLUMNS.values(), "n")
+def by_band(result: Result) -> list[Table]:
+    """Return tables of the banded metrics by range, class and view, with the observations of the first of them."""
+    return [_by_band(title, columns, result) for title, columns in BANDED_TABLES.items()]
+
+
+def _by_band(title: str, columns: Mapping[str, str], result: Result) -> Table:
+    table = table_of(title, "", *columns.values(), "n")
     for band in names.BANDS:
-        metrics = [result.metrics[f"{name}.{band}"] for name in COLUMNS]
+        metrics = [result.metrics[f"{name}.{band}"] for name in columns]
         kind, _, part = band.removeprefix("by_").partition(".")
-        unit = " m" if kind == "range" else ""
-        name = part.replace("_", "-" if kind == "range" else " ")
-        table.add_row(f"{kind} {name}{unit}", *map(value_of, metrics), str(metrics[0].n))
+        name = f"{part.replace('_', '-')} m" if kind == "range" else part.replace("_", " ")
+        table.add_row(f"{kind} {name}", *map(value_of, metrics), str(metrics[0].n))
     return table

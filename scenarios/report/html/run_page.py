@@ -77,7 +77,7 @@ def stage_tables(result: Result) -> list[PageTable]:
     """Return the tables of tracking, the other stages, and speed."""
     tables = [
         *printed_tracks.tracking(result),
-        printed_tracks.by_band(result),
+        *printed_tracks.by_band(result),
         printed.metric_list("Stages of the tracker", result, STAGES),
         printed.outliers(result),
         *([printed.control(result)] if result.config["control"] else []),

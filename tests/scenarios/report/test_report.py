@@ -217,11 +217,12 @@ def test_bands_of_the_tracks_have_a_row_each_on_the_page_and_none_in_the_printed
         "track.missed_share.by_range.15_30": Metric(0.125, "1", 8),
     }
     result = with_metrics(**{name.replace(".", "__"): metric for name, metric in names.items()})
-    assert set(track_tables.COLUMNS) == set(BANDED_NAMES)
-    table = track_tables.by_band(result)
-    first, *others = ([str(cell) for cell in column.cells] for column in table.columns)
+    shown = [name for columns in track_tables.BANDED_TABLES.values() for name in columns]
+    assert sorted(shown) == sorted(BANDED_NAMES)
+    found, _ = track_tables.by_band(result)
+    first, *others = ([str(cell) for cell in column.cells] for column in found.columns)
     rows = dict(zip(first, zip(*others, strict=True), strict=True))
-    assert (rows["class trailer truck"][0], rows["class trailer truck"][8]) == ("0.250", "-1.500")
+    assert (rows["class trailer truck"][0], rows["class trailer truck"][3]) == ("0.250", "-1.500")
     assert (rows["range 15-30 m"][0], rows["range 15-30 m"][-1]) == ("0.125", "8")
     assert len(rows) == len(BANDS)
     assert ".by_class." not in text_of(result)
