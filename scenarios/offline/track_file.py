@@ -12,6 +12,7 @@ from scenarios.grading.plane_geometry import into_frame, nearest_sign, turned
 from scenarios.offline import track_columns
 from tracker.records import MODELS, Tracks
 from tracker.scan import Scan
+from tracker.tracker import TrackerConfig
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Tolerance between the time of a row and of its scan: programs round times."""
@@ -40,6 +41,10 @@ class TrackFile:
         order = np.argsort(frame, kind="stable")
         ends = np.searchsorted(frame[order], np.arange(1, len(time_s)))
         self._tracks_by_frame: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
+
+    def as_device(self, _config: TrackerConfig) -> "TrackFile":
+        """Return this object; a `scenarios.run.device.DeviceFactory`."""
+        return self
 
     def step(self, scan: Scan) -> Tracks:
         """Return the tracks of the next scan."""

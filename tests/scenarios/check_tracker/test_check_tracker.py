@@ -12,8 +12,8 @@ from support.scripts import load_script
 from scenarios.check_tracker import sequence_checks
 from scenarios.check_tracker.check_drives import NullTracker, drives
 from scenarios.check_tracker.checks import CHECKS
-from scenarios.check_tracker.output_checks import OPTIONAL, SHAPES
 from scenarios.cli import main
+from scenarios.run.output_checks import OPTIONAL, SHAPES
 from tracker.records import Status, Tracks
 from tracker.tracker import Tracker
 
@@ -167,7 +167,7 @@ def asymmetric(tracks):
         (changed(mean=lambda t: t.mean * np.nan), "values are finite", "mean is not finite"),
         (changed(size=lambda t: t.size * 0.0), "values are finite", "size is not above 0"),
         (changed(status=lambda t: t.status + np.uint8(7)), "codes are valid", "status is not a member of Status"),
-        (changed(corner_sign=lambda t: 0 * t.corner_sign), "codes are valid", "corner_sign"),
+        (changed(corner_sign=lambda t: 2 * t.corner_sign), "codes are valid", "corner_sign"),
         (changed(model=lambda t: t.model + 3), "codes are valid", "model is not an index of models"),
         (changed(id=lambda t: 0 * t.id), "ids are unique", "id 0 occurs"),
         (DuplicatesIds, "ids are unique", "occurs 2 times"),

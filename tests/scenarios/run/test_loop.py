@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import short_run
 
-from scenarios.errors import DeviceError
+from scenarios.errors import ContractError
 from scenarios.files import shipped
 from scenarios.grading.metric_names import METRICS, TURNING
 from scenarios.run import device, warm_up
@@ -130,7 +130,9 @@ class Mistaken:
 
 
 def test_a_tracker_that_returns_no_tracks_is_an_error():
-    with pytest.raises(DeviceError, match=r"Mistaken\.step returned dict; return Tracks or \(Tracks, StepTrace\)"):
+    with pytest.raises(
+        ContractError, match=r"Mistaken\.step: .* returned dict; return Tracks or \(Tracks, StepTrace\)"
+    ):
         short_run.run(factory=Mistaken)
 
 
