@@ -1,6 +1,7 @@
 """Contract checker: trackers with one planted fault each, and trackers without faults."""
 
 import inspect
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,6 +52,13 @@ class Raises(PatchTracker):
     def step(self, scan):
         if not len(scan):
             raise IndexError("index -1 is out of bounds")
+        return super().step(scan)
+
+
+class Exits(PatchTracker):
+    def step(self, scan):
+        if not len(scan):
+            sys.exit(0)
         return super().step(scan)
 
 
@@ -152,6 +160,7 @@ def asymmetric(tracks):
     [
         (NoConfig, "accepts a TrackerConfig", "takes 1 positional argument but 2 were given"),
         (Raises, "accepts every scan", "IndexError: index -1 is out of bounds ("),
+        (Exits, "accepts every scan", "SystemExit: 0 ("),
         (ReturnsNone, "returns Tracks", "returned NoneType"),
         (changed(mean=lambda t: t.mean[:, :6]), "shapes and types", "not floats ("),
         (changed(size=lambda t: t.size.tolist()), "shapes and types", "size is list, not an array ("),
