@@ -12,6 +12,7 @@ import numpy as np
 
 from scenarios.arrays import Floats
 from scenarios.compare.vehicle_sums import COLUMNS
+from scenarios.grading import score_sums
 from scenarios.grading.tracking_scores import ALPHAS
 
 _INDEX = {name: index for index, name in enumerate(COLUMNS)}
@@ -69,15 +70,8 @@ def _total(sums: Floats, names: tuple[str, ...]) -> Floats:
 
 
 def _hota(sums: Floats) -> Floats:
-    """Geometric mean of detection and association accuracy, averaged over overlap thresholds (Luiten et al. 2021).
-
-    Runs are pooled as trackeval combines sequences.
-    """
-    detections = _total(sums, ("observations", "reported"))[:, None]
     matched, associated = np.split(sums[:, -2 * len(ALPHAS) :], 2, axis=1)
-    # DetA = TP / (TP + FN + FP), AssA = sum of A / TP: TP cancels in their product.
-    hota: Floats = np.sqrt(associated / np.maximum(detections - matched, 1.0)).mean(axis=1)
-    return hota
+    return score_sums.hota(_total(sums, ("observations", "reported")), matched, associated)
 
 
 def _mean(name: str, unit: str, relevance: Relevance, part: str, whole: str) -> ComparedMetric:

@@ -11,6 +11,7 @@ import pandas as pd
 from scenarios.arrays import Floats, Ints
 from scenarios.grading import mode_metrics, occlusion_metrics
 from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.score_sums import reached
 from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from scenarios.grading.tracking_sequence import tracking_sequence
 from sensor_model.truth import NO_ACTOR
@@ -48,7 +49,7 @@ class VehicleSums:
     def columns(self) -> Floats:
         """(V, len(COLUMNS)) sums; a pair matched in c frames adds c and c * c / (frames of either) to those of HOTA."""
         row = np.searchsorted(self.vehicle, self.matches[:, 0])
-        matched = self.matches[:, :1:-1].cumsum(axis=1)[:, ::-1]  # an overlap reaches all smaller thresholds as well
+        matched = reached(self.matches[:, 2:])
         either = self.sums[row, 0, None] + self.matches[:, 1:2] - matched
         hota = np.zeros((len(self.vehicle), 2 * len(ALPHAS)))
         np.add.at(hota, row, np.hstack([matched, matched**2 / either]))

@@ -61,5 +61,10 @@ class Bootstrap:
 def _interval(part: Floats, whole: Floats) -> Interval:
     """Return percentiles of the ratio over the resamples with observations."""
     drawn = whole > 0.0
-    low, high = np.quantile(part[drawn] / whole[drawn], QUANTILES)
+    return percentiles(part[drawn] / whole[drawn])
+
+
+def percentiles(values: Floats) -> Interval:
+    """Return the 95 % interval of the values (R,) of the resamples."""
+    low, high = np.quantile(values, QUANTILES)
     return float(low), float(high)

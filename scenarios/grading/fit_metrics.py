@@ -7,15 +7,9 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Ints
-from scenarios.grading.metric_names import (
-    CORNER_FIGURES,
-    COVERAGES,
-    FIT_METHODS,
-    POINT_BANDS,
-    RANGE_BANDS,
-    VIEWS,
-)
+from scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
 from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
 from tracker.records import BASELINES
 
 NO_BASELINES = "the tracker fitted no baselines: [tracker.baselines] enabled = true"

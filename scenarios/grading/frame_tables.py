@@ -12,7 +12,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.grading.matching import TrackVerdict
-from scenarios.grading.metric_names import CANDIDATES, HORIZONS, VIEWS, estimates, models_among
+from scenarios.grading.metric_names import CANDIDATES, HORIZONS, estimates, models_among
+from scenarios.grading.track_metric_names import VIEWS
 from sensor_model.truth import Cause, View
 from sim.world import Kind, WorldFrame
 from tracker.records import MODEL_NAMES, MODELS, Status
@@ -34,6 +35,9 @@ TRUTH: Schema = {
     "articulation_rad": np.float64,
     "vx_world_mps": np.float64,
     "vy_world_mps": np.float64,
+    "ax_world_mps2": np.float64,
+    "ay_world_mps2": np.float64,
+    "yaw_rate_radps": np.float64,
     "mode": MODELS,
     "deviation_along_m": np.float64,
     "deviation_across_m": np.float64,
@@ -83,6 +87,11 @@ TRACKS: Schema = {
     "yaw_world_rad": np.float64,
     "length_m": np.float64,
     "width_m": np.float64,
+    "range_m": np.float64,
+    "vx_world_mps": np.float64,
+    "vy_world_mps": np.float64,
+    "ax_world_mps2": np.float64,
+    "ay_world_mps2": np.float64,
     "model": MODEL_NAMES,
     "verdict": tuple(verdict.name.lower() for verdict in TrackVerdict),
     "actor_id": np.int64,
@@ -95,11 +104,11 @@ TRACKS: Schema = {
     "nees": np.float64,
     **model_columns(MODELS),
 }
-"""A row per track and frame; pose of the box centre. The actor's `true_mode` (the name of the matching standard model),
-overlap and heading error are NaN for a track that follows no actor. A track is `judged` when it is confirmed and on a
-graded vehicle. For other tracks the signs of the tracked corner in the frame of the true box, the corner errors (ego
-axes), the predicted corners, the NEES, and the NEES and NIS of each model are NaN. A bank with other models has further
-columns of `model_columns`."""
+"""A row per track and frame: pose of the box centre, velocity and acceleration of the tracked corner. The actor's
+`true_mode` (the name of the matching standard model), overlap and heading error are NaN for a track that follows no
+actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the signs of the tracked
+corner in the frame of the true box, the corner errors (ego axes), the predicted corners, the NEES, and the NEES and NIS
+of each model are NaN. A bank with other models has further columns of `model_columns`."""
 
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""
@@ -133,8 +142,12 @@ FITS: Schema = {
 has a NaN rectangle, a baseline without a fit has no row. Bound, visible extents and the box of the selected rectangle
 are those of the observation, NaN without one. `fit_errors.measure` adds the errors and `oracle`."""
 
-FITS_ADDED = ("seen_length_m", "seen_width_m", "box_heading_ego_rad", "box_heading_std_deg")
-"""Columns that earlier versions did not write; read as NaN."""
+ADDED = {
+    "truth": ("ax_world_mps2", "ay_world_mps2", "yaw_rate_radps"),
+    "tracks": ("range_m", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2"),
+    "fits": ("seen_length_m", "seen_width_m", "box_heading_ego_rad", "box_heading_std_deg"),
+}
+"""Columns by table that earlier versions did not write; read as NaN."""
 
 SEGMENTS: Schema = {
     "segment": np.int64,

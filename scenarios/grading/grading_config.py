@@ -28,11 +28,15 @@ class GradingConfig:
     """A segment belongs to a vehicle if the vehicle's share of its points is larger than this."""
     part_share_min: float = 0.2
     """Least share of the points of a vehicle (or of a segment) for which a part of it counts."""
+    gospa_cutoff_m: float = 2.0
+    """Distance of the centres of a track and a vehicle [m] from which GOSPA counts a missed vehicle and a false track
+    instead of an error: nuScenes' limit for errors of pairs (Caesar et al. 2020). A car's box at the limit of a hit is
+    1.5 m off along its length."""
     nees_confidence: float = 0.95
     """Probability of the two-sided chi-square band for the position error of a consistent filter."""
 
     def __post_init__(self) -> None:
-        for name in ("range_max_m", "bent_deg", "memory_s"):
+        for name in ("range_max_m", "bent_deg", "memory_s", "gospa_cutoff_m"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} = {getattr(self, name)} must be positive")
         if self.points_min < 1:

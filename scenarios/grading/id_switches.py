@@ -1,6 +1,6 @@
 """Frame-by-frame matching of CLEAR, and the id switches in it with their time steps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,10 @@ ROUNDING = float(np.finfo(np.float64).eps)
 """Tolerance of trackeval's comparisons of overlaps with limits."""
 
 
+HitStep = tuple[int, Ints, Ints]
+"""Time step with its hits: vehicles (k,) and tracks (k,)."""
+
+
 class IdSwitch(NamedTuple):
     """A vehicle is hit by another track than at its last hit."""
 
@@ -25,7 +29,7 @@ class IdSwitch(NamedTuple):
     """Time step of the first hit by the new track."""
 
 
-def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[tuple[int, Ints, Ints]]:
+def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[HitStep]:
     """Yield each time step with its hits: vehicles (k,) and tracks (k,), matched as in trackeval's CLEAR.
 
     The pairs of the previous step are kept first, the others follow by overlap (Bernardin and Stiefelhagen 2008,
@@ -53,18 +57,20 @@ def clear_hits(sequence: TrackingSequence, hit_iou_min: float) -> Iterator[tuple
         yield step, vehicle, track
 
 
-def id_switches(sequence: TrackingSequence, hit_iou_min: float) -> list[IdSwitch]:
+def id_switches(vehicles: int, hits: Iterable[HitStep]) -> list[IdSwitch]:
     """Return every id switch of CLEAR, in the order of time steps.
 
     Parameters
     ----------
-    sequence, hit_iou_min
-        As for `clear_hits`.
+    vehicles
+        Number of renumbered vehicles.
+    hits
+        From `clear_hits`.
     """
     found = []
-    last_track = np.full(sequence["num_gt_ids"], NO_TRACK)
-    last_step = np.zeros(sequence["num_gt_ids"], dtype=np.int64)
-    for step, vehicle, track in clear_hits(sequence, hit_iou_min):
+    last_track = np.full(vehicles, NO_TRACK)
+    last_step = np.zeros(vehicles, dtype=np.int64)
+    for step, vehicle, track in hits:
         switched = (last_track[vehicle] != NO_TRACK) & (last_track[vehicle] != track)
         found += [IdSwitch(v, last_step[v], step) for v in vehicle[switched].tolist()]
         last_track[vehicle] = track

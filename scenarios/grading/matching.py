@@ -24,7 +24,7 @@ class TrackVerdict(IntEnum):
     GRADED = 0
     """Follows a graded vehicle."""
     UNGRADED = 1
-    """On an actor that is not graded: neither right nor wrong."""
+    """Overlaps an actor that is not graded by `match_iou_min` or more: neither right nor wrong."""
     FALSE = 2
     """On no actor, or a second track on a graded vehicle."""
     OUTSIDE = 3
@@ -85,18 +85,17 @@ class TrackMatcher:
         actor_row[column[paired]] = row[paired]
         self._followed = dict(zip(track_id[column[paired]].tolist(), actor_id[row[paired]].tolist(), strict=True))
         far = np.hypot(track_boxes[:, 0], track_boxes[:, 1]) > self._config.range_max_m
-        return FrameMatching(actor_row, _verdicts(overlap, actor_row, graded, far))
+        return FrameMatching(actor_row, self._verdicts(overlap, actor_row, graded, far))
 
-
-def _verdicts(overlap: Floats, actor_row: Ints, graded: Bools, far: Bools) -> npt.NDArray[np.int8]:
-    """(T,) verdicts; an unmatched track is on the actor of its largest overlap."""
-    if not len(graded):
-        return np.where(far, TrackVerdict.OUTSIDE, TrackVerdict.FALSE).astype(np.int8)
-    paired = actor_row >= 0
-    on = np.where(paired, actor_row, overlap.argmax(axis=0))
-    touches = paired | (overlap.max(axis=0) > 0.0)
-    return np.select(
-        [paired & graded[on], touches & ~graded[on], far],
-        [TrackVerdict.GRADED, TrackVerdict.UNGRADED, TrackVerdict.OUTSIDE],
-        default=TrackVerdict.FALSE,
-    ).astype(np.int8)
+    def _verdicts(self, overlap: Floats, actor_row: Ints, graded: Bools, far: Bools) -> npt.NDArray[np.int8]:
+        """(T,) verdicts; an unmatched track is on the actor of its largest overlap."""
+        if not len(graded):
+            return np.where(far, TrackVerdict.OUTSIDE, TrackVerdict.FALSE).astype(np.int8)
+        paired = actor_row >= 0
+        on = np.where(paired, actor_row, overlap.argmax(axis=0))
+        excused = (paired | (overlap.max(axis=0) >= self._config.match_iou_min)) & ~graded[on]
+        return np.select(
+            [paired & graded[on], excused, far],
+            [TrackVerdict.GRADED, TrackVerdict.UNGRADED, TrackVerdict.OUTSIDE],
+            default=TrackVerdict.FALSE,
+        ).astype(np.int8)

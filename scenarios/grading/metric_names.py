@@ -6,9 +6,11 @@ This module imports quickly, because scenario files are validated against it.
 import math
 from collections.abc import Container, Iterable, Iterator
 from itertools import product
-from typing import NamedTuple
 
-from sensor_model.truth import Cause, View
+from scenarios.grading import track_metric_names
+from scenarios.grading.metric_definition import Definition, register
+from scenarios.grading.track_metric_names import RANGE_BANDS, SEEN, VIEWS
+from sensor_model.truth import Cause
 from tracker.records import BASELINES, METHODS, MODEL_NAMES, MODELS, PREDICTION_S, TURNING_MODELS
 
 CANDIDATES = (*METHODS, *BASELINES)
@@ -16,8 +18,6 @@ CANDIDATES = (*METHODS, *BASELINES)
 
 FIT_METHODS = (*CANDIDATES, "best", "oracle")
 """`best` is the tracker's selection, `oracle` the one of `METHODS` with the least heading error."""
-
-VIEWS = {View.L_SHAPE: "l_shape", View.SIDE: "side", View.REAR: "rear", View.FRONT: "front"}
 
 CAUSES = {cause: cause.name.lower() for cause in Cause if cause != Cause.CLEAN}
 
@@ -46,13 +46,6 @@ SAFETY = {
 
 REGRET = "mean absolute heading error of best minus that of oracle"
 
-SEEN = (*VIEWS.values(), "none")
-"""Views of observations; `none` has too few points on every face."""
-
-
-RANGE_BANDS = {"0_15": (0.0, 15.0), "15_30": (15.0, 30.0), "30_50": (30.0, 50.0)}
-"""Bands of the distance from the ego's centre to the vehicle's [m], the upper end excluded."""
-
 POINT_BANDS = {"0_30": (0.0, 30.0), "30_100": (30.0, 100.0), "100_up": (100.0, math.inf)}
 """Bands of the number of points of an observation's segment, the upper end excluded."""
 
@@ -76,14 +69,6 @@ def estimates(models: Iterable[str]) -> tuple[str, ...]:
 def models_among(names: Container[str], pattern: str = "mma.{}.prediction_1s_abs_mean_m") -> tuple[str, ...]:
     """Return the standard models, and all others for which the `pattern` with its name is among `names`."""
     return tuple(model for model in MODEL_NAMES if model in MODELS or pattern.format(model) in names)
-
-
-class Definition(NamedTuple):
-    """A metric's name, unit and meaning in one line."""
-
-    name: str
-    unit: str
-    meaning: str
 
 
 def _dataset() -> Iterator[Definition]:
@@ -189,26 +174,6 @@ def _consistency(models: Iterable[str]) -> Iterator[Definition]:
         yield Definition(f"{prefix}_mean", "1", f"mean {what}")
 
 
-def _track() -> Iterator[Definition]:
-    yield Definition("track.hota", "1", "higher order tracking accuracy")
-    yield Definition("track.deta", "1", "detection accuracy of HOTA")
-    yield Definition("track.assa", "1", "association accuracy of HOTA")
-    yield Definition("track.loca", "1", "localisation accuracy of HOTA: mean overlap of matched pairs")
-    yield Definition("track.mota", "1", "CLEAR multiple object tracking accuracy")
-    yield Definition("track.idf1", "1", "F1 score of identities")
-    yield Definition("track.id_switches", "count", "changes of the track that hits a vehicle (CLEAR)")
-    yield Definition("track.id_switches_in_view", "count", "id switches with the vehicle in view all the time")
-    yield Definition("track.fragments", "count", "interruptions of a vehicle's track (CLEAR)")
-    yield Definition("track.missed", "count", "graded vehicles without a track, summed over frames (CLEAR)")
-    yield Definition("track.false", "count", "tracks on no actor or duplicates, summed over frames (CLEAR)")
-    yield Definition("track.occlusion_survival", "1", "occlusions of graded vehicles survived by the track's id")
-    yield Definition("track.hidden_2s_survival", "1", "the same for occlusions of at most 2 s")
-    yield Definition("track.reacquire_s", "s", "mean time until a track follows an occluded vehicle again")
-    yield Definition("track.reappearance_error_m", "m", "mean error of that track's centre at this time")
-    yield Definition("track.heading_abs_mean_deg", "deg", "mean absolute heading error modulo 360, moving vehicles")
-    yield Definition("track.heading_flip_rate", "1", "headings more than 90 degrees off, moving vehicles")
-
-
 def _control() -> Iterator[Definition]:
     for driver, prefix in DRIVERS.items():
         for name, (unit, meaning) in SAFETY.items():
@@ -221,29 +186,7 @@ def _performance() -> Iterator[Definition]:
     yield Definition("perf.realtime_factor", "1", "simulated time over wall-clock time of the whole loop")
 
 
-def _recorded() -> Iterator[Definition]:
-    yield Definition("track.velocity_abs_mean_mps", "m/s", "mean norm of the velocity error, in recordings")
-    yield Definition("track.speed_abs_mean_mps", "m/s", "mean absolute error of the speed, in recordings")
-    yield Definition("track.speed_mean_mps", "m/s", "mean error of the speed, in recordings")
-
-
-def register(definitions: Iterable[Definition]) -> dict[str, Definition]:
-    """Return definitions by name.
-
-    Raises
-    ------
-    ValueError
-        A name is defined twice.
-    """
-    registry: dict[str, Definition] = {}
-    for definition in definitions:
-        if definition.name in registry:
-            raise ValueError(f"metric {definition.name} is defined twice")
-        registry[definition.name] = definition
-    return registry
-
-
-GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *_track()])
+GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *track_metric_names.definitions()])
 """Metrics of `Grader.finish`; every run has all of them."""
 
 TURNING = register([*_estimates(TURNING_MODELS), *_models(TURNING_MODELS), *_consistency(TURNING_MODELS)])
@@ -252,10 +195,7 @@ TURNING = register([*_estimates(TURNING_MODELS), *_models(TURNING_MODELS), *_con
 CONTROL = register(_control())
 """Metrics of `control.safety.grade`; every run has all of them."""
 
-RECORDED = register(_recorded())
-"""Metrics of `luxloop track` and `luxloop grade` on a recording."""
-
-REGISTRY = register([*GRADED.values(), *TURNING.values(), *CONTROL.values(), *RECORDED.values(), *_performance()])
+REGISTRY = register([*GRADED.values(), *TURNING.values(), *CONTROL.values(), *_performance()])
 """All metrics of a result, with those of `perf`, which the run loop measures."""
 
 METRICS: dict[str, str] = {name: definition.unit for name, definition in REGISTRY.items()}

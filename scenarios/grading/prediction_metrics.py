@@ -1,6 +1,6 @@
 """Errors of predicted positions: the tracked corner some time ahead, by each model and by the reported estimate."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -89,19 +89,33 @@ def true_corners(judged: pd.DataFrame, truth: pd.DataFrame, ahead_s: float) -> F
     found = np.full((len(judged), 2), np.nan)
     actor, wanted = judged["actor_id"].to_numpy(), judged["time_s"].to_numpy() + ahead_s
     sign = judged[["corner_along", "corner_across"]].to_numpy(np.float64)
-    for actor_id, rows in truth.sort_values("frame", kind="stable").groupby("actor_id"):
+    columns = ["time_s", "frame", "x_world_m", "y_world_m", "yaw_world_rad", "length_m", "width_m"]
+    for actor_id, rows in _by_actor(truth[columns].to_numpy(np.float64), truth):
         mine = np.flatnonzero(actor == actor_id)
         if len(mine):
-            pose = interpolated(rows, wanted[mine])
-            half = 0.5 * sign[mine] * rows[["length_m", "width_m"]].to_numpy(np.float64)[0]
+            pose = interpolated(rows[:, 0], rows[:, 1], rows[:, 2:5], wanted[mine])
+            half = 0.5 * sign[mine] * rows[0, 5:]
             found[mine] = pose[:, :2] + turned(half, pose[:, 2])
     return found
 
 
-def interpolated(rows: pd.DataFrame, time: Floats) -> Floats:
-    """(K, 3) poses of one actor at times (K,) [s], linear between two successive frames; NaN elsewhere."""
-    known, frame = rows["time_s"].to_numpy(np.float64), rows["frame"].to_numpy()
-    pose = rows[["x_world_m", "y_world_m", "yaw_world_rad"]].to_numpy(np.float64)
+def _by_actor(values: Floats, truth: pd.DataFrame) -> Iterator[tuple[int, Floats]]:
+    """Yield the values (k, columns) of each actor in time order, from those of all rows of `truth` (n, columns)."""
+    actor = truth["actor_id"].to_numpy()
+    order = np.lexsort((truth["frame"].to_numpy(), actor))
+    ids, starts = np.unique(actor[order], return_index=True)
+    if len(ids):
+        yield from zip(ids.tolist(), np.split(values[order], starts[1:]), strict=True)
+
+
+def interpolated(known: Floats, frame: Floats, pose: Floats, time: Floats) -> Floats:
+    """(K, 3) poses of one actor at times (K,) [s], linear between two successive frames; NaN elsewhere.
+
+    Parameters
+    ----------
+    known, frame, pose
+        (n,) times [s] and frames, and the poses (n, 3) there.
+    """
     after = np.searchsorted(known, time - 1e-9)
     inside = (after > 0) & (after < len(known))
     after = np.clip(after, 1, max(len(known) - 1, 1))
@@ -118,11 +132,11 @@ def around_changes(judged: pd.DataFrame, truth: pd.DataFrame) -> Bools:
     """(K,) mask of rows within `AROUND_S` of a change of their vehicle's true mode."""
     near = np.zeros(len(judged), np.bool_)
     actor, time = judged["actor_id"].to_numpy(), judged["time_s"].to_numpy(np.float64)
-    for actor_id, rows in truth.sort_values("frame", kind="stable").groupby("actor_id"):
+    modes = np.column_stack([truth["time_s"], truth["frame"], truth["mode"].cat.codes])
+    for actor_id, rows in _by_actor(modes, truth):
         mine = np.flatnonzero(actor == actor_id)
-        changed = np.diff(rows["mode"].cat.codes.to_numpy()) != 0
-        follows = np.diff(rows["frame"].to_numpy()) == 1
-        at = rows["time_s"].to_numpy(np.float64)[1:][changed & follows]
+        changed, follows = np.diff(rows[:, 2]) != 0, np.diff(rows[:, 1]) == 1
+        at = rows[1:, 0][changed & follows]
         if len(mine) and len(at):
             near[mine] = np.abs(time[mine, None] - at).min(axis=1) <= AROUND_S + 1e-9
     return near

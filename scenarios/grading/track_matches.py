@@ -14,8 +14,8 @@ from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned, w
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODEL_NAMES, MODELS, Status, Tracks
 
-HEADING = 6
-"""Column of the heading in `Tracks.mean`."""
+VELOCITY, ACCELERATION, HEADING = 2, 4, 6
+"""First columns of velocity and acceleration, and column of the heading, in `Tracks.mean`."""
 
 
 def track_boxes(tracks: Tracks, ego_pose_odom: Floats) -> Floats:
@@ -90,6 +90,7 @@ class TrackMatches:
         iou = np.full(len(tracks), np.nan)
         iou[pair] = self.overlap[self.actor_row[pair], pair]
         ego_pose_odom = frame_truth.scan.ego_pose_odom
+        odom_to_world = frame_truth.frame.ego.pose_world[2] - ego_pose_odom[2]
         columns: dict[str, npt.NDArray[Any]] = {
             "track_id": tracks.id,
             "status": tracks.status,
@@ -98,6 +99,8 @@ class TrackMatches:
             "yaw_world_rad": yaw,
             "length_m": tracks.size[:, 0],
             "width_m": tracks.size[:, 1],
+            "range_m": np.hypot(self.boxes_ego[:, 0], self.boxes_ego[:, 1]),
+            **_motion(tracks, odom_to_world),
             "model": selected_model(tracks),
             **{f"probability_{model}": tracks.model_probability[:, m] for m, model in enumerate(tracks.models)},
             "verdict": self.verdict,
@@ -120,3 +123,14 @@ class TrackMatches:
             "track_id": tracks.id[track],
             "iou": self.overlap[actor, track],
         }
+
+
+def _motion(tracks: Tracks, odom_to_world: float) -> dict[str, npt.NDArray[Any]]:
+    """Return velocity and acceleration as columns of the track table, turned by `odom_to_world` [rad]."""
+    velocity, acceleration = (turned(tracks.mean[:, k : k + 2], odom_to_world) for k in (VELOCITY, ACCELERATION))
+    return {
+        "vx_world_mps": velocity[:, 0],
+        "vy_world_mps": velocity[:, 1],
+        "ax_world_mps2": acceleration[:, 0],
+        "ay_world_mps2": acceleration[:, 1],
+    }

@@ -1,13 +1,22 @@
-"""Tracking metrics of a run except occlusion survival: HOTA, CLEAR, Identity, and heading modulo 360 degrees."""
+"""Tracking metrics of a run except occlusion survival: scores by trackeval, and the metrics of the other modules."""
 
 import pandas as pd
 
+from scenarios.grading import (
+    confirmation_metrics,
+    false_track_metrics,
+    gospa_metrics,
+    miss_metrics,
+    motion_metrics,
+    score_sums,
+)
+from scenarios.grading.clear_table import ClearTable, clear_table
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.id_switches import IdSwitch, id_switches
+from scenarios.grading.id_switches import HitStep, IdSwitch, clear_hits, id_switches
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.tracking_scores import TrackingScores
+from scenarios.grading.tracking_scores import TrackingScores, VehicleScores
 from scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
-from tracker.records import MODELS
+from sensor_model.truth import NO_ACTOR
 
 NO_TRUTH = "no vehicle was graded"
 
@@ -27,26 +36,35 @@ def grade(
         Tables of the run.
     """
     sequence = tracking_sequence(truth, tracks, overlaps)
+    hits = list(clear_hits(sequence, config.hit_iou_min))
+    clear = clear_table(truth, tracks, sequence, hits)
+    _grade_scores(sheet, sequence, hits, clear, config)
+    vehicles = sequence["num_gt_dets"]
+    switches = id_switches(sequence["num_gt_ids"], hits)
+    in_view = sum(_in_view(switch, sequence, truth, config.hidden_fraction_max) for switch in switches)
+    sheet.write("track.id_switches_in_view", in_view, vehicles, NO_TRUTH)
+    false_track_metrics.grade(sheet, clear, truth, overlaps, config.hit_iou_min)
+    miss_metrics.grade(sheet, clear, truth)
+    confirmation_metrics.grade(sheet, clear)
+    gospa_metrics.grade(sheet, clear.vehicles, clear.tracks, config.gospa_cutoff_m)
+    motion_metrics.grade(sheet, truth, tracks)
+
+
+def _grade_scores(
+    sheet: MetricSheet, sequence: TrackingSequence, hits: list[HitStep], clear: ClearTable, config: GradingConfig
+) -> None:
+    """Enter HOTA, CLEAR and Identity, with intervals for the main scores."""
     scores = TrackingScores.of(sequence, config.hit_iou_min)
+    of_vehicles = VehicleScores.of(sequence, config.hit_iou_min, hits)
+    followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
+    interval = score_sums.intervals(sequence, of_vehicles, followed)
     vehicles, reported = sequence["num_gt_dets"], sequence["num_tracker_dets"]
-    sheet.write("track.hota", scores.hota, vehicles, NO_TRUTH)
-    sheet.write("track.deta", scores.deta, vehicles, NO_TRUTH)
-    sheet.write("track.assa", scores.assa, vehicles, NO_TRUTH)
+    for name in ("hota", "deta", "assa"):
+        sheet.write(f"track.{name}", getattr(scores, name), vehicles, NO_TRUTH, interval.get(f"track.{name}"))
     sheet.write("track.loca", scores.loca, scores.most_matches, "no track overlaps a graded vehicle")
-    sheet.write("track.mota", scores.mota, vehicles, NO_TRUTH)
-    sheet.write("track.idf1", scores.idf1, vehicles, NO_TRUTH)
-    sheet.write("track.id_switches", scores.id_switches, vehicles, NO_TRUTH)
-    sheet.write("track.id_switches_in_view", _switches_in_view(sequence, truth, config), vehicles, NO_TRUTH)
-    sheet.write("track.fragments", scores.fragments, vehicles, NO_TRUTH)
-    sheet.write("track.missed", scores.missed, vehicles, NO_TRUTH)
+    for name in ("mota", "idf1", "id_switches", "fragments", "missed"):
+        sheet.write(f"track.{name}", getattr(scores, name), vehicles, NO_TRUTH, interval.get(f"track.{name}"))
     sheet.write("track.false", scores.false, reported, "no track was reported in the graded range")
-    _grade_heading(sheet, tracks)
-
-
-def _switches_in_view(sequence: TrackingSequence, truth: pd.DataFrame, config: GradingConfig) -> int:
-    """Count the id switches that no occlusion excuses."""
-    switches = id_switches(sequence, config.hit_iou_min)
-    return sum(_in_view(switch, sequence, truth, config.hidden_fraction_max) for switch in switches)
 
 
 def _in_view(switch: IdSwitch, sequence: TrackingSequence, truth: pd.DataFrame, hidden_fraction_max: float) -> bool:
@@ -60,12 +78,3 @@ def _in_view(switch: IdSwitch, sequence: TrackingSequence, truth: pd.DataFrame, 
     between = truth[(truth["actor_id"] == actor_id) & truth["frame"].between(first, last)]
     visible = between["visible_fraction"] > hidden_fraction_max
     return len(between) == last - first + 1 and bool(visible.all())
-
-
-def _grade_heading(sheet: MetricSheet, tracks: pd.DataFrame) -> None:
-    """Enter the heading metrics of moving vehicles; the outline of a parked car does not show its front."""
-    judged = tracks["judged"] & (tracks["true_mode"] != MODELS[0])
-    error = tracks.loc[judged, "heading_error_deg"].abs().to_numpy()
-    why = "no confirmed track followed a moving graded vehicle"
-    sheet.mean("track.heading_abs_mean_deg", error, why)
-    sheet.mean("track.heading_flip_rate", error > 90.0, why)

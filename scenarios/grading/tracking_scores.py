@@ -4,6 +4,7 @@ Results show the totals. A comparison resamples vehicles and adds up their summa
 that the summands add up to trackeval's counts.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import scipy
 
 from scenarios.arrays import Floats, Ints
-from scenarios.grading.id_switches import ROUNDING, clear_hits, id_switches
+from scenarios.grading.id_switches import ROUNDING, HitStep, clear_hits, id_switches
 from scenarios.grading.tracking_sequence import TrackingSequence
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)
@@ -87,17 +88,22 @@ class VehicleScores:
     """(T,) frames in which the track is reported."""
 
     @classmethod
-    def of(cls, sequence: TrackingSequence, hit_iou_min: float) -> "VehicleScores":
+    def of(
+        cls, sequence: TrackingSequence, hit_iou_min: float, hits: Sequence[HitStep] | None = None
+    ) -> "VehicleScores":
         """Match vehicles with tracks by the three matching rules of trackeval.
 
         Parameters
         ----------
         sequence, hit_iou_min
             As for `TrackingScores.of`.
+        hits
+            Result of `clear_hits`, if it is known already.
         """
         vehicles, tracks = sequence["num_gt_ids"], sequence["num_tracker_ids"]
-        hit = [vehicle for _, vehicle, _ in clear_hits(sequence, hit_iou_min)]
-        switched = [switch.vehicle for switch in id_switches(sequence, hit_iou_min)]
+        hits = list(clear_hits(sequence, hit_iou_min)) if hits is None else hits
+        hit = [vehicle for _, vehicle, _ in hits]
+        switched = [switch.vehicle for switch in id_switches(vehicles, hits)]
         return cls(
             hits=_count(np.concatenate(hit) if hit else [], vehicles),
             id_switches=_count(switched, vehicles),

@@ -13,7 +13,7 @@ from scenarios.errors import OutputError
 from scenarios.files import atomic_folder
 from scenarios.files.scenario import Scenario
 from scenarios.grading import fit_errors, frame_tables
-from scenarios.grading.frame_tables import FITS_ADDED, Schema
+from scenarios.grading.frame_tables import ADDED, Schema
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.result import Result
 from scenarios.run import run_folder
@@ -80,8 +80,8 @@ class RecordedRun:
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:
     """Return a table of the run; enumeration columns have all categories, in the order of their codes."""
     table = result.tables.get(name)
-    if table is not None and name == "fits":
-        table = table.assign(**{column: np.nan for column in FITS_ADDED if column not in table})
+    if table is not None:
+        table = table.assign(**{column: np.nan for column in ADDED.get(name, ()) if column not in table})
     missing = [name] if table is None else [column for column in schema if column not in table]
     if table is None or missing:
         raise OutputError(f"{folder}: {missing[0]} is missing in its tables; run the scenario again")

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from scenarios.errors import DeviceError
 from scenarios.oracle.oracle_association import OracleScore, OracleTrackManagement
+from scenarios.oracle.oracle_confirmation import OracleConfirmation
 from scenarios.oracle.oracle_context import OracleContext
 from scenarios.oracle.oracle_detector import OracleDetector
 from scenarios.oracle.oracle_model_selection import ActorRecorder, OracleModelSelection
@@ -16,7 +17,7 @@ from tracker.scan import Scan
 from tracker.tracker import Tracker, TrackerConfig, track_config
 from tracker.tracking.associator import HungarianAssociator, LikelihoodScore, PairScore
 from tracker.tracking.model_selection import BankSelection, ModelSelection
-from tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
+from tracker.tracking.track_management import TrackManagement
 
 
 class OracleTracker:
@@ -28,8 +29,8 @@ class OracleTracker:
         Settings of all stages.
     stages
         Stages to replace by oracles.
-    detector, score, models
-        Other detector, pair score and model selection than the shipped ones, beneath the oracles.
+    detector, score, models, confirmation
+        Other detector, pair score, model selection and track management than the shipped ones, beneath the oracles.
 
     Raises
     ------
@@ -44,6 +45,7 @@ class OracleTracker:
         detector: type[OracleDetector] = OracleDetector,
         score: PairScore | None = None,
         models: ModelSelection | None = None,
+        confirmation: type[OracleConfirmation] = OracleConfirmation,
     ) -> None:
         replaced = frozenset(stages)
         if Stage.MODEL in replaced and config.mma.method == "imm":
@@ -54,7 +56,7 @@ class OracleTracker:
         score = score or LikelihoodScore(config.association)
         models = models or BankSelection(config.filters, config.mma)
         management: TrackManagement
-        management = shipped = DefaultTrackManagement(config.union, config.reading, track_config(config))
+        management = shipped = confirmation(config.union, config.reading, track_config(config), replaced, context)
         if Stage.ASSOCIATION in replaced:
             score, management = OracleScore(score, context), OracleTrackManagement(shipped, context)
         if Stage.MODEL in replaced:

@@ -33,6 +33,8 @@ class Truth:
     """(A, 2) velocity over ground, in the axes of the ego frame [m/s]."""
     boxed: Bools
     """(A + 1,) mask of actors with a rectangular outline: vehicles other than articulated trucks in a bend."""
+    vehicle_id: Ints
+    """Ids of the vehicles among the actors."""
     mode: dict[int, int]
     """True `Mode` of each actor by its id."""
 
@@ -40,6 +42,7 @@ class Truth:
     def of(cls, frame: WorldFrame, truth: ScanTruth) -> "Truth":
         """Return the ground truth of a frame."""
         actors, ego = frame.actors, frame.ego.pose_world
+        vehicle = IS_VEHICLE[actors.kind]
         bent = np.abs(actors.articulation) > np.deg2rad(USUAL.bent_deg)
         return cls(
             actor_id=np.append(actors.id, NO_ACTOR),
@@ -47,7 +50,8 @@ class Truth:
             noise=truth.cause != Cause.CLEAN,
             boxes_ego=np.column_stack([into_frame(actors.pose_world, ego), actors.size[:, :2]]),
             velocity_ego=turned(actors.velocity_world, -ego[2]),
-            boxed=np.append(IS_VEHICLE[actors.kind] & ~bent, False),
+            boxed=np.append(vehicle & ~bent, False),
+            vehicle_id=actors.id[vehicle],
             mode=dict(zip(actors.id.tolist(), actors.mode.tolist(), strict=True)),
         )
 

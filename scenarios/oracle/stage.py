@@ -11,3 +11,4 @@ class Stage(StrEnum):
     FIT = "fit"
     ASSOCIATION = "association"
     MODEL = "model"
+    CONFIRMATION = "confirmation"

@@ -48,6 +48,7 @@ OF_TRACKS = (
     BlameMetric("mma.mode_accuracy", "mode accuracy", "more"),
     BlameMetric("track.hota", "HOTA", "more"),
     BlameMetric("track.idf1", "IDF1", "more"),
+    BlameMetric("track.time_to_confirm_s", "confirm [s]", "less"),
     BlameMetric("track.missed", "missed", "less"),
     BlameMetric("track.false", "false", "less"),
     BlameMetric("track.id_switches", "id switches", "less"),

@@ -7,7 +7,7 @@ from typing import Any
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.grader import Grader
 from scenarios.grading.metric_names import CONTROL, METRICS
-from scenarios.recordings.motion_errors import MotionErrors
+from scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
 from scenarios.recordings.recording import Recording
 from scenarios.recordings.recording_rules import Rules
 from scenarios.result import Metric, Result
@@ -36,7 +36,8 @@ UNKNOWN = {
     "track.id_switches_in_view": "occlusion is not known in a recording",
     "fit.best.bound": "the range noise of the sensor is not known",
     **{f"{kind}.{view}.": "visible sides are not known in a recording"
-       for kind in ("fit", "dataset") for view in ("l_shape", "side", "rear", "front", "none")},
+       for kind in ("fit", "dataset") for view in SEEN},
+    **{f"{name}.by_view.": "visible sides are not known in a recording" for name in BANDED_NAMES},
 }  # fmt: skip
 """Reasons by the beginning of the names of metrics that need more truth than poses."""
 
@@ -69,12 +70,11 @@ def grade_device(
     recording: Recording, tracker: Guard, rules: Rules, name: str, observe: Observer | None = None, *, timed: bool
 ) -> Result:
     """Grade a device on a recording; `timed` measures its steps."""
-    stopwatch, trace_hash, grader, errors = Stopwatch(), TraceHash(), Grader(rules.grading), MotionErrors()
+    stopwatch, trace_hash, grader = Stopwatch(), TraceHash(), Grader(rules.grading)
     frames = progress.steps("track", len(recording), "scans", recording.frames())
     for frame, scan, truth in frames:
         tracks, trace = tracker.checked(stopwatch.time("tracker", tracker.step, scan), scan)
         grade = grader.add(frame, scan, truth, tracks, trace)
-        errors.add(frame, tracks, grade)
         trace_hash.add(scan, tracks)
         if observe:
             observe(frame, scan, truth, tracks, trace, grade)
@@ -90,7 +90,7 @@ def grade_device(
         ended_early="",
         simulator_failed=False,
         frames=len(recording),
-        metrics={**_applicable({**metrics, **errors.metrics()}, recording.has_truth), **_not_simulated(), **measured},
+        metrics={**_applicable(metrics, recording.has_truth), **_not_simulated(), **measured},
         tables=tables,
         config=_config(recording, rules, name),
         versions=versions.installed(),

@@ -2,14 +2,8 @@
 
 from rich.table import Table
 
-from scenarios.grading.metric_names import (
-    CORNER_FIGURES,
-    COVERAGES,
-    FIT_METHODS,
-    POINT_BANDS,
-    RANGE_BANDS,
-    VIEWS,
-)
+from scenarios.grading.metric_names import CORNER_FIGURES, COVERAGES, FIT_METHODS, POINT_BANDS
+from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
 from scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from scenarios.result import Result
 from tracker.records import BASELINES

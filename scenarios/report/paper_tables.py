@@ -4,7 +4,8 @@ from itertools import product
 
 from rich.table import Table
 
-from scenarios.grading.metric_names import SEEN, TARGETS, VIEWS, estimates, models_among
+from scenarios.grading.metric_names import TARGETS, estimates, models_among
+from scenarios.grading.track_metric_names import SEEN, VIEWS
 from scenarios.report import paper_figures
 from scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from scenarios.report.fit_tables import emphasis, methods_of

@@ -15,9 +15,8 @@ from scenarios.files.scenario import Scenario
 from scenarios.grading.body_points import Ranging
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.grader import Grader
-from scenarios.grading.metric_names import RECORDED
 from scenarios.recording.recorder import NullRecorder, Recorder
-from scenarios.result import Metric, Result
+from scenarios.result import Result
 from scenarios.run import device, progress, versions
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import guarded
@@ -106,17 +105,11 @@ def run(
         ended_early=" ".join(str(end).split()) if end else "",
         simulator_failed=isinstance(end, SimulatorFailedError),
         frames=frames,
-        metrics={**metrics, **control_metrics, **_not_recorded(), **stopwatch.metrics(frames, source.dt)},
+        metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt)},
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device),
         versions=versions.installed(),
     )
-
-
-def _not_recorded() -> dict[str, Metric]:
-    """Return the metrics of recordings, without a value."""
-    reason = "measured on recordings, whose motion truth is measured too"
-    return {name: Metric(None, definition.unit, 0, reason) for name, definition in RECORDED.items()}
 
 
 def _rig(scenario: Scenario) -> Rig:

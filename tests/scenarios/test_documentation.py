@@ -31,11 +31,10 @@ from scenarios.grading.metric_names import (
     HORIZONS,
     METRICS,
     POINT_BANDS,
-    RANGE_BANDS,
     TARGETS,
     TIMED_STAGES,
-    VIEWS,
 )
+from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
 from scenarios.report import text as report
 from scenarios.run import run_folder
 from sensor_model.truth import View

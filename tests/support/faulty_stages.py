@@ -4,20 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from scenarios.oracle.oracle_confirmation import OracleConfirmation
 from scenarios.oracle.oracle_detector import OracleDetector
 from scenarios.oracle.oracle_tracker import OracleTracker
 from tracker.detection.detector import Detector
 from tracker.detection.segmentation import SegmentationConfig, segment
 from tracker.geometry import fold
-from tracker.records import MODELS
-from tracker.tracker import Tracker
+from tracker.records import MODELS, Status
+from tracker.tracker import Tracker, track_config
 from tracker.tracking.associator import HungarianAssociator, LikelihoodScore
 from tracker.tracking.filter_bank import SelectedBank
 from tracker.tracking.filters import initial_filters
 from tracker.tracking.model_selection import BankSelection
+from tracker.tracking.track_management import DefaultTrackManagement
 
 REACH_M = 4.0
 BIAS_RAD = np.radians(5.0)
+HITS = 14
 
 
 class CoarseSegmentation(Detector):
@@ -69,6 +72,16 @@ class AlwaysAccelerating(BankSelection):
         return AcceleratingBank(initial_filters(position, covariance, self._filters), self._mma)
 
 
+class SlowConfirmation(DefaultTrackManagement):
+    """Confirms no track before it has been seen many times."""
+
+    def settle(self, tracks):
+        super().settle(tracks)
+        for track in tracks:
+            if track.status is Status.CONFIRMED and track.hits < HITS:
+                track.status = Status.TENTATIVE
+
+
 def plant(fault):
     """Return factories of the shipped tracker with the fault, and of its oracles, as `find_out` takes them."""
     if issubclass(fault, LikelihoodScore):
@@ -82,6 +95,18 @@ def plant(fault):
         return (
             lambda config: Tracker(config, model_selection=fault(config.filters, config.mma)),
             lambda stages: lambda config: OracleTracker(config, stages, models=fault(config.filters, config.mma)),
+        )
+
+    if issubclass(fault, DefaultTrackManagement):
+
+        class FaultyOracleConfirmation(OracleConfirmation, fault):
+            """Oracle over the fault."""
+
+        return (
+            lambda config: Tracker(
+                config, track_management=fault(config.union, config.reading, track_config(config))
+            ),
+            lambda stages: lambda config: OracleTracker(config, stages, confirmation=FaultyOracleConfirmation),
         )
 
     class FaultyOracleDetector(OracleDetector, fault):

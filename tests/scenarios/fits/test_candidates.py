@@ -12,7 +12,8 @@ from support import short_run
 from support.paths import ROOT
 from support.scripts import load_script
 
-from scenarios.grading.metric_names import POINT_BANDS, RANGE_BANDS, VIEWS
+from scenarios.grading.metric_names import POINT_BANDS
+from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
 from scenarios.run import run_folder
 from tracker.records import METHODS
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.metric_names import METRICS, Definition, register
+from scenarios.grading.metric_definition import Definition, register
+from scenarios.grading.metric_names import METRICS
 from scenarios.grading.metric_sheet import MetricSheet
 
 # Names that users' scenario files, reports and CI depend on.

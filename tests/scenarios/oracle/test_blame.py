@@ -25,6 +25,7 @@ FAULTS = {
     Stage.FIT: (faulty_stages.BiasedFit, ["fit.best.heading_abs_mean_deg", "track.hota"]),
     Stage.ASSOCIATION: (faulty_stages.ScrambledAssociation, ["track.idf1", "track.hota", "track.false"]),
     Stage.MODEL: (faulty_stages.AlwaysAccelerating, ["mma.mode_accuracy"]),
+    Stage.CONFIRMATION: (faulty_stages.SlowConfirmation, ["track.time_to_confirm_s", "track.missed", "track.hota"]),
 }
 
 

@@ -1,0 +1,47 @@
+"""Rows of the truth and track tables that are hits of CLEAR."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from scenarios.arrays import Bools, Ints
+from scenarios.grading.id_switches import HitStep
+from scenarios.grading.tracking_sequence import TrackingSequence
+
+COUNTED = ("graded", "false")
+"""Verdicts of the tracks that CLEAR, HOTA, Identity and GOSPA count."""
+
+
+class ClearTable(NamedTuple):
+    """Graded vehicles and counted tracks of a run, row by row, with their hits."""
+
+    vehicles: pd.DataFrame
+    """Graded rows of the truth table."""
+    tracks: pd.DataFrame
+    """Rows of the track table with a verdict of `COUNTED`."""
+    is_hit: Bools
+    """(len(vehicles),) mask of the vehicles that a track hits."""
+    hits: Bools
+    """(len(tracks),) mask of the tracks that hit a vehicle."""
+
+
+def clear_table(
+    truth: pd.DataFrame, tracks: pd.DataFrame, sequence: TrackingSequence, steps: Sequence[HitStep]
+) -> ClearTable:
+    """Return the rows of the tables `truth` and `tracks` that count, with the hits of `steps`, from `clear_hits`."""
+    vehicles, counted = truth[truth["graded"]], tracks[tracks["verdict"].isin(COUNTED)]
+    track_ids = np.unique(counted["track_id"])
+    step = np.concatenate([[], *(np.full(len(vehicle), index) for index, vehicle, _ in steps)]).astype(np.int64)
+    vehicle, track = (np.concatenate([[], *(hit[k] for hit in steps)]).astype(np.int64) for k in (1, 2))
+    frames, actor_ids = sequence["frames"], sequence["actor_ids"]
+    is_hit = np.isin(_cells(vehicles, "actor_id", frames, actor_ids), step * len(actor_ids) + vehicle)
+    hits = np.isin(_cells(counted, "track_id", frames, track_ids), step * len(track_ids) + track)
+    return ClearTable(vehicles, counted, is_hit, hits)
+
+
+def _cells(rows: pd.DataFrame, column: str, frames: Ints, ids: Ints) -> Ints:
+    """(n,) number of the cell of each row in a table of time steps and renumbered ids."""
+    step, number = np.searchsorted(frames, rows["frame"]), np.searchsorted(ids, rows[column])
+    return np.asarray(step * len(ids) + number)

@@ -1,0 +1,79 @@
+"""HOTA, CLEAR and Identity from sums per vehicle, and their bootstrap intervals.
+
+The scores of any set of vehicles follow from their sums, so that vehicles can be resampled without another matching.
+"""
+
+import numpy as np
+
+from scenarios.arrays import Floats, Ints
+from scenarios.grading.bootstrap import Bootstrap, Interval, percentiles
+from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
+from scenarios.grading.tracking_sequence import TrackingSequence
+from sensor_model.truth import NO_ACTOR
+
+
+def reached(counts: Ints) -> Ints:
+    """(M, len(ALPHAS)) matches at each threshold, from counts (M, len(ALPHAS)) by the largest threshold reached.
+
+    An overlap reaches all smaller thresholds as well.
+    """
+    return np.asarray(counts[:, ::-1].cumsum(axis=1)[:, ::-1])
+
+
+def hota(detections: Floats, matched: Floats, associated: Floats) -> Floats:
+    """(R,) geometric mean of detection and association accuracy, averaged over thresholds (Luiten et al. 2021).
+
+    Runs are pooled as trackeval combines sequences.
+
+    Parameters
+    ----------
+    detections
+        (R,) graded vehicles and reported tracks, summed over frames.
+    matched, associated
+        (R, len(ALPHAS)) true positives, and sums of their association scores.
+    """
+    # DetA = TP / (TP + FN + FP), AssA = sum of A / TP: TP cancels in their product.
+    pooled: Floats = np.sqrt(associated / np.maximum(detections[:, None] - matched, 1.0)).mean(axis=1)
+    return pooled
+
+
+def intervals(sequence: TrackingSequence, scores: VehicleScores, reported: Ints) -> dict[str, Interval]:
+    """Return the 95 % intervals of HOTA, MOTA and IDF1; none for fewer than two vehicles.
+
+    The tracks on no graded vehicle are one more resampling unit, as in a comparison of runs.
+
+    Parameters
+    ----------
+    scores
+        Summands of the sequence.
+    reported
+        Actor id of each counted track in each frame, other ids for tracks on no graded vehicle.
+    """
+    actor_ids = sequence["actor_ids"]
+    if len(actor_ids) < 2:
+        return {}
+    bootstrap = Bootstrap(np.append(NO_ACTOR, actor_ids))
+    unit = np.where(np.isin(reported, actor_ids), np.searchsorted(actor_ids, reported) + 1, 0)
+    observations = np.bincount(np.concatenate([[], *sequence["gt_ids"]]).astype(np.int64), minlength=len(actor_ids))
+    counts = np.column_stack([observations, scores.hits, scores.id_switches, scores.identified])
+    sums = np.hstack([np.vstack([np.zeros(counts.shape[1]), counts]), _hota_sums(observations, scores)])
+    drawn = bootstrap.times @ np.column_stack([np.bincount(unit, minlength=len(sums)), sums])
+    tracks, vehicles, hits, switches, identified = drawn[:, :5].T
+    matched, associated = np.split(drawn[:, 5:], 2, axis=1)
+    seen = vehicles > 0.0
+    values = {
+        "track.hota": hota(vehicles + tracks, matched, associated)[seen],
+        "track.mota": ((2.0 * hits - tracks - switches)[seen]) / vehicles[seen],
+        "track.idf1": (2.0 * identified)[seen] / (vehicles + tracks)[seen],
+    }
+    return {name: percentiles(value) for name, value in values.items()}
+
+
+def _hota_sums(observations: Ints, scores: VehicleScores) -> Floats:
+    """(V + 1, 2 len(ALPHAS)) true positives and association scores of each unit; the first unit has none."""
+    vehicle, track = np.nonzero(scores.hota_matches[:, :, 1:].any(axis=2))
+    matched = reached(scores.hota_matches[vehicle, track, 1:])
+    either = observations[vehicle, None] + scores.track_frames[track, None] - matched
+    out = np.zeros((len(observations) + 1, 2 * len(ALPHAS)))
+    np.add.at(out, vehicle + 1, np.hstack([matched, matched**2 / either]))
+    return out

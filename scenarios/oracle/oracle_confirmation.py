@@ -1,0 +1,59 @@
+"""Oracle for track confirmation: a track on a vehicle is confirmed at once, every other track never.
+
+A track is on the owner of its last box that has one; a new track is on the owner of its first box. Coasting,
+termination and the limit on sizes are those of the tracker.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenarios.arrays import Bools, Ints
+from scenarios.oracle.oracle_context import OracleContext
+from scenarios.oracle.stage import Stage
+from tracker.merging import MergeConfig
+from tracker.records import Status
+from tracker.tracking.hypotheses import HypothesisConfig
+from tracker.tracking.model_selection import ModelSelection
+from tracker.tracking.observations import Observations
+from tracker.tracking.track import Track
+from tracker.tracking.track_config import TrackConfig
+from tracker.tracking.track_management import DefaultTrackManagement
+
+
+class OracleConfirmation(DefaultTrackManagement):
+    """The track management of the shipped tracker, with true confirmation if `stages` has it."""
+
+    def __init__(
+        self,
+        merging: MergeConfig,
+        hypotheses: HypothesisConfig,
+        track: TrackConfig,
+        stages: frozenset[Stage],
+        context: OracleContext,
+    ) -> None:
+        super().__init__(merging, hypotheses, track)
+        self._active = Stage.CONFIRMATION in stages
+        self._context = context
+
+    def settle(self, tracks: Sequence[Track]) -> None:
+        """Update the status of every track; the truth confirms those that were seen."""
+        super().settle(tracks)
+        if self._active:
+            seen = [track for track in tracks if track.seen]
+            self._confirm(seen, self._context.track_actor(seen))
+
+    def start(
+        self, newcomers: Bools, seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+    ) -> list[Track]:
+        """Start a track for each box of the mask `newcomers` (B,), see `DefaultTrackManagement.start`."""
+        started = super().start(newcomers, seen, track_id, forward, models)
+        if self._active:
+            self._confirm(started, self._context.box_actor[newcomers])
+        return started
+
+    def _confirm(self, tracks: Sequence[Track], actor: Ints) -> None:
+        """Set the status of living tracks by the actors (T,) that they are on."""
+        for track, vehicle in zip(tracks, np.isin(actor, self._context.truth.vehicle_id), strict=True):
+            if track.status is not Status.DEAD:
+                track.status = Status.CONFIRMED if vehicle else Status.TENTATIVE
