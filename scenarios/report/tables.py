@@ -104,6 +104,7 @@ STYLES: dict[ExpectationOutcome, str] = {
     "failed": "bold red",
     "known failure": "yellow",
     "unexpected pass": "bold cyan",
+    "not applicable": "dim",
 }
 
 

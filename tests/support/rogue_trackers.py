@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import warnings
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -139,10 +140,8 @@ def Spins(_self, _scan):
 @rogue
 def IgnoresInterrupts(_self, _scan):
     while True:
-        try:
+        with suppress(BaseException):
             time.sleep(1e6)
-        except BaseException:
-            pass
 
 
 @rogue
