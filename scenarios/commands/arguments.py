@@ -18,7 +18,8 @@ StudyName = Annotated[
 Tracker = Annotated[
     str | None,
     typer.Option(
-        metavar="MODULE:NAME", help="The device under test, from a module or a FILE.py:NAME; else the shipped tracker."
+        metavar="MODULE:NAME",
+        help="The device under test: MODULE:NAME, FILE.py:NAME or process:COMMAND; else the shipped tracker.",
     ),
 ]
 StepTimeout = Annotated[

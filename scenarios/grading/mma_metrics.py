@@ -26,8 +26,8 @@ def corner_errors(
     """Return the errors of the tracked corner as columns of the track table; NaN for tracks that are not judged.
 
     The corner is that of the track's `corner_sign`; the true corner follows from the nearest quarter turn between the
-    two headings. A track of its box's centre is judged by the corner nearest to the ego. NEES is e' P^-1 e of a position (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2), of the track
-    and of each model.
+    two headings. A track of its box's centre is judged by the corner nearest to the ego. NEES is e' P^-1 e of a
+    position (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2), of the track and of each model.
 
     Parameters
     ----------

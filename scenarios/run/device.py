@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from scenarios.errors import DeviceError
 from scenarios.run.containment import contained
+from scenarios.run.process_tracker import PREFIX, ProcessFactory
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
@@ -58,7 +59,7 @@ the kernels before the clock starts."""
 
 
 def load(spec: str) -> DeviceFactory:
-    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`.
+    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`, or start `process:COMMAND`.
 
     `MODULE` may be in the current folder, `FILE.py` may import modules of its own folder. Both folders are searched
     after all installed packages.
@@ -69,10 +70,13 @@ def load(spec: str) -> DeviceFactory:
         The module or file does not exist or cannot be imported, has no such name, or the name cannot be called; or it
         is an oracle, whose figures would be taken for a tracker's.
     """
+    if spec.startswith(PREFIX):
+        return ProcessFactory(spec.removeprefix(PREFIX))
     place, _, name = spec.rpartition(":")
     is_file = place.endswith(".py")
     if not (place and name) or (place.startswith(".") and not is_file):
-        raise DeviceError(f"--tracker {spec}: should be MODULE:NAME or FILE.py:NAME, as in {SHIPPED}")
+        forms = f"MODULE:NAME or FILE.py:NAME, as in {SHIPPED}, or process:COMMAND"
+        raise DeviceError(f"--tracker {spec}: should be {forms}")
     module = _load_file(Path(place), spec) if is_file else _load_module(place, spec)
     factory: Any = getattr(module, name, None)
     if not callable(factory):
@@ -84,7 +88,9 @@ def load(spec: str) -> DeviceFactory:
 
 
 def absolute(spec: str) -> str:
-    """Return `FILE.py:NAME` with an absolute path, for workers that run elsewhere; `MODULE:NAME` is unchanged."""
+    """Return `FILE.py:NAME` and `process:FILE` with absolute paths, for workers that run elsewhere."""
+    if spec.startswith(PREFIX):
+        return str(ProcessFactory(spec.removeprefix(PREFIX)))
     place, colon, name = spec.rpartition(":")
     return f"{Path(place).absolute()}{colon}{name}" if place.endswith(".py") else spec
 

@@ -12,10 +12,11 @@ from typing import Any, NoReturn
 import numpy as np
 
 from scenarios.errors import ContractError, InputError
-from scenarios.run import containment, device, time_limit
+from scenarios.run import containment, device, process_tracker, time_limit
 from scenarios.run.containment import ForkMark, call_restored, contained
 from scenarios.run.device import OWN_PACKAGES, Device, DeviceFactory
 from scenarios.run.output_checks import SHAPES, Faults, check_covariances, check_shapes, check_values
+from scenarios.run.process_tracker import ProcessTracker, TrackerProcessError
 from scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, in_main_thread, watched
 from scenarios.run.trace_checks import check_trace, check_trace_shapes
 from sensor_model.truth import ScanTruth
@@ -29,7 +30,7 @@ TRACKS_MAX = 10_000
 THREADS_END_S = 1.0
 """Time for a tracker's threads to end after its last step [s]."""
 MORE = "luxloop check-tracker shows more"
-HARNESS = (__file__, containment.__file__, time_limit.__file__)
+HARNESS = (__file__, containment.__file__, process_tracker.__file__, time_limit.__file__)
 """Files that are never the place of a tracker's error."""
 RECORDS = (Tracks, StepTrace, Segments, Linkage, Candidates, Boxes)
 TYPES = {"id": np.int64, "status": np.uint8, "model": np.int64, "corner_sign": np.int64}
@@ -64,7 +65,11 @@ class Guard:
         self._frame, self._time = -1, 0.0
         self._forks, self._threads = ForkMark(), set[threading.Thread]()
         self._models: tuple[str, ...] | None = None
+        self._process: ProcessTracker | None = None
         self._device: Device | None = self._call(make_device, config)
+        self._process = self._device if isinstance(self._device, ProcessTracker) else None
+        if self._process:
+            self._process.limit_s = limit_s
         self._own = type(self._device).__module__.partition(".")[0] in OWN_PACKAGES
 
     def show_truth(self, frame: WorldFrame, truth: ScanTruth) -> None:
@@ -115,6 +120,8 @@ class Guard:
         ContractError
             One is left.
         """
+        if self._process:
+            self._call(self._process.finish)
         self._device = None
         gc.collect()  # idle workers of an executor end with it
         for thread in self._threads:
@@ -123,6 +130,11 @@ class Guard:
         if left:
             self._break(f"left the thread {left[0]} running after the last frame; end it, or make it a daemon")
         self._check_forks()
+
+    def close(self) -> None:
+        """End the process of a tracker that has one."""
+        if self._process:
+            self._process.close()
 
     def _checked_tracks(self, tracks: Tracks) -> Tracks:
         if len(np.shape(tracks.id)) == 1 and len(tracks.id) > TRACKS_MAX:
@@ -171,6 +183,8 @@ class Guard:
         """Raise the error that a run ends with: Ctrl-C, an error of luxloop itself, or a broken contract."""
         if watch.interrupted:
             raise KeyboardInterrupt from error
+        if isinstance(error, TrackerProcessError):
+            self._break(str(error), error)
         made = getattr(self, "_device", None) is not None
         if isinstance(error, Exception) and (self._own if made else isinstance(error, InputError)):
             raise error
@@ -199,7 +213,8 @@ class Guard:
     def _line(self, what: str) -> str:
         if self._frame < 0:
             return f"{self._name}: {self._phase}start: {what}"
-        return f"{self._name}.step: {self._phase}frame {self._frame} at {self._time:.2f} s: {what}"
+        step = "" if self._process else ".step"
+        return f"{self._name}{step}: {self._phase}frame {self._frame} at {self._time:.2f} s: {what}"
 
     def _break(self, what: str, error: BaseException | None = None) -> NoReturn:
         raise ContractError(" ".join(self._line(what).split())) from error
@@ -212,8 +227,11 @@ def guarded(
     """Make a tracker and yield it under guard; parameters and errors as `Guard`."""
     with contained():
         guard = Guard(make_device, config, limit_s, phase)
-        yield guard
-        guard.finish()
+        try:
+            yield guard
+            guard.finish()
+        finally:
+            guard.close()
 
 
 def _step(tracker: Device, scan: Scan) -> Output:

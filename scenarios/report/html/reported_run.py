@@ -33,7 +33,7 @@ OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = (
 )
 """Order of expectations in a list."""
 
-IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
+IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
 
 LATER = "the run was made by an earlier version; run the scenario again"
