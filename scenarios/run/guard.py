@@ -37,7 +37,7 @@ TYPES = {"id": np.int64, "status": np.uint8, "model": np.int64, "corner_sign": n
 """Types of the integer fields of `Tracks` in the harness; all others are float64."""
 
 Output = object
-"""What `step` of a tracker returned, not yet checked."""
+"""Return value of a tracker's `step`, not yet checked."""
 
 
 class Guard:
@@ -159,7 +159,7 @@ class Guard:
             self._break(f"{fault.what}; {MORE}")
 
     def _call(self, call: Callable[..., Any], *arguments: Any) -> Any:
-        """Call into the tracker, and turn whatever it raises into one line."""
+        """Call into the tracker, and turn anything that it raises into one line."""
         threads, folder = set(threading.enumerate()), Path.cwd()
         watch = Watch()
         try:
