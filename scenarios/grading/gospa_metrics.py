@@ -11,6 +11,7 @@ from scenarios.grading.bands import WHOLE, bands, range_bands, why_none
 from scenarios.grading.metric_sheet import MetricSheet
 
 NOTHING = "no vehicle was graded and no track was reported"
+NO_RANGE = "an earlier version made the run, without the range of tracks"
 PARTS = ("localisation", "missed", "false")
 
 
@@ -33,7 +34,11 @@ def grade(sheet: MetricSheet, vehicles: pd.DataFrame, tracks: pd.DataFrame, cuto
     located[found.vehicle], missed[found.vehicle] = found.squared, 0.0
     false = np.delete(np.arange(len(tracks)), found.track)
     false_in = {band: mask[false] for band, mask in _track_bands(tracks)}
+    ranged = bool(tracks["range_m"].notna().all())
     for band, mask in bands(vehicles):
+        if band.startswith(".by_range") and not ranged:
+            sheet.write(f"track.gospa_m{band}", None, 0, NO_RANGE)
+            continue
         added = false[false_in.get(band, np.zeros(len(false), np.bool_))]
         frame = np.concatenate([vehicles["frame"].to_numpy()[mask], tracks["frame"].to_numpy()[added]])
         cost = _costs(located[mask], missed[mask], np.full(len(added), 0.5 * cutoff_m**2))

@@ -64,9 +64,9 @@ CONFIRMATION = (
 
 GOSPA = (
     Definition("track.gospa_m", "m", "GOSPA of graded vehicles and tracks, mean over frames"),
-    Definition("track.gospa_localisation_m2", "m^2", "share of located vehicles in squared GOSPA, mean over frames"),
-    Definition("track.gospa_missed_m2", "m^2", "share of missed vehicles in squared GOSPA, mean over frames"),
-    Definition("track.gospa_false_m2", "m^2", "share of false tracks in squared GOSPA, mean over frames"),
+    Definition("track.gospa_localisation_m2", "m^2", "part of squared GOSPA by distances of located vehicles"),
+    Definition("track.gospa_missed_m2", "m^2", "part of squared GOSPA by missed vehicles"),
+    Definition("track.gospa_false_m2", "m^2", "part of squared GOSPA by false tracks"),
 )
 
 OCCLUSION = (

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from scenarios.grading import frame_badness
+from scenarios.grading import frame_badness, track_badness
 from scenarios.grading.frame_badness import RatedRows
 from scenarios.grading.metric_names import DRIVERS
+from scenarios.grading.track_badness import ESTIMATES
 from scenarios.result import Result
 
 IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
@@ -65,12 +66,14 @@ def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> RatedRows | None:
         case ["control", measure]:
             driver = "truth" if measure.startswith(DRIVERS["truth"]) else "tracks"
             return frame_badness.control(tables["control"], driver, measure.removeprefix(DRIVERS[driver]))
-        case ["track", measure] if measure.startswith("heading"):
+        case ["track", measure, *_] if measure.startswith("heading"):
             return frame_badness.headings(tables["tracks"])
+        case ["track", measure, *_] if measure in ESTIMATES:
+            return track_badness.estimates(tables["truth"], tables["tracks"], measure)
         case ["track", measure] if measure in IDENTITIES:
             return frame_badness.identities(tables["truth"])
         case ["track", "loca"]:
             return frame_badness.overlaps(tables["tracks"])
-        case ["track", _]:
+        case ["track", _, *_]:
             return frame_badness.detections(tables["truth"], tables["tracks"])
     return None

@@ -1,7 +1,8 @@
 """Oracle for track confirmation: a track on a vehicle is confirmed at once, every other track never.
 
 A track is on the owner of its last box that has one; a new track is on the owner of its first box. Coasting,
-termination and the limit on sizes are those of the tracker.
+termination and the limit on sizes are those of the tracker. A confirmed track keeps the points in its box together:
+one that covers two merged vehicles affects later segments.
 """
 
 from collections.abc import Sequence

@@ -42,21 +42,31 @@ OF_STAGES = (
 )
 """Metrics of detection."""
 
-OF_TRACKS = (
+OF_FILTERS = (
     BlameMetric("mma.mma.moving_target.x_abs_mean_m", "moving x [m]", "less"),
     BlameMetric("mma.mma.moving_target.y_abs_mean_m", "moving y [m]", "less"),
     BlameMetric("mma.mode_accuracy", "mode accuracy", "more"),
+    BlameMetric("track.moving_velocity_abs_mean_mps", "velocity [m/s]", "less"),
+    BlameMetric("track.standing_speed_mean_mps", "standing [m/s]", "less"),
+    BlameMetric("track.heading_flip_rate", "heading flips", "less"),
+    BlameMetric("track.length_abs_mean_m", "length [m]", "less"),
+)
+"""Metrics of the estimates of tracks."""
+
+OF_TRACKS = (
     BlameMetric("track.hota", "HOTA", "more"),
     BlameMetric("track.idf1", "IDF1", "more"),
     BlameMetric("track.time_to_confirm_s", "confirm [s]", "less"),
     BlameMetric("track.missed", "missed", "less"),
     BlameMetric("track.false", "false", "less"),
+    BlameMetric("track.false_on_nothing", "on nothing", "less"),
+    BlameMetric("track.false_ill_fitting", "ill fitting", "less"),
     BlameMetric("track.id_switches", "id switches", "less"),
     BlameMetric("track.occlusion_survival", "survival", "more"),
 )
 """Metrics of the whole tracker."""
 
-BLAME_METRICS = (*OF_STAGES, *OF_TRACKS)
+BLAME_METRICS = (*OF_STAGES, *OF_FILTERS, *OF_TRACKS)
 
 SHOWN_DIGITS = 3
 """Decimal digits of differences; smaller differences count as 0."""

@@ -12,7 +12,7 @@ from rich.text import Text
 from scenarios.recordings.recording import Recording
 from scenarios.recordings.track_figures import Drive, single_scans, track_lives, whole_drive
 from scenarios.recordings.track_rows import lives
-from scenarios.report import tables
+from scenarios.report import track_tables
 from scenarios.report.html.page_tables import page_table
 from scenarios.report.html.pages import render
 from scenarios.result import Result
@@ -30,7 +30,7 @@ def page(recording: Recording, result: Result, drive: Drive, tracks: pd.DataFram
         lives=track_lives(tracks),
         track_tables=[page_table(track_table(tracks))],
         graded=recording.has_truth,
-        grade_tables=[page_table(tables.metric_list("Tracking", result, ("track.",)))],
+        grade_tables=[page_table(table) for table in track_tables.tracking(result)],
         commands=[f"luxloop track {recording.folder} --out {out}", f"luxloop view {out}"],
         config=json.dumps(result.config, indent=2, ensure_ascii=False),
     )
@@ -41,7 +41,7 @@ def printed(recording: Recording, result: Result, tracks: pd.DataFrame) -> Rende
     head = Text.assemble((recording.name, "bold"), f": {result.config['description']}\n")
     for title, value in headlines(result, tracks).items():
         head.append(f"{title} {value}; ")
-    graded = [tables.metric_list("Tracking", result, ("track.",))] if recording.has_truth else []
+    graded = track_tables.tracking(result) if recording.has_truth else []
     return Group(head, track_table(tracks), *graded)
 
 

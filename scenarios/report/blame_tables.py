@@ -1,4 +1,4 @@
-"""Printed report of `luxloop blame`: a table of stages, a table of tracks, and one line per metric."""
+"""Printed report of `luxloop blame`: tables of stages, estimates and tracks, and one line per metric."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,15 @@ from rich.table import Table
 from rich.text import Text
 
 from scenarios.oracle.stage import Stage
-from scenarios.oracle.stage_blame import BLAME_METRICS, OF_STAGES, OF_TRACKS, SHOWN_DIGITS, Blame, BlameMetric
+from scenarios.oracle.stage_blame import (
+    BLAME_METRICS,
+    OF_FILTERS,
+    OF_STAGES,
+    OF_TRACKS,
+    SHOWN_DIGITS,
+    Blame,
+    BlameMetric,
+)
 from scenarios.report import text
 from scenarios.report.cells import NONE, table_of, value_of
 
@@ -20,6 +28,7 @@ def blame_report(blame: Blame) -> RenderableType:
     sections: list[RenderableType] = [
         text.header(blame.shipped),
         _table("Stages, with the truth in the place of one of them", blame, OF_STAGES),
+        _table("Estimates, with the truth in the place of one stage", blame, OF_FILTERS),
         _table("Tracks, with the truth in the place of one stage", blame, OF_TRACKS),
         _verdicts(blame),
         *([Text(OWN_DRIVES, style="dim")] if blame.shipped.config["control"] else []),

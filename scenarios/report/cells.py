@@ -44,4 +44,4 @@ def interval_of(metric: Metric, *, percent: bool = False) -> str:
     if metric.interval is None:
         return ""
     low, high = metric.interval
-    return f"{100 * low:.0f}-{100 * high:.0f}" if percent else f"{low:.3f}-{high:.3f}"
+    return f"{100 * low:.0f}-{100 * high:.0f}" if percent else f"{low:.3f}{'-' if low >= 0.0 else ' to '}{high:.3f}"

@@ -1,5 +1,7 @@
 """Tables of a report that the paper does not have: stages, controlled ego, speed, and expectations."""
 
+from collections.abc import Iterable
+
 from rich.table import Table
 from rich.text import Text
 
@@ -14,7 +16,7 @@ from scenarios.grading.metric_names import (
     estimates,
     models_among,
 )
-from scenarios.report.cells import percent_of, table_of, value_of
+from scenarios.report.cells import interval_of, percent_of, table_of, value_of
 from scenarios.result import Result
 from tracker.records import MODELS
 
@@ -69,12 +71,18 @@ def outliers(result: Result) -> Table:
 
 
 def metric_list(title: str, result: Result, prefixes: tuple[str, ...]) -> Table:
-    """Return a table with a row for each metric with one of the prefixes, and its meaning."""
-    table = table_of(title, "metric", "value", "n")
+    """Return a table with a row for each metric with one of the prefixes."""
+    return metric_rows(title, result, [name for name in result.metrics if name.startswith(prefixes)])
+
+
+def metric_rows(title: str, result: Result, names: Iterable[str]) -> Table:
+    """Return a table with a row for each metric: its value, 95 % interval and meaning."""
+    table = table_of(title, "metric", "value", "95 %", "n")
     table.add_column("", style="dim")
-    for name, metric in result.metrics.items():
-        if name.startswith(prefixes):
-            table.add_row(name, value_of(metric), str(metric.n), metric.reason or REGISTRY[name].meaning)
+    for name in names:
+        metric = result.metrics[name]
+        meaning = metric.reason or REGISTRY[name].meaning
+        table.add_row(name, value_of(metric), interval_of(metric), str(metric.n), meaning)
     return table
 
 

@@ -34,7 +34,7 @@ from scenarios.grading.metric_names import (
     TARGETS,
     TIMED_STAGES,
 )
-from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
+from scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
 from scenarios.report import text as report
 from scenarios.run import run_folder
 from sensor_model.truth import View
@@ -310,6 +310,8 @@ def expand(pattern: str) -> list[str]:
         "count": POINT_BANDS,
         "corner": CORNER_FIGURES,
         "percent": [str(percent) for percent in COVERAGES],
+        "band": BANDS,
+        "size": [definition.name.removeprefix("track.") for definition in SIZE],
         "limit": [str(limit) for limit in range(1, 6)],
         "cause": CAUSES.values(),
         "estimate": (*ESTIMATES, *TURNING_MODELS),

@@ -59,6 +59,9 @@ height_m = 3
 enabled = true
 """
 
+APART = TEXT.replace("x_m = 17.2\n", "x_m = 24\n").replace("[noise.outliers]\nenabled = true", "[noise]\nideal = true")
+"""The parked cars with a larger gap, and no noise."""
+
 
 def scenario(text: str = TEXT) -> Scenario:
     """Return the scenario of a text, by default of the street."""

@@ -53,6 +53,8 @@ class Body:
     """Beams that would end on it if it were alone."""
     view: View = View.L_SHAPE
     articulation: float = 0.0
+    acceleration: tuple[float, float] = (0.0, 0.0)
+    yaw_rate: float = 0.0
 
 
 def compose(frame, pose):
@@ -89,8 +91,8 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             kind=np.array([body.kind for body in bodies], dtype=np.uint8),
             pose_world=np.array([(body.x, body.y, body.yaw) for body in bodies]).reshape(n, 3),
             velocity_world=np.array([(v.real, v.imag) for v in velocity]).reshape(n, 2),
-            acceleration_world=np.zeros((n, 2)),
-            yaw_rate=np.zeros(n),
+            acceleration_world=np.array([body.acceleration for body in bodies], dtype=float).reshape(n, 2),
+            yaw_rate=np.array([body.yaw_rate for body in bodies], dtype=float),
             articulation=np.array([body.articulation for body in bodies], dtype=float),
             mode=np.array([_mode(body) for body in bodies], dtype=np.uint8),
             changes_lane=np.zeros(n, np.bool_),
@@ -201,6 +203,9 @@ class Estimate:
     position_variance: float = 0.01
     model_offset: tuple[complex, complex, complex] = (0j, 0j, 0j)
     """Offset of the tracked corner for each single model."""
+    velocity: tuple[float, float] = (0.0, 0.0)
+    """Of the tracked corner, as the acceleration."""
+    acceleration: tuple[float, float] = (0.0, 0.0)
 
 
 def tracks_of(estimates):
@@ -209,7 +214,7 @@ def tracks_of(estimates):
     model_position = np.zeros((n, len(MODELS), 2))
     for t, e in enumerate(estimates):
         corner = compose((e.x, e.y, e.heading), (*(0.5 * np.array(e.corner) * e.size), 0.0))
-        mean[t, :2], mean[t, 6] = corner[:2], e.heading
+        mean[t, :2], mean[t, 2:4], mean[t, 4:6], mean[t, 6] = corner[:2], e.velocity, e.acceleration, e.heading
         covariance[t] *= e.position_variance
         model_position[t] = [(corner[0] + o.real, corner[1] + o.imag) for o in e.model_offset]
     return Tracks(
@@ -228,7 +233,9 @@ def tracks_of(estimates):
 def follow(body, track_id=None, **changes):
     """Return a perfect estimate of a body, for an ego at the origin of world and odometry frame."""
     track_id = body.id if track_id is None else track_id
-    return replace(Estimate(track_id, body.x, body.y, body.yaw, body.size[:2]), **changes)
+    velocity = cmath.rect(body.speed, body.yaw)
+    estimate = Estimate(track_id, body.x, body.y, body.yaw, body.size[:2], velocity=(velocity.real, velocity.imag))
+    return replace(estimate, **changes)
 
 
 def drive(x, y, yaw, speed, index, dt=DT):

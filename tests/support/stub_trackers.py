@@ -1,5 +1,6 @@
 """Stub trackers with one known fault each, for tests of the grader. They receive the truth (`run.device.Oracle`)."""
 
+import cmath
 import math
 from dataclasses import dataclass, field, replace
 
@@ -34,8 +35,26 @@ class Perfect:
         for row, actor in enumerate(actors.id.tolist()):
             if actors.kind[row] in VEHICLE_KINDS:
                 pose = compose(self.odom[index], express(ego.pose_world, actors.pose_world[row]))
-                out.append(Estimate(actor, *pose, tuple(actors.size[row, :2])))
+                size, turn = tuple(actors.size[row, :2]), cmath.exp(1j * (self.odom[index][2] - ego.pose_world[2]))
+                velocity, acceleration = (motion * turn for motion in corner_motion(actors, row))
+                out.append(
+                    Estimate(
+                        actor,
+                        *pose,
+                        size,
+                        velocity=(velocity.real, velocity.imag),
+                        acceleration=(acceleration.real, acceleration.imag),
+                    )
+                )
         return out
+
+
+def corner_motion(actors, row):
+    """Velocity and acceleration of the front left corner of a rigid body, without a change of its yaw rate."""
+    yaw_rate = actors.yaw_rate[row]
+    corner = 0.5 * complex(*actors.size[row, :2]) * cmath.exp(1j * actors.pose_world[row, 2])
+    velocity, acceleration = complex(*actors.velocity_world[row]), complex(*actors.acceleration_world[row])
+    return velocity + 1j * yaw_rate * corner, acceleration - yaw_rate**2 * corner
 
 
 @dataclass

@@ -6,6 +6,7 @@ from pathlib import Path
 from scenarios.report import fit_tables as printed_fits
 from scenarios.report import paper_tables
 from scenarios.report import tables as printed
+from scenarios.report import track_tables as printed_tracks
 from scenarios.report.html.birdseye import birdseye
 from scenarios.report.html.fit_figures import COVARIATES, errors_against, heading_distribution, observations
 from scenarios.report.html.page_tables import PageTable, page_table
@@ -75,7 +76,8 @@ def model_tables(result: Result) -> list[PageTable]:
 def stage_tables(result: Result) -> list[PageTable]:
     """Return the tables of tracking, the other stages, and speed."""
     tables = [
-        printed.metric_list("Tracking", result, ("track.",)),
+        *printed_tracks.tracking(result),
+        *printed_tracks.by_band(result),
         printed.metric_list("Stages of the tracker", result, STAGES),
         printed.outliers(result),
         *([printed.control(result)] if result.config["control"] else []),

@@ -86,7 +86,7 @@ def test_duplicate_track_is_false():
     ],
     ids=["pedestrian", "nine points", "51 m away"],
 )
-@pytest.mark.parametrize("offset_m", [0.0, 0.45], ids=["on it", "touching it"])
+@pytest.mark.parametrize("offset_m", [0.0, 0.4], ids=["on it", "overlapping it by 0.11 or more"])
 def test_track_on_an_ungraded_actor_does_not_count(ungraded, offset_m):
     scene = [[*bodies, ungraded] for bodies in ONE_CAR]
     script = [[follow(body), follow(ungraded, y=ungraded.y + offset_m)] for (body,) in ONE_CAR]
@@ -94,6 +94,15 @@ def test_track_on_an_ungraded_actor_does_not_count(ungraded, offset_m):
     assert values(metrics, "hota", "false", "missed") == pytest.approx([1.0, 0, 0])
     assert (tables["tracks"].query("track_id == 5").verdict == "ungraded").all()
     assert grades[0].graded.tolist() == [True, False]
+
+
+def test_track_that_only_touches_an_ungraded_actor_is_false():
+    pedestrian = Body(5, 0.0, 15.0, kind=Kind.PEDESTRIAN, size=(0.5, 0.5, 1.7))
+    scene = [[*bodies, pedestrian] for bodies in ONE_CAR]
+    # The overlap is 0.05 / 0.95 = 0.053 of the union.
+    script = [[follow(body), follow(pedestrian, y=15.45)] for (body,) in ONE_CAR]
+    metrics = run(scene, script)
+    assert values(metrics, "false", "false_on_nothing") == [FRAMES, FRAMES]
 
 
 def test_graded_vehicles_have_ten_points_and_are_within_fifty_metres():
@@ -188,6 +197,7 @@ def test_odometry_drift_and_ego_motion_do_not_count_as_tracker_errors():
 
     metrics, tables, _ = grade_run(scene, Perfect(), ego=ego)
     assert values(metrics, "hota", "heading_abs_mean_deg") == pytest.approx([1.0, 0.0], abs=1e-9)
+    assert values(metrics, "velocity_abs_mean_mps", "gospa_m") == pytest.approx([0.0, 0.0], abs=1e-9)
     assert metrics["mma.mma.moving_target.x_abs_mean_m"].value == pytest.approx(0.0, abs=1e-9)
     both = tables["tracks"].merge(tables["truth"], on=["frame", "actor_id"], suffixes=("", "_true"))
     for column in ("x_world_m", "y_world_m"):

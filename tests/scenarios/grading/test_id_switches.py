@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.frames import Body, Scripted, follow, grade_run
 from support.sequences import random_sequence
 
-from scenarios.grading.id_switches import id_switches
+from scenarios.grading.id_switches import clear_hits, id_switches
 
 VISIBLE = 1.0
 
@@ -61,7 +61,7 @@ def test_number_of_switches_equals_trackevals(seed, vehicles, tracks):
 
     data = random_sequence(seed, vehicles, tracks)
     expected = CLEAR({"THRESHOLD": 0.5, "PRINT_CONFIG": False}).eval_sequence(data)["IDSW"]
-    assert len(id_switches(data, 0.5)) == expected
+    assert len(id_switches(data["num_gt_ids"], clear_hits(data, 0.5))) == expected
 
 
 @pytest.mark.parametrize(("overlap", "found"), [(0.5, 1), (0.49, 0)])
@@ -74,4 +74,4 @@ def test_overlap_at_the_limit_is_a_hit_and_switches_have_their_steps(overlap, fo
         "tracker_ids": [np.array([0]), np.empty(0, int), np.array([1])],
         "similarity_scores": steps,
     }
-    assert id_switches(data, 0.5) == [(0, 0, 2)] * found
+    assert id_switches(1, clear_hits(data, 0.5)) == [(0, 0, 2)] * found

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 import pytest
 from support.frames import DT, Body, Scripted, drive, follow, grade_run, tracks_of
 
@@ -153,17 +152,10 @@ def test_the_worst_frame_is_that_of_the_largest_error():
 
 def test_truth_is_interpolated_between_successive_frames_only():
     """A vehicle that is absent in frame 3 has no pose between frames 2 and 4; a yaw is interpolated over the cut."""
-    rows = pd.DataFrame(
-        {
-            "frame": [0, 1, 2, 4, 5],
-            "time_s": [0.0, 0.1, 0.2, 0.4, 0.5],
-            "x_world_m": [0.0, 1.0, 2.0, 4.0, 5.0],
-            "y_world_m": 0.0,
-            "yaw_world_rad": [3.1, -3.1, 0.0, 0.0, 0.0],
-        }
-    )
-    found = prediction_metrics.interpolated(rows, np.array([0.05, 0.1, 0.3, 0.45, 0.6]))
+    frame, time = np.array([0.0, 1.0, 2.0, 4.0, 5.0]), np.array([0.0, 0.1, 0.2, 0.4, 0.5])
+    pose = np.column_stack([[0.0, 1.0, 2.0, 4.0, 5.0], np.zeros(5), [3.1, -3.1, 0.0, 0.0, 0.0]])
+    found = prediction_metrics.interpolated(time, frame, pose, np.array([0.05, 0.1, 0.3, 0.45, 0.6]))
     assert found[[0, 1, 3], 0] == pytest.approx([0.5, 1.0, 4.5])
     assert abs(found[0, 2]) == pytest.approx(np.pi)
     assert np.isnan(found[[2, 4]]).all()
-    assert np.isnan(prediction_metrics.interpolated(rows[:1], np.array([0.05]))).all()
+    assert np.isnan(prediction_metrics.interpolated(time[:1], frame[:1], pose[:1], np.array([0.05]))).all()

@@ -82,7 +82,10 @@ def crossing(stub):
 
 WORLDS = {"street": street, "crossing": crossing}
 RIGHT = {"hota": 1.0, "deta": 1.0, "assa": 1.0, "loca": 1.0, "mota": 1.0, "idf1": 1.0, "id_switches": 0.0,
-         "missed": 0.0, "false": 0.0, "heading_abs_mean_deg": 0.0, "heading_flip_rate": 0.0}  # fmt: skip
+         "missed": 0.0, "false": 0.0, "heading_abs_mean_deg": 0.0, "heading_flip_rate": 0.0,
+         "missed_share": 0.0, "time_to_confirm_p90_s": 0.0, "never_confirmed": 0.0, "gospa_m": 0.0,
+         "length_abs_mean_m": 0.0,
+         "velocity_abs_mean_mps": 0.0, "acceleration_abs_mean_mps2": 0.0, "standing_speed_mean_mps": 0.0}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=WORLDS)
@@ -96,9 +99,9 @@ def perfect(world):
 
 
 def changed(run, perfect):
-    """Names of the metrics that the fault has changed, without times."""
+    """Names of the metrics that the fault has changed, without times; those of bands by the name of their metric."""
     names = [name for name in perfect.value if not name.startswith("perf.")]
-    return {name for name in names if not same(run.value[name], perfect.value[name])}
+    return {name.partition(".by_")[0] for name in names if not same(run.value[name], perfect.value[name])}
 
 
 def same(a, b):
@@ -109,6 +112,13 @@ def of(family, *names):
     return {f"{family}.{name}" for name in names}
 
 
+MOTION = of(
+    "track",
+    *("velocity_abs_mean_mps", "moving_velocity_abs_mean_mps", "speed_abs_mean_mps", "speed_mean_mps"),
+    *("acceleration_abs_mean_mps2", "standing_speed_mean_mps"),
+)
+HITS = {name for name in METRICS if name.startswith(("track.missed", "track.false", "track.time_to", "track.never"))}
+GOSPA = of("track", "gospa_m", "gospa_localisation_m2", "gospa_missed_m2", "gospa_false_m2")
 POSITIONS = {
     name for name in METRICS.keys() - TURNING.keys() if name.startswith("mma.") and ("_abs_" in name or "nees" in name)
 }
@@ -132,8 +142,13 @@ def test_one_frame_late_has_the_error_of_one_frame_of_motion(world, perfect):
     assert late.value["mma.mma.moving_target.x_abs_mean_m"] == pytest.approx(driven.mean(), rel=0.01)  # all drive along
     assert late.value["track.hota"] == pytest.approx(hota_if_late(late.graded), abs=0.01)
     assert late.value["track.missed"] == late.value["track.false"] == (overlap_if_late(late.graded) < 0.5).sum()
-    hit_or_miss = of("track", "mota", "idf1", "missed", "false", "heading_abs_mean_deg", "reappearance_error_m")
-    assert changed(late, perfect) <= POSITIONS | of("track", "hota", "deta", "assa", "loca") | hit_or_miss
+    hit_or_miss = HITS | of("track", "mota", "idf1", "reappearance_error_m")
+    headings = of("track", "heading_abs_mean_deg", "heading_abs_p90_deg", "standing_heading_abs_mean_deg")
+    scores = of("track", "hota", "deta", "assa", "loca")
+    assert changed(late, perfect) <= POSITIONS | MOTION | GOSPA | scores | hit_or_miss | headings
+    squared = (late.graded[["vx_world_mps", "vy_world_mps"]] ** 2).sum(axis=1) * DT**2 * (late.graded["frame"] > 0)
+    per_frame = squared.groupby(late.graded["frame"]).sum().mean()
+    assert late.value["track.gospa_localisation_m2"] == pytest.approx(per_frame, rel=0.01)
     assert late.value["track.id_switches"] == 0
 
 
@@ -191,7 +206,8 @@ def test_biased_yaw_changes_heading_and_corner(world, perfect, bias_deg):
     turned = 2 * r * math.sin(math.radians(bias_deg) / 2) if bias_deg < 90 else 0 * r
     np.testing.assert_allclose(np.hypot(judged["mma_x_error_m"], judged["mma_y_error_m"]), turned, atol=1e-6)
     assert [biased.value[f"track.{name}"] for name in ("mota", "idf1", "id_switches")] == [1, 1, 0]
-    headings = of("track", "heading_abs_mean_deg", "heading_flip_rate")
+    names = ("heading_abs_mean_deg", "heading_abs_p90_deg", "heading_flip_rate", "standing_heading_abs_mean_deg")
+    headings = of("track", *names) | MOTION  # of another corner after a half turn
     boxes = POSITIONS | of("track", "hota", "deta", "assa", "loca")
     assert changed(biased, perfect) <= (headings | boxes if bias_deg < 90 else headings)
     assert changed(biased, perfect) >= of("track", "heading_abs_mean_deg", *(["hota"] if bias_deg < 90 else []))
@@ -206,7 +222,10 @@ def test_false_tracks_lower_precision_only(world, perfect):
     assert ghost.value["track.deta"] == pytest.approx(n / (n + false))
     assert ghost.value["track.hota"] == pytest.approx(math.sqrt(n / (n + false)))
     assert ghost.value["track.idf1"] == pytest.approx(2 * n / (2 * n + false))
-    assert changed(ghost, perfect) == of("track", "false", "mota", "deta", "hota", "idf1")
+    assert ghost.value["track.false_on_nothing"] == false
+    assert ghost.value["track.gospa_false_m2"] == pytest.approx(2.0)
+    false_metrics = of("track", "false", "false_on_nothing", "false_share", "gospa_m", "gospa_false_m2")
+    assert changed(ghost, perfect) == of("track", "mota", "deta", "hota", "idf1") | false_metrics
 
 
 def test_forgetful_tracker_loses_hidden_vehicles(world, perfect):

@@ -12,7 +12,7 @@ import pytest
 from support import short_run
 
 from scenarios.cli import main
-from scenarios.grading.frame_tables import FITS_ADDED
+from scenarios.grading.frame_tables import ADDED
 from scenarios.grading.grader import PER_FRAME
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.metric_names import GRADED
@@ -116,7 +116,13 @@ def test_other_limits_apply_without_simulation(capfd):
     assert strict["config"]["grading"]["hit_iou_min"] == 0.99
 
 
-CHANGED = {"memory_s": 0.1, "hidden_fraction_max": 0.9, "hit_iou_min": 0.95, "nees_confidence": 0.5}
+CHANGED = {
+    "memory_s": 0.1,
+    "hidden_fraction_max": 0.9,
+    "hit_iou_min": 0.95,
+    "gospa_cutoff_m": 0.5,
+    "nees_confidence": 0.5,
+}
 """Limits that apply at the end of a run, with other values."""
 
 
@@ -172,12 +178,14 @@ def test_a_run_that_ended_early_stays_incomplete(run, capfd):
 
 def test_a_run_without_later_columns_and_metrics_is_graded_and_reported(run, capfd):
     """Fails when a metric or a column that was added since ends in an error, or in a number."""
-    path = run / "tables" / "fits.parquet"
-    now = pd.read_parquet(path)
     derived = ["box_heading_error_deg", "corner_along_error_m", "extent_along_error_m"]
-    now.drop(columns=[*FITS_ADDED, *derived]).to_parquet(path, index=False)
+    for name, columns in ADDED.items():
+        path = run / "tables" / f"{name}.parquet"
+        gone = [*columns, *(derived if name == "fits" else [])]
+        pd.read_parquet(path).drop(columns=gone).to_parquet(path, index=False)
     document = written()
-    later = [name for name in document["metrics"] if ".by_range." in name or ".coverage_" in name]
+    then = document["metrics"]["track.gospa_m"]
+    later = [name for name in document["metrics"] if ".by_" in name or ".coverage_" in name or "gospa" in name]
     for name in later:
         del document["metrics"][name]
     (run / run_folder.RESULT).write_text(json.dumps(document))
@@ -187,6 +195,10 @@ def test_a_run_without_later_columns_and_metrics_is_graded_and_reported(run, cap
     assert graded["fit.best.heading_abs_mean_deg"] == document["metrics"]["fit.best.heading_abs_mean_deg"]
     assert graded["fit.best.heading_abs_mean_deg.by_range.0_15"]["value"] > 0.0
     assert "box" in graded["fit.best.coverage_90"]["reason"]
+    assert "earlier version" in graded["track.velocity_abs_mean_mps"]["reason"]
+    assert graded["track.gospa_m"] == then
+    assert "earlier version" in graded["track.gospa_m.by_range.0_15"]["reason"]
+    assert graded["track.gospa_m.by_class.car"]["value"] > 0.0
     assert main(["report", "run", "--out", "page.html"]) == 0
 
 
@@ -233,6 +245,9 @@ def test_settings_of_another_version_are_a_one_line_error(run, capfd):
 # --- tracks of other programs
 
 
+NOT_IN_FILE = (".prediction_", "velocity", "speed", "acceleration")
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize("when", ["frame", "time_s"])
 def test_tracks_from_a_file_are_graded_as_in_the_live_run(ending, when, run, capfd):
@@ -245,7 +260,7 @@ def test_tracks_from_a_file_are_graded_as_in_the_live_run(ending, when, run, cap
         table.to_parquet("tracks.parquet")
     graded, live = grade(capfd, "--tracks", f"tracks.{ending}")["metrics"], written()["metrics"]
     for name, metric in live.items():
-        of_boxes = name.startswith(("track.", "dataset.", "mma.mma.")) and ".prediction_" not in name
+        of_boxes = name.startswith(("track.", "dataset.", "mma.mma.")) and not any(word in name for word in NOT_IN_FILE)
         if of_boxes and metric["value"] is not None:
             assert graded[name]["value"] == pytest.approx(metric["value"], abs=1e-9), name
         elif not of_boxes:

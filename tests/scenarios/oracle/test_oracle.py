@@ -129,6 +129,27 @@ def test_the_true_model_is_always_the_true_mode():
     assert shipped()["mma.mode_accuracy"].value < 0.95
 
 
+def test_true_confirmation_confirms_vehicles_in_their_first_frame_and_nothing_else():
+    cyclist = (
+        '[[traffic.actor]]\nkind = "bicycle"\nx_m = 6\ny_m = 6\nmotion = [{ kind = "straight", speed_mps = 7 }]\n\n'
+    )
+    text = busy_street.APART.replace("[[traffic.obstacle]]", f"{cyclist}[[traffic.obstacle]]")
+    as_is, true = (short_run.run(text, OracleFactory(stages)) for stages in ([], [Stage.CONFIRMATION]))
+    names = ("track.time_to_confirm_p90_s", "track.never_confirmed", "track.false_on_nothing")
+    assert values(true.metrics, *names) == [0.0, 0.0, 0.0]
+    assert as_is.metrics["track.time_to_confirm_s"].value > 0.1
+    status = true.tables["tracks"].groupby("status", observed=True).size()
+    assert status["tentative"] > 10  # of the cyclist
+    assert values(true.metrics, *SEGMENTATION) == values(as_is.metrics, *SEGMENTATION)
+
+
+def test_true_confirmation_coasts_as_the_tracker_does():
+    """A hidden vehicle's track keeps its id."""
+    scenario = Scenario.load(listing.find("truck-shadow"), {"duration_s": 6.0})
+    true = loop.run(scenario, OracleFactory([Stage.CONFIRMATION]))
+    assert (true.tables["tracks"]["status"] == "coasting").any()
+
+
 @pytest.mark.parametrize(
     ("stage", "others"),
     [
@@ -144,12 +165,20 @@ def test_an_oracle_does_not_affect_earlier_stages(stage, others):
 
 
 def test_oracles_combine():
-    run = short_run.run(busy_street.TEXT, OracleFactory(tuple(Stage)))
+    """Except that of confirmation: a vehicle that has just come into sight has a guess for a box."""
+    run = short_run.run(busy_street.TEXT, OracleFactory([stage for stage in Stage if stage != Stage.CONFIRMATION]))
     assert values(run.metrics, *SEGMENTATION) == [0.0, 0.0, 0.0]
     assert values(run.metrics, "outliers.mirror.recall", "mma.mode_accuracy") == [1.0, 1.0]
     assert run.metrics["fit.best.heading_abs_mean_deg"].value == pytest.approx(0.0, abs=1e-6)
     assert values(run.metrics, "track.id_switches", "track.false") == [0.0, 0.0]
     assert run.metrics["track.idf1"].value > max(metrics["track.idf1"].value for metrics in oracles())
+
+
+def test_with_all_oracles_every_vehicle_has_one_track_from_its_first_frame():
+    run = short_run.run(busy_street.TEXT, OracleFactory(tuple(Stage)))
+    assert values(run.metrics, *SEGMENTATION, "track.id_switches", "track.time_to_confirm_s") == [0.0] * 5
+    followed = run.tables["truth"].query("graded").groupby("actor_id")["track_id"].nunique()
+    assert followed.tolist() == [1] * len(followed)
 
 
 def oracles():

@@ -6,7 +6,8 @@ import pytest
 from support import short_run
 
 from scenarios.files.expect import Check, Limit, check, verdict
-from scenarios.report import paper_figures
+from scenarios.grading.track_metric_names import BANDED_NAMES, BANDS, OVERALL
+from scenarios.report import paper_figures, track_tables
 from scenarios.report.cells import NONE
 from scenarios.report.text import WIDTH, as_text, report
 from scenarios.result import Metric
@@ -207,3 +208,31 @@ def test_figures_of_the_paper_are_consistent():
     assert paper_figures.HEADING_ABS_DEG["best"][1] == 1.2147
     assert paper_figures.WITHIN["best"][4] == 0.993
     assert [round(value, 3) for value in paper_figures.POSITION_ABS_M["MMA", "moving"][::2]] == [0.238, 0.163]
+
+
+def test_bands_of_the_tracks_have_a_row_each_on_the_page_and_none_in_the_printed_report():
+    names = {
+        "track.missed_share.by_class.trailer_truck": Metric(0.25, "1", 40),
+        "track.length_mean_m.by_class.trailer_truck": Metric(-1.5, "m", 30),
+        "track.missed_share.by_range.15_30": Metric(0.125, "1", 8),
+    }
+    result = with_metrics(**{name.replace(".", "__"): metric for name, metric in names.items()})
+    shown = [name for columns in track_tables.BANDED_TABLES.values() for name in columns]
+    assert sorted(shown) == sorted(BANDED_NAMES)
+    found, _ = track_tables.by_band(result)
+    first, *others = ([str(cell) for cell in column.cells] for column in found.columns)
+    rows = dict(zip(first, zip(*others, strict=True), strict=True))
+    assert (rows["class trailer truck"][0], rows["class trailer truck"][3]) == ("0.250", "-1.500")
+    assert (rows["range 15-30 m"][0], rows["range 15-30 m"][-1]) == ("0.125", "8")
+    assert len(rows) == len(BANDS)
+    assert ".by_class." not in text_of(result)
+
+
+def test_every_track_metric_has_a_row_with_its_interval():
+    changed = {f"track__{name}": Metric(0.5, "1", 9, interval=(0.25, 0.75)) for name in ("hota", "idf1")}
+    text = text_of(with_metrics(**changed, track__length_mean_m=Metric(-0.5, "m", 9, interval=(-0.75, 0.25))))
+    assert row(text, "Tracking", "track.hota")[:3] == ["0.500", "0.250-0.750", "9"]
+    assert row(text, "Tracking", "track.idf1")[:3] == ["0.500", "0.250-0.750", "9"]
+    assert row(text, "Motion, heading", "track.length_mean_m")[:4] == ["-0.500", "-0.750", "to", "0.250"]
+    for definition in OVERALL:
+        assert f"\n{definition.name} " in text
