@@ -1,6 +1,8 @@
 """The command line. Slow packages are imported inside the commands, so that help and list are fast."""
 
+import os
 import sys
+import threading
 from typing import Annotated
 
 import typer
@@ -44,17 +46,30 @@ app.command()(track.track)
 INTERRUPTED = 130
 """Exit code of Ctrl-C, as typer's."""
 
+BROKEN_TRACKER = 4
+
 UNKNOWN = -1
 """For errors of luxloop itself, which keep their traceback."""
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line and return its exit code.
+    """Run the command line and return its exit code; a program gives no arguments.
 
-    0 passed, 1 failed or ended early, 2 bad input, 3 the simulator failed, 130 Ctrl-C.
+    0 passed, 1 failed or ended early, 2 bad input, 3 the simulator failed, 4 the tracker broke its contract,
+    130 Ctrl-C.
 
     Known errors are printed as one line on standard error. Others keep their traceback: they are defects of luxloop.
     """
+    code = _carry_out(arguments)
+    if code == BROKEN_TRACKER and arguments is None and threading.active_count() > 1:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)  # a thread of the tracker would keep the process alive
+    return code
+
+
+def _carry_out(arguments: list[str] | None) -> int:
+    """Run a command and print its error, if any, on one line."""
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
     except typer.TyperException as error:
@@ -93,12 +108,14 @@ def _options(
 
 def _exit_code(error: BaseException) -> int:
     """Return the exit code of a user's error or of Ctrl-C, and `UNKNOWN` for any other error."""
-    from scenarios.errors import InputError
+    from scenarios.errors import ContractError, InputError
     from sensor_model.rig.rig import RigError
     from sim.source import SimulatorFailedError, TrafficError
 
     if isinstance(error, SimulatorFailedError):
         return 3
+    if isinstance(error, ContractError):
+        return BROKEN_TRACKER
     if isinstance(error, InputError | RigError | TrafficError):
         return 2
     if isinstance(error, SystemError) and error.__cause__:  # numba raises it from an interrupt while it loads a kernel

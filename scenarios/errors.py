@@ -3,7 +3,7 @@
 - `InputError`, with the subclasses
     - `ScenarioError`: the scenario file
     - `StudyError`: the study file
-    - `DeviceError`: the tracker named by --tracker
+    - `DeviceError`: the tracker named by --tracker; `ContractError`, exit code 4: it runs and breaks its contract
     - `OutputError`: the folder of results
     - `TracksError`: a file of tracks
 """
@@ -23,6 +23,10 @@ class StudyError(InputError):
 
 class DeviceError(InputError):
     """The named tracker cannot be imported, or does not satisfy the interface."""
+
+
+class ContractError(DeviceError):
+    """The tracker raised an exception, took too long, or returned invalid tracks."""
 
 
 class OutputError(InputError):

@@ -16,6 +16,7 @@ from scenarios.report import text as report
 from scenarios.result import Result
 from scenarios.run import loop, run_folder
 from scenarios.run.device import DeviceFactory
+from scenarios.run.time_limit import STEP_TIMEOUT_S
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.scan import Scan
@@ -52,6 +53,7 @@ def execute(
     record: bool = True,
     record_scans: bool = False,
     dataset_to: Path | None = None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
 ) -> ExecutedRun:
     """Run a scenario, grade it, and write its folder.
 
@@ -67,6 +69,8 @@ def execute(
         True to keep the scans and their ground truth in the folder, as a data set, for `luxloop grade`.
     dataset_to
         Folder of a further data set, see `scenarios.dataset.writer`.
+    step_timeout_s
+        As `scenarios.run.loop.run`.
 
     Raises
     ------
@@ -88,7 +92,7 @@ def execute(
                 writer.add(frame, scan, truth, grade)
 
         record_to = folder / run_folder.RECORDING if record else None
-        result = loop.run(scenario, make_device, record_to, export if writers else None)
+        result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s)
         checks = check(result.metrics, scenario.expect)
         printed = report.report(result, checks)
         for writer in writers:

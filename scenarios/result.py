@@ -5,6 +5,9 @@ from typing import Any
 
 import pandas as pd
 
+NOT_REPORTED = "the tracker does not report"
+"""Beginning of the reason of metrics of an output that a tracker leaves out, such as a covariance."""
+
 
 @dataclass(frozen=True, slots=True)
 class Metric:
@@ -18,6 +21,11 @@ class Metric:
     reason: str = ""
     interval: tuple[float, float] | None = None
     """95 % confidence interval, by a bootstrap over vehicles; None for counts and for too few vehicles."""
+
+    @property
+    def not_reported(self) -> bool:
+        """True if the tracker leaves out the output that the metric measures."""
+        return self.value is None and self.reason.startswith(NOT_REPORTED)
 
 
 @dataclass(frozen=True, slots=True)

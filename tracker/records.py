@@ -40,6 +40,9 @@ NOT_USED = -1
 NO_TRACK = -1
 """`StepTrace.track_id` of boxes without a track."""
 
+NO_MODEL = -1
+"""`Tracks.model` of a tracker without motion models."""
+
 
 class Status(IntEnum):
     """Status of a track."""
@@ -139,11 +142,18 @@ class Boxes:
         )
 
 
+STATE_COLUMNS: dict[str, slice | int] = {
+    "center": slice(0, 2), "velocity": slice(2, 4), "acceleration": slice(4, 6), "heading": 6, "yaw_rate": 7,
+}  # fmt: skip
+"""Columns of `Tracks.mean`; "center" is that of the tracked corner."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
     """Output of the tracker: one row per reported track, in the odometry frame.
 
     State (6): x, y, vx, vy, ax, ay, heading, yaw rate, where x, y is the tracked corner.
+    `from_boxes` makes the record of a tracker without motion models.
     """
 
     id: Ints
@@ -151,17 +161,18 @@ class Tracks:
     status: npt.NDArray[np.uint8]
     """(T,) `Status`."""
     mean: Floats
-    """(T, 8) state of the selected model [m, s, rad]; heading modulo a full turn."""
+    """(T, 8) state of the selected model [m, s, rad]; heading modulo a full turn. Velocity, acceleration and yaw rate
+    are NaN if the tracker does not estimate them."""
     covariance: Floats
-    """(T, 8, 8)."""
+    """(T, 8, 8); NaN if the tracker does not estimate it."""
     model_probability: Floats
-    """(T, M) equation (12), rows sum to 1; M is the length of `models`."""
+    """(T, M) equation (12), rows sum to 1; M is the length of `models`. NaN without models."""
     model: Ints
-    """(T,) index of the selected model in `models`."""
+    """(T,) index of the selected model in `models`; `NO_MODEL` without models."""
     model_position_odom: Floats
-    """(T, M, 2) tracked corner by each independent model [m]."""
+    """(T, M, 2) tracked corner by each independent model [m]; NaN without models."""
     corner_sign: Ints
-    """(T, 2) signs of the tracked corner in the vehicle's frame (x forward, y left)."""
+    """(T, 2) signs of the tracked corner in the vehicle's frame (x forward, y left); (0, 0) for the box centre."""
     size: Floats
     """(T, 2) length, width [m]."""
     model_covariance_odom: Floats | None = None
@@ -177,6 +188,66 @@ class Tracks:
 
     def __len__(self) -> int:
         return len(self.id)
+
+    @classmethod
+    def from_boxes(
+        cls,
+        id: npt.ArrayLike,
+        center: npt.ArrayLike,
+        heading: npt.ArrayLike,
+        size: npt.ArrayLike,
+        velocity: npt.ArrayLike | None = None,
+        acceleration: npt.ArrayLike | None = None,
+        yaw_rate: npt.ArrayLike | None = None,
+        status: npt.ArrayLike = Status.CONFIRMED,
+    ) -> "Tracks":
+        """Make the record of a tracker without motion models; what is left out is not graded.
+
+        Parameters
+        ----------
+        id
+            (T,) integers from 0.
+        center
+            (T, 2) box centres in the odometry frame [m].
+        heading
+            (T,) heading of the front [rad], or one value for all.
+        size
+            (T, 2) length, width [m], or one pair for all.
+        velocity, acceleration
+            (T, 2) of the box centre over ground, on the axes of the odometry frame [m/s, m/s^2]; NaN where unknown.
+        yaw_rate
+            (T,) [rad/s]; NaN where unknown.
+        status
+            (T,) `Status`, or one value for all.
+
+        Raises
+        ------
+        ValueError
+            A field does not have the shape of T tracks, or an id is not an integer.
+        """
+        ids = np.atleast_1d(np.asarray(id))
+        if ids.size and ids.dtype.kind not in "iu":
+            raise ValueError(f"id holds {ids.dtype}; give one integer per track")
+        count = len(ids)
+        mean = np.full((count, 8), np.nan)
+        given = {"center": center, "velocity": velocity, "acceleration": acceleration, "heading": heading,
+                 "yaw_rate": yaw_rate}  # fmt: skip
+        for name, values in given.items():
+            if values is not None:
+                columns = STATE_COLUMNS[name]
+                mean[:, columns] = _per_track(name, values, mean[:, columns].shape)
+        sizes = _per_track("size", size, (count, 2)).copy()
+        return cls(
+            id=ids.astype(np.int64),
+            status=_per_track("status", status, (count,)).astype(np.uint8),
+            mean=mean,
+            covariance=np.full((count, 8, 8), np.nan),
+            model_probability=np.full((count, len(MODELS)), np.nan),
+            model=np.full(count, NO_MODEL),
+            model_position_odom=np.full((count, len(MODELS), 2), np.nan),
+            corner_sign=np.zeros((count, 2), np.int64),
+            size=sizes,
+        )
 
     @property
     def center_odom(self) -> Floats:
@@ -200,3 +271,13 @@ class StepTrace(Detection):
 
     track_id: Ints
     """(B,) id of the track that each box updated or started, `NO_TRACK` for none."""
+
+
+def _per_track(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """Return numbers in a shape of one row per track; a single row applies to all tracks."""
+    given = np.asarray(values, dtype=np.float64)
+    if given.size == 0 and shape[0] == 0:
+        return np.empty(shape)
+    if given.shape not in (shape, shape[1:]):
+        raise ValueError(f"{name} has shape {given.shape}; give {shape}, one row for each of the {shape[0]} tracks")
+    return np.broadcast_to(given, shape)

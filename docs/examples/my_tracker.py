@@ -6,7 +6,7 @@ luxloop run docs/examples/my-first.toml --tracker docs.examples.my_tracker:Patch
 import numpy as np
 import scipy
 
-from tracker.records import MODELS, Status, Tracks
+from tracker.records import Tracks
 
 CELL_M, RANGE_M, REACH_M = 0.5, 60.0, 1.5
 CAR_M = np.array([4.6, 1.8])
@@ -22,7 +22,7 @@ class PatchTracker:
     def step(self, scan):
         """Process one scan and return the tracks, in the odometry frame."""
         ids, centers = self.follow(scan.points_ego, scan.ego_pose_odom)
-        return as_tracks(ids, centers, scan.ego_pose_odom[2])
+        return Tracks.from_boxes(ids, centers, scan.ego_pose_odom[2], CAR_M)
 
     def follow(self, points_ego, ego_pose_odom):
         """Return ids and centres of the cars in points (N, 3), in the odometry frame."""
@@ -60,23 +60,3 @@ def cars(points_ego):
             middle = 0.5 * (low + high)
             centers.append(middle + np.sign(middle) * 0.5 * np.maximum(CAR_M - (high - low), 0.0))
     return np.reshape(centers, (-1, 2))
-
-
-def as_tracks(ids, centers, yaw):
-    """Return the record; the tracked corner is the rear right one, and motion is not estimated."""
-    count = len(ids)
-    corner_sign = np.tile([-1, -1], (count, 1))
-    to_corner = -0.5 * CAR_M @ np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
-    mean = np.zeros((count, 8))
-    mean[:, :2], mean[:, 6] = centers + to_corner, yaw
-    return Tracks(
-        id=ids,
-        status=np.full(count, Status.CONFIRMED, np.uint8),
-        mean=mean,
-        covariance=np.tile(np.eye(8), (count, 1, 1)),
-        model_probability=np.tile(np.eye(len(MODELS))[0], (count, 1)),
-        model=np.zeros(count, int),
-        model_position_odom=np.repeat(mean[:, None, :2], len(MODELS), axis=1),
-        corner_sign=corner_sign,
-        size=np.tile(CAR_M, (count, 1)),
-    )

@@ -1,8 +1,8 @@
 """Checks of a tracker with their remedies, and the findings of one tracker."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+
+from scenarios.run.output_checks import Fault
 
 CHECKS = {
     "accepts a TrackerConfig": "accept one argument, the scenario's [tracker] table, and share no state",
@@ -10,10 +10,10 @@ CHECKS = {
     "returns Tracks": "return Tracks or (Tracks, StepTrace), see tracker/records.py",
     "shapes and types": "give each field the shape and type documented in tracker/records.py",
     "values are finite": "omit tracks whose state is unknown",
-    "codes are valid": "use Status, the index of a model, and corner signs of +1 and -1",
+    "codes are valid": "use ids from 0, Status, the index of a model, and corner signs of +1 and -1",
     "ids are unique": "give each track of a scan its own id",
     "dead ids are not reused": "count ids up, and never assign an id twice",
-    "probabilities sum to 1": "normalise model_probability row by row; without models, set one of them to 1",
+    "probabilities sum to 1": "normalise model_probability row by row; without models, use Tracks.from_boxes",
     "covariances are valid": "keep them symmetric and positive semidefinite, e.g. by P = (P + P') / 2",
     "trace matches its scan": "label each point of this scan, in its order; see StepTrace",
     "scans are not modified": "copy before modifying: the grader reads the scan after the tracker",
@@ -22,18 +22,6 @@ CHECKS = {
     "instances are independent": "keep state in the instance, not in its class or module",
 }
 """Remedy by check, in the order of the table."""
-
-
-class Fault(NamedTuple):
-    """A failed check."""
-
-    check: str
-    what: str
-    where: str = ""
-    """Drive and scan."""
-
-
-Faults = Iterator[Fault]
 
 
 @dataclass(frozen=True, slots=True)

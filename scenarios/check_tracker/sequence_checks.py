@@ -1,14 +1,18 @@
 """Checks over sequences of scans, and between instances of a tracker."""
 
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import zip_longest
+from typing import Any
 
 from scenarios.check_tracker.check_drives import CheckDrive
-from scenarios.check_tracker.checks import CHECKS, Fault, Faults, Findings
-from scenarios.check_tracker.output_checks import check_covariances, check_shapes, check_trace, check_values
+from scenarios.check_tracker.checks import CHECKS, Findings
+from scenarios.run.containment import call_restored, contained
 from scenarios.run.device import Device, DeviceFactory
+from scenarios.run.output_checks import Fault, Faults, check_covariances, check_shapes, check_values
+from scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError, Watch, watched
+from scenarios.run.trace_checks import check_trace
 from scenarios.run.trace_hash import TraceHash
 from tracker.records import Status, StepTrace, Tracks
 from tracker.scan import Scan
@@ -33,6 +37,11 @@ def examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
         Scans, see `check_drives.drives`. The first drive is repeated with a second instance, and the first and the last
         one with two interleaved instances.
     """
+    with contained():
+        return _examine(make_device, drives)
+
+
+def _examine(make_device: DeviceFactory, drives: list[CheckDrive]) -> Findings:
     faults, done = [], {"accepts a TrackerConfig", "accepts every scan"}
     replays = []
     for drive in drives:
@@ -66,11 +75,7 @@ class Replay:
         self._outputs: list[Tracks] = []
         self._dead: set[int] = set()
         self._device: Device | None = None
-        try:
-            self._device = self.make_device(TrackerConfig())
-        except Exception as error:  # any exception of the tracker is a finding
-            self._add_faults([Fault("accepts a TrackerConfig", _message(error))], 0)
-            self.failed = True
+        self._device = self._call("accepts a TrackerConfig", 0, self.make_device, TrackerConfig())
 
     def run(self) -> None:
         """Process all scans, then check that no output was modified."""
@@ -87,15 +92,24 @@ class Replay:
             return
         scan = self.drive.scans[index]
         before = _hash(scan)
-        try:
-            output = self._device.step(scan)
-        except Exception as error:
-            self._add_faults([Fault("accepts every scan", _message(error))], index)
-            self.failed = True
+        output = self._call("accepts every scan", index, self._device.step, scan)
+        if self.failed:
             return
         if _hash(scan) != before:
             self._add_faults([Fault("scans are not modified", "step modified the scan")], index)
         self._check(output, scan, index)
+
+    def _call(self, check: str, index: int, call: Callable[..., Any], *arguments: object) -> Any:
+        """Call into the tracker; any exception, exit or timeout is a finding and ends the replay."""
+        watch = Watch()
+        try:
+            with watched(STEP_TIMEOUT_S, self.drive.where(index)) as watch, call_restored():
+                return call(*arguments)
+        except BaseException as error:
+            if watch.interrupted:
+                raise
+            self._add_faults([Fault(check, _message(error))], index)
+            self.failed = True
 
     def _check(self, output: object, scan: Scan, index: int) -> None:
         match output:
@@ -160,7 +174,9 @@ def _hash(record: Scan | Tracks) -> str:
     return digest.hexdigest()
 
 
-def _message(error: Exception) -> str:
+def _message(error: BaseException) -> str:
     """Return the error and the line of the tracker that raised it."""
+    if isinstance(error, StepTimeoutError):
+        return f"took more than {STEP_TIMEOUT_S:g} s"
     last = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {' '.join(str(error).split())} ({last.filename}:{last.lineno})"

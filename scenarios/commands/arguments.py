@@ -18,13 +18,19 @@ StudyName = Annotated[
 Tracker = Annotated[
     str | None,
     typer.Option(
-        metavar="MODULE:NAME", help="The device under test, from a module or a FILE.py:NAME; else the shipped tracker."
+        metavar="MODULE:NAME",
+        help="The device under test: MODULE:NAME, FILE.py:NAME or process:COMMAND; else the shipped tracker.",
     ),
+]
+StepTimeout = Annotated[
+    float, typer.Option(metavar="SECONDS", min=0.001, help="Time limit of one step of the tracker.")
 ]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes of this computer; one per core if left out.")]
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="host:port of a Dask scheduler whose workers carry out the runs.")
 ]
+DEFAULT_STEP_TIMEOUT_S = 60.0
+"""`scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")]
 
 

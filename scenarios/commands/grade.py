@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson
+from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout
 
 if TYPE_CHECKING:
     from scenarios.files.expect import Check
@@ -29,6 +29,7 @@ def grade(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results; if left out, they are only printed.")] = None,
     as_json: AsJson = False,
+    step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
 ) -> None:
     """Grade a run again without simulation, or a recording with true poses: its own tracks, or other ones."""
     from scenarios.errors import InputError
@@ -44,14 +45,14 @@ def grade(
     if is_recording(run):
         if out:
             Recording(run).refuse_to_write_to(out)
-        result, checks = grade_recording(run, tracks, tracker, scenario)
+        result, checks = grade_recording(run, tracks, tracker, scenario, step_timeout)
     else:
         _refuse_tracked_recording(run)
         recorded = RecordedRun.open(run)
         if out:
             recorded.refuse_to_write_to(out)
         rules = Scenario.load(shipped.find(scenario)) if scenario else recorded.scenario
-        result = _graded(recorded, rules, tracks, tracker)
+        result = _graded(recorded, rules, tracks, tracker, step_timeout)
         checks = check(result.metrics, rules.expect)
     _deliver(result, checks, out, as_json)
     raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
@@ -68,7 +69,9 @@ def _refuse_tracked_recording(run: Path) -> None:
         )
 
 
-def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None) -> "Result":
+def _graded(
+    recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tracker: str | None, step_timeout_s: float
+) -> "Result":
     from scenarios.offline.regrade import Regrader
     from scenarios.run import device
 
@@ -76,7 +79,7 @@ def _graded(recorded: "RecordedRun", rules: "Scenario", tracks: Path | None, tra
     if tracks:
         return regrader.track_file(tracks)
     if tracker:
-        return regrader.tracker(device.load(tracker), tracker)
+        return regrader.tracker(device.load(tracker), tracker, step_timeout_s)
     return regrader.tables()
 
 

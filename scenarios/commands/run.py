@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Duration, ScenarioName, Seed, Tracker, overrides
+from scenarios.commands.arguments import (
+    DEFAULT_STEP_TIMEOUT_S,
+    AsJson,
+    Duration,
+    ScenarioName,
+    Seed,
+    StepTimeout,
+    Tracker,
+    overrides,
+)
 from scenarios.commands.error_line import print_early_end
 from scenarios.oracle.stage import Stage
 
@@ -29,6 +38,7 @@ def run(
     dataset_to: Annotated[
         Path | None, typer.Option("--dataset", metavar="DIR", help="Also write scans and labels into this new folder.")
     ] = None,
+    step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails."""
     import json
@@ -44,7 +54,13 @@ def run(
     make_device = choose(tracker, oracle or [])
     out = out or default_folder(chosen, oracle or [])
     outcome = execute(
-        chosen, make_device, out, record=not no_recording, record_scans=record_scans, dataset_to=dataset_to
+        chosen,
+        make_device,
+        out,
+        record=not no_recording,
+        record_scans=record_scans,
+        dataset_to=dataset_to,
+        step_timeout_s=step_timeout,
     )
     result, code = outcome.result, 0 if outcome.verdict == "passed" else 1
     if as_json:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Tracker
+from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, Tracker
 
 
 def track(
@@ -18,6 +18,7 @@ def track(
     out: Annotated[Path | None, typer.Option(help="Folder of the results; runs/RECORDING-tracks if left out.")] = None,
     as_json: AsJson = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
+    step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
 ) -> None:
     """Run a tracker over recorded scans: tracks, a report with pictures, and a recording for the viewer."""
     import json
@@ -33,7 +34,15 @@ def track(
     name = tracker or device.SHIPPED
     out = out or Path("runs") / f"{scans.name}-tracks"
     scans.refuse_to_write_to(out)
-    tracked = track_recording(scans, device.load(name), rules_of(scans, scenario), name, out, record=not no_recording)
+    tracked = track_recording(
+        scans,
+        device.load(name),
+        rules_of(scans, scenario),
+        name,
+        out,
+        record=not no_recording,
+        step_timeout_s=step_timeout,
+    )
     if as_json:
         print(json.dumps({**run_folder.document(tracked.result, tracked.checks), "out": str(out)}, allow_nan=False))
     else:

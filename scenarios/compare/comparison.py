@@ -136,4 +136,4 @@ def _fate(held: bool, head: Expectation) -> ExpectationFate | None:
         return None if held else "mended"
     if head.outcome == "failed":
         return "newly failed" if held else "still failing"
-    return "now known to fail" if held else None
+    return "now known to fail" if held and head.outcome == "known failure" else None

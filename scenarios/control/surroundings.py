@@ -37,6 +37,8 @@ class Surroundings:
 class TrackedSurroundings:
     """Surroundings from the confirmed tracks; coasting tracks are predictions and are ignored.
 
+    A track without a velocity is taken to stand, which makes the ego brake.
+
     Parameters
     ----------
     dt
@@ -65,7 +67,7 @@ class TrackedSurroundings:
             front_m=0.5 * float(ego.size[0]),
             id=tracks.id[row],
             boxes_ego=track_boxes(tracks, now)[row],
-            velocity_ego=turned(tracks.mean[row, _VELOCITY], -now[2]),
+            velocity_ego=turned(np.nan_to_num(tracks.mean[row, _VELOCITY]), -now[2]),
         )
 
 

@@ -10,7 +10,7 @@ from scenarios.result import Metric
 
 RunVerdict = Literal["passed", "failed", "incomplete"]
 
-ExpectationOutcome = Literal["passed", "failed", "known failure", "unexpected pass"]
+ExpectationOutcome = Literal["passed", "failed", "known failure", "unexpected pass", "not applicable"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +54,17 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """True if the metric has a value within the limits; a metric without a value shows nothing and fails."""
+        """True if the metric has a value within the limits; a metric without a value shows nothing."""
         return self.metric.value is not None and self.limit.holds(self.metric.value)
 
     @property
     def outcome(self) -> ExpectationOutcome:
-        """Outcome of the check, considering a known failure."""
+        """Outcome of the check, considering a known failure.
+
+        An output that the tracker leaves out cannot be right or wrong. Any other metric without a value fails.
+        """
+        if self.metric.not_reported:
+            return "not applicable"
         if self.limit.known_failure:
             return "unexpected pass" if self.holds else "known failure"
         return "passed" if self.holds else "failed"
@@ -105,8 +110,11 @@ def check(metrics: Mapping[str, Metric], expect: Mapping[str, Limit]) -> list[Ch
 def verdict(checks: Iterable[Check], complete: bool) -> RunVerdict:
     """Return "passed" if no check failed except known failures.
 
-    An incomplete run neither passes nor fails, since its missing frames could change the outcome.
+    An incomplete run neither passes nor fails, since its missing frames could change the outcome. A run to which no
+    expectation applies fails: it shows nothing.
     """
     if not complete:
         return "incomplete"
-    return "failed" if any(check.outcome == "failed" for check in checks) else "passed"
+    outcomes = [check.outcome for check in checks]
+    untested = bool(outcomes) and set(outcomes) == {"not applicable"}
+    return "failed" if "failed" in outcomes or untested else "passed"

@@ -32,13 +32,13 @@ from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from scenarios.grading.plane_geometry import QUARTER, wrap
 from scenarios.grading.snapshots import Snapshots
 from scenarios.grading.track_matches import TrackMatches
-from scenarios.result import Metric
+from scenarios.result import NOT_REPORTED, Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
 from tracker.scan import Scan
 
-NO_TRACE = "the tracker gives no trace of its stages"
+NO_TRACE = f"{NOT_REPORTED} a trace of its stages"
 
 PER_FRAME = ("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min")
 """Limits that apply in single frames. A change of these needs the frames; the tables of a run are not enough."""

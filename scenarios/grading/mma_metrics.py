@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from scenarios.arrays import Floats, Ints
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.metric_names import TARGETS, estimates
 from scenarios.grading.metric_sheet import MetricSheet
-from scenarios.grading.plane_geometry import corner, matching_sign, turned
+from scenarios.grading.plane_geometry import corner, matching_sign, nearest_sign, turned
 from tracker.records import MODELS, TURNING_MODELS, Tracks
 
 MODE_OF = {**{model: model for model in MODELS}, **dict.fromkeys(TURNING_MODELS, "ca")}
@@ -26,8 +26,8 @@ def corner_errors(
     """Return the errors of the tracked corner as columns of the track table; NaN for tracks that are not judged.
 
     The corner is that of the track's `corner_sign`; the true corner follows from the nearest quarter turn between the
-    two headings. NEES is e' P^-1 e of a position (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2), of the track
-    and of each model.
+    two headings. A track of its box's centre is judged by the corner nearest to the ego. NEES is e' P^-1 e of a
+    position (Bar-Shalom, Li and Kirubarajan 2001, section 5.4.2), of the track and of each model.
 
     Parameters
     ----------
@@ -39,10 +39,13 @@ def corner_errors(
         (3,) ego pose in the odometry frame, as given to the tracker.
     """
     turn = track_boxes_ego[:, 2] - true_boxes_ego[:, 2]
-    true_sign = matching_sign(tracks.corner_sign[row], turn)
+    by_center: Bools = np.asarray((tracks.corner_sign[row] == 0).all(axis=1))
+    own_sign = np.where(by_center[:, None], nearest_sign(track_boxes_ego), tracks.corner_sign[row])
+    true_sign = matching_sign(own_sign, turn)
     true_ego = corner(true_boxes_ego, true_sign)
     position_odom = np.concatenate([tracks.model_position_odom[row], tracks.mean[row, None, :2]], axis=1)
     position_ego = turned(position_odom - ego_pose_odom[:2], -ego_pose_odom[2])
+    position_ego[by_center, -1] = corner(track_boxes_ego[by_center], own_sign[by_center])
     error_ego = position_ego - true_ego[:, None]
     error_odom = turned(error_ego, ego_pose_odom[2])
 
@@ -50,7 +53,7 @@ def corner_errors(
     errors = np.full((len(tracks), count + 1, 2), np.nan)
     errors[row] = error_ego
     sign = np.full((len(tracks), 2), np.nan)
-    sign[row] = true_sign
+    sign[row] = np.where(by_center[:, None], 0, true_sign)
     nees, nis = np.full((len(tracks), count + 1), np.nan), np.full((len(tracks), count), np.nan)
     nees[row, -1] = mahalanobis_squared(error_odom[:, -1], tracks.covariance[row, :2, :2])
     if tracks.model_covariance_odom is not None:

@@ -10,9 +10,13 @@ import pandas as pd
 from scenarios.arrays import Floats
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.mma_metrics import MODE_OF, NO_PAIR
+from scenarios.result import NOT_REPORTED
 from tracker.records import MODEL_NAMES, MODELS
 
-NO_MODEL = "the tracks do not report the selected model"
+NO_MODEL = f"{NOT_REPORTED} the selected model"
+
+STANDING_MPS = 0.5
+"""[m/s] A track without a model stands below this speed: a walking person is three times as fast."""
 
 
 MODE_CODES = np.array([MODELS.index(MODE_OF[model]) for model in MODEL_NAMES])
@@ -35,11 +39,22 @@ def grade(sheet: MetricSheet, tracks: pd.DataFrame, models: Sequence[str]) -> No
     true, chosen = judged["true_mode"].to_numpy(object), judged["model"].to_numpy(object)
     right = described_mode(judged["model"]) == judged["true_mode"].cat.codes.to_numpy()
     sheet.mean("mma.mode_accuracy", right, no_pair, vehicle)
-    sheet.mean("mma.stationary_accuracy", (chosen == MODELS[0]) == (true == MODELS[0]), no_pair, vehicle)
+    _grade_standing(sheet, tracks[tracks["judged"]])
     for mode, model in product(MODELS, models):
         why = f"{no_pair} in the mode {mode}"
         sheet.mean(f"mma.confusion.{mode}.{model}", chosen[true == mode] == model, why, vehicle[true == mode])
-    _grade_latency(sheet, switch_latencies(judged))
+    _grade_latency(sheet, switch_latencies(judged), "no followed vehicle changed its mode" if known.all() else NO_MODEL)
+
+
+def _grade_standing(sheet: MetricSheet, judged: pd.DataFrame) -> None:
+    """Enter the decision on standing or moving: by the selected model, without one by the speed of the track."""
+    model = judged["model"]
+    speed = np.hypot(*judged[["vx_world_mps", "vy_world_mps"]].to_numpy(np.float64).T)
+    stands = np.where(model.notna(), model.to_numpy(object) == MODELS[0], speed < STANDING_MPS)
+    known = (model.notna() | np.isfinite(speed)).to_numpy()
+    right = (stands == (judged["true_mode"] == MODELS[0]))[known]
+    why = f"{NOT_REPORTED} a model or a velocity" if len(judged) else NO_PAIR
+    sheet.mean("mma.stationary_accuracy", right.to_numpy(), why, judged["actor_id"].to_numpy()[known])
 
 
 def switch_latencies(judged: pd.DataFrame) -> Floats:
@@ -60,8 +75,8 @@ def switch_latencies(judged: pd.DataFrame) -> Floats:
     return np.array(latencies)
 
 
-def _grade_latency(sheet: MetricSheet, latencies: Floats) -> None:
-    why, median = "no followed vehicle changed its mode", None
+def _grade_latency(sheet: MetricSheet, latencies: Floats, why: str) -> None:
+    median = None
     if len(latencies):
         median = float(np.median(latencies))
     if median == np.inf:

@@ -15,9 +15,11 @@ from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.offline.track_file import TrackFile
 from scenarios.result import Metric, Result
-from scenarios.run import device, versions, warm_up
-from scenarios.run.device import Device, DeviceFactory
+from scenarios.run import versions, warm_up
+from scenarios.run.device import DeviceFactory
+from scenarios.run.guard import Guard, guarded
 from scenarios.run.stopwatch import Stopwatch
+from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from scenarios.run.trace_hash import TraceHash
 
 SIMULATORS = ("libsumo", "highway-env")
@@ -69,30 +71,32 @@ class Regrader:
             The run has no scans; the file has an invalid layout.
         """
         scans = self._run.scans()
-        return self._replay(scans, TrackFile(path, scans.time_s), str(path), timed=False)
+        with guarded(TrackFile(path, scans.time_s).as_device, self._run.scenario.tracker) as tracks:
+            return self._replay(scans, tracks, str(path), timed=False)
 
-    def tracker(self, make_device: DeviceFactory, name: str) -> Result:
+    def tracker(self, make_device: DeviceFactory, name: str, step_timeout_s: float = STEP_TIMEOUT_S) -> Result:
         """Run a tracker on the run's scans and grade it; a separate instance compiles the kernels before timing.
 
         Raises
         ------
-        OutputError, DeviceError
-            The run has no scans; the tracker does not return tracks.
+        OutputError, ContractError
+            The run has no scans; the tracker failed, took too long, or returned invalid tracks.
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
-        warm_up_device = make_device(config)
-        for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
-            device.show_truth(warm_up_device, frame, truth)
-            device.step(warm_up_device, scan)
-        return self._replay(scans, make_device(config), name, timed=True)
+        with guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+            for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
+                unused.show_truth(frame, truth)
+                unused.checked(unused.step(scan), scan)
+        with guarded(make_device, config, step_timeout_s) as tracker:
+            return self._replay(scans, tracker, name, timed=True)
 
-    def _replay(self, scans: RecordedScans, tracker: Device, name: str, *, timed: bool) -> Result:
+    def _replay(self, scans: RecordedScans, tracker: Guard, name: str, *, timed: bool) -> Result:
         """Grade a tracker on recorded scans: the run loop without traffic and LIDARs."""
         stopwatch, trace_hash = Stopwatch(), TraceHash()
         run_grader = grader.Grader(self._grading, Ranging.of(self._run.rig, self._run.scenario.noise))
         for frame, scan, truth in scans:
-            device.show_truth(tracker, frame, truth)
-            tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
+            tracker.show_truth(frame, truth)
+            tracks, trace = tracker.checked(stopwatch.time("tracker", tracker.step, scan), scan)
             run_grader.add(frame, scan, truth, tracks, trace)
             trace_hash.add(frame, scan, truth, tracks)
         metrics, tables = run_grader.finish()

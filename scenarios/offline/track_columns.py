@@ -28,6 +28,10 @@ REQUIRED = (
     Column("length_m", np.float64, "m", "length of the box, along the heading"),
     Column("width_m", np.float64, "m", "width of the box"),
 )
+VELOCITY = (
+    Column("vx_odom_mps", np.float64, "m/s", "velocity over ground, on the axes of the odometry frame"),
+    Column("vy_odom_mps", np.float64, "m/s", "the same, y; empty cells where the velocity is unknown"),
+)
 OPTIONAL = (
     Column(
         "status",
@@ -36,7 +40,7 @@ OPTIONAL = (
         "default `confirmed`; other tracks are not reported",
     ),
 )
-"""A file needs one of `WHEN` and all of `REQUIRED`; columns other than these and `OPTIONAL` are not read."""
+"""A file needs one of `WHEN` and all of `REQUIRED`; others than these, `VELOCITY` and `OPTIONAL` are not read."""
 
 
 def read(path: Path) -> pd.DataFrame:
@@ -60,6 +64,7 @@ def read(path: Path) -> pd.DataFrame:
     for name in ("length_m", "width_m"):
         require(path, table[name], columns[name] > 0, "should be more than 0")
     require(path, table["track_id"], columns["track_id"] >= 0, "should be 0 or more")
+    columns |= _velocity(path, table)
     return pd.DataFrame({**columns, "status": _status(path, table)})
 
 
@@ -94,6 +99,23 @@ def _numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:
         return values
     require(path, cells, (values == np.rint(values)) & (np.abs(values) < 2**53), "should be an integer")
     return values.astype(np.int64)
+
+
+def _velocity(path: Path, table: pd.DataFrame) -> dict[str, npt.NDArray[Any]]:
+    """Return (N,) both components, NaN where they are empty or the file has no such columns."""
+    found = [column for column in VELOCITY if column.name in table]
+    if len(found) == 1:
+        raise TracksError(f"{path}: column {found[0].name} without the other of vx_odom_mps and vy_odom_mps; add it")
+    values = {column.name: np.full(len(table), np.nan) for column in VELOCITY}
+    for column in found:
+        cells = table[column.name]
+        numbers: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
+        require(path, cells, np.isfinite(numbers) | cells.isna().to_numpy(), "should be a number, or empty")
+        values[column.name] = numbers
+    x, y = (np.isnan(numbers) for numbers in values.values())
+    for column in found:
+        require(path, table[column.name], x == y, "should be empty in both columns of the velocity, or in none")
+    return values
 
 
 def _status(path: Path, table: pd.DataFrame) -> npt.NDArray[np.uint8]:

@@ -8,10 +8,10 @@ import pandas as pd
 
 from scenarios.arrays import Floats, Ints
 from scenarios.errors import TracksError
-from scenarios.grading.plane_geometry import into_frame, nearest_sign, turned
 from scenarios.offline import track_columns
-from tracker.records import MODELS, Tracks
+from tracker.records import Tracks
 from tracker.scan import Scan
+from tracker.tracker import TrackerConfig
 
 TIME_TOLERANCE_S = 1e-3
 """[s] Tolerance between the time of a row and of its scan: programs round times."""
@@ -41,9 +41,14 @@ class TrackFile:
         ends = np.searchsorted(frame[order], np.arange(1, len(time_s)))
         self._tracks_by_frame: Iterator[pd.DataFrame] = iter([rows.iloc[part] for part in np.split(order, ends)])
 
+    def as_device(self, _config: TrackerConfig) -> "TrackFile":
+        """Return this object; a `scenarios.run.device.DeviceFactory`."""
+        return self
+
     def step(self, scan: Scan) -> Tracks:
         """Return the tracks of the next scan."""
-        return _tracks(next(self._tracks_by_frame), scan)
+        del scan  # the file has all of its tracks
+        return _tracks(next(self._tracks_by_frame))
 
 
 def _frames(path: Path, rows: pd.DataFrame, time_s: Floats) -> Ints:
@@ -70,30 +75,13 @@ def _refuse_duplicates(path: Path, track_id: Ints, frame: Ints) -> None:
         )
 
 
-def _tracks(rows: pd.DataFrame, scan: Scan) -> Tracks:
-    """Return the rows of a frame as tracks; the reference corner is the one nearest to the ego.
-
-    Fields that are not in the file are NaN, and the selected model is -1; metrics ignore them.
-    """
-    count = len(rows)
-    pose_odom = rows[["x_odom_m", "y_odom_m", "heading_odom_rad"]].to_numpy(np.float64)
-    size = rows[["length_m", "width_m"]].to_numpy(np.float64)
-    sign = nearest_sign(np.column_stack([into_frame(pose_odom, scan.ego_pose_odom), size]))
-    mean = _unknown(count, 8)
-    mean[:, :2] = pose_odom[:, :2] + turned(0.5 * sign * size, pose_odom[:, 2])
-    mean[:, 6] = pose_odom[:, 2]
-    return Tracks(
-        id=rows["track_id"].to_numpy(np.int64),
-        status=rows["status"].to_numpy(np.uint8),
-        mean=mean,
-        covariance=_unknown(count, 8, 8),
-        model_probability=_unknown(count, len(MODELS)),
-        model=np.full(count, -1),
-        model_position_odom=_unknown(count, len(MODELS), 2),
-        corner_sign=sign,
-        size=size,
+def _tracks(rows: pd.DataFrame) -> Tracks:
+    """Return the rows of a frame as tracks."""
+    return Tracks.from_boxes(
+        rows["track_id"].to_numpy(),
+        rows[["x_odom_m", "y_odom_m"]].to_numpy(),
+        rows["heading_odom_rad"].to_numpy(),
+        rows[["length_m", "width_m"]].to_numpy(),
+        velocity=rows[["vx_odom_mps", "vy_odom_mps"]].to_numpy(),
+        status=rows["status"].to_numpy(),
     )
-
-
-def _unknown(*shape: int) -> Floats:
-    return np.full(shape, np.nan)

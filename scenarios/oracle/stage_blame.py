@@ -12,6 +12,8 @@ from scenarios.oracle.stage import Stage
 from scenarios.result import Metric, Result
 from scenarios.run import device, loop
 from scenarios.run.device import DeviceFactory
+from scenarios.run.guard import Guard
+from scenarios.run.time_limit import STEP_TIMEOUT_S
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.scan import Scan
@@ -130,12 +132,12 @@ class _ParallelDevice:
     """Device that is graded on the scans of another device's run."""
 
     def __init__(self, scenario: Scenario, make_device: DeviceFactory) -> None:
-        self._device = make_device(scenario.tracker)
+        self._guard = Guard(make_device, scenario.tracker, STEP_TIMEOUT_S)
         self._grader = Grader(scenario.grading)
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth) -> None:
-        device.show_truth(self._device, frame, truth)
-        self._grader.add(frame, scan, truth, *device.step(self._device, scan))
+        self._guard.show_truth(frame, truth)
+        self._grader.add(frame, scan, truth, *self._guard.checked(self._guard.step(scan), scan))
 
     def finish(self) -> Metrics:
         metrics, _ = self._grader.finish()

@@ -30,15 +30,17 @@ class TrackLayer:
         confirmed, coasting = tracks.status == Status.CONFIRMED, tracks.status == Status.COASTING
         hues = np.array(blueprint.CYCLE)[tracks.id % len(blueprint.CYCLE)]
         colors = hues * np.where(confirmed, 1.0, blueprint.DIM)[:, None]
-        short_names = np.array([blueprint.SHORT_NAMES[model] for model in tracks.models])
+        short_names = np.array([*(blueprint.SHORT_NAMES[model] for model in tracks.models), ""])  # the last: `NO_MODEL`
         suffix = np.where(confirmed, short_names[tracks.model], np.where(coasting, "coasting", ""))
-        labels = [f"{track} {text}" if text else "" for track, text in zip(tracks.id, suffix, strict=True)]
+        named = confirmed | coasting
+        rows = zip(tracks.id, suffix, named, strict=True)
+        labels = [f"{track} {text}".rstrip() if shown else "" for track, text, shown in rows]
         center, yaw = tracks.center_odom, tracks.mean[:, 6]
         line_ui = np.where(confirmed, 2.5, 1.0)
         ahead = (0.5 * tracks.size[:, :1] + blueprint.NAME_GAP_M) * np.column_stack([np.cos(yaw), np.sin(yaw)])
         velocities = rr.Arrows3D(
             origins=flat(center),
-            vectors=flat(tracks.mean[:, 2:4]),
+            vectors=flat(np.nan_to_num(tracks.mean[:, 2:4])),
             colors=colors.astype(np.uint8),
             radii=rr.Radius.ui_points(1.0),
         )

@@ -10,10 +10,16 @@ from scenarios.recordings.recording import Recording
 from scenarios.recordings.recording_rules import rules_of
 from scenarios.result import Result
 from scenarios.run import device
+from scenarios.run.guard import guarded
+from scenarios.run.time_limit import STEP_TIMEOUT_S
 
 
 def grade_recording(
-    folder: Path, tracks: Path | None, tracker: str | None, scenario: str | None
+    folder: Path,
+    tracks: Path | None,
+    tracker: str | None,
+    scenario: str | None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
 ) -> tuple[Result, list[Check]]:
     """Grade tracks on a recording, or a tracker; without either, the shipped tracker.
 
@@ -27,6 +33,8 @@ def grade_recording(
         `MODULE:NAME` of a tracker.
     scenario
         Scenario whose settings are used, by name or path.
+    step_timeout_s
+        Limit of one step of the tracker [s].
 
     Raises
     ------
@@ -38,8 +46,9 @@ def grade_recording(
         raise InputError(f"{folder}: has no true poses to grade by; import it with --truth, or use luxloop track")
     rules = rules_of(recording, scenario)
     if tracks:
-        result = grade_device(recording, TrackFile(tracks, recording.time_s), rules, str(tracks), timed=False)
+        with guarded(TrackFile(tracks, recording.time_s).as_device, rules.tracker) as device_of_file:
+            result = grade_device(recording, device_of_file, rules, str(tracks), timed=False)
     else:
         name = tracker or device.SHIPPED
-        result = run_tracker(recording, device.load(name), rules, name)
+        result = run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)
     return result, check(result.metrics, rules.expect)

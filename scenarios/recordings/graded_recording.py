@@ -11,9 +11,11 @@ from scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
 from scenarios.recordings.recording import Recording
 from scenarios.recordings.recording_rules import Rules
 from scenarios.result import Metric, Result
-from scenarios.run import device, progress, versions, warm_up
-from scenarios.run.device import Device, DeviceFactory
+from scenarios.run import progress, versions, warm_up
+from scenarios.run.device import DeviceFactory
+from scenarios.run.guard import Guard, guarded
 from scenarios.run.stopwatch import Stopwatch
+from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from scenarios.run.trace_hash import TraceHash
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
@@ -41,7 +43,12 @@ UNKNOWN = {
 
 
 def run_tracker(
-    recording: Recording, make_device: DeviceFactory, rules: Rules, name: str, observe: Observer | None = None
+    recording: Recording,
+    make_device: DeviceFactory,
+    rules: Rules,
+    name: str,
+    observe: Observer | None = None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
 ) -> Result:
     """Run a tracker over a recording and grade it as far as the recording has truth.
 
@@ -49,23 +56,24 @@ def run_tracker(
 
     Raises
     ------
-    OutputError, DeviceError
-        The recording is damaged; the tracker does not return tracks.
+    OutputError, ContractError
+        The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
-    first = make_device(rules.tracker)
-    for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
-        device.step(first, scan)
-    return grade_device(recording, make_device(rules.tracker), rules, name, observe, timed=True)
+    with guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+        for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
+            unused.checked(unused.step(scan), scan)
+    with guarded(make_device, rules.tracker, step_timeout_s) as tracker:
+        return grade_device(recording, tracker, rules, name, observe, timed=True)
 
 
 def grade_device(
-    recording: Recording, tracker: Device, rules: Rules, name: str, observe: Observer | None = None, *, timed: bool
+    recording: Recording, tracker: Guard, rules: Rules, name: str, observe: Observer | None = None, *, timed: bool
 ) -> Result:
     """Grade a device on a recording; `timed` measures its steps."""
     stopwatch, trace_hash, grader = Stopwatch(), TraceHash(), Grader(rules.grading)
     frames = progress.steps("track", len(recording), "scans", recording.frames())
     for frame, scan, truth in frames:
-        tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
+        tracks, trace = tracker.checked(stopwatch.time("tracker", tracker.step, scan), scan)
         grade = grader.add(frame, scan, truth, tracks, trace)
         trace_hash.add(scan, tracks)
         if observe:

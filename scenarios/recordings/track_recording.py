@@ -27,6 +27,7 @@ from scenarios.report import text
 from scenarios.result import Result
 from scenarios.run import run_folder
 from scenarios.run.device import DeviceFactory
+from scenarios.run.time_limit import STEP_TIMEOUT_S
 from sensor_model.truth import ScanTruth
 from sim.world import Obstacles, WorldFrame
 from tracker.records import StepTrace, Tracks
@@ -48,7 +49,14 @@ class Tracked:
 
 
 def track_recording(
-    recording: Recording, make_device: DeviceFactory, rules: Rules, name: str, out: Path, *, record: bool = True
+    recording: Recording,
+    make_device: DeviceFactory,
+    rules: Rules,
+    name: str,
+    out: Path,
+    *,
+    record: bool = True,
+    step_timeout_s: float = STEP_TIMEOUT_S,
 ) -> Tracked:
     """Run a tracker over a recording and write the folder of its results, which appears as a whole.
 
@@ -60,11 +68,13 @@ def track_recording(
         Folder; earlier results there are replaced.
     record
         True to write a recording for the viewer.
+    step_timeout_s
+        As for `run_tracker`.
 
     Raises
     ------
-    OutputError, DeviceError
-        A folder cannot be read or written; the tracker does not return tracks.
+    OutputError, ContractError
+        A folder cannot be read or written; the tracker failed, took too long, or returned invalid tracks.
     """
     with atomic_folder.create(out, OPTION, _refuse_other_files) as folder:
         rows, drive = TrackRows(), Drive()
@@ -81,7 +91,7 @@ def track_recording(
             recorder.log(frame, scan, truth, tracks, trace, grade)
 
         with closing(recorder):
-            result = run_tracker(recording, make_device, rules, name, observe)
+            result = run_tracker(recording, make_device, rules, name, observe, step_timeout_s)
         checks = check(result.metrics, rules.expect)
         tracks = rows.table()
         report = track_page.printed(recording, result, tracks)

@@ -112,6 +112,7 @@ STYLES: dict[ExpectationOutcome, str] = {
     "failed": "bold red",
     "known failure": "yellow",
     "unexpected pass": "bold cyan",
+    "not applicable": "dim",
 }
 
 

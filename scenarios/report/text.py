@@ -92,6 +92,9 @@ def conclusion(result: Result, checks: list[Check]) -> Text:
     known = sum(check.outcome == "known failure" for check in checks)
     if known:
         text.append(f", {known} are known to fail", style="not bold yellow")
+    unreported = sum(check.outcome == "not applicable" for check in checks)
+    if unreported:
+        text.append(f", {unreported} are not applicable", style="not bold dim")
     if not result.complete:
         text.append(f" so far; it ended early: {result.ended_early}", style="not bold yellow")
     return text

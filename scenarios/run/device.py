@@ -12,9 +12,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
-import numpy as np
-
 from scenarios.errors import DeviceError
+from scenarios.run.containment import contained
+from scenarios.run.process_tracker import PREFIX, ProcessFactory
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
@@ -33,8 +33,8 @@ _file_of_module: dict[str, Path] = {}
 class Device(Protocol):
     """A tracker. It receives scans only, one at a time and in order; every run makes a new one.
 
-    `Tracks` of a tracker without several motion models have one-hot `model_probability` and equal
-    `model_position_odom`. Without a `StepTrace` its fits are not graded and `fit.*` does not apply.
+    A tracker without motion models returns `Tracks.from_boxes`. Without a `StepTrace` its fits are not graded and
+    `fit.*` does not apply. Scans are read-only copies. `scenarios.run.guard` checks every output.
     """
 
     def step(self, scan: Scan) -> Tracks | tuple[Tracks, StepTrace]:
@@ -59,7 +59,7 @@ the kernels before the clock starts."""
 
 
 def load(spec: str) -> DeviceFactory:
-    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`.
+    """Import a tracker from `MODULE:NAME` or `FILE.py:NAME`, or start `process:COMMAND`.
 
     `MODULE` may be in the current folder, `FILE.py` may import modules of its own folder. Both folders are searched
     after all installed packages.
@@ -67,22 +67,30 @@ def load(spec: str) -> DeviceFactory:
     Raises
     ------
     DeviceError
-        The module or file does not exist or cannot be imported, has no such name, or the name cannot be called.
+        The module or file does not exist or cannot be imported, has no such name, or the name cannot be called; or it
+        is an oracle, whose figures would be taken for a tracker's.
     """
+    if spec.startswith(PREFIX):
+        return ProcessFactory(spec.removeprefix(PREFIX))
     place, _, name = spec.rpartition(":")
     is_file = place.endswith(".py")
     if not (place and name) or (place.startswith(".") and not is_file):
-        raise DeviceError(f"--tracker {spec}: should be MODULE:NAME or FILE.py:NAME, as in {SHIPPED}")
+        forms = f"MODULE:NAME or FILE.py:NAME, as in {SHIPPED}, or process:COMMAND"
+        raise DeviceError(f"--tracker {spec}: should be {forms}")
     module = _load_file(Path(place), spec) if is_file else _load_module(place, spec)
     factory: Any = getattr(module, name, None)
     if not callable(factory):
         problem = "is not callable" if hasattr(module, name) else "is not there"
         raise DeviceError(f"--tracker {spec}: {name} {problem} in {place}; name a class with step(scan)")
+    if hasattr(factory, "see_truth"):
+        raise DeviceError(f"--tracker {spec}: see_truth would receive the ground truth; a tracker has no such method")
     return factory  # type: ignore[no-any-return]
 
 
 def absolute(spec: str) -> str:
-    """Return `FILE.py:NAME` with an absolute path, for workers that run elsewhere; `MODULE:NAME` is unchanged."""
+    """Return `FILE.py:NAME` and `process:FILE` with absolute paths, for workers that run elsewhere."""
+    if spec.startswith(PREFIX):
+        return str(ProcessFactory(spec.removeprefix(PREFIX)))
     place, colon, name = spec.rpartition(":")
     return f"{Path(place).absolute()}{colon}{name}" if place.endswith(".py") else spec
 
@@ -98,41 +106,14 @@ def name_of(make_device: DeviceFactory) -> str:
 
 def show_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
     """Pass the ground truth of the next scan to an oracle; a tracker does not receive it."""
-    see_truth = getattr(device, "see_truth", None)
-    if see_truth is not None:
-        see_truth(frame, truth)
-
-
-def step(device: Device, scan: Scan) -> tuple[Tracks, StepTrace | None]:
-    """Pass one scan to the device; the trace is None if the device returns tracks only.
-
-    Raises
-    ------
-    DeviceError
-        The device returned something else than tracks, or two tracks with one id, for which no metric is defined.
-    """
-    name = name_of(type(device))
-    trace: StepTrace | None = None
-    match device.step(scan):
-        case Tracks() as tracks:
-            pass
-        case (Tracks() as tracks, StepTrace() as trace):
-            pass
-        case other:
-            raise DeviceError(f"{name}.step returned {type(other).__name__}; return Tracks or (Tracks, StepTrace)")
-    ids = np.sort(tracks.id)
-    if (twice := ids[1:][ids[1:] == ids[:-1]]).size:
-        raise DeviceError(
-            f"{name}.step gave id {twice[0]} to two tracks of the scan at {scan.time:.2f} s; give each its own "
-            "(luxloop check-tracker shows more)"
-        )
-    return tracks, trace
+    if hasattr(type(device), "see_truth"):
+        device.see_truth(frame, truth)  # type: ignore[attr-defined]
 
 
 def _load_module(module_name: str, spec: str) -> ModuleType:
     here = _search_last(Path.cwd())
     try:
-        with _one_line_errors(spec):
+        with _one_line_errors(spec), contained():
             return importlib.import_module(module_name)
     except DeviceError as error:
         missing = error.__cause__.name if isinstance(error.__cause__, ModuleNotFoundError) else None
@@ -160,7 +141,7 @@ def _load_file(path: Path, spec: str) -> ModuleType:
     _search_last(path.parent)
     sys.modules[name] = module  # before it is executed: dataclasses look their module up
     try:
-        with _one_line_errors(spec):
+        with _one_line_errors(spec), contained():
             found.loader.exec_module(module)
     except BaseException:
         del sys.modules[name]
@@ -181,17 +162,20 @@ def _one_line_errors(spec: str) -> Iterator[None]:
     """Turn an error while the user's module is imported into one line that names file and line."""
     try:
         yield
-    except (Exception, SystemExit) as error:
+    except (Exception, SystemExit, GeneratorExit) as error:
         reason = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
-        raise DeviceError(f"--tracker {spec}: {_place_of(error)}{type(error).__name__}: {reason}") from error
+        raise DeviceError(f"--tracker {spec}: {place_of(error)}{type(error).__name__}: {reason}") from error
 
 
-def _place_of(error: BaseException) -> str:
-    """Return "FILE, line N: " of the user's code that raised an error, empty if no such code was reached."""
+def place_of(error: BaseException, apart_from: tuple[str, ...] = ()) -> str:
+    """Return "FILE, line N: " of the user's code that raised an error, empty if no such code was reached.
+
+    `apart_from` are files of the harness.
+    """
     if isinstance(error, SyntaxError) and error.filename:
         return f"{error.filename}, line {error.lineno}: "
     libraries = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith("<")]
-    frames = [frame for frame in frames if frame.filename != __file__]
+    frames = [frame for frame in frames if frame.filename not in (__file__, *apart_from)]
     own = [frame for frame in frames if not frame.filename.startswith(libraries)] or frames
     return f"{own[-1].filename}, line {own[-1].lineno}: " if own else ""

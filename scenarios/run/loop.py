@@ -19,7 +19,9 @@ from scenarios.recording.recorder import NullRecorder, Recorder
 from scenarios.result import Result
 from scenarios.run import device, progress, versions
 from scenarios.run.device import DeviceFactory
+from scenarios.run.guard import guarded
 from scenarios.run.stopwatch import RECORDING, Stopwatch
+from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from scenarios.run.trace_hash import TraceHash
 from scenarios.run.warm_up import warm_up
 from sensor_model.lidar import Lidar
@@ -36,6 +38,7 @@ def run(
     make_device: DeviceFactory,
     record_to: Path | None = None,
     export: Callable[[WorldFrame, Scan, ScanTruth, FrameGrade], None] | None = None,
+    step_timeout_s: float = STEP_TIMEOUT_S,
 ) -> Result:
     """Run a scenario and grade it.
 
@@ -49,6 +52,8 @@ def run(
         File of the recording; None records nothing.
     export
         Called with every frame, to write a data set.
+    step_timeout_s
+        Limit of one step of the tracker [s].
 
     Raises
     ------
@@ -56,8 +61,8 @@ def run(
         The scenario names a file or object that does not exist, or a value out of range.
     SimulatorFailedError, TrafficEndedError
         The traffic failed or ended before the first frame. If it does later, the result is incomplete.
-    DeviceError
-        The tracker returned something else than tracks.
+    ContractError
+        The tracker failed, took too long, or returned invalid tracks.
     """
     rig = _rig(scenario)
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
@@ -65,18 +70,19 @@ def run(
     with closing(_source(scenario, rig)) as source:
         obstacles = _reset(source, scenario)
         lidar = _lidar(rig, scenario, source.dt, obstacles)
-        warm_up(rig, scenario.noise, scenario.sensor, make_device(scenario.tracker))
-        tracker = make_device(scenario.tracker)
+        with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
+            warm_up(rig, scenario.noise, scenario.sensor, unused)
         grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise))
         driver = TrackDriver(scenario.control, source) if scenario.control else None
         recorder = _recorder(scenario, record_to, obstacles)
-        with closing(recorder):
+        with closing(recorder), guarded(make_device, scenario.tracker, step_timeout_s) as tracker:
             try:
                 for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
                     frame = stopwatch.time("sim", source.step)
                     scan, truth = stopwatch.time("sensor", lidar.scan, frame)
-                    device.show_truth(tracker, frame, truth)
-                    tracks, trace = stopwatch.time("tracker", device.step, tracker, scan)
+                    tracker.show_truth(frame, truth)
+                    output = stopwatch.time("tracker", tracker.step, scan)
+                    tracks, trace = tracker.checked(output, scan)
                     grade = grader.add(frame, scan, truth, tracks, trace)
                     trace_hash.add(frame, scan, truth, tracks)
                     frames += 1

@@ -66,6 +66,7 @@ def document(result: Result, checks: list[Check]) -> dict[str, Any]:
         "verdict": verdict(checks, result.complete),
         "failed": [check.name for check in checks if check.outcome == "failed"],
         "known_failures": [check.name for check in checks if check.outcome == "known failure"],
+        "not_applicable": [check.name for check in checks if check.outcome == "not applicable"],
         "unexpected_passes": [check.name for check in checks if check.outcome == "unexpected pass"],
         "complete": result.complete,
         "ended_early": result.ended_early,

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from scenarios.run import device
-from scenarios.run.device import Device
+from scenarios.run.guard import Guard
 from sensor_model.lidar import Lidar
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.rig.rig import Rig
@@ -14,15 +13,15 @@ FRAMES = 3
 """Enough to start, update and confirm a track."""
 
 
-def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, unused: Device) -> None:
-    """Run a LIDAR and a device, neither of them used again, on one car for a few frames."""
+def warm_up(rig: Rig, noise: NoiseConfig, sensor: SensorConfig, unused: Guard) -> None:
+    """Run a LIDAR and a tracker, neither of them used again, on one car for a few frames."""
     wall = np.array([[-20.0, 15.0], [20.0, 15.0]])
     lidar = Lidar(rig, noise, sensor, seed=0, obstacles=Obstacles.from_polygons([wall], [3.0]))
     for index in range(FRAMES):
         frame = _car_ahead(index)
         scan, truth = lidar.scan(frame)
-        device.show_truth(unused, frame, truth)
-        device.step(unused, scan)
+        unused.show_truth(frame, truth)
+        unused.checked(unused.step(scan), scan)
 
 
 def _car_ahead(index: int) -> WorldFrame:

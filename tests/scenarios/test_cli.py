@@ -255,11 +255,19 @@ def test_an_incomplete_run_prints_its_report_and_an_error_line(monkeypatch, capf
 
 
 INTERRUPTED = """
+import signal
+
 class Tracker:
     def __init__(self, config):
         pass
     def step(self, scan):
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
+"""
+AS_NUMBA = """
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt as error:
+            raise SystemError from error
 """
 
 
@@ -274,19 +282,19 @@ def test_ctrl_c_prints_a_line_and_leaves_no_files(capfd):
 
 def test_ctrl_c_that_numba_turns_into_another_error_is_recognised(capfd):
     """numba does so while it loads a kernel."""
-    interrupted = INTERRUPTED.replace("raise KeyboardInterrupt", "raise SystemError from KeyboardInterrupt()")
     short_run.write(Path())
-    Path("loading.py").write_text(interrupted)
+    Path("loading.py").write_text(INTERRUPTED.replace("\n        signal.raise_signal(signal.SIGINT)\n", AS_NUMBA))
     assert main(["run", "short.toml", "--tracker", "loading:Tracker"]) == 130
     assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
 
 
-def test_an_unknown_error_keeps_its_traceback():
+def test_an_unknown_error_keeps_its_traceback(monkeypatch):
+    """A defect of luxloop itself; an exception of a tracker is one line."""
+    break_at(3, ZeroDivisionError(), monkeypatch)
     short_run.write(Path())
-    Path("broken.py").write_text(INTERRUPTED.replace("KeyboardInterrupt", "ZeroDivisionError"))
     before = tree()
     with pytest.raises(ZeroDivisionError):
-        main(["run", "short.toml", "--tracker", "broken:Tracker"])
+        main(["run", "short.toml"])
     assert tree() == before
 
 

@@ -62,7 +62,7 @@ BLIND = """\
 from tracker.tracker import Tracker
 class Blind(Tracker):
     def step(self, scan):
-        return super().step(type(scan).from_points(scan.time, [], scan.ego_pose_odom))
+        return super().step(type(scan).from_points(scan.time, [], scan.ego_pose_odom))[0]  # a trace has all points
 """
 
 

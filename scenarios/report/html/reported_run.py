@@ -24,10 +24,16 @@ SUITE_METRICS = {
 }
 """Main metrics of a run, with short names."""
 
-OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = ("failed", "unexpected pass", "known failure", "passed")
+OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = (
+    "failed",
+    "unexpected pass",
+    "known failure",
+    "passed",
+    "not applicable",
+)
 """Order of expectations in a list."""
 
-IS_DEVICE = re.compile(r"oracle: .*|[\w.]+:[\w.]+")
+IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
 
 LATER = "the run was made by an earlier version; run the scenario again"
@@ -55,7 +61,10 @@ class ReportedRun:
         result = with_later(run_folder.read(folder))
         expect = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
         checks = check(result.metrics, expect)
-        worst = {check.name: [] if check.holds else worst_frames(result, check.name) for check in checks}
+        worst = {
+            check.name: [] if check.holds or check.metric.not_reported else worst_frames(result, check.name)
+            for check in checks
+        }
         return cls(folder, result, checks, worst)
 
     @property
@@ -80,6 +89,8 @@ class ReportedRun:
         held = sum(check.holds for check in self.checks)
         text = f"{held} of {len(self.checks)} expectations hold" if self.checks else "it has no expectations"
         text += f", {self.known_failures} known to fail" if self.known_failures else ""
+        unreported = sum(check.outcome == "not applicable" for check in self.checks)
+        text += f", {unreported} not applicable" if unreported else ""
         return text if self.result.complete else f"{text} so far; it ended early: {self.result.ended_early}"
 
     @property
@@ -90,7 +101,7 @@ class ReportedRun:
     @property
     def unmet(self) -> list[str]:
         """Metrics of the expectations that do not hold, failures before known failures."""
-        return [check.name for check in self.ranked if not check.holds]
+        return [check.name for check in self.ranked if not check.holds and check.outcome != "not applicable"]
 
     @property
     def commands(self) -> list[str]:

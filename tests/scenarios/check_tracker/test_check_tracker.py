@@ -1,6 +1,7 @@
 """Contract checker: trackers with one planted fault each, and trackers without faults."""
 
 import inspect
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,9 +13,9 @@ from support.scripts import load_script
 from scenarios.check_tracker import sequence_checks
 from scenarios.check_tracker.check_drives import NullTracker, drives
 from scenarios.check_tracker.checks import CHECKS
-from scenarios.check_tracker.output_checks import OPTIONAL, SHAPES
 from scenarios.cli import main
-from tracker.records import Status, Tracks
+from scenarios.run.output_checks import OPTIONAL, SHAPES
+from tracker.records import MODELS, Status, Tracks
 from tracker.tracker import Tracker
 
 my_tracker = load_script(EXAMPLES / "my_tracker.py")
@@ -36,10 +37,28 @@ def cut(drive, count):
     return drive._replace(scans=drive.scans[:count], labels=drive.labels[:count])
 
 
+class WithModels(PatchTracker):
+    """Reports one model with certainty, and the front left corner."""
+
+    def step(self, scan):
+        tracks = super().step(scan)
+        count, mean = len(tracks), tracks.mean.copy()
+        mean[:, [2, 3, 4, 5, 7]] = 0.0
+        return replace(
+            tracks,
+            mean=mean,
+            covariance=np.tile(np.eye(8), (count, 1, 1)),
+            model_probability=np.tile(np.eye(len(MODELS))[0], (count, 1)),
+            model=np.zeros(count, int),
+            model_position_odom=np.repeat(mean[:, None, :2], len(MODELS), axis=1),
+            corner_sign=np.ones((count, 2), int),
+        )
+
+
 def changed(**fields):
     """Return a tracker with some output fields replaced by functions of the tracks."""
 
-    class Changed(PatchTracker):
+    class Changed(WithModels):
         def step(self, scan):
             tracks = super().step(scan)
             return replace(tracks, **{name: make(tracks) for name, make in fields.items()}) if len(tracks) else tracks
@@ -51,6 +70,13 @@ class Raises(PatchTracker):
     def step(self, scan):
         if not len(scan):
             raise IndexError("index -1 is out of bounds")
+        return super().step(scan)
+
+
+class Exits(PatchTracker):
+    def step(self, scan):
+        if not len(scan):
+            sys.exit(0)
         return super().step(scan)
 
 
@@ -152,6 +178,7 @@ def asymmetric(tracks):
     [
         (NoConfig, "accepts a TrackerConfig", "takes 1 positional argument but 2 were given"),
         (Raises, "accepts every scan", "IndexError: index -1 is out of bounds ("),
+        (Exits, "accepts every scan", "SystemExit: 0 ("),
         (ReturnsNone, "returns Tracks", "returned NoneType"),
         (changed(mean=lambda t: t.mean[:, :6]), "shapes and types", "not floats ("),
         (changed(size=lambda t: t.size.tolist()), "shapes and types", "size is list, not an array ("),
@@ -167,7 +194,7 @@ def asymmetric(tracks):
         (changed(mean=lambda t: t.mean * np.nan), "values are finite", "mean is not finite"),
         (changed(size=lambda t: t.size * 0.0), "values are finite", "size is not above 0"),
         (changed(status=lambda t: t.status + np.uint8(7)), "codes are valid", "status is not a member of Status"),
-        (changed(corner_sign=lambda t: 0 * t.corner_sign), "codes are valid", "corner_sign"),
+        (changed(corner_sign=lambda t: 2 * t.corner_sign), "codes are valid", "corner_sign"),
         (changed(model=lambda t: t.model + 3), "codes are valid", "model is not an index of models"),
         (changed(id=lambda t: 0 * t.id), "ids are unique", "id 0 occurs"),
         (DuplicatesIds, "ids are unique", "occurs 2 times"),
@@ -204,7 +231,7 @@ def test_every_field_of_the_record_is_checked():
     assert set(OPTIONAL) == optional
 
 
-@pytest.mark.parametrize("tracker", [Tracker, PatchTracker, NullTracker])
+@pytest.mark.parametrize("tracker", [Tracker, PatchTracker, WithModels, NullTracker])
 def test_trackers_that_meet_the_contract_pass(tracker, all_drives):
     findings = sequence_checks.examine(tracker, all_drives)
     assert findings.faults == ()
@@ -234,7 +261,7 @@ def test_the_drives_contain_vehicles_gaps_and_unusual_scans(all_drives):
 # --- the command line
 
 GOOD = (EXAMPLES / "my_tracker.py").read_text(encoding="utf-8")
-BAD = GOOD.replace("np.eye(len(MODELS))[0]", "np.ones(len(MODELS))")
+BAD = GOOD.replace("[2], CAR_M)", "[2], -CAR_M)")
 
 
 @pytest.mark.parametrize(
@@ -252,7 +279,7 @@ def test_the_command_prints_a_table_and_exits_by_the_result(module, text, code, 
     out, err = capfd.readouterr()
     assert message in out
     assert err == ""
-    assert ("normalise model_probability row by row" in " ".join(out.split())) == bool(code)
+    assert ("omit tracks whose state is unknown" in " ".join(out.split())) == bool(code)
 
 
 def test_a_missing_tracker_is_a_one_line_error(capfd):

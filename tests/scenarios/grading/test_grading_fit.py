@@ -196,7 +196,7 @@ def test_regret_counts_observations_with_a_selected_rectangle_only():
 def test_without_a_trace_every_stage_metric_has_this_reason():
     metrics, tables, grades = grade_run([[Body(0, 10.0, 0.0)]], Scripted([[]]))
     stages = [name for name in GRADED if name.startswith(("fit.", "segmentation.", "outliers."))]
-    assert {metrics[name].reason for name in stages} == {"the tracker gives no trace of its stages"}
+    assert {metrics[name].reason for name in stages} == {"the tracker does not report a trace of its stages"}
     assert len(measure(tables["fits"])) == 0
     assert grades[0].box_actor.shape == (0,)
 

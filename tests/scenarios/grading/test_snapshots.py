@@ -10,7 +10,6 @@ from support import short_run
 
 from scenarios.grading.snapshots import APART_S, CONFIRMATION_S, PER_KIND, SNAPSHOT_KINDS
 from scenarios.grading.worst_frames import worst_frames
-from tracker.scan import Scan
 from tracker.tracker import Tracker
 
 
@@ -19,7 +18,7 @@ class Forgetful(Tracker):
 
     def step(self, scan):
         blind = scan.time < 2.0 or 4.0 <= scan.time < 5.0
-        tracks, trace = super().step(Scan.from_points(scan.time, [], scan.ego_pose_odom) if blind else scan)
+        tracks, trace = super().step(replace(scan, points_ego=scan.points_ego + np.float32(np.nan)) if blind else scan)
         return replace(tracks, id=tracks.id + 1000 * (scan.time >= 5.0)), trace
 
 

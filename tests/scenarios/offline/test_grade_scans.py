@@ -69,7 +69,7 @@ def test_the_tracker_gives_the_same_trace_on_recorded_scans(sumo):
     out, result, _ = sumo
     tracker, trace_hash = device.load(device.SHIPPED)(Scenario.load(shipped.find("sumo-crossing")).tracker), TraceHash()
     for frame, scan, truth in RecordedScans(out, result.frames, UNITS):
-        tracks, _ = device.step(tracker, scan)
+        tracks, _ = tracker.step(scan)
         trace_hash.add(frame, scan, truth, tracks)
     assert trace_hash.hexdigest() == result.trace_hash
 

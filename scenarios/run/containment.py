@@ -1,0 +1,118 @@
+"""Effects of a tracker on the process of the run, kept away from the harness as far as one process allows.
+
+- Standard output belongs to the result (`--json`): what a tracker prints goes to standard error.
+- `os._exit` and `os.exec*` raise SystemExit, like `sys.exit`, so that a tracker cannot set the exit code.
+- A forked copy of the run ends when it leaves the tracker.
+- Warning filters, numpy's error state and the current folder are those of the harness again after each call.
+
+Code in the same process can still read and change any object of the harness, end the process by a signal, or crash it.
+A tracker in its own process cannot, see `scenarios.run.process_tracker`.
+"""
+
+import mmap
+import os
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from typing import Any
+
+import numpy as np
+
+from scenarios.run.time_limit import EXIT_CODE, in_main_thread
+
+_end_process = os._exit
+_EXITS = ("_exit", "abort", "execv", "execve")
+"""Functions of `os` that end a process or replace its program; all of `os.exec*` call the last two."""
+_OUTPUTS = (1, 2)
+"""File descriptors of standard output and standard error."""
+
+
+class _Unclosable:
+    """A text stream that a tracker can write to, but not close."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def close(self) -> None:
+        """Flush only."""
+        self._stream.flush()
+
+
+@contextmanager
+def contained() -> Iterator[None]:
+    """Redirect standard output to standard error and disable functions that end the process, in the main thread."""
+    if not in_main_thread():  # workers of a sweep, whose threads share the process
+        yield
+        return
+    with ExitStack() as stack:
+        stack.enter_context(_descriptors_redirected())
+        stack.callback(setattr, sys, "stdout", sys.stdout)
+        stack.callback(setattr, sys, "stderr", sys.stderr)
+        stream: Any = _Unclosable(sys.stderr)
+        sys.stdout = sys.stderr = stream
+        for name in _EXITS:
+            stack.callback(setattr, os, name, getattr(os, name))
+            setattr(os, name, _refusal(name, getattr(os, name), os.getpid()))
+        yield
+
+
+@contextmanager
+def call_restored() -> Iterator[None]:
+    """Restore warning filters and numpy's error state after a call."""
+    filters = warnings.filters[:]
+    with np.errstate():
+        try:
+            yield
+        finally:
+            if warnings.filters != filters:
+                warnings.filters[:] = filters  # type: ignore[index]
+
+
+@contextmanager
+def _descriptors_redirected() -> Iterator[None]:
+    """Redirect file descriptor 1 to 2, for compiled code that prints; restore both at the end."""
+    saved: dict[int, int] = {}
+    sys.stdout.flush()
+    with suppress(OSError):  # closed by the caller: nothing can be printed there
+        saved = {number: os.dup(number) for number in _OUTPUTS}
+        os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        for number, copy in saved.items():
+            os.dup2(copy, number)
+            os.close(copy)
+
+
+def _refusal(name: str, original: Any, harness: int) -> Any:
+    """Return a function that raises SystemExit in the process of the harness, and works as usual in its children."""
+
+    def refuse(*arguments: Any, **named: Any) -> None:
+        if os.getpid() != harness:
+            original(*arguments, **named)
+        raise SystemExit(f"os.{name}({', '.join(map(repr, arguments))})")
+
+    return refuse
+
+
+class ForkMark:
+    """Detects that a forked copy of the run came back from a tracker; the copy shares one byte with the run."""
+
+    def __init__(self) -> None:
+        self._process = os.getpid()
+        self._mark = mmap.mmap(-1, 1)
+
+    @property
+    def set(self) -> bool:
+        """True if a copy came back."""
+        return self._mark[0] != 0
+
+    def leave_if_copy(self) -> None:
+        """End this process if it is a copy."""
+        if os.getpid() != self._process:
+            self._mark[0] = 1
+            _end_process(EXIT_CODE)

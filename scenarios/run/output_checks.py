@@ -1,0 +1,166 @@
+"""Checks of a tracker's output for one scan, used in every run and by `luxloop check-tracker`.
+
+A value that a tracker does not estimate is NaN, see `Tracks.from_boxes`: velocity, acceleration, yaw rate, covariance,
+and everything about models. Position, heading and size are required.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.arrays import Bools, Floats
+from tracker.records import MODEL_NAMES, PREDICTION_S, Status, Tracks
+
+
+class Fault(NamedTuple):
+    """A failed check."""
+
+    check: str
+    what: str
+    where: str = ""
+    """Drive and scan, where `luxloop check-tracker` found it."""
+
+
+Faults = Iterator[Fault]
+
+M = "M"
+"""Number of models of the tracker."""
+
+SHAPES: dict[str, tuple[tuple[int | str, ...], str]] = {
+    "id": ((), "iu"),
+    "status": ((), "iu"),
+    "mean": ((8,), "f"),
+    "covariance": ((8, 8), "f"),
+    "model_probability": ((M,), "f"),
+    "model": ((), "iu"),
+    "model_position_odom": ((M, 2), "f"),
+    "corner_sign": ((2,), "iu"),
+    "size": ((2,), "f"),
+    "model_covariance_odom": ((M, 2, 2), "f"),
+    "model_nis": ((M,), "f"),
+    "prediction_odom": (("M + 1", len(PREDICTION_S), 2), "f"),
+}
+"""Shape of each field of `Tracks` without its first axis, and the allowed kinds of dtype."""
+OPTIONAL = ("model_covariance_odom", "model_nis", "prediction_odom")
+MOTION = {"velocity": slice(2, 4), "acceleration": slice(4, 6), "yaw rate": slice(7, 8)}
+"""Columns of `Tracks.mean` that a tracker may leave out, each group as a whole."""
+TOLERANCE = 1e-6
+"""Tolerance of a sum of probabilities, and of symmetry and eigenvalues of a covariance relative to its size."""
+LARGEST = 1e9
+"""Largest magnitude in `mean` and `size` [m, s, rad]: products of larger numbers overflow in the metrics."""
+
+
+def check_shapes(tracks: Tracks) -> Faults:
+    """Check that every field is an array of its shape and dtype; other checks need this one to pass."""
+    models = tracks.models
+    if not (isinstance(models, tuple) and models and set(models) <= set(MODEL_NAMES) and len({*models}) == len(models)):
+        yield Fault("shapes and types", f"models is {models!r}, not a tuple of names in MODEL_NAMES, each once")
+        return
+    number: dict[int | str, int] = {M: len(models), "M + 1": len(models) + 1}
+    count = len(tracks.id) if isinstance(tracks.id, np.ndarray) and tracks.id.ndim == 1 else None
+    for name, (shape, kinds) in SHAPES.items():
+        value = getattr(tracks, name)
+        wanted = (count if count is not None else "T", *(number.get(axis, axis) for axis in shape))
+        if value is not None or name not in OPTIONAL:
+            yield from check_array(name, value, wanted, kinds)
+
+
+def check_array(name: str, value: object, wanted: tuple[int | str, ...], kinds: str) -> Faults:
+    """Check that a value is an array of a shape and of one of some kinds of dtype ("iu" integers, "f" floats)."""
+    if not isinstance(value, np.ndarray):
+        yield Fault("shapes and types", f"{name} is {type(value).__name__}, not an array {shape_text(wanted)}")
+    elif value.shape != wanted or value.dtype.kind not in kinds:
+        numbers = {"f": "floats", "b": "booleans"}.get(kinds, "integers")
+        what = f"{name} is {value.dtype} {shape_text(value.shape)}, not {numbers} {shape_text(wanted)}"
+        yield Fault("shapes and types", what)
+
+
+def check_values(tracks: Tracks) -> Faults:
+    """Check finite values, valid codes, unique ids and normalised probabilities."""
+    yield from _check_state(tracks)
+    signs = np.abs(tracks.corner_sign.astype(np.int64))
+    codes = {
+        "status is not a member of Status": np.isin(tracks.status, list(Status)),
+        "model is not an index of models": np.isin(tracks.model, range(-1, len(tracks.models))),
+        "corner_sign is neither +1 nor -1": (signs == 1).all(axis=1) | (signs == 0).all(axis=1),
+        "id is not from 0 to 2^63 - 1": (tracks.id >= 0) & (tracks.id <= np.iinfo(np.int64).max),
+    }
+    for what, valid in codes.items():
+        yield from _invalid("codes are valid", tracks, valid, what)
+    if tracks.prediction_odom is not None:
+        finite = np.isfinite(tracks.prediction_odom)
+        yield from _invalid("values are finite", tracks, finite, "prediction_odom is not finite")
+    ids, times = np.unique(tracks.id, return_counts=True)
+    if (times > 1).any():
+        yield Fault("ids are unique", f"id {ids[times > 1][0]} occurs {times.max()} times")
+    yield from _check_probabilities(tracks)
+
+
+def _check_state(tracks: Tracks) -> Faults:
+    """Check `mean`, `size` and the positions of the models."""
+    check = "values are finite"
+    required = np.isfinite(tracks.mean[:, [0, 1, 6]])
+    yield from _invalid(check, tracks, required, "mean is not finite (position, heading)")
+    for name, columns in MOTION.items():
+        part = tracks.mean[:, columns]
+        known = np.isfinite(part).all(axis=1) | np.isnan(part).all(axis=1)
+        yield from _invalid(check, tracks, known, f"mean is not finite ({name}, which is NaN as a whole if unknown)")
+    yield from _invalid(check, tracks, np.isfinite(tracks.size), "size is not finite")
+    yield from _invalid(check, tracks, ~(tracks.size <= 0), "size is not above 0")
+    for name in ("mean", "size"):
+        small = ~(np.abs(getattr(tracks, name)) > LARGEST)
+        yield from _invalid(check, tracks, small, f"{name} is beyond {LARGEST:g}")
+    yield from _invalid(check, tracks, ~np.isinf(tracks.model_position_odom), "model_position_odom is infinite")
+
+
+def _check_probabilities(tracks: Tracks) -> Faults:
+    check, what, share = "probabilities sum to 1", "model_probability", tracks.model_probability
+    unknown: Bools = np.asarray(np.isnan(share).all(axis=1))
+    yield from _invalid(check, tracks, (share >= 0.0) | unknown[:, None], what, lambda t: share[t].tolist())
+    sums: Floats = share.sum(axis=1)
+    normalised = np.isclose(sums, 1.0, rtol=0.0, atol=TOLERANCE) | unknown
+    yield from _invalid(check, tracks, normalised, f"{what} sums to", sums.item)
+
+
+def check_covariances(tracks: Tracks, *, definite: bool = True) -> Faults:
+    """Check that covariances are finite, symmetric and, if `definite`, positive semidefinite, within the tolerance."""
+    check = "covariances are valid"
+    for name, matrix in _covariances(tracks).items():
+        finite: Bools = np.asarray(np.isfinite(matrix).all(axis=(1, 2)))
+        unknown: Bools = np.asarray(np.isnan(matrix).all(axis=(1, 2)))
+        yield from _invalid(check, tracks, finite | unknown, f"{name} is not finite")
+        matrix = np.where(finite[:, None, None], matrix, 0.0)
+        margin = TOLERANCE * np.abs(matrix).max(axis=(1, 2), initial=np.finfo(np.float64).tiny)
+        skew = np.abs(matrix - matrix.swapaxes(1, 2)).max(axis=(1, 2), initial=0.0)
+        yield from _invalid(check, tracks, skew <= margin, f"{name} is not symmetric")
+        if definite:
+            least = np.linalg.eigvalsh(0.5 * (matrix + matrix.swapaxes(1, 2))).min(axis=1, initial=0.0)
+            what = f"{name} has a negative eigenvalue"
+            yield from _invalid(check, tracks, least >= -margin, what, lambda t: least[t])  # noqa: B023
+
+
+def _covariances(tracks: Tracks) -> dict[str, Floats]:
+    """Return the covariances by name, each (T, K, K)."""
+    matrices = {"covariance": tracks.covariance}
+    if tracks.model_covariance_odom is not None:
+        models = tracks.model_covariance_odom
+        matrices |= {f"model_covariance_odom of {model}": models[:, m] for m, model in enumerate(tracks.models)}
+    return matrices
+
+
+def _invalid(
+    check: str, tracks: Tracks, valid: npt.ArrayLike, what: str, value: Callable[[int], Any] | None = None
+) -> Faults:
+    """Yield a fault that names the first track that is not valid."""
+    passed = np.asarray(valid, np.bool_)
+    rows = np.flatnonzero(~passed.all(axis=tuple(range(1, passed.ndim))))
+    if len(rows):
+        shown = f" {value(int(rows[0]))}" if value else ""
+        yield Fault(check, f"track {tracks.id[rows[0]]}: {what}{shown}")
+
+
+def shape_text(shape: tuple[Any, ...]) -> str:
+    """Return a shape as Python writes it."""
+    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"

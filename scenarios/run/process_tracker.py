@@ -1,0 +1,176 @@
+"""A tracker in its own process: any program that reads scans from standard input and writes tracks.
+
+It cannot reach the ground truth or the harness; it may crash, exit, print to standard error, or hang.
+"""
+
+import os
+import select
+import shlex
+import shutil
+import signal
+import subprocess
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from scenarios.errors import DeviceError
+from scenarios.run.process_protocol import GREETING, LENGTH, TRACK_BYTES, scan_message, tracks_of
+from scenarios.run.time_limit import STEP_TIMEOUT_S, StepTimeoutError
+from tracker.records import Tracks
+from tracker.scan import Scan
+from tracker.tracker import TrackerConfig
+
+PREFIX = "process:"
+END_S = 5.0
+"""Time for the process to end after its input is closed [s]."""
+ANSWER_MAX = 10_000 * TRACK_BYTES
+"""Longest answer [bytes]; a longer one is taken for text on standard output."""
+
+
+class TrackerProcessError(Exception):
+    """The process ended, or does not keep the protocol."""
+
+
+class ProcessFactory:
+    """Starts a command for each tracker; a `scenarios.run.device.DeviceFactory`.
+
+    Parameters
+    ----------
+    command
+        Program and arguments, as in a shell, without shell syntax.
+
+    Raises
+    ------
+    DeviceError
+        There is no such program.
+    """
+
+    def __init__(self, command: str) -> None:
+        try:
+            self._arguments = shlex.split(command)
+        except ValueError as error:
+            raise DeviceError(f"--tracker {PREFIX}{command}: {error}; quote the command as for a shell") from error
+        if not self._arguments or shutil.which(self._arguments[0]) is None:
+            raise DeviceError(f"--tracker {PREFIX}{command}: no program {self._arguments[:1]}; give a path or a name")
+        self._arguments[0] = str(shutil.which(self._arguments[0]))
+        if os.sep in self._arguments[0]:
+            self._arguments[0] = str(Path(self._arguments[0]).absolute())
+
+    def __call__(self, _config: TrackerConfig) -> "ProcessTracker":
+        """Start the command."""
+        return ProcessTracker(self._arguments)
+
+    def __str__(self) -> str:
+        return f"{PREFIX}{shlex.join(self._arguments)}"
+
+
+class ProcessTracker:
+    """A running tracker.
+
+    Parameters
+    ----------
+    arguments
+        Program and arguments.
+
+    Raises
+    ------
+    TrackerProcessError
+        It does not answer the greeting.
+    """
+
+    def __init__(self, arguments: list[str]) -> None:
+        self.limit_s = STEP_TIMEOUT_S
+        """Limit of one answer [s]."""
+        self._frame = 0
+        self._process = subprocess.Popen(
+            arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, start_new_session=True
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._input, self._output = self._process.stdin.fileno(), self._process.stdout.fileno()
+        for descriptor in (self._input, self._output):
+            os.set_blocking(descriptor, False)
+        try:
+            self._exchange_greetings()
+        except BaseException:
+            self.close()
+            raise
+
+    def step(self, scan: Scan) -> Tracks:
+        """Send a scan and return the answer."""
+        deadline, frame = time.monotonic() + self.limit_s, self._frame
+        self._frame += 1
+        self._send(scan_message(frame, scan), deadline)
+        (length,) = LENGTH.unpack(self._receive(LENGTH.size, deadline))
+        if length > ANSWER_MAX:
+            raise TrackerProcessError(f"answered {length} bytes; does it print to standard output?")
+        try:
+            return tracks_of(self._receive(length, deadline), frame)
+        except ValueError as error:
+            raise TrackerProcessError(f"{error}; see docs/other-trackers.md") from error
+
+    def finish(self) -> None:
+        """Close the input after the last scan, and wait for the end of the process.
+
+        Raises
+        ------
+        TrackerProcessError
+            It does not end, or with a code other than 0.
+        """
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        try:
+            code = self._process.wait(END_S)
+        except subprocess.TimeoutExpired as error:
+            raise TrackerProcessError(f"was still running {END_S:g} s after its input was closed") from error
+        if code:
+            raise TrackerProcessError(self._ending())
+
+    def close(self) -> None:
+        """Kill the process and its children, if they are still running."""
+        with suppress(ProcessLookupError):  # ended, with all its children
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream:
+                stream.close()
+
+    def _exchange_greetings(self) -> None:
+        deadline = time.monotonic() + self.limit_s
+        self._send(GREETING, deadline)
+        answer = self._receive(len(GREETING), deadline)
+        if answer != GREETING:
+            raise TrackerProcessError(f"answered {answer!r} instead of {GREETING!r}; print to standard error only")
+
+    def _send(self, data: bytes, deadline: float) -> None:
+        view = memoryview(data)
+        while view:
+            if self._wait([], [self._input], deadline):
+                try:
+                    view = view[os.write(self._input, view) :]
+                except BrokenPipeError as error:
+                    raise TrackerProcessError(self._ending()) from error
+
+    def _receive(self, count: int, deadline: float) -> bytes:
+        data = bytearray()
+        while len(data) < count:
+            if self._wait([self._output], [], deadline):
+                part = os.read(self._output, count - len(data))
+                if not part:
+                    raise TrackerProcessError(self._ending())
+                data += part
+        return bytes(data)
+
+    def _wait(self, readable: list[int], writable: list[int], deadline: float) -> bool:
+        left = deadline - time.monotonic()
+        if left <= 0:
+            raise StepTimeoutError
+        return any(select.select(readable, writable, [], left))
+
+    def _ending(self) -> str:
+        """Return how the process ended: it closed a pipe, so it has ended or is about to."""
+        try:
+            code = self._process.wait(1.0)
+        except subprocess.TimeoutExpired:
+            return "closed its standard input or output"
+        return f"ended by signal {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"

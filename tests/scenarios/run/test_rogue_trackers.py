@@ -1,0 +1,178 @@
+"""Trackers that break their contract: each ends the run with one line and a code other than 0, and writes nothing."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from support import rogue_trackers, short_run
+from support.paths import ROOT
+
+from scenarios.cli import main
+
+BROKEN = {
+    "Exits": "raised SystemExit: 0",
+    "TyperExit": "raised Exit: 0",
+    "Interrupts": "raised KeyboardInterrupt",
+    "GeneratorExits": "raised GeneratorExit",
+    "BaseError": "raised BaseException: base",
+    "Fails": "raised ValueError: a long story",
+    "StopsIteration": "raised StopIteration",
+    "OutOfMemory": "raised MemoryError",
+    "PosesAsSimulator": "raised SimulatorFailedError: the simulator died",
+    "PosesAsTraffic": "raised TrafficEndedError: the ego arrived",
+    "PosesAsInput": "raised ScenarioError: bad file",
+    "EndsProcess": "raised SystemExit: os._exit(0)",
+    "BecomesAnotherProgram": "raised SystemExit: os.execv('/bin/true', ['true'])",
+    "Recurses": "raised RecursionError",
+    "ExitsAtStart": "ExitsAtStart: warm-up, start: ",
+    "TakesNoConfig": "takes 1 positional argument but 2 were given",
+    "HasNoStep": "object has no attribute 'step'",
+    "Sleeps": "took more than 0.3 s",
+    "Spins": "took more than 0.3 s",
+    "IgnoresOneInterrupt": "took more than 0.3 s",
+    "WritesPoints": "raised ValueError: assignment destination is read-only",
+    "WritesPose": "read-only",
+    "ReturnsNone": "returned NoneType; return Tracks",
+    "ReturnsText": "returned str; return Tracks",
+    "ReturnsGenerator": "returned generator; return Tracks",
+    "ReturnsClass": "returned type; return Tracks",
+    "ReturnsPairWithoutTrace": "returned tuple; return Tracks",
+    "ReturnsEmptyRecord": "returned a record that cannot be read",
+    "Awaits": "returned coroutine; return Tracks",
+    "NanPosition": "track 2: mean is not finite (position, heading)",
+    "InfiniteHeading": "track 2: mean is not finite (position, heading)",
+    "HalfAVelocity": "track 1: mean is not finite (velocity",
+    "HugePosition": "track 1: mean is beyond 1e+09",
+    "NanSize": "track 2: size is not finite",
+    "NegativeSize": "track 1: size is not above 0",
+    "ZeroSize": "track 1: size is not above 0",
+    "InfiniteCovariance": "track 1: covariance is not finite",
+    "AsymmetricCovariance": "track 1: covariance is not symmetric",
+    "ShortMean": "mean is float64 (2, 6), not floats (2, 8)",
+    "OneTrackLess": "size is float64 (1, 2), not floats (2, 2)",
+    "ListForArray": "mean is list, not an array (2, 8)",
+    "FloatIds": "id is float64 (2,), not integers (2,)",
+    "TextIds": "id is <U1 (2,), not integers (2,)",
+    "ObjectIds": "id is object (2,), not integers (2,)",
+    "BoolIds": "id is bool (2,), not integers (2,)",
+    "NegativeIds": "track -1: id is not from 0 to 2^63 - 1",
+    "EnormousIds": "track 9223372036854775808: id is not from 0 to 2^63 - 1",
+    "TwiceTheSameId": "id 7 occurs 2 times",
+    "UnknownStatus": "track 2: status is not a member of Status",
+    "UnknownModel": "track 2: model is not an index of models",
+    "OddCorner": "track 1: corner_sign",
+    "Overconfident": "track 1: model_probability sums to 3.0",
+    "OtherModels": "models is ('cv', 'stationary', 'ca'), but was ('stationary', 'cv', 'ca') before",
+    "ModelsOfLists": "cannot be read (TypeError",
+    "ManyTracks": "id: 20000 tracks; at most 10000 can be graded",
+    "BadBoxes": "raised ValueError: center has shape (1, 2); give (2, 2)",
+    "OldTrace": "segments.label has shape",
+    "HollowTrace": "cannot be read (AttributeError",
+    "Forks": "forked the run, and the copy returned",
+    "LeavesThread": "left the thread lasting running after the last frame",
+    "ChangesFolder": "changed the current folder to /",
+}
+"""Part of the line by tracker; the exit code is 4."""
+
+HARMLESS = (
+    "EndsProcessInThread",
+    "UnlocksScan",
+    "ChangesEarlierTracks",
+    "Prints",
+    "Warns",
+    "ForksQuietly",
+    "LeavesDaemon",
+)
+"""Trackers whose misdeed has no effect: their result is that of `Honest`."""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    short_run.write(tmp_path / "here")
+    return tmp_path / "here"
+
+
+def arguments(name):
+    place = f"{rogue_trackers.__file__}:{name}"
+    return [
+        "run",
+        "short.toml",
+        "--tracker",
+        place,
+        "--no-recording",
+        "--json",
+        "--out",
+        "ran",
+        "--step-timeout",
+        "0.3",
+    ]
+
+
+def result_of(name, capfd):
+    """Return the trace hash and the metrics that are not times."""
+    assert main(arguments(name)) == 0
+    document = json.loads(capfd.readouterr().out)
+    return document["trace_hash"], {k: v for k, v in document["metrics"].items() if not k.startswith("perf.")}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+@pytest.mark.filterwarnings("ignore:coroutine:RuntimeWarning")
+def test_a_broken_contract_is_one_line_with_exit_code_4(name, folder, capfd):
+    assert main(arguments(name)) == 4
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith(f"luxloop: error: {rogue_trackers.__file__}:{name}".replace(f"{folder}/", ""))
+    assert err.count("\n") == 1
+    assert BROKEN[name] in err
+    assert name in ("ExitsAtStart", "TakesNoConfig") or " frame " in err
+    assert [path.name for path in folder.iterdir()] == ["short.toml"]
+
+
+def test_the_table_has_every_tracker():
+    """Each class of the support module is used by a test of this file."""
+    elsewhere = {"Honest", "SeesTruth", "DeletesResults", "RemovesFolder", "IgnoresInterrupts", "Tracker", "Tracks"}
+    classes = {name for name, value in vars(rogue_trackers).items() if isinstance(value, type) and name[0].isupper()}
+    imported = {"Path", "ScenarioError", "SimulatorFailedError", "TrafficEndedError", "StepTrace"}
+    assert classes - imported - elsewhere == BROKEN.keys() | set(HARMLESS)
+    assert len(BROKEN) >= 34
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_oracle_is_no_tracker(capfd):
+    assert main(arguments("SeesTruth")) == 2
+    assert "see_truth would receive the ground truth" in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_tracker_that_deletes_the_results_is_one_line(capfd):
+    assert main(arguments("DeletesResults")) == 2
+    out, err = capfd.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "cannot write there" in err
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("IgnoresInterrupts", "frame 4 at 0.32 s: took more than 0.3 s"), ("RemovesFolder", "removed the current folder")],
+)
+@pytest.mark.usefixtures("folder")
+def test_trackers_that_would_break_this_process(name, message):
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
+    command = [sys.executable, "-m", "scenarios", *arguments(name)]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=100)
+    assert run.returncode == 4, run.stderr
+    assert (run.stdout, run.stderr.count("\n")) == ("", 1)
+    assert message in run.stderr
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_misdeeds_without_effect_leave_the_result_as_it_is(capfd):
+    """JSON stays valid, and the trace and the metrics are bit for bit those of an honest tracker."""
+    honest = result_of("Honest", capfd)
+    for name in HARMLESS:
+        assert result_of(name, capfd) == honest, name
