@@ -11,6 +11,7 @@ from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion, moved
 from tracker.tracking.independent_filters import IndependentFilters
+from tracker.tracking.orientation import Course
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 
@@ -75,8 +76,8 @@ class CornerEstimator:
         mean, covariance = self.bank.estimate
         return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
 
-    def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> float | None:
-        """Direction of motion of the rear axle [rad], None for a vehicle that may be stationary.
+    def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
+        """Direction of motion of the rear axle, None for a vehicle that may be stationary.
 
         The corners of a turning vehicle move across its heading, the rear axle does not.
 

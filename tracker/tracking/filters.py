@@ -70,6 +70,10 @@ class FilterConfig:
     heading_drift_density_rad2ps: float = 1e-4
     """`adaptive`: the visible outline of a body, and with it the fit, turns by about half a degree in a second
     [rad^2/s]."""
+    course_time_s: float = 0.5
+    """`adaptive`: time for which the error of the direction of motion lasts, the memory of the velocity filter [s]."""
+    slip_std_rad: float = 0.02
+    """`adaptive`: standard deviation of the angle between heading and motion of the rear axle, by side slip [rad]."""
     heading_outlier_share: float = 0.05
     """`adaptive`: share of headings that are outliers, as arcs fitted as sides: 2 of 55 recorded vehicles."""
     heading_restart_s: float = 0.5
@@ -100,6 +104,7 @@ class FilterConfig:
         require_within(self, 1e-6, 1e3, "position_std_floor_m", "heading_std_floor_rad")
         require_within(self, 1e-6, 1e3, "yaw_rate_time_s", "curvature_std_per_m", "lateral_acceleration_std_mps2")
         require_within(self, 0.0, 1e3, "heading_drift_density_rad2ps", "heading_restart_s")
+        require_within(self, 0.0, 1e3, "course_time_s", "slip_std_rad")
         require_within(self, 1e-6, 0.5, "heading_outlier_share")
 
 

@@ -7,6 +7,7 @@ from tracker.geometry import QUARTER
 from tracker.tracking import orientation
 from tracker.tracking.filters import Motion
 from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading
+from tracker.tracking.orientation import Course
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 
@@ -64,13 +65,13 @@ class HeadingEstimator:
         self.oriented_hits += self._oriented
         self._filter.observe(heading, variance)
 
-    def turns_to_front(self, course: float | None, position: Floats, seen_size: Floats, seen_whole: Bools) -> int:
+    def turns_to_front(self, course: Course | None, position: Floats, seen_size: Floats, seen_whole: Bools) -> int:
         """Quarter turns from the heading to the front of the vehicle; 0 until the contradiction lasts long enough.
 
         Parameters
         ----------
         course
-            Direction of motion [rad], None for a vehicle that may be stationary.
+            Direction of motion, None for a vehicle that may be stationary.
         position
             (2,) tracked corner [m].
         seen_size
@@ -100,11 +101,12 @@ class HeadingEstimator:
         self._votes = self._votes + 1 if quarters else 0
         return quarters if self._votes >= config.votes else 0
 
-    def _turns_by_course(self, course: float, position: Floats, seen_size: Floats) -> int:
+    def _turns_by_course(self, course: Course, position: Floats, seen_size: Floats) -> int:
         """Quarter turns by the direction of motion."""
-        quarters = orientation.by_course(self.heading, course)
+        quarters = orientation.by_course(self.heading, course.direction)
         if quarters == 0:
             self._contradicted_from, self._oriented = position, True
+            self._filter.support(course.direction, course.variance)
             return 0
         travelled = np.hypot(*(position - self._contradicted_from))
         if travelled > orientation.way_needed(quarters, seen_size, self._config.orientation):

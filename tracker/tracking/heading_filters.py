@@ -58,6 +58,9 @@ class PaperHeading:
         self._filter.correct(np.array([[residual]]), np.array([[variance]]))
         self._filter.mean[0, 0] = wrap(float(self._filter.mean[0, 0]))
 
+    def support(self, course: float, variance: float) -> None:
+        """Ignore the direction of motion, which the paper uses for the choice of the front only."""
+
     def turn(self, angle: float) -> None:
         """Turn the heading by an angle [rad]."""
         self._filter.mean[0, 0] = wrap(float(self._filter.mean[0, 0]) + angle)
@@ -120,6 +123,7 @@ class AdaptiveHeading:
         self._filter = TurnFilter(heading, variance, 0.0, config)
         self._second: TurnFilter | None = None
         self._second_s = 0.0
+        self._dt = 0.0
 
     @property
     def state(self) -> tuple[Floats, Floats]:
@@ -131,6 +135,7 @@ class AdaptiveHeading:
     def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
         """Move on by one time step at a speed [m/s]; a vehicle turns in every model of motion."""
         del turning
+        self._dt = motion.dt
         self._filter.predict(motion.dt, speed_mps)
         if self._second is not None:
             self._second.predict(motion.dt, speed_mps)
@@ -146,6 +151,18 @@ class AdaptiveHeading:
             self._second, self._second_s = TurnFilter(heading, variance, yaw_rate, self._config), 0.0
         elif self._second_s >= self._config.heading_restart_s:
             self._filter, self._second = self._second, None
+
+    def support(self, course: float, variance: float) -> None:
+        """Update by the direction of motion [rad] with a variance [rad^2].
+
+        It is a mean over the memory of the velocity filter, so that its error lasts for `course_time_s`, and it lags in
+        a turn. The variance is that of an independent direction in each scan with the same information.
+        """
+        config, heading = self._config, self._filter.heading
+        lag = config.course_time_s * self._filter.yaw_rate
+        repeated = config.course_time_s / self._dt if self._dt else 1.0
+        total = variance + lag**2 + config.slip_std_rad**2
+        self._filter.observe(near(course, heading), total * max(repeated, 1.0))
 
     def turn(self, angle: float) -> None:
         """Turn the heading by an angle [rad]."""

@@ -12,6 +12,7 @@ from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.footprint import Footprint
 from tracker.tracking.heading_estimator import HeadingEstimator
+from tracker.tracking.orientation import Course
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
@@ -203,8 +204,8 @@ class Track:
         return self.size - self.known_size
 
     @property
-    def _course(self) -> float | None:
-        """Direction of motion [rad], None for a vehicle that may be stationary."""
+    def _course(self) -> Course | None:
+        """Direction of motion, None for a vehicle that may be stationary."""
         to_axle = -rotate(axle_to_corner(self.corner.sign, self.size), self.heading)
         return self.corner.course(to_axle, self._heading.yaw_rate, self._heading.yaw_rate_variance)
 
