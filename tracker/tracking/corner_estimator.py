@@ -1,5 +1,7 @@
 """Kinematic state of the tracked corner of one vehicle."""
 
+import math
+
 import numpy as np
 
 from tracker.arrays import Floats, Ints
@@ -7,8 +9,9 @@ from tracker.geometry import rotate
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
-from tracker.tracking.filters import Motion
+from tracker.tracking.filters import Motion, moved
 from tracker.tracking.independent_filters import IndependentFilters
+from tracker.tracking.orientation import Course
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 
@@ -68,12 +71,29 @@ class CornerEstimator:
         return np.zeros(2) if self.model_name == "stationary" else self.bank.estimate[0][2:4]
 
     @property
-    def course(self) -> float | None:
-        """Direction of motion [rad], None for a vehicle that may be stationary."""
+    def speed(self) -> float:
+        """Root mean square of the speed [m/s], which includes its uncertainty."""
+        mean, covariance = self.bank.estimate
+        return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
+
+    def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
+        """Direction of motion of the rear axle, None for a vehicle that may be stationary.
+
+        The corners of a turning vehicle move across its heading, the rear axle does not.
+
+        Parameters
+        ----------
+        to_axle
+            (2,) vector from the tracked corner to the middle of the rear axle, odometry frame [m].
+        yaw_rate, variance
+            [rad/s], [rad^2/s^2].
+        """
         if self.model_name == "stationary":
             return None
         mean, covariance = self.bank.estimate
-        return orientation.course(mean[2:4], covariance[2:4, 2:4], self._orientation)
+        lever = moved(to_axle, 1.0)[2:4]
+        of_axle = covariance[2:4, 2:4] + variance * np.outer(lever, lever)
+        return orientation.course(mean[2:4] + yaw_rate * lever, of_axle, self._orientation)
 
     def offset_covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the time-correlated error, odometry frame [m^2]."""
@@ -83,9 +103,9 @@ class CornerEstimator:
         """(2, 2) covariance of the position [m^2]."""
         return np.asarray(self.bank.estimate[1][:2, :2] + self.offset_covariance(heading))
 
-    def predict(self, motion: Motion) -> None:
-        """Move on by one time step."""
-        self.bank.predict(motion)
+    def predict(self, motion: Motion, of_bank: Motion) -> None:
+        """Move on by one time step: the independent filters by `motion`, and the bank by its own one."""
+        self.bank.predict(of_bank)
         self.independent.predict(motion.models)
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
@@ -98,15 +118,16 @@ class CornerEstimator:
         self._error.observe(seen.exact, covariance, heading)
         self.independent.observe(measured, covariance)
 
-    def shift(self, offset: Floats) -> None:
-        """Track another point, (2,) [m] away from the current one."""
-        self.bank.shift(offset)
-        self.independent.shift(offset)
+    def shift(self, offset: Floats, yaw_rate: float) -> None:
+        """Track another point of a vehicle with a yaw rate [rad/s], (2,) [m] away from the current one."""
+        change = moved(offset, yaw_rate)
+        self.bank.shift(change)
+        self.independent.shift(change)
 
-    def change_corner(self, sign: Ints, size: Floats, unseen: Floats, heading: float) -> Floats:
-        """Track another corner of a vehicle of size (2,) [m]; return the vector (2,) to it [m]."""
+    def change_corner(self, sign: Ints, size: Floats, unseen: Floats, heading: float, yaw_rate: float) -> Floats:
+        """Track another corner of a vehicle of size (2,) [m] and yaw rate [rad/s]; return the vector (2,) to it [m]."""
         offset = rotate(0.5 * (sign - self.sign) * size, heading)
-        self.shift(offset)
+        self.shift(offset, yaw_rate)
         self._error.change_corner(sign != self.sign, unseen)
         self.sign = sign
         return offset

@@ -34,10 +34,10 @@ def states(models: list["KalmanFilter"]) -> Filters:
     return Filters(np.array([kf.x for kf in models]), np.array([kf.P for kf in models]))
 
 
-def shift(models: list["KalmanFilter"], offset: Floats) -> None:
-    """Move the tracked point by (2,) [m]."""
+def shift(models: list["KalmanFilter"], change: Floats) -> None:
+    """Change the states by (6,), to those of another point of the same vehicle."""
     for kf in models:
-        kf.x[:2] += offset
+        kf.x += change
 
 
 def inflate(models: list["KalmanFilter"], covariance: Floats) -> None:

@@ -30,6 +30,6 @@ class IndependentFilters:
         """Add (2, 2) [m^2] to the covariance of the tracked point."""
         self.filters.covariance[:, :2, :2] += covariance
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]."""
-        self.filters.mean[:, :2] += offset
+    def shift(self, change: Floats) -> None:
+        """Change the state by (6,), to that of another point of the same vehicle."""
+        self.filters.mean += change

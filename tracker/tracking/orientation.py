@@ -1,6 +1,8 @@
 """Front of a vehicle: resolves the quarter-turn ambiguity of a rectangle's heading, without flips."""
 
+import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,12 +69,23 @@ def first_guess(heading: float, size: Floats, whole: Bools, forward: float, conf
     return int(longer != only_width) + 2 * int(against)
 
 
-def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> float | None:
-    """Direction [rad] of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
+class Course(NamedTuple):
+    """Direction of motion."""
+
+    direction: float
+    """[rad]."""
+    variance: float
+    """[rad^2]."""
+
+
+def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> Course | None:
+    """Direction of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
     significance = velocity @ np.linalg.solve(covariance, velocity)
     if np.hypot(*velocity) < config.course_speed_min_mps or significance < config.course_sigma**2:
         return None
-    return float(np.arctan2(velocity[1], velocity[0]))
+    x, y = velocity.tolist()
+    across = np.array([-y, x]) / (x * x + y * y)
+    return Course(math.atan2(y, x), float(across @ covariance @ across))
 
 
 def by_course(heading: float, course: float) -> int:

@@ -12,10 +12,18 @@ from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.footprint import Footprint
 from tracker.tracking.heading_estimator import HeadingEstimator
+from tracker.tracking.orientation import Course
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
-from tracker.tracking.turning import Turn, axle_to_corner, motion_direction, turning_among, with_turn
+from tracker.tracking.turning import (
+    Turn,
+    axle_to_corner,
+    motion_direction,
+    turning_among,
+    with_turn,
+    with_turning_acceleration,
+)
 
 
 class Track:
@@ -130,8 +138,8 @@ class Track:
         if turning_among(motion.names):
             turns = self.corner.model_name != "stationary"
             motion = with_turn(motion, self.turn)
-        self._heading.predict(motion.heading, turning=turns)
-        self.corner.predict(motion)
+        self._heading.predict(motion, self.corner.speed, turning=turns)
+        self.corner.predict(motion, self._bank_motion(motion))
         self.unseen_s += motion.dt
         life = self._config.life
         if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
@@ -145,12 +153,15 @@ class Track:
         self.unseen_s = 0.0
         self._size.observe(seen.size, seen.whole, self._heading.oriented_hits)
         if (seen.corner_sign != self.corner.sign).any():
-            offset = self.corner.change_corner(seen.corner_sign, self.size, self._unseen_size, self.heading)
+            offset = self.corner.change_corner(
+                seen.corner_sign, self.size, self._unseen_size, self.heading, self._heading.yaw_rate
+            )
             self._heading.shift(offset)
         self._confirmation.count(seen, self.seen_size)
         self._confirmation.check_motion(seen, self.footprint)
-        course, position = self.corner.course, self.corner.position
-        self._turn(self._heading.turns_to_front(course, position, self.seen_size, self._size.seen_whole))
+        self._turn(
+            self._heading.turns_to_front(self._course, self.corner.position, self.seen_size, self._size.seen_whole)
+        )
 
     def absorb(self, low: Floats, high: Floats) -> None:
         """Extend the track to a box that contains it.
@@ -160,7 +171,7 @@ class Track:
         """
         own = 0.5 * self.corner.sign * self.seen_size
         offset = rotate(np.where(self.corner.sign > 0, high, low) - own, self.heading)
-        self.corner.shift(offset)
+        self.corner.shift(offset, self._heading.yaw_rate)
         self._heading.shift(offset)
         self._size.resize(high - low, self._heading.oriented_hits)
 
@@ -180,10 +191,23 @@ class Track:
             if lost or self.unseen_s > self._config.life.gap_s:
                 self.status = Status.DEAD if lost else Status.COASTING
 
+    def _bank_motion(self, motion: Motion) -> Motion:
+        """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
+        filters = self._config.filters
+        if filters.heading == "paper":
+            return motion
+        return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
+
     @property
     def _unseen_size(self) -> Floats:
         """(2,) part of length and width that is not known to exist [m]."""
         return self.size - self.known_size
+
+    @property
+    def _course(self) -> Course | None:
+        """Direction of motion, None for a vehicle that may be stationary."""
+        to_axle = -rotate(axle_to_corner(self.corner.sign, self.size), self.heading)
+        return self.corner.course(to_axle, self._heading.yaw_rate, self._heading.yaw_rate_variance)
 
     def _turn(self, quarters: int) -> None:
         """Describe the same box by a heading turned by `quarters`."""
