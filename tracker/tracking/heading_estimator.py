@@ -21,16 +21,15 @@ class HeadingEstimator:
         First observation of the track.
     position
         (2,) tracked corner [m].
-    forward
-        Heading of the ego [rad], the prior for the direction of a vehicle that has not moved yet.
     """
 
-    def __init__(self, first: TrackObservation, position: Floats, forward: float, config: TrackConfig) -> None:
+    def __init__(self, first: TrackObservation, position: Floats, config: TrackConfig) -> None:
         self._config = config
         self._filter = new_filter(first, config)
-        self._forward = forward
-        self._oriented = False
-        self._votes = 0
+        self.oriented = False
+        """True once the direction of motion has confirmed the heading."""
+        self._shape_sum, self._views = 0.0, 0
+        """Sum of the views' log-odds that the length is along the heading, and their number."""
         self._contradicted_from = position
         """(2,) tracked corner when the motion last agreed with the heading [m]."""
         self.oriented_hits = 0
@@ -62,11 +61,24 @@ class HeadingEstimator:
 
     def observe(self, heading: float, variance: float) -> None:
         """Update by a measured heading [rad] with a variance [rad^2]."""
-        self.oriented_hits += self._oriented
+        self.oriented_hits += self.oriented
         self._filter.observe(heading, variance)
 
-    def turns_to_front(self, course: Course | None, position: Floats, seen_size: Floats, seen_whole: Bools) -> int:
-        """Quarter turns from the heading to the front of the vehicle; 0 until the contradiction lasts long enough.
+    @property
+    def length_log_odds(self) -> float:
+        """Log-odds by shape that the length of the vehicle is along the heading.
+
+        Views of a stationary vehicle have correlated errors: the evidence of n views is that of n / (1 + (n - 1) r).
+        """
+        return self._shape_sum / (1.0 + self._config.orientation.view_correlation * max(self._views - 1, 0))
+
+    def observe_sides(self, size: Floats, whole: Bools) -> None:
+        """Count a view of extents (2,) along and across the heading [m], `whole` (2,) if truncated at neither end."""
+        self._shape_sum += orientation.shape_log_odds(size, whole, self._config.orientation)
+        self._views += 1
+
+    def turns_to_front(self, course: Course | None, position: Floats, seen_size: Floats) -> int:
+        """Quarter turns from the heading to the direction of motion; 0 until the contradiction lasts long enough.
 
         Parameters
         ----------
@@ -76,41 +88,33 @@ class HeadingEstimator:
             (2,) tracked corner [m].
         seen_size
             (2,) seen length and width [m].
-        seen_whole
-            (2,) mask of sides that were seen from end to end.
         """
         if course is None:
             self._contradicted_from = position
-            return self._turns_by_size(seen_size, seen_whole)
+            return 0
         return self._turns_by_course(course, position, seen_size)
 
     def turn(self, quarters: int, position: Floats) -> None:
-        """Turn the heading by `quarters`, at the tracked corner (2,) [m]; evidence for another turn starts again."""
+        """Turn the heading by `quarters`, at the tracked corner (2,) [m]."""
         self._filter.turn(quarters * QUARTER)
-        self._votes, self._contradicted_from = 0, position
+        self._contradicted_from = position
+        if quarters % 2:
+            self._shape_sum = -self._shape_sum
 
     def shift(self, offset: Floats) -> None:
         """Account for a tracked point that moves by (2,) [m] to another place on the vehicle."""
         self._contradicted_from = self._contradicted_from + offset
 
-    def _turns_by_size(self, seen_size: Floats, seen_whole: Bools) -> int:
-        """Quarter turns by the seen size; motion has precedence, unless the vehicle is wider than any."""
-        config, quarters = self._config.orientation, 0
-        if not self._oriented or seen_size[1] > config.width_max_m:
-            quarters = orientation.by_size(self.heading, seen_size, seen_whole, self._forward, config)
-        self._votes = self._votes + 1 if quarters else 0
-        return quarters if self._votes >= config.votes else 0
-
     def _turns_by_course(self, course: Course, position: Floats, seen_size: Floats) -> int:
         """Quarter turns by the direction of motion."""
         quarters = orientation.by_course(self.heading, course.direction)
         if quarters == 0:
-            self._contradicted_from, self._oriented = position, True
+            self._contradicted_from, self.oriented = position, True
             self._filter.support(course.direction, course.variance)
             return 0
         travelled = np.hypot(*(position - self._contradicted_from))
         if travelled > orientation.way_needed(quarters, seen_size, self._config.orientation):
-            self._oriented = True
+            self.oriented = True
             return quarters
         return 0
 

@@ -5,7 +5,7 @@ import numpy as np
 from tracker.arrays import Floats
 from tracker.geometry import rotate
 from tracker.records import Status
-from tracker.tracking import extent
+from tracker.tracking import extent, orientation
 from tracker.tracking.confirmation import Confirmation
 from tracker.tracking.corner_estimator import CornerEstimator
 from tracker.tracking.filter_bank import FilterBank
@@ -16,6 +16,7 @@ from tracker.tracking.orientation import Course
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
+from tracker.tracking.traffic_flow import TrafficFlow
 from tracker.tracking.turning import (
     Turn,
     axle_to_corner,
@@ -37,8 +38,6 @@ class Track:
         (2,) corner to track [m].
     first
         First observation.
-    forward
-        Heading of the ego [rad], the prior for the direction of a vehicle that has not moved yet.
     bank
         Filter bank at `position`.
     """
@@ -48,7 +47,6 @@ class Track:
         track_id: int,
         position: Floats,
         first: TrackObservation,
-        forward: float,
         config: TrackConfig,
         bank: FilterBank,
     ) -> None:
@@ -57,11 +55,14 @@ class Track:
         self.hits = 1
         self.unseen_s = 0.0
         self._config = config
-        self._heading = HeadingEstimator(first, position, forward, config)
+        self._heading = HeadingEstimator(first, position, config)
+        self._heading.observe_sides(first.size, first.whole)
         self._size = SizeEstimator(first.size, config.extent)
         self.corner = CornerEstimator(position, first, self.heading, self._unseen_size, config, bank)
-        self._confirmation = Confirmation(config.life, config.extent, self.footprint)
-        self._confirmation.count(first, self.seen_size)
+        self._confirmation = Confirmation(config.life, self.footprint)
+        self._confirmation.count(first)
+        self._axis_log_odds = -np.inf
+        """Log-odds that the length of the vehicle is along its heading."""
 
     @property
     def heading(self) -> float:
@@ -118,6 +119,12 @@ class Track:
         return self.status is Status.CONFIRMED and self.seen
 
     @property
+    def shows_direction(self) -> bool:
+        """True if the direction of the vehicle is known: confirmed by motion, or by the length of its side."""
+        known = self._heading.oriented or self.seen_size[0] > self._config.extent.length_min_m
+        return known and self.status is Status.CONFIRMED
+
+    @property
     def long(self) -> bool:
         """True if the vehicle is longer than a car."""
         return extent.long(self.seen_size, self._config.extent)
@@ -142,13 +149,16 @@ class Track:
         self.corner.predict(motion, self._bank_motion(motion))
         self.unseen_s += motion.dt
         life = self._config.life
-        if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
+        tentative = self.status is Status.TENTATIVE
+        missed_s = self.unseen_s - motion.dt if tentative else self.unseen_s
+        if missed_s > (life.tentative_coast_s if tentative else life.coast_s):
             self.status = Status.DEAD
 
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
         self.corner.observe(seen, self.heading)
         self._heading.observe(seen.heading, seen.heading_variance)
+        self._heading.observe_sides(seen.size, seen.whole)
         self.hits += 1
         self.unseen_s = 0.0
         self._size.observe(seen.size, seen.whole, self._heading.oriented_hits)
@@ -157,11 +167,23 @@ class Track:
                 seen.corner_sign, self.size, self._unseen_size, self.heading, self._heading.yaw_rate
             )
             self._heading.shift(offset)
-        self._confirmation.count(seen, self.seen_size)
-        self._confirmation.check_motion(seen, self.footprint)
-        self._turn(
-            self._heading.turns_to_front(self._course, self.corner.position, self.seen_size, self._size.seen_whole)
+        self._confirmation.count(seen)
+        self._confirmation.check_motion(seen, self.footprint, self.corner.position)
+        self._turn(self._heading.turns_to_front(self._course, self.corner.position, self.seen_size))
+
+    def orient(self, flow: TrafficFlow) -> None:
+        """Turn a stationary vehicle to its likeliest direction; motion has precedence, unless it is too wide."""
+        config = self._config.orientation
+        moved = self._heading.oriented and self.seen_size[1] <= config.width_max_m
+        if moved or self._course is not None:
+            self._axis_log_odds = np.inf
+            return
+        place = self.footprint.center
+        turns = orientation.likeliest_turns(
+            self._heading.length_log_odds, place, self.heading, flow, config.turn_log_odds
         )
+        self._turn(turns)
+        self._axis_log_odds = self._heading.length_log_odds + flow.axis_log_odds(place, self.heading)
 
     def absorb(self, low: Floats, high: Floats) -> None:
         """Extend the track to a box that contains it.
@@ -180,9 +202,9 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            if self._confirmation.holds(self.hits, self.seen_size):
+            if self._confirmation.confirms(self.hits, self._axis_log_odds):
                 self.status = Status.CONFIRMED
-            elif not extent.car_sized(self.seen_size, self._config.extent):
+            elif self._confirmation.refutes:
                 self.status = Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
@@ -214,5 +236,6 @@ class Track:
         if quarters == 0:
             return
         self._heading.turn(quarters, self.corner.position)
+        self._confirmation.turn()
         self.corner.turn(quarters)
         self._size.turn(quarters, self._heading.oriented_hits)

@@ -10,6 +10,7 @@ from tracker.merging import Pieces
 from tracker.records import MODELS
 from tracker.tracking.hypotheses import Predictions
 from tracker.tracking.track import Track
+from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 
 def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
@@ -46,6 +47,13 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
         velocity=velocities(tracks),
         hits=np.array([track.hits for track in tracks]),
     )
+
+
+def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
+    """Return positions and directions of the tracks whose direction is known, beside an ego of heading `forward`."""
+    known = [track for track in tracks if track.shows_direction]
+    corner, heading, _ = tracked_corners(known)
+    return TrafficFlow(np.array([track.id for track in known], dtype=np.int64), corner, heading, forward, config)
 
 
 def predictions(tracks: Sequence[Track]) -> Predictions:
