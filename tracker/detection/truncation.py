@@ -30,11 +30,11 @@ class TruncationConfig:
             raise ValueError("neighbour_s must not be negative and nearer_m must be above 0")
 
 
-def cut_off(scan: Scan, keep: Bools, segments: Segments, config: TruncationConfig) -> Bools:
+def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, config: TruncationConfig) -> Bools:
     """(N,) mask of points at truncated ends: their object may continue behind an occluder or outside the field of view.
 
     Returns of the first and the last beams of a layer are truncated by the field of view. If its limits are unknown,
-    the first and the last return of a layer count as truncated. `scan` must not be deskewed: deskewed points have lost
+    the first and the last return of a layer count as truncated. Points near `range_max_m` are truncated by it. `scan` must not be deskewed: deskewed points have lost
     their times, and points without times have no neighbours.
     """
     cut = np.zeros(len(scan), dtype=np.bool_)
@@ -51,6 +51,7 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, config: TruncationConfi
     cut[_at_edges(scan, order, same_layer, config)] = True
     cut[one[beside & (farther > config.nearer_m)]] = True
     cut[other[beside & (-farther > config.nearer_m)]] = True
+    cut |= keep & (range_m > range_max_m - config.nearer_m)
     return cut
 
 

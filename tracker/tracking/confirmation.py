@@ -73,12 +73,9 @@ class Confirmation:
         shape = self._shape_sum / (1.0 + self._config.view_correlation * max(self._views - 1, 0))
         return shape + self._left * self._config.motion_log_odds
 
-    def confirms(self, hits: int, axis_log_odds: float) -> bool:
-        """Return True if the track is a vehicle of known direction, after `hits` observations.
-
-        `axis_log_odds` are those of a length along the heading: a box turned by a quarter would cover another place.
-        """
-        return hits >= self._config.confirm_hits and min(self.log_odds, axis_log_odds) >= self._least
+    def confirms(self, hits: int) -> bool:
+        """Return True if the track is a vehicle, after `hits` observations."""
+        return hits >= self._config.confirm_hits and self.log_odds >= self._least
 
     @property
     def refutes(self) -> bool:
@@ -100,7 +97,7 @@ class Confirmation:
         fixed = seen.whole | (seen.size[::-1] > FACE_MIN_M)
         self._left |= bool(np.any(fixed & footprint.clear_of(self._birthplace)))
         moves = False
-        for axis in np.flatnonzero(seen.exact).tolist():
+        for axis in np.flatnonzero(seen.exact & (seen.size[::-1] > FACE_MIN_M)).tolist():
             end = (axis, int(seen.corner_sign[axis]))
             shift = rotate(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
             moves |= abs(shift) > LEFT_MARGIN_M

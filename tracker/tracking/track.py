@@ -62,7 +62,7 @@ class Track:
         self._confirmation = Confirmation(config.life, self.footprint)
         self._confirmation.count(first)
         self._axis_log_odds = -np.inf
-        """Log-odds that the length of the vehicle is along its heading."""
+        """Log-odds that the length is along the heading: a box turned by a quarter would cover another place."""
 
     @property
     def heading(self) -> float:
@@ -202,7 +202,8 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            if self._confirmation.confirms(self.hits, self._axis_log_odds):
+            sure = self._axis_log_odds >= self._config.orientation.turn_log_odds
+            if sure and self._confirmation.confirms(self.hits):
                 self.status = Status.CONFIRMED
             elif self._confirmation.refutes:
                 self.status = Status.TENTATIVE
