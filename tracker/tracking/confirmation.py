@@ -17,6 +17,8 @@ from tracker.tracking.track_observation import TrackObservation
 class TrackLifeConfig:
     """Track confirmation, coasting and termination."""
 
+    vehicle_prior: float = 0.67
+    """Probability that a new track is a vehicle: in traffic two of three objects of vehicle size are."""
     confirm_probability: float = 0.9
     """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again."""
     confirm_hits: int = 2
@@ -51,14 +53,16 @@ class TrackLifeConfig:
     def __post_init__(self) -> None:
         require_within(self, 0.5, 1.0 - 1e-9, "confirm_probability")
         require_within(self, 0.0, 1.0, "view_correlation", "truncated_probability")
+        require_within(self, 1e-9, 1.0 - 1e-9, "vehicle_prior")
 
 
 class Confirmation:
-    """Log-odds that one track is a vehicle, with even odds at its birth."""
+    """Log-odds that one track is a vehicle, from the prior at its birth."""
 
     def __init__(self, config: TrackLifeConfig, birthplace: Footprint) -> None:
         self._config = config
         self._least = math.log(config.confirm_probability / (1.0 - config.confirm_probability))
+        self._prior = math.log(config.vehicle_prior / (1.0 - config.vehicle_prior))
         self._birthplace = birthplace
         self._ends: dict[tuple[int, int], Floats] = {}
         """Tracked corner [m] when the end of an axis and a sign was first visible."""
@@ -71,7 +75,7 @@ class Confirmation:
     def log_odds(self) -> float:
         """Log-odds of a vehicle. The evidence of n views with correlation r is that of n / (1 + (n - 1) r)."""
         shape = self._shape_sum / (1.0 + self._config.view_correlation * max(self._views - 1, 0))
-        return shape + self._left * self._config.motion_log_odds
+        return self._prior + shape + self._left * self._config.motion_log_odds
 
     def confirms(self, hits: int) -> bool:
         """Return True if the track is a vehicle, after `hits` observations."""
