@@ -61,8 +61,8 @@ class LikelihoodScore:
         self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
-        del tracks
-        return score(predictions, hypotheses, seen, self._config)
+        coasting = np.array([track.status is Status.COASTING for track in tracks], dtype=np.bool_)
+        return score(predictions, hypotheses, seen, self._config, coasting)
 
 
 class HungarianAssociator:

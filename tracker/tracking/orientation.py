@@ -14,7 +14,7 @@ from tracker.geometry import QUARTER, wrap
 class OrientationConfig:
     """Choice among the four directions of a rectangle."""
 
-    width_max_m: float = 2.6
+    width_max_m: float = 3.0
     """A longer side is a vehicle's length [m]."""
     car_width_max_m: float = 2.1
     """A longer truncated side is a vehicle's length, too [m]: more than a car's width."""

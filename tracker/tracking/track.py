@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
+from tracker.arrays import Bools, Floats
 from tracker.geometry import rotate
 from tracker.records import Status
 from tracker.tracking import extent
@@ -84,6 +84,11 @@ class Track:
         return self._size.seen
 
     @property
+    def seen_whole(self) -> Bools:
+        """(2,) mask of length and width that were seen from end to end."""
+        return self._size.seen_whole
+
+    @property
     def known_size(self) -> Floats:
         """(2,) part of length and width that is known to exist, from the tracked corner on [m]."""
         return self._size.known
@@ -159,9 +164,7 @@ class Track:
             self._heading.shift(offset)
         self._confirmation.count(seen, self.seen_size)
         self._confirmation.check_motion(seen, self.footprint)
-        self._turn(
-            self._heading.turns_to_front(self._course, self.corner.position, self.seen_size, self._size.seen_whole)
-        )
+        self._turn(self._heading.turns_to_front(self._course, self.corner.position, self.seen_size, self.seen_whole))
 
     def absorb(self, low: Floats, high: Floats) -> None:
         """Extend the track to a box that contains it.

@@ -27,6 +27,7 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
         heading_variance=np.array([0.02**2]),
         size=np.array([size]),
         known_size=np.array([size]),
+        whole=np.ones((1, 2), dtype=bool),
         corner_sign=np.array([corner_sign], dtype=np.int64),
     )
 
@@ -187,6 +188,7 @@ def test_an_unlikely_model_opens_no_gate():
             heading_variance=one.heading_variance,
             size=one.size,
             known_size=one.known_size,
+            whole=one.whole,
             corner_sign=one.corner_sign,
         )
         assert associate(tracks, seen) == expected

@@ -46,7 +46,7 @@ def test_first_guess(size, forward, expected):
 
 @pytest.mark.parametrize(("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3)])
 def test_motion_contradicts_the_heading(velocity, quarters):
-    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG)
+    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG).direction
     assert by_course(0.0, direction) == quarters
 
 
@@ -64,9 +64,15 @@ def test_a_truncated_face_wider_than_a_car_is_a_side():
     assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
 
 
+def test_the_rear_of_a_wide_load_is_its_width():
+    """2.75 m from end to end: with mirrors or a special permit, vehicles are up to 3 m wide."""
+    assert first_guess(0.0, np.array([0.1, 2.75]), WHOLE, 0.0, CONFIG) % 2 == 0
+    assert first_guess(0.0, np.array([0.1, 3.1]), WHOLE, 0.0, CONFIG) % 2 == 1
+
+
 def test_an_uncertain_velocity_has_no_course():
     fast = np.array([5.0, 0.0])
-    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == 0.0
+    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == pytest.approx((0.0, 0.2**2))
     assert course(fast, np.eye(2) * 2.0**2, CONFIG) is None
 
 
