@@ -1,6 +1,6 @@
 """Data association: cost and gate (5) of each pair of track and box, and their assignment (4)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -9,6 +9,7 @@ import scipy
 from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
 from tracker.geometry import mahalanobis
+from tracker.tracking.births import BirthConfig
 from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.observations import Observations
 
@@ -29,6 +30,8 @@ class AssociationConfig:
     """Heading error beyond the fit's covariance, from rounded corners that are fitted as sides [rad]."""
     growth_std_m: float = 1.0
     """Standard deviation of the growth of a vehicle's estimated size [m]."""
+    birth: BirthConfig = field(default_factory=BirthConfig)
+    """Second observation of a new track."""
     oddity_max: float = 9.0
     """Limit of the heading cost and of the size cost, three standard deviations: the position of a bad fit is valid."""
 

@@ -8,6 +8,7 @@ import numpy as np
 from tracker.arrays import Bools, Floats
 from tracker.records import Status
 from tracker.tracking.association import AssociationConfig, assign, score
+from tracker.tracking.births import births
 from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.observations import Observations
 from tracker.tracking.track import Track
@@ -84,4 +85,24 @@ class HungarianAssociator:
             chosen = assign(cost, admissible & (status == turn)[:, None] & free, self._config.method)
             free[[b for _, b in chosen]] = False
             pairs += chosen
-        return pairs
+        return pairs + self._births(tracks, predictions, hypotheses, seen, pairs)
+
+    def _births(
+        self,
+        tracks: Sequence[Track],
+        predictions: Predictions,
+        hypotheses: Hypotheses,
+        seen: Observations,
+        pairs: Sequence[tuple[int, int]],
+    ) -> list[tuple[int, int]]:
+        """Return further pairs of tracks with a single observation, and boxes that no track has."""
+        taken, used = {t for t, _ in pairs}, [b for _, b in pairs]
+        new = np.array([t.hits == 1 and t.status is Status.TENTATIVE for t in tracks], dtype=np.bool_)
+        new[list(taken)] = False
+        if not new.any() or len(used) == len(seen):
+            return []
+        age = np.array([track.unseen_s for track in tracks])
+        sizes = np.reshape([track.seen_size for track in tracks], (-1, 2))
+        cost, admissible = births(predictions, hypotheses, seen, np.where(new, age, np.inf), sizes, self._config.birth)
+        admissible[:, used] = False
+        return assign(cost, admissible & new[:, None], self._config.method)

@@ -9,7 +9,7 @@ from tracker.geometry import rotate
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
-from tracker.tracking.filters import Motion, moved
+from tracker.tracking.filters import ORDERS, Motion, moved
 from tracker.tracking.independent_filters import IndependentFilters
 from tracker.tracking.orientation import Course
 from tracker.tracking.track_config import TrackConfig
@@ -49,6 +49,7 @@ class CornerEstimator:
         self._error = CornerError(first, heading, unseen, config.corner)
         self._orientation = config.orientation
         self._models = config.filters.models
+        self._filters = config.filters
 
     @property
     def model(self) -> int:
@@ -107,6 +108,23 @@ class CornerEstimator:
         """Move on by one time step: the independent filters by `motion`, and the bank by its own one."""
         self.bank.predict(of_bank)
         self.independent.predict(motion.models)
+
+    def start(self, seen: TrackObservation, since_s: float) -> None:
+        """Admit the speed that the second observation shows, `since_s` after the first.
+
+        The prior of the velocity has a mean of zero. Where the vehicle moved by more than two of its standard
+        deviations explain, the variance along that motion becomes the square of the speed.
+        """
+        moved = seen.misfit[self.model]
+        distance = float(np.hypot(*moved))
+        if since_s <= 0.0 or distance <= 2.0 * self._filters.initial_speed_std_mps * since_s:
+            return
+        velocity = np.outer(moved, moved) / since_s**2
+        growth = np.kron([[since_s**2, since_s], [since_s, 1.0]], velocity)
+        moves = np.array([ORDERS[name] > 1 for name in self._models])
+        each = moves[:, None, None] * growth
+        self.bank.inflate(each)
+        self.independent.inflate(each)
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
         """Update the filters and the time-correlated error by one observation."""
