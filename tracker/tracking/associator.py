@@ -79,6 +79,7 @@ class HungarianAssociator:
         """Return pairs of track and box, see `Associator.associate`."""
         cost, admissible = self._score(tracks, predictions, hypotheses, seen)
         status = np.array([track.status for track in tracks], dtype=np.int64)
+        admissible = admissible & ~_of_another(tracks, cost, admissible)
         free = np.ones(len(seen), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []
         for turn in ROUNDS:
@@ -106,3 +107,16 @@ class HungarianAssociator:
         cost, admissible = births(predictions, hypotheses, seen, np.where(new, age, np.inf), sizes, self._config.birth)
         admissible[:, used] = False
         return assign(cost, admissible & new[:, None], self._config.method)
+
+
+def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Bools:
+    """(T, B) mask of boxes of another object than a coasting track.
+
+    A tentative track that started before the coasting one was seen last follows another object: both were visible
+    together. A box that fits it better is not the lost vehicle.
+    """
+    status = np.array([track.status for track in tracks], dtype=np.int64)
+    age, unseen = (np.array([getattr(track, name) for track in tracks]) for name in ("age_s", "unseen_s"))
+    rival = (status == Status.TENTATIVE) & (age > unseen[:, None]) & (status == Status.COASTING)[:, None]
+    own = np.where(admissible, cost, np.inf)
+    return np.asarray(np.any(rival[:, :, None] & (own < cost[:, None]), axis=1))

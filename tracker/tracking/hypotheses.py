@@ -99,7 +99,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), turned_ends(turns), axis=2)
     exact = shows_end(size, near, cut, tracks.size[:, None], config)
     misfit = misfits(tracks, seen, heading, size, near, exact, tracks.known_size)
-    reach = misfits(tracks, seen, heading, size, near, exact, tracks.size)
+    reach = reaches(tracks, seen, heading, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # The position of a piece along its side is ambiguous: where it contradicts no model, it must not favour one.
     ambiguous = ~exact & np.all(misfit == 0, axis=2)
@@ -156,6 +156,21 @@ def misfits(
     shift, excess = offset - known_center[:, None, None], 0.5 * (size - known[:, None])[:, :, None]
     protrusion = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
     return np.where(exact[:, :, None], near_end, protrusion)
+
+
+def reaches(
+    tracks: Predictions, seen: Observations, heading: Floats, size: Floats, near: Floats, exact: Bools
+) -> Floats:
+    """(T, B, M, 2) misfits under the smallest error of the size, along and across the heading [m].
+
+    The vehicle extends over the whole of its assumed size, which a truncated box may show anywhere; of a box that is
+    longer, either end may be that of the vehicle.
+    """
+    misfit = misfits(tracks, seen, heading, size, near, exact, tracks.size)
+    # The other end of the box is off by the difference of the sizes.
+    longer = near * np.maximum(size - tracks.size[:, None], 0.0)
+    other = misfit - longer[:, :, None]
+    return np.where(exact[:, :, None] & (np.abs(other) < np.abs(misfit)), other, misfit)
 
 
 def next_corner(tracks: Predictions, seen: Observations, near: Floats, exact: Bools, config: HypothesisConfig) -> Ints:

@@ -56,6 +56,7 @@ class Track:
         self.status = Status.TENTATIVE
         self.hits = 1
         self.unseen_s = 0.0
+        self.age_s = 0.0
         self._config = config
         self._heading = HeadingEstimator(first, position, forward, config)
         self._size = SizeEstimator(first.size, config.extent)
@@ -146,6 +147,7 @@ class Track:
         self._heading.predict(motion, self.corner.speed, turning=turns)
         self.corner.predict(motion, self._bank_motion(motion))
         self.unseen_s += motion.dt
+        self.age_s += motion.dt
         life = self._config.life
         if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
             self.status = Status.DEAD
