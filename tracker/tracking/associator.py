@@ -104,7 +104,7 @@ class HungarianAssociator:
             return []
         age = np.array([track.unseen_s for track in tracks])
         sizes = np.reshape([track.seen_size for track in tracks], (-1, 2))
-        cost, admissible = births(predictions, hypotheses, seen, np.where(new, age, np.inf), sizes, self._config.birth)
+        cost, admissible = births(predictions, hypotheses, np.where(new, age, np.inf), sizes, self._config.birth)
         admissible[:, used] = False
         return assign(cost, admissible & new[:, None], self._config.method)
 

@@ -13,7 +13,6 @@ from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
 from tracker.geometry import rotate
 from tracker.tracking.hypotheses import Hypotheses, Predictions
-from tracker.tracking.observations import Observations
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,21 +27,19 @@ class BirthConfig:
     """Maximum motion across the heading that errors of two fits explain [m]."""
     turn_max_rad: float = 0.2
     """Maximum difference of the headings [rad]: four standard deviations of two fits, and a tight turn at 12.5 Hz."""
-    size_max_m: float = 1.0
-    """Maximum difference of each side [m]: the ends of a side come into view between two scans."""
-    length_min_m: float = 1.0
-    """Minimum visible extent of a vehicle that is found by its motion [m]: the sides of smaller objects have no
-    heading."""
+    size_max_m: float = 1.5
+    """Maximum difference of a side that both views show [m]: more of it comes into view between two scans."""
+    side_min_m: float = 1.0
+    """Minimum visible extent of a side [m]; a shorter one may face away. Both views must show one side."""
 
     def __post_init__(self) -> None:
-        require_within(self, 1e-6, 1e3, "speed_max_mps", "size_max_m", "length_min_m")
+        require_within(self, 1e-6, 1e3, "speed_max_mps", "size_max_m", "side_min_m")
         require_within(self, 0.0, 1e3, "sideways_share", "sideways_m", "turn_max_rad")
 
 
 def births(
     tracks: Predictions,
     hypotheses: Hypotheses,
-    seen: Observations,
     age_s: Floats,
     seen_size: Floats,
     config: BirthConfig,
@@ -60,10 +57,10 @@ def births(
     # The box of a new track has a quarter-turn ambiguity: either axis may be the length.
     along, across = np.abs(moved).max(axis=2), np.abs(moved).min(axis=2)
     turn = np.abs(hypotheses.heading - tracks.heading[:, None])
-    size = np.abs(hypotheses.size - seen_size[:, None]).max(axis=2)
-    large = (seen_size.max(axis=1)[:, None] > config.length_min_m) & (hypotheses.size.max(axis=2) > config.length_min_m)
+    both = np.minimum(hypotheses.size, seen_size[:, None]) > config.side_min_m
+    size = np.where(both, np.abs(hypotheses.size - seen_size[:, None]), 0.0).max(axis=2)
     limit = np.where(np.isfinite(age_s), age_s, 0.0)[:, None] * config.speed_max_mps
     sideways = across / (config.sideways_m + config.sideways_share * along)
-    agrees = (turn < config.turn_max_rad) & (size < config.size_max_m) & (sideways < 1.0) & large
+    agrees = (turn < config.turn_max_rad) & (size < config.size_max_m) & (sideways < 1.0)
     cost = (turn / config.turn_max_rad) ** 2 + (size / config.size_max_m) ** 2 + sideways**2
-    return np.asarray(cost), np.asarray(agrees & (along < limit))
+    return np.asarray(cost), np.asarray(agrees & both.any(axis=2) & (along < limit))

@@ -74,7 +74,7 @@ class CornerEstimator:
     @property
     def speed(self) -> float:
         """Root mean square of the speed [m/s], which includes its uncertainty."""
-        mean, covariance = self.bank.estimate
+        covariance = self.bank.estimate[1]
         return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
 
     def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
