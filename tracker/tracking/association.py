@@ -58,22 +58,18 @@ def score(
     view = config.view_std_m**2 * np.eye(2)
     innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view  # B = H P H' + R
     squared, determinant = mahalanobis(hypotheses.misfit, innovation)
-    nearest = squared if hypotheses.reach is None else np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
-    likely = tracks.probability[:, None] >= config.gate_probability_min
-    inside = np.any(likely & (nearest < config.gate_chi2), axis=2)
     turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)
-    limit = config.oddity_max
-    cost = (
-        np.minimum(turn, limit)
-        + np.minimum(excess.sum(axis=2), limit)
-        - 2 * np.logaddexp.reduce(log_likelihood, axis=2)
-    )
-    if limit:
-        inside &= np.sum(excess * tracks.whole[:, None], axis=2) < config.gate_chi2
-        if coasting is not None:
-            inside &= ~coasting[:, None] | (turn < config.gate_chi2)
-    return np.asarray(cost), np.asarray(inside)
+    shape = np.minimum(turn, config.oddity_max) + np.minimum(excess.sum(axis=2), config.oddity_max)
+    cost = shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)
+    likely = tracks.probability[:, None] >= config.gate_probability_min
+    if not config.oddity_max:  # the paper's gate, of the corner only
+        return np.asarray(cost), np.any(likely & (squared < config.gate_chi2), axis=2)
+    if hypotheses.reach is not None:
+        squared = np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])
+    too_large = np.sum(excess * tracks.whole[:, None], axis=2) >= config.gate_chi2
+    rotated = False if coasting is None else coasting[:, None] & (turn >= config.gate_chi2)
+    return np.asarray(cost), np.any(likely & (squared < config.gate_chi2), axis=2) & ~too_large & ~np.asarray(rotated)
 
 
 def shape_difference(
