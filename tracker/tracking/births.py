@@ -13,6 +13,7 @@ from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
 from tracker.geometry import rotate
 from tracker.tracking.hypotheses import Hypotheses, Predictions
+from tracker.tracking.observations import Observations
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,42 +26,51 @@ class BirthConfig:
     """Maximum motion across the heading as a share of the motion along it: 6 degrees, three of a fit's errors."""
     sideways_m: float = 0.5
     """Maximum motion across the heading that errors of two fits explain [m]."""
-    turn_max_rad: float = 0.2
-    """Maximum difference of the headings [rad]: four standard deviations of two fits, and a tight turn at 12.5 Hz."""
+    turn_sigma: float = 3.0
+    """Maximum difference of the headings, in standard deviations."""
+    heading_std_rad: float = 0.05
+    """Heading error of a fit beyond its covariance [rad]: rounded corners that are fitted as sides."""
     size_max_m: float = 1.5
     """Maximum difference of a side that both views show [m]: more of it comes into view between two scans."""
+    nearby_m: float = 1.0
+    """Within this distance the gate decides, because errors of partial views exceed the motion [m]."""
     side_min_m: float = 1.0
     """Minimum visible extent of a side [m]; a shorter one may face away. Both views must show one side."""
 
     def __post_init__(self) -> None:
-        require_within(self, 1e-6, 1e3, "speed_max_mps", "size_max_m", "side_min_m")
-        require_within(self, 0.0, 1e3, "sideways_share", "sideways_m", "turn_max_rad")
+        require_within(self, 1e-6, 1e3, "speed_max_mps", "size_max_m", "side_min_m", "turn_sigma", "heading_std_rad")
+        require_within(self, 0.0, 1e3, "sideways_share", "sideways_m", "nearby_m")
 
 
-def births(
+def nearby(hypotheses: Hypotheses, config: BirthConfig) -> Bools:
+    """(T, B) mask of boxes that are at the place of the track."""
+    return np.asarray(np.hypot(*np.moveaxis(hypotheses.misfit[:, :, 0], 2, 0)) < config.nearby_m)
+
+
+def second_views(
     tracks: Predictions,
     hypotheses: Hypotheses,
+    seen: Observations,
     age_s: Floats,
     seen_size: Floats,
     config: BirthConfig,
-) -> tuple[Floats, Bools]:
-    """Return the cost (T, B) of each pair, and a mask (T, B) of boxes that may be the second view of a new vehicle.
+) -> Bools:
+    """(T, B) mask of boxes that may be the second view of a vehicle.
 
     Parameters
     ----------
     age_s
-        (T,) time since the first view [s], infinite for tracks that are not new.
+        (T,) time since the first view [s].
     seen_size
         (T, 2) extent of the first view along and across the heading [m].
     """
     moved = rotate(hypotheses.misfit[:, :, 0], -tracks.heading[:, None])
     # The box of a new track has a quarter-turn ambiguity: either axis may be the length.
     along, across = np.abs(moved).max(axis=2), np.abs(moved).min(axis=2)
-    turn = np.abs(hypotheses.heading - tracks.heading[:, None])
+    straight = across < config.sideways_m + config.sideways_share * along
+    variance = tracks.heading_variance[:, None] + seen.covariance[:, 2, 2] + config.heading_std_rad**2
+    turn = np.abs(hypotheses.heading - tracks.heading[:, None]) / np.sqrt(variance)
     both = np.minimum(hypotheses.size, seen_size[:, None]) > config.side_min_m
-    size = np.where(both, np.abs(hypotheses.size - seen_size[:, None]), 0.0).max(axis=2)
-    limit = np.where(np.isfinite(age_s), age_s, 0.0)[:, None] * config.speed_max_mps
-    sideways = across / (config.sideways_m + config.sideways_share * along)
-    agrees = (turn < config.turn_max_rad) & (size < config.size_max_m) & (sideways < 1.0)
-    cost = (turn / config.turn_max_rad) ** 2 + (size / config.size_max_m) ** 2 + sideways**2
-    return np.asarray(cost), np.asarray(agrees & both.any(axis=2) & (along < limit))
+    differs = both & (np.abs(hypotheses.size - seen_size[:, None]) > config.size_max_m)
+    same = both.any(axis=2) & ~differs.any(axis=2) & (turn < config.turn_sigma)
+    return np.asarray(same & straight & (along < age_s[:, None] * config.speed_max_mps))

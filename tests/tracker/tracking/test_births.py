@@ -6,7 +6,7 @@ from support.driven_cars import SIZE, confirmed, driven, scan_of
 from support.seen import observe_boxes
 
 from tracker.tracker import Tracker, TrackerConfig
-from tracker.tracking.births import BirthConfig, births
+from tracker.tracking.births import BirthConfig, nearby, second_views
 from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from tracker.tracking.track_arrays import predictions
@@ -32,7 +32,7 @@ def may_be(first, second, age_s=0.08, size=SIZE):
     """True if a car at `first` may be seen at `second` after `age_s`."""
     tracks, seen = new_track(first), observe_boxes(second, size)
     hypotheses = hypothesise(tracks, seen, HypothesisConfig())
-    return bool(births(tracks, hypotheses, np.array([age_s]), np.array([SIZE]), CONFIG)[1][0, 0])
+    return bool(second_views(tracks, hypotheses, seen, np.array([age_s]), np.array([SIZE]), CONFIG)[0, 0])
 
 
 @pytest.mark.parametrize(
@@ -58,18 +58,17 @@ def test_a_box_of_another_size_is_another_vehicle():
     assert not may_be(first, first + AHEAD, size=(8.0, 2.5))
 
 
-def test_an_older_track_has_no_second_birth():
-    first = np.array([20.0, 10.0, 0.0])
-    assert not may_be(first, first + AHEAD, age_s=np.inf)
+@pytest.mark.parametrize(("moved_m", "expected"), [(0.9, True), (1.1, False)])
+def test_the_gate_decides_at_the_place_of_the_track(moved_m, expected):
+    tracks, seen = new_track((20.0, 10.0, 0.0)), observe_boxes((20.0, 10.0 + moved_m, 0.0), SIZE)
+    assert bool(nearby(hypothesise(tracks, seen, HypothesisConfig()), CONFIG)[0, 0]) is expected
 
 
-def test_no_tracks_have_no_births():
-    none = predictions([])
-    cost, admissible = births(
-        none, hypothesise(none, observe_boxes((5.0, 5.0, 0.0), SIZE), HypothesisConfig()), np.zeros(0),
-        np.zeros((0, 2)), CONFIG,
-    )  # fmt: skip
-    assert cost.shape == admissible.shape == (0, 1)
+def test_no_tracks_have_no_second_views():
+    none, seen = predictions([]), observe_boxes((5.0, 5.0, 0.0), SIZE)
+    hypotheses = hypothesise(none, seen, HypothesisConfig())
+    assert second_views(none, hypotheses, seen, np.zeros(0), np.zeros((0, 2)), CONFIG).shape == (0, 1)
+    assert nearby(hypotheses, CONFIG).shape == (0, 1)
 
 
 @pytest.mark.parametrize("speed_mps", [20.0, 40.0, 70.0])
