@@ -1,6 +1,7 @@
 """Kinematic state of the tracked corner of one vehicle."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,6 +51,7 @@ class CornerEstimator:
         self._orientation = config.orientation
         self._models = config.filters.models
         self._filters = config.filters
+        self._first_offset = first.time_offset
 
     @property
     def model(self) -> int:
@@ -109,22 +111,26 @@ class CornerEstimator:
         self.bank.predict(of_bank)
         self.independent.predict(motion.models)
 
-    def start(self, seen: TrackObservation, since_s: float) -> None:
-        """Admit the speed that the second observation shows, `since_s` after the first.
+    def start(self, seen: TrackObservation, since_s: float) -> TrackObservation:
+        """Admit the speed that the second observation shows, one scan after the first, `since_s`.
 
         The prior of the velocity has a mean of zero. Where the vehicle moved by more than two of its standard
-        deviations explain, the variance along that motion becomes the square of the speed.
+        deviations explain, the variance along that motion becomes the square of the speed. Both boxes were at their
+        places at their own times: the returned observation, and the track, are those at the times of the scans.
         """
         moved = seen.misfit[self.model]
-        distance = float(np.hypot(*moved))
-        if since_s <= 0.0 or distance <= 2.0 * self._filters.initial_speed_std_mps * since_s:
-            return
-        velocity = np.outer(moved, moved) / since_s**2
-        growth = np.kron([[since_s**2, since_s], [since_s, 1.0]], velocity)
+        elapsed = since_s + seen.time_offset - self._first_offset
+        if elapsed <= 0.0 or np.hypot(*moved) <= 2.0 * self._filters.initial_speed_std_mps * elapsed:
+            return seen
+        velocity = moved / elapsed
+        self.shift(-self._first_offset * velocity, yaw_rate=0.0)
+        spread = np.outer(velocity, velocity)
+        growth = np.kron([[since_s**2, since_s], [since_s, 1.0]], spread)
         moves = np.array([ORDERS[name] > 1 for name in self._models])
         each = moves[:, None, None] * growth
         self.bank.inflate(each)
         self.independent.inflate(each)
+        return replace(seen, misfit=seen.misfit + (self._first_offset - seen.time_offset) * velocity)
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
         """Update the filters and the time-correlated error by one observation."""

@@ -100,7 +100,10 @@ def by_size(heading: float, size: Floats, whole: Bools, forward: float, config: 
 
 
 def way_needed(quarters: int, size: Floats, config: OrientationConfig) -> float:
-    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m]."""
+    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m].
+
+    While a stationary side comes into view, its end seems to move by the length of the side at most.
+    """
     if quarters % 2 == 0:
         return config.reversal_m
-    return np.inf if size[0] > config.width_max_m else config.sideways_m
+    return max(config.sideways_m, float(size[0]))

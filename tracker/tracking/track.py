@@ -155,7 +155,7 @@ class Track:
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
         if self.hits == 1:
-            self.corner.start(seen, self.unseen_s)
+            seen = self.corner.start(seen, self.unseen_s)
         self.corner.observe(seen, self.heading)
         self._heading.observe(seen.heading, seen.heading_variance)
         self.hits += 1

@@ -50,11 +50,11 @@ def test_motion_contradicts_the_heading(velocity, quarters):
     assert by_course(0.0, direction) == quarters
 
 
-def test_sideways_motion_needs_a_longer_distance_and_a_known_length_prevents_it():
+def test_sideways_motion_needs_a_longer_distance_that_no_side_in_view_explains():
     bare, long = np.array([1.7, 0.2]), np.array([4.6, 0.2])
     assert way_needed(2, long, CONFIG) == way_needed(2, bare, CONFIG) == CONFIG.reversal_m
     assert way_needed(1, bare, CONFIG) > 2.5  # the rear of a standing car that comes into view is as wide
-    assert way_needed(3, long, CONFIG) == np.inf
+    assert way_needed(3, long, CONFIG) == 4.6
 
 
 def test_a_truncated_face_wider_than_a_car_is_a_side():
