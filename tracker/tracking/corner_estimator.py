@@ -1,6 +1,7 @@
 """Kinematic state of the tracked corner of one vehicle."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from tracker.geometry import rotate
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
-from tracker.tracking.filters import Motion, moved
+from tracker.tracking.filters import ORDERS, Motion, moved
 from tracker.tracking.independent_filters import IndependentFilters
 from tracker.tracking.orientation import Course
 from tracker.tracking.track_config import TrackConfig
@@ -49,6 +50,8 @@ class CornerEstimator:
         self._error = CornerError(first, heading, unseen, config.corner)
         self._orientation = config.orientation
         self._models = config.filters.models
+        self._filters = config.filters
+        self._first_offset = first.time_offset
 
     @property
     def model(self) -> int:
@@ -73,7 +76,7 @@ class CornerEstimator:
     @property
     def speed(self) -> float:
         """Root mean square of the speed [m/s], which includes its uncertainty."""
-        mean, covariance = self.bank.estimate
+        covariance = self.bank.estimate[1]
         return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
 
     def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
@@ -107,6 +110,27 @@ class CornerEstimator:
         """Move on by one time step: the independent filters by `motion`, and the bank by its own one."""
         self.bank.predict(of_bank)
         self.independent.predict(motion.models)
+
+    def start(self, seen: TrackObservation, since_s: float) -> TrackObservation:
+        """Admit the speed that the second observation shows, one scan after the first, `since_s`.
+
+        The prior of the velocity has a mean of zero. Where the vehicle moved by more than two of its standard
+        deviations explain, the variance along that motion becomes the square of the speed. Both boxes were at their
+        places at their own times: the returned observation, and the track, are those at the times of the scans.
+        """
+        moved = seen.misfit[self.model]
+        elapsed = since_s + seen.time_offset - self._first_offset
+        if elapsed <= 0.0 or np.hypot(*moved) <= 2.0 * self._filters.initial_speed_std_mps * elapsed:
+            return seen
+        velocity = moved / elapsed
+        self.shift(-self._first_offset * velocity, yaw_rate=0.0)
+        spread = np.outer(velocity, velocity)
+        growth = np.kron([[since_s**2, since_s], [since_s, 1.0]], spread)
+        moves = np.array([ORDERS[name] > 1 for name in self._models])
+        each = moves[:, None, None] * growth
+        self.bank.inflate(each)
+        self.independent.inflate(each)
+        return replace(seen, misfit=seen.misfit + (self._first_offset - seen.time_offset) * velocity)
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
         """Update the filters and the time-correlated error by one observation."""

@@ -56,7 +56,7 @@ class FilterBank(Protocol):
         """Change the state by (6,), to that of another point of the same vehicle."""
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
 
 
 class ScoredFilters:
@@ -95,8 +95,9 @@ class ScoredFilters:
         self.filters.mean += change
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        self.filters.covariance[:, :2, :2] += covariance
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+        n = covariance.shape[-1]
+        self.filters.covariance[:, :n, :n] += covariance
 
 
 class SelectedBank(ScoredFilters):

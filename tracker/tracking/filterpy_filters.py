@@ -41,6 +41,7 @@ def shift(models: list["KalmanFilter"], change: Floats) -> None:
 
 
 def inflate(models: list["KalmanFilter"], covariance: Floats) -> None:
-    """Add (2, 2) [m^2] to the covariance of the tracked point."""
-    for kf in models:
-        kf.P[:2, :2] += covariance
+    """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+    n = covariance.shape[-1]
+    for kf, added in zip(models, np.broadcast_to(covariance, (len(models), n, n)), strict=True):
+        kf.P[:n, :n] += added

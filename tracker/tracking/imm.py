@@ -72,5 +72,6 @@ class FilterpyImm:
         filterpy_filters.shift([*self._imm.filters, self._imm], change)
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        filterpy_filters.inflate([*self._imm.filters, self._imm], covariance)
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+        filterpy_filters.inflate(self._imm.filters, covariance)
+        filterpy_filters.inflate([self._imm], covariance if covariance.ndim == 2 else covariance.max(axis=0))

@@ -16,7 +16,7 @@ from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 class OrientationConfig:
     """Choice among the four directions of a rectangle."""
 
-    width_max_m: float = 2.6
+    width_max_m: float = 3.0
     """A longer side is a vehicle's length [m]."""
     course_speed_min_mps: float = 1.0
     """Minimum speed at which the direction of motion defines the front [m/s]."""
@@ -99,7 +99,10 @@ def by_course(heading: float, course: float) -> int:
 
 
 def way_needed(quarters: int, size: Floats, config: OrientationConfig) -> float:
-    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m]."""
+    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m].
+
+    While a stationary side comes into view, its end seems to move by the length of the side at most.
+    """
     if quarters % 2 == 0:
         return config.reversal_m
-    return np.inf if size[0] > config.width_max_m else config.sideways_m
+    return max(config.sideways_m, float(size[0]))

@@ -56,5 +56,5 @@ class PaperBank:
         filterpy_filters.shift(self._models, change)
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
         filterpy_filters.inflate(self._models, covariance)

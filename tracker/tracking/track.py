@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
+from tracker.arrays import Bools, Floats
 from tracker.geometry import rotate
 from tracker.records import Status
 from tracker.tracking import extent, orientation
@@ -54,6 +54,7 @@ class Track:
         self.status = Status.TENTATIVE
         self.hits = 1
         self.unseen_s = 0.0
+        self.age_s = 0.0
         self._config = config
         self._heading = HeadingEstimator(first, position, config)
         self._heading.observe_sides(first.size, first.whole)
@@ -83,6 +84,11 @@ class Track:
     def seen_size(self) -> Floats:
         """(2,) seen length and width [m]."""
         return self._size.seen
+
+    @property
+    def seen_whole(self) -> Bools:
+        """(2,) mask of length and width that were seen from end to end."""
+        return self._size.seen_whole
 
     @property
     def known_size(self) -> Floats:
@@ -148,6 +154,7 @@ class Track:
         self._heading.predict(motion, self.corner.speed, turning=turns)
         self.corner.predict(motion, self._bank_motion(motion))
         self.unseen_s += motion.dt
+        self.age_s += motion.dt
         life = self._config.life
         tentative = self.status is Status.TENTATIVE
         missed_s = self.unseen_s - motion.dt if tentative else self.unseen_s
@@ -156,6 +163,8 @@ class Track:
 
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
+        if self.hits == 1:
+            seen = self.corner.start(seen, self.unseen_s)
         self.corner.observe(seen, self.heading)
         self._heading.observe(seen.heading, seen.heading_variance)
         self._heading.observe_sides(seen.size, seen.whole)

@@ -72,5 +72,6 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
         heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
         size=np.reshape([track.size for track in tracks], (count, 2)),
         known_size=np.reshape([track.known_size for track in tracks], (count, 2)),
+        whole=np.array([track.seen_whole for track in tracks], dtype=np.bool_).reshape(count, 2),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
     )
