@@ -34,8 +34,8 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, con
     """(N,) mask of points at truncated ends: their object may continue behind an occluder or outside the field of view.
 
     Returns of the first and the last beams of a layer are truncated by the field of view. If its limits are unknown,
-    the first and the last return of a layer count as truncated. Points near `range_max_m` are truncated by it. `scan` must not be deskewed: deskewed points have lost
-    their times, and points without times have no neighbours.
+    the first and the last return of a layer count as truncated. Points near `range_max_m` are truncated by it. `scan`
+    must not be deskewed: deskewed points have lost their times, and points without times have no neighbours.
     """
     cut = np.zeros(len(scan), dtype=np.bool_)
     first = np.flatnonzero(keep & (scan.echo == 0))

@@ -59,6 +59,8 @@ class ExtentConfig:
     """Maximum width of a vehicle [m]: a truck measures 2.55."""
     length_min_m: float = 3.0
     """Minimum length of a car without its rounded corners [m]."""
+    grown_min_m: float = 0.5
+    """A side that grows by more than this was truncated before [m]: two beams at either end."""
     known_share: float = 0.8
     """A side is known to exist completely if this share of it was seen."""
 

@@ -62,12 +62,16 @@ class DefaultTrackManagement:
         self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
     ) -> list[Track]:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
-        flow = track_arrays.flow(tracks, forward, self._track.orientation.flow)
+        flow = self.flow(tracks, forward)
         self.orient(tracks, flow)
         self.settle(tracks)
         self.merge(tracks)
         self.remove_duplicates(tracks)
         return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, flow, models)]
+
+    def flow(self, tracks: Sequence[Track], forward: float) -> TrafficFlow:
+        """Return the directions of the tracks, beside an ego of heading `forward` [rad]."""
+        return track_arrays.flow(tracks, forward, self._track.orientation.flow)
 
     def orient(self, tracks: Sequence[Track], flow: TrafficFlow) -> None:
         """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`."""
