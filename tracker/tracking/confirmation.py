@@ -17,8 +17,8 @@ from tracker.tracking.track_observation import TrackObservation
 class TrackLifeConfig:
     """Track confirmation, coasting and termination."""
 
-    vehicle_prior: float = 0.67
-    """Probability that a new track is a vehicle: in traffic two of three objects of vehicle size are."""
+    vehicle_prior: float = 0.5
+    """Probability that a new track is a vehicle: about half of the objects of vehicle size beside roads are."""
     confirm_probability: float = 0.9
     """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again."""
     confirm_hits: int = 2
