@@ -108,6 +108,8 @@ def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Boo
     """
     status = np.array([track.status for track in tracks], dtype=np.int64)
     age, unseen = (np.array([getattr(track, name) for track in tracks]) for name in ("age_s", "unseen_s"))
+    if not (status == Status.COASTING).any():
+        return np.zeros_like(admissible)
     rival = (status == Status.TENTATIVE) & (age > unseen[:, None]) & (status == Status.COASTING)[:, None]
     own = np.where(admissible, cost, np.inf)
     return np.asarray(np.any(rival[:, :, None] & (own < cost[:, None]), axis=1))
