@@ -9,3 +9,5 @@ Ints = npt.NDArray[np.int64]
 """int64 array."""
 Bools = npt.NDArray[np.bool_]
 """bool array."""
+Floats32 = npt.NDArray[np.float32]
+"""float32 array."""

@@ -19,7 +19,7 @@ from sensor_model.noise.thresholds import Thresholds
 from sensor_model.odometry import Odometry
 from sensor_model.raycaster import Echoes, Raycaster
 from sensor_model.returns import NOTHING, Returns
-from sensor_model.rig.beams import beam_table
+from sensor_model.rig.beams import beam_table, sweep_limits
 from sensor_model.rig.rig import Rig
 from sensor_model.scan_context import ScanContext, displacement, over_ground
 from sensor_model.sensor_config import SensorConfig
@@ -62,6 +62,7 @@ class Lidar:
         self._sweep = sensor.sweep
         self._relief_scale = sensor.relief_scale
         self._time_offset = self.beams.time_offset * sensor.sweep
+        self._sweep_limits = sweep_limits(self.beams) if sensor.sweep else None
         self._draws = Draws(seed, self.beams)
         self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
         self._attitude = Attitude(noise.attitude, self._draws)
@@ -130,6 +131,7 @@ class Lidar:
             echo=returns.echo,
             echo_pulse_width=width.astype(np.float32),
             flags=returns.flags | returns.transparent | self._wrong_flags(returns, place, index),
+            sweep_limits=self._sweep_limits,
         )
 
     def _wrong_flags(self, returns: Returns, place: Ints, frame: int) -> npt.NDArray[np.uint16]:

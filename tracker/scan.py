@@ -60,6 +60,9 @@ class Scan:
     """(N,) [m]."""
     flags: npt.NDArray[np.uint16]
     """(N,) `PointFlag`."""
+    sweep_limits: Floats32 | None = None
+    """(U, L, 2) time offsets of the first and the last beam of each layer of each unit, the edges of its field of view
+    [s]; NaN for layers that a unit lacks. None if they are unknown."""
 
     def __len__(self) -> int:
         return len(self.unit)
@@ -114,6 +117,18 @@ class Scan:
         _require("points_ego", self.points_ego, (*count, 3), "f")
         for name, dtype in COLUMNS.items():
             _require(name, getattr(self, name), count, "f" if dtype.kind == "f" else "iu")
+        if self.sweep_limits is not None:
+            self._check_sweep_limits(self.sweep_limits)
+
+    def _check_sweep_limits(self, limits: Floats32) -> None:
+        """Raise ValueError for fields of view (U, L, 2) that lack a unit or a layer of the points."""
+        _require("sweep_limits", limits, (*np.shape(limits)[:2], 2), "f")
+        for name, column, size in zip(("unit", "layer"), (self.unit, self.layer), limits.shape, strict=False):
+            if len(self) and column.max() >= size:
+                raise ValueError(
+                    f"sweep_limits has {size} {name}s and a point is of {name} {column.max()}; give the limits of all "
+                    "units and layers, or None"
+                )
 
 
 def _require(name: str, values: object, shape: tuple[int, ...], kinds: str) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Floats32
 from scenarios.dataset.dataset_columns import Values
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
@@ -34,7 +34,9 @@ def rows_of(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) 
     }
 
 
-def records_of(rows: dict[str, Values], units: int) -> tuple[WorldFrame, Scan, ScanTruth]:
+def records_of(
+    rows: dict[str, Values], units: int, sweep_limits: Floats32 | None = None
+) -> tuple[WorldFrame, Scan, ScanTruth]:
     """Return the records of the rows of one frame: the exact inverse of `rows_of`.
 
     Parameters
@@ -43,6 +45,8 @@ def records_of(rows: dict[str, Values], units: int) -> tuple[WorldFrame, Scan, S
         Rows of one frame, by file.
     units
         Number of LIDARs of the rig.
+    sweep_limits
+        Fields of view of its layers, see `Scan.sweep_limits`; the rows do not contain them.
     """
     scans, points, labels = rows["scans"], rows["points"], rows["labels"]
     frame = WorldFrame(int(scans["frame"][0]), float(scans["time_s"][0]), _ego(scans), _actors(labels))
@@ -56,6 +60,7 @@ def records_of(rows: dict[str, Values], units: int) -> tuple[WorldFrame, Scan, S
         echo=points["echo"],
         echo_pulse_width=points["echo_pulse_width_m"],
         flags=points["flags"],
+        sweep_limits=sweep_limits,
     )
     truth = ScanTruth(
         actor_id=points["actor_id"],

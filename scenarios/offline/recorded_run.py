@@ -17,6 +17,7 @@ from scenarios.grading.frame_tables import ADDED, Schema
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.result import Result
 from scenarios.run import run_folder
+from sensor_model.rig.beams import beam_table, sweep_limits
 from sensor_model.rig.rig import Rig
 
 NOT_IN_SCENARIO = ("rig", "device")
@@ -74,7 +75,8 @@ class RecordedRun:
         OutputError
             As for `RecordedScans`.
         """
-        return RecordedScans(self.folder, self.result.frames, len(self.rig.mounts))
+        limits = sweep_limits(beam_table(self.rig)) if self.scenario.sensor.sweep else None
+        return RecordedScans(self.folder, self.result.frames, len(self.rig.mounts), limits)
 
 
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:

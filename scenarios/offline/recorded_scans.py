@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Floats32
 from scenarios.dataset.dataset_columns import FILES, Column, Values
 from scenarios.dataset.dataset_rows import records_of
 from scenarios.errors import OutputError
@@ -32,6 +32,8 @@ class RecordedScans:
         Number of frames of the run.
     units
         Number of LIDARs of its rig.
+    sweep_limits
+        Fields of view of their layers, see `tracker.scan.Scan.sweep_limits`; they are not recorded.
 
     Raises
     ------
@@ -39,8 +41,8 @@ class RecordedScans:
         The run has no scans, or not all of them.
     """
 
-    def __init__(self, run: Path, frames: int, units: int) -> None:
-        self._folder, self._units = run / run_folder.SCANS, units
+    def __init__(self, run: Path, frames: int, units: int, sweep_limits: Floats32 | None = None) -> None:
+        self._folder, self._units, self._sweep_limits = run / run_folder.SCANS, units, sweep_limits
         if not self._folder.is_dir():
             raise OutputError(f"{run}: has no recorded scans; run the scenario again with --record-scans")
         with _readable(self._folder):
@@ -61,7 +63,7 @@ class RecordedScans:
         for frame in range(len(self)):
             with _readable(self._folder):
                 rows = {name: file.of(frame) for name, file in files.items()}
-            yield records_of(rows, self._units)
+            yield records_of(rows, self._units, self._sweep_limits)
 
 
 class FrameRows:

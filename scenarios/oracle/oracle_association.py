@@ -59,6 +59,8 @@ class OracleTrackManagement:
     ) -> list[Track]:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
         context, shipped = self._context, self._shipped
+        flow = shipped.flow(tracks, forward)
+        shipped.orient(tracks, flow)
         shipped.settle(tracks)
         for group in self._by_actor(tracks):
             shipped.merge(group)
@@ -68,7 +70,7 @@ class OracleTrackManagement:
         free = shipped.newcomers(tracks, seen, track_id)
         followed = context.track_actor([track for track in tracks if track.status is not Status.DEAD])
         new = newcomers(context.box_actor, context.support, followed, free)
-        return [*tracks, *shipped.start(new, seen, track_id, forward, models)]
+        return [*tracks, *shipped.start(new, seen, track_id, flow, models)]
 
     def _remove_duplicates(self, tracks: Sequence[Track]) -> None:
         """Remove duplicates among the tracks of each actor, and tracks without an actor inside any other."""

@@ -20,6 +20,7 @@ from tracker.tracking.observations import Observations
 from tracker.tracking.track import Track
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_management import DefaultTrackManagement
+from tracker.tracking.traffic_flow import TrafficFlow
 
 
 class OracleConfirmation(DefaultTrackManagement):
@@ -45,10 +46,10 @@ class OracleConfirmation(DefaultTrackManagement):
             self._confirm(seen, self._context.track_actor(seen))
 
     def start(
-        self, newcomers: Bools, seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+        self, newcomers: Bools, seen: Observations, track_id: Ints, flow: TrafficFlow, models: ModelSelection
     ) -> list[Track]:
         """Start a track for each box of the mask `newcomers` (B,), see `DefaultTrackManagement.start`."""
-        started = super().start(newcomers, seen, track_id, forward, models)
+        started = super().start(newcomers, seen, track_id, flow, models)
         if self._active:
             self._confirm(started, self._context.box_actor[newcomers])
         return started

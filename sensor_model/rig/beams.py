@@ -134,6 +134,16 @@ def beam_table(rig: Rig) -> BeamTable:
     )
 
 
+def sweep_limits(beams: BeamTable) -> npt.NDArray[np.float32]:
+    """Return (U, L, 2) firing times of the first and the last beam of each layer, NaN for layers a unit lacks [s]."""
+    shape = (len(beams.units), int(beams.layer.max()) + 1)
+    first, last = np.full(shape, np.inf), np.full(shape, -np.inf)
+    np.minimum.at(first, (beams.unit, beams.layer), beams.time_offset)
+    np.maximum.at(last, (beams.unit, beams.layer), beams.time_offset)
+    limits = np.stack([first, last], axis=2)
+    return np.where(np.isfinite(limits), limits, np.nan).astype(np.float32)
+
+
 def unit_table(rig: Rig) -> UnitTable:
     """Return poses and receivers of the units of a rig."""
     models = [mount.model for mount in rig.mounts]

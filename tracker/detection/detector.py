@@ -117,7 +117,7 @@ class Detector:
         segments = self.segment(scan, keep, long)
         if movers is not None:
             scan = undo_targets(scan, segments, movers, config.sweep)
-        cut_off = truncation.cut_off(swept, keep, segments, config.ends)
+        cut_off = truncation.cut_off(swept, keep, segments, config.preprocess.range_max_m, config.ends)
         linkage = self.link(scan, segments)
         candidates = self.fit(scan, segments, linkage)
         return Detection(segments, linkage, candidates, self.box(scan, segments, linkage, candidates, cut_off))

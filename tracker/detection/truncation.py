@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools
+from tracker.arrays import Bools, Ints
 from tracker.records import Segments
 from tracker.scan import Scan
 
@@ -30,11 +30,12 @@ class TruncationConfig:
             raise ValueError("neighbour_s must not be negative and nearer_m must be above 0")
 
 
-def cut_off(scan: Scan, keep: Bools, segments: Segments, config: TruncationConfig) -> Bools:
+def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, config: TruncationConfig) -> Bools:
     """(N,) mask of points at truncated ends: their object may continue behind an occluder or outside the field of view.
 
-    The first and last returns of a layer count as truncated, because the field of view may end there. `scan` must not
-    be deskewed: deskewed points have lost their times, and points without times have no neighbours.
+    Returns of the first and the last beams of a layer are truncated by the field of view. If its limits are unknown,
+    the first and the last return of a layer count as truncated. Points near `range_max_m` are truncated by it. `scan`
+    must not be deskewed: deskewed points have lost their times, and points without times have no neighbours.
     """
     cut = np.zeros(len(scan), dtype=np.bool_)
     first = np.flatnonzero(keep & (scan.echo == 0))
@@ -47,8 +48,25 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, config: TruncationConfi
     beside = same_layer & (wait > 0.0) & (wait <= config.neighbour_s) & (segments.label[one] != segments.label[other])
     range_m = np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
     farther = range_m[one] - range_m[other]
-    cut[order[[0, -1]]] = True
-    cut[one[~same_layer]] = cut[other[~same_layer]] = True
+    cut[_at_edges(scan, order, same_layer, config)] = True
     cut[one[beside & (farther > config.nearer_m)]] = True
     cut[other[beside & (-farther > config.nearer_m)]] = True
+    cut |= keep & (range_m > range_max_m - config.nearer_m)
     return cut
+
+
+def _at_edges(scan: Scan, order: Ints, same_layer: Bools, config: TruncationConfig) -> Ints:
+    """Return the points at the edges of the field of view.
+
+    Parameters
+    ----------
+    order
+        (P,) points by unit, layer and time.
+    same_layer
+        (P - 1,) mask of successive points of one layer.
+    """
+    if scan.sweep_limits is None:
+        return np.concatenate([order[[0, -1]], order[:-1][~same_layer], order[1:][~same_layer]])
+    first, last = scan.sweep_limits[scan.unit[order], scan.layer[order]].T
+    time = scan.time_offset[order]
+    return np.asarray(order[(time - first <= config.neighbour_s) | (last - time <= config.neighbour_s)])

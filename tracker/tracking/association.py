@@ -1,6 +1,6 @@
 """Data association: cost and gate (5) of each pair of track and box, and their assignment (4)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -9,6 +9,7 @@ import scipy
 from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
 from tracker.geometry import mahalanobis
+from tracker.tracking.births import BirthConfig
 from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.observations import Observations
 
@@ -29,6 +30,8 @@ class AssociationConfig:
     """Heading error beyond the fit's covariance, from rounded corners that are fitted as sides [rad]."""
     growth_std_m: float = 1.0
     """Standard deviation of the growth of a vehicle's estimated size [m]."""
+    birth: BirthConfig = field(default_factory=BirthConfig)
+    """Second observation of a new track."""
     oddity_max: float = 9.0
     """Limit of the heading cost and of the size cost, three standard deviations: the position of a bad fit is valid."""
 
@@ -38,37 +41,49 @@ class AssociationConfig:
 
 
 def score(
-    tracks: Predictions, hypotheses: Hypotheses, seen: Observations, config: AssociationConfig
+    tracks: Predictions,
+    hypotheses: Hypotheses,
+    seen: Observations,
+    config: AssociationConfig,
+    coasting: Bools | None = None,
 ) -> tuple[Floats, Bools]:
     """Return the cost (T, B) of each pair, and a mask (T, B) of boxes inside the gate (5) of any probable model.
 
     The cost is minus twice the log-likelihood (11), averaged over the models by their probabilities: an uncertain track
     does not win against a certain one, nor an unlikely model against a likely one. A box that is turned, or longer than
-    the vehicle, costs more, so that the better of two boxes at one place is chosen.
+    the vehicle, costs more, so that the better of two boxes at one place is chosen. The gate of a vehicle that was
+    seen from end to end excludes boxes that are much larger. That of a `coasting` (T,) track, which has not been seen
+    for a while, also excludes boxes that are rotated: another object may be at its place.
     """
     view = config.view_std_m**2 * np.eye(2)
     innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view  # B = H P H' + R
     squared, determinant = mahalanobis(hypotheses.misfit, innovation)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
+    turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)
+    shape = np.minimum(turn, config.oddity_max) + np.minimum(excess.sum(axis=2), config.oddity_max)
+    cost = shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)
     likely = tracks.probability[:, None] >= config.gate_probability_min
-    inside: Bools = np.any(likely & (squared < config.gate_chi2), axis=2)
-    shape = shape_cost(tracks, hypotheses, seen.covariance[:, 2, 2], config)
-    return np.asarray(shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)), inside
+    if not config.oddity_max:  # the paper's gate, of the corner only
+        return np.asarray(cost), np.any(likely & (squared < config.gate_chi2), axis=2)
+    if hypotheses.reach is not None:
+        squared = np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])
+    too_large = np.sum(excess * tracks.whole[:, None], axis=2) >= config.gate_chi2
+    rotated = False if coasting is None else coasting[:, None] & (turn >= config.gate_chi2)
+    return np.asarray(cost), np.any(likely & (squared < config.gate_chi2), axis=2) & ~too_large & ~np.asarray(rotated)
 
 
-def shape_cost(
+def shape_difference(
     tracks: Predictions, hypotheses: Hypotheses, heading_variance: Floats, config: AssociationConfig
-) -> Floats:
-    """(T, B) squared normalised differences of heading and of size, each up to a limit.
+) -> tuple[Floats, Floats]:
+    """Squared normalised differences (T, B) of heading, and (T, B, 2) of length and width.
 
-    Only a box longer or wider than the vehicle costs: a smaller one may be truncated. The boxes' headings have
+    Only a box longer or wider than the vehicle differs: a smaller one may be truncated. The boxes' headings have
     variances (B,) [rad^2].
     """
     turn = hypotheses.heading - tracks.heading[:, None]
     variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
     excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / config.growth_std_m
-    limit = config.oddity_max
-    return np.asarray(np.minimum(turn**2 / variance, limit) + np.minimum(np.sum(excess**2, axis=2), limit))
+    return np.asarray(turn**2 / variance), np.asarray(excess**2)
 
 
 def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[tuple[int, int]]:

@@ -8,12 +8,14 @@ import numpy as np
 from tracker.arrays import Bools, Floats
 from tracker.records import Status
 from tracker.tracking.association import AssociationConfig, assign, score
+from tracker.tracking.births import nearby, second_views
 from tracker.tracking.hypotheses import Hypotheses, Predictions
 from tracker.tracking.observations import Observations
 from tracker.tracking.track import Track
 
 ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
-"""Order in which tracks choose boxes; as in the paper, previously confirmed tracks come before tentative ones."""
+"""Order in which tracks choose boxes: as in the paper, previously confirmed tracks come before tentative ones. Tracks
+with a single observation, without a velocity, are the last."""
 
 
 class Associator(Protocol):
@@ -52,7 +54,7 @@ class PairScore(Protocol):
 
 
 class LikelihoodScore:
-    """Negative log-likelihood (11) as cost, with the gate (5)."""
+    """Negative log-likelihood (11) as cost, with the gate (5), and that of births for tracks without a velocity."""
 
     def __init__(self, config: AssociationConfig) -> None:
         self._config = config
@@ -61,8 +63,18 @@ class LikelihoodScore:
         self, tracks: Sequence[Track], predictions: Predictions, hypotheses: Hypotheses, seen: Observations
     ) -> tuple[Floats, Bools]:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
-        del tracks
-        return score(predictions, hypotheses, seen, self._config)
+        coasting = np.array([track.status is Status.COASTING for track in tracks], dtype=np.bool_)
+        cost, admissible = score(predictions, hypotheses, seen, self._config, coasting)
+        admissible &= ~_of_another(tracks, cost, admissible)
+        new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
+        if new.any():
+            age = np.array([track.unseen_s for track in tracks])
+            sizes = np.reshape([track.seen_size for track in tracks], (-1, 2))
+            second = second_views(predictions, hypotheses, seen, age, sizes, self._config.birth)
+            admissible = np.where(
+                new[:, None], second | admissible & nearby(hypotheses, self._config.birth), admissible
+            )
+        return cost, admissible
 
 
 class HungarianAssociator:
@@ -78,10 +90,26 @@ class HungarianAssociator:
         """Return pairs of track and box, see `Associator.associate`."""
         cost, admissible = self._score(tracks, predictions, hypotheses, seen)
         status = np.array([track.status for track in tracks], dtype=np.int64)
+        new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
         free = np.ones(len(seen), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []
-        for turn in ROUNDS:
-            chosen = assign(cost, admissible & (status == turn)[:, None] & free, self._config.method)
+        for turn in (*((status == each) & ~new for each in ROUNDS), new & (status == Status.TENTATIVE)):
+            chosen = assign(cost, admissible & turn[:, None] & free, self._config.method)
             free[[b for _, b in chosen]] = False
             pairs += chosen
         return pairs
+
+
+def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Bools:
+    """(T, B) mask of boxes of another object than a coasting track.
+
+    A tentative track that started before the coasting one was seen last follows another object: both were visible
+    together. A box that fits it better is not the lost vehicle.
+    """
+    status = np.array([track.status for track in tracks], dtype=np.int64)
+    age, unseen = (np.array([getattr(track, name) for track in tracks]) for name in ("age_s", "unseen_s"))
+    if not (status == Status.COASTING).any():
+        return np.zeros_like(admissible)
+    rival = (status == Status.TENTATIVE) & (age > unseen[:, None]) & (status == Status.COASTING)[:, None]
+    own = np.where(admissible, cost, np.inf)
+    return np.asarray(np.any(rival[:, :, None] & (own < cost[:, None]), axis=1))

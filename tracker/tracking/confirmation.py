@@ -1,13 +1,15 @@
-"""Track confirmation: by the shape of the visible sides, or by leaving the place of the first observation."""
+"""Track confirmation: probability that a track is a vehicle, from the shape of its views and from its motion."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.tracking import extent
-from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.footprint import Footprint
+from tracker.bounds import require_within
+from tracker.geometry import rotate
+from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
+from tracker.tracking.side_lengths import vehicle_log_odds
 from tracker.tracking.track_observation import TrackObservation
 
 
@@ -15,15 +17,28 @@ from tracker.tracking.track_observation import TrackObservation
 class TrackLifeConfig:
     """Track confirmation, coasting and termination."""
 
-    confirm_hits: int = 4
-    """Observations before a track that left its first place is confirmed."""
-    evidence_min: int = 8
-    """Evidence of a vehicle's shape (`extent.evidence`) that confirms a track without motion: two full views, or more
-    partial ones."""
-    sure_hits: int = 2
-    """Minimum number of observations for confirmation by shape."""
-    tentative_coast_s: float = 0.2
-    """A tentative track is terminated when it was not seen for longer than this [s]."""
+    vehicle_prior: float = 0.5
+    """Probability that a new track is a vehicle: about half of the objects of vehicle size beside roads are."""
+    confirm_probability: float = 0.9
+    """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again."""
+    confirm_hits: int = 2
+    """Minimum number of observations for confirmation."""
+    view_correlation: float = 0.2
+    """Correlation of the views of one object: the evidence of many equal views is that of five."""
+    view_log_odds_max: float = 2.0
+    """Maximum evidence of one view against a vehicle, log-odds."""
+    vehicle_log_odds_max: float = 3.0
+    """Maximum evidence of one view for a vehicle, log-odds."""
+    flat_log_odds: float = 2.0
+    """Evidence against a vehicle of a side that a vehicle would show, but is missing, log-odds."""
+    motion_log_odds: float = 20.0
+    """Evidence of an object that left its first place, log-odds: background does not move."""
+    moved_views_min: int = 3
+    """Minimum number of successive observations of an end away from its first place that are motion."""
+    truncated_probability: float = 0.3
+    """Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
+    tentative_coast_s: float = 0.15
+    """A tentative track is terminated if it was not seen for longer than this before the last scan [s]."""
     gap_s: float = 0.25
     """A confirmed track stays confirmed through gaps up to this length [s] and coasts after it."""
     coast_s: float = 3.0
@@ -35,48 +50,68 @@ class TrackLifeConfig:
     heading_rejections_max: int = 8
     """Number of rejected headings in a row after which the next one is accepted."""
 
+    def __post_init__(self) -> None:
+        require_within(self, 0.5, 1.0 - 1e-9, "confirm_probability")
+        require_within(self, 0.0, 1.0, "view_correlation", "truncated_probability")
+        require_within(self, 1e-9, 1.0 - 1e-9, "vehicle_prior")
+
 
 class Confirmation:
-    """Evidence that one track is a vehicle."""
+    """Log-odds that one track is a vehicle, from the prior at its birth."""
 
-    def __init__(self, config: TrackLifeConfig, sizes: ExtentConfig, birthplace: Footprint) -> None:
+    def __init__(self, config: TrackLifeConfig, birthplace: Footprint) -> None:
         self._config = config
-        self._sizes = sizes
+        self._least = math.log(config.confirm_probability / (1.0 - config.confirm_probability))
+        self._prior = math.log(config.vehicle_prior / (1.0 - config.vehicle_prior))
         self._birthplace = birthplace
+        self._ends: dict[tuple[int, int], Floats] = {}
+        """Tracked corner [m] when the end of an axis and a sign was first visible."""
+        self._moved_views = 0
+        """Successive observations in which a visible end was away from its first place."""
         self._left = False
-        self._evidence = [0, 0]
-        """Evidence before and after more than a car's length was seen."""
-        self._piece_evidence, self._piece_length = 0, 0.0
-        """Evidence of views that may be pieces of a wall, and the length of the longest of them [m]."""
+        self._shape_sum, self._views = 0.0, 0
 
-    def holds(self, hits: int, seen_size: Floats) -> bool:
-        """Return True if the track is a vehicle, after `hits` observations of seen extents (2,) [m]."""
-        pieces = self._piece_evidence if extent.car_sized(seen_size, self._sizes) else 0
-        if self._evidence[extent.long(seen_size, self._sizes)] + pieces >= self._config.evidence_min:
-            return hits >= self._config.sure_hits
-        return self._left and hits >= self._config.confirm_hits
+    @property
+    def log_odds(self) -> float:
+        """Log-odds of a vehicle. The evidence of n views with correlation r is that of n / (1 + (n - 1) r)."""
+        shape = self._shape_sum / (1.0 + self._config.view_correlation * max(self._views - 1, 0))
+        return self._prior + shape + self._left * self._config.motion_log_odds
 
-    def count(self, seen: TrackObservation, seen_size: Floats) -> None:
-        """Count an observation as evidence for or against a vehicle with seen extents (2,) [m].
+    def confirms(self, hits: int) -> bool:
+        """Return True if the track is a vehicle, after `hits` observations."""
+        return hits >= self._config.confirm_hits and self.log_odds >= self._least
 
-        A single side that becomes longer was truncated before: the evidence of such pieces is discarded.
-        """
-        length, long = float(seen.size.max()), extent.long(seen_size, self._sizes)
-        weight = extent.evidence(seen.size, seen.whole, np.maximum(seen_size, seen.size), self._sizes)
-        vote = weight - seen.flat
-        if extent.is_piece(seen.size, seen.whole, self._sizes) and not long:
-            if weight == extent.ONE_SIDE:
-                if length > self._piece_length + self._sizes.grown_min_m:
-                    self._piece_evidence = 0
-                self._piece_length = max(length, self._piece_length)
-            self._piece_evidence += vote
-        else:
-            self._evidence[long] += vote
+    @property
+    def refutes(self) -> bool:
+        """True if the track is as surely not a vehicle as confirmation needs it to be one."""
+        return self.log_odds <= -self._least
 
-    def check_motion(self, seen: TrackObservation, footprint: Footprint) -> None:
-        """Check if the track has left its birthplace.
+    def count(self, seen: TrackObservation) -> None:
+        """Count a view as evidence for or against a vehicle."""
+        config = self._config
+        shape = vehicle_log_odds(seen.size, seen.whole, config.truncated_probability) - config.flat_log_odds * seen.flat
+        self._shape_sum += min(max(shape, -config.view_log_odds_max), config.vehicle_log_odds_max)
+        self._views += 1
+
+    def check_motion(self, seen: TrackObservation, footprint: Footprint, corner: Floats) -> None:
+        """Check if the object has left its first place; its tracked corner is at (2,) [m].
 
         A single truncated face seems to slide along itself when its occluder moves, so only its motion across counts.
         """
-        fixed = seen.whole | (seen.size[::-1] > self._sizes.face_min_m)
+        fixed = seen.whole | (seen.size[::-1] > FACE_MIN_M)
         self._left |= bool(np.any(fixed & footprint.clear_of(self._birthplace)))
+        moves = False
+        for axis in np.flatnonzero(seen.exact & (seen.size[::-1] > FACE_MIN_M)).tolist():
+            end = (axis, int(seen.corner_sign[axis]))
+            shift = rotate(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
+            moves |= abs(shift) > LEFT_MARGIN_M
+        self._moved_views = self._moved_views + 1 if moves else 0
+        self._left |= self._moved_views >= self._config.moved_views_min
+
+    def turn(self) -> None:
+        """Forget the ends of the object, whose names change when its heading is turned by quarters."""
+        self._ends.clear()
+
+
+FACE_MIN_M = 0.6
+"""Minimum visible extent of a side [m]; corners are rounded by 0.25 to 0.4."""

@@ -1,5 +1,8 @@
 """Kinematic state of the tracked corner of one vehicle."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from tracker.arrays import Floats, Ints
@@ -7,8 +10,9 @@ from tracker.geometry import rotate
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
-from tracker.tracking.filters import Motion
+from tracker.tracking.filters import ORDERS, Motion, moved
 from tracker.tracking.independent_filters import IndependentFilters
+from tracker.tracking.orientation import Course
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 
@@ -46,6 +50,8 @@ class CornerEstimator:
         self._error = CornerError(first, heading, unseen, config.corner)
         self._orientation = config.orientation
         self._models = config.filters.models
+        self._filters = config.filters
+        self._first_offset = first.time_offset
 
     @property
     def model(self) -> int:
@@ -68,12 +74,29 @@ class CornerEstimator:
         return np.zeros(2) if self.model_name == "stationary" else self.bank.estimate[0][2:4]
 
     @property
-    def course(self) -> float | None:
-        """Direction of motion [rad], None for a vehicle that may be stationary."""
+    def speed(self) -> float:
+        """Root mean square of the speed [m/s], which includes its uncertainty."""
+        covariance = self.bank.estimate[1]
+        return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
+
+    def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
+        """Direction of motion of the rear axle, None for a vehicle that may be stationary.
+
+        The corners of a turning vehicle move across its heading, the rear axle does not.
+
+        Parameters
+        ----------
+        to_axle
+            (2,) vector from the tracked corner to the middle of the rear axle, odometry frame [m].
+        yaw_rate, variance
+            [rad/s], [rad^2/s^2].
+        """
         if self.model_name == "stationary":
             return None
         mean, covariance = self.bank.estimate
-        return orientation.course(mean[2:4], covariance[2:4, 2:4], self._orientation)
+        lever = moved(to_axle, 1.0)[2:4]
+        of_axle = covariance[2:4, 2:4] + variance * np.outer(lever, lever)
+        return orientation.course(mean[2:4] + yaw_rate * lever, of_axle, self._orientation)
 
     def offset_covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the time-correlated error, odometry frame [m^2]."""
@@ -83,10 +106,31 @@ class CornerEstimator:
         """(2, 2) covariance of the position [m^2]."""
         return np.asarray(self.bank.estimate[1][:2, :2] + self.offset_covariance(heading))
 
-    def predict(self, motion: Motion) -> None:
-        """Move on by one time step."""
-        self.bank.predict(motion)
+    def predict(self, motion: Motion, of_bank: Motion) -> None:
+        """Move on by one time step: the independent filters by `motion`, and the bank by its own one."""
+        self.bank.predict(of_bank)
         self.independent.predict(motion.models)
+
+    def start(self, seen: TrackObservation, since_s: float) -> TrackObservation:
+        """Admit the speed that the second observation shows, one scan after the first, `since_s`.
+
+        The prior of the velocity has a mean of zero. Where the vehicle moved by more than two of its standard
+        deviations explain, the variance along that motion becomes the square of the speed. Both boxes were at their
+        places at their own times: the returned observation, and the track, are those at the times of the scans.
+        """
+        moved = seen.misfit[self.model]
+        elapsed = since_s + seen.time_offset - self._first_offset
+        if elapsed <= 0.0 or np.hypot(*moved) <= 2.0 * self._filters.initial_speed_std_mps * elapsed:
+            return seen
+        velocity = moved / elapsed
+        self.shift(-self._first_offset * velocity, yaw_rate=0.0)
+        spread = np.outer(velocity, velocity)
+        growth = np.kron([[since_s**2, since_s], [since_s, 1.0]], spread)
+        moves = np.array([ORDERS[name] > 1 for name in self._models])
+        each = moves[:, None, None] * growth
+        self.bank.inflate(each)
+        self.independent.inflate(each)
+        return replace(seen, misfit=seen.misfit + (self._first_offset - seen.time_offset) * velocity)
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
         """Update the filters and the time-correlated error by one observation."""
@@ -98,15 +142,16 @@ class CornerEstimator:
         self._error.observe(seen.exact, covariance, heading)
         self.independent.observe(measured, covariance)
 
-    def shift(self, offset: Floats) -> None:
-        """Track another point, (2,) [m] away from the current one."""
-        self.bank.shift(offset)
-        self.independent.shift(offset)
+    def shift(self, offset: Floats, yaw_rate: float) -> None:
+        """Track another point of a vehicle with a yaw rate [rad/s], (2,) [m] away from the current one."""
+        change = moved(offset, yaw_rate)
+        self.bank.shift(change)
+        self.independent.shift(change)
 
-    def change_corner(self, sign: Ints, size: Floats, unseen: Floats, heading: float) -> Floats:
-        """Track another corner of a vehicle of size (2,) [m]; return the vector (2,) to it [m]."""
+    def change_corner(self, sign: Ints, size: Floats, unseen: Floats, heading: float, yaw_rate: float) -> Floats:
+        """Track another corner of a vehicle of size (2,) [m] and yaw rate [rad/s]; return the vector (2,) to it [m]."""
         offset = rotate(0.5 * (sign - self.sign) * size, heading)
-        self.shift(offset)
+        self.shift(offset, yaw_rate)
         self._error.change_corner(sign != self.sign, unseen)
         self.sign = sign
         return offset

@@ -7,9 +7,6 @@ import numpy as np
 from tracker.arrays import Bools, Floats, Ints
 from tracker.bounds import require_within
 
-ONE_SIDE, CORNER, FULL_VIEW = 1, 2, 4
-"""Weights of a view as evidence for a vehicle: walls are single sides, some have corners, few the size of a car."""
-
 
 @dataclass(frozen=True, slots=True)
 class TypicalSize:
@@ -58,16 +55,10 @@ class ExtentConfig:
     neighbour has little effect. A whole side that looks shorter has half the gain, because ends have few points."""
     face_min_m: float = 0.6
     """A side with a smaller visible extent may face away [m]; corners are rounded by 0.25 to 0.4."""
-    rounding_min_m: float = 0.25
-    """Minimum depth of a view that turns a corner [m]: corners of cars are rounded by 0.25 to 0.4."""
-    width_min_m: float = 1.4
-    """Minimum width of a car without its rounded corners [m]; motorcycles are confirmed by their motion."""
     width_max_m: float = 2.8
     """Maximum width of a vehicle [m]: a truck measures 2.55."""
     length_min_m: float = 3.0
     """Minimum length of a car without its rounded corners [m]."""
-    full_min_m: float = 1.2
-    """Minimum visible extent of both sides in a full view [m]: niches, kerbs and rounded corners are less deep."""
     grown_min_m: float = 0.5
     """A side that grows by more than this was truncated before [m]: two beams at either end."""
     known_share: float = 0.8
@@ -95,48 +86,9 @@ def too_large(seen: Floats, config: ExtentConfig) -> bool:
     return bool(seen.min() > config.width_max_m)
 
 
-def is_vehicle(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> bool:
-    """Return True if observed sides (2,) [m] with a mask `whole` (2,) of those not truncated are those of a vehicle.
-
-    Pieces of walls between occluders have any length. A whole side must be as wide or as long as a car, or the view
-    must turn a corner and be no longer than a car; a wall is flat within 0.15 m. If the largest seen extents (2,) [m]
-    exceed a car's length, only the width separates a truck from the corner of a house.
-    """
-    if largest.max() > config.large_length_min_m:
-        return bool(np.any(whole & (observed > config.large_width_min_m) & (observed < config.width_max_m)))
-    if observed.min() > config.rounding_min_m and observed.max() > config.width_min_m:
-        return bool(observed.min() < config.width_max_m)
-    wide = (observed > config.width_min_m) & (observed < config.width_max_m)
-    return bool(np.any(whole & (wide | (observed > config.length_min_m))))
-
-
-def is_piece(observed: Floats, whole: Bools, config: ExtentConfig) -> bool:
-    """Return True if observed extents (2,) [m] may be a piece of a wall: a single side, or all sides truncated."""
-    return bool(observed.min() <= config.rounding_min_m or not whole.any())
-
-
-def evidence(observed: Floats, whole: Bools, largest: Floats, config: ExtentConfig) -> int:
-    """Return the evidence of observed sides (2,) [m] for a vehicle.
-
-    A full view shows two sides, one of them from end to end. `largest` (2,) is as in `is_vehicle`.
-    """
-    if not is_vehicle(observed, whole, largest, config):
-        return 0
-    if largest.max() > config.large_length_min_m:
-        return CORNER
-    if observed.min() <= config.rounding_min_m:
-        return ONE_SIDE
-    return FULL_VIEW if whole.any() and observed.min() > config.full_min_m else CORNER
-
-
 def long(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] exceed the length of a car."""
     return bool(seen.max() > config.large_length_min_m)
-
-
-def car_sized(seen: Floats, config: ExtentConfig) -> bool:
-    """Return True if the seen extents (2,) [m] do not exceed those of a car."""
-    return bool(seen.max() <= config.large_length_min_m and seen.min() <= config.large_width_min_m)
 
 
 def classify(seen: Floats, whole_views: Ints, hits: int, config: ExtentConfig) -> TypicalSize:
@@ -149,7 +101,8 @@ def classify(seen: Floats, whole_views: Ints, hits: int, config: ExtentConfig) -
     if length > config.large_length_min_m or (width > config.large_width_min_m and whole_views[1] > 0):
         return config.large
     narrow = length < config.small_length_max_m and width < config.small_width_max_m
-    return config.small if narrow and hits >= config.small_from_hits else config.car
+    seen_often = min(hits, int(whole_views.max())) >= config.small_from_hits
+    return config.small if narrow and seen_often else config.car
 
 
 def complete(seen: Floats, whole_views: Ints, usual: TypicalSize, config: ExtentConfig) -> Floats:

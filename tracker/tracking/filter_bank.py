@@ -52,11 +52,11 @@ class FilterBank(Protocol):
             (2, 2) covariance that the update used [m^2].
         """
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m], to another corner of the same vehicle."""
+    def shift(self, change: Floats) -> None:
+        """Change the state by (6,), to that of another point of the same vehicle."""
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
 
 
 class ScoredFilters:
@@ -90,13 +90,14 @@ class ScoredFilters:
         self.filters.correct(residual, scale * noise)
         return scale * noise
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]."""
-        self.filters.mean[:, :2] += offset
+    def shift(self, change: Floats) -> None:
+        """Change the state by (6,), to that of another point of the same vehicle."""
+        self.filters.mean += change
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        self.filters.covariance[:, :2, :2] += covariance
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+        n = covariance.shape[-1]
+        self.filters.covariance[:, :n, :n] += covariance
 
 
 class SelectedBank(ScoredFilters):

@@ -34,13 +34,14 @@ def states(models: list["KalmanFilter"]) -> Filters:
     return Filters(np.array([kf.x for kf in models]), np.array([kf.P for kf in models]))
 
 
-def shift(models: list["KalmanFilter"], offset: Floats) -> None:
-    """Move the tracked point by (2,) [m]."""
+def shift(models: list["KalmanFilter"], change: Floats) -> None:
+    """Change the states by (6,), to those of another point of the same vehicle."""
     for kf in models:
-        kf.x[:2] += offset
+        kf.x += change
 
 
 def inflate(models: list["KalmanFilter"], covariance: Floats) -> None:
-    """Add (2, 2) [m^2] to the covariance of the tracked point."""
-    for kf in models:
-        kf.P[:2, :2] += covariance
+    """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+    n = covariance.shape[-1]
+    for kf, added in zip(models, np.broadcast_to(covariance, (len(models), n, n)), strict=True):
+        kf.P[:n, :n] += added

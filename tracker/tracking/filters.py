@@ -57,6 +57,28 @@ class FilterConfig:
     yaw_acceleration_time_s: float = 0.04
     """Its correlation time, half a scan period because steering is independent from scan to scan [s]; the spectral
     density is 2 x 0.6^2 x 0.04 = 0.029 rad^2/s^3."""
+    heading: Literal["adaptive", "paper"] = "adaptive"
+    """`adaptive`: the noise of the yaw rate follows from the speed, and outliers are weighed by their probability.
+    `paper`: constant noise, `yaw_acceleration_std_radps2`, a yaw rate of zero in all models but constant acceleration,
+    and the gate `life.heading_gate_sigma`."""
+    yaw_rate_time_s: float = 1.0
+    """`adaptive`: correlation time of the yaw rate [s]: half of a turn at a crossing."""
+    curvature_std_per_m: float = 0.1
+    """`adaptive`: standard deviation of the curvature [1/m]: cars turn on 5 m at least, two standard deviations."""
+    lateral_acceleration_std_mps2: float = 4.0
+    """`adaptive`: standard deviation of the lateral acceleration [m/s^2]: the grip of dry roads, 8, is two of them."""
+    heading_drift_density_rad2ps: float = 1e-4
+    """`adaptive`: the visible outline of a body, and with it the fit, turns by about half a degree in a second
+    [rad^2/s]."""
+    course_time_s: float = 0.5
+    """`adaptive`: time for which the error of the direction of motion lasts, the memory of the velocity filter [s]."""
+    slip_std_rad: float = 0.02
+    """`adaptive`: standard deviation of the angle between heading and motion of the rear axle, by side slip [rad]."""
+    heading_outlier_share: float = 0.05
+    """`adaptive`: share of headings that are outliers, as arcs fitted as sides: 2 of 55 recorded vehicles."""
+    heading_restart_s: float = 0.5
+    """`adaptive`: time for which headings must agree with one another, and not with the track, to replace its
+    heading [s]."""
     starting_speed_std_mps: float = 0.6
     """Standard deviation of the speed at the change from stationary to moving [m/s]: what a vehicle gains at
     `manoeuvre_std_mps2` in the five scans before its motion is evident."""
@@ -80,6 +102,10 @@ class FilterConfig:
         require_within(self, 1e-6, 1e3, "yaw_acceleration_std_radps2", "initial_yaw_rate_std_radps")
         require_within(self, 1e-6, 1e3, "starting_speed_std_mps", "manoeuvre_std_mps2", "initial_speed_std_mps")
         require_within(self, 1e-6, 1e3, "position_std_floor_m", "heading_std_floor_rad")
+        require_within(self, 1e-6, 1e3, "yaw_rate_time_s", "curvature_std_per_m", "lateral_acceleration_std_mps2")
+        require_within(self, 0.0, 1e3, "heading_drift_density_rad2ps", "heading_restart_s")
+        require_within(self, 0.0, 1e3, "course_time_s", "slip_std_rad")
+        require_within(self, 1e-6, 0.5, "heading_outlier_share")
 
 
 def integrator(order: int, dt: float) -> Floats:
@@ -191,6 +217,15 @@ def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) 
     mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(prior), np.eye(2)), (count, 1, 1))
     mean[:, :2], variance[:, :2, :2] = position, covariance
     return Filters(mean, variance)
+
+
+def moved(offset: Floats, yaw_rate: float) -> Floats:
+    """(6,) change of the state when another point of a rigid body is tracked, `offset` (2,) [m] away.
+
+    At a yaw rate [rad/s] the point has another velocity, and an acceleration towards the centre of the turn.
+    """
+    x, y = offset
+    return np.array([x, y, -yaw_rate * y, yaw_rate * x, -(yaw_rate**2) * x, -(yaw_rate**2) * y])
 
 
 def heading_filter(heading: float, variance: float, config: FilterConfig) -> Filters:

@@ -50,6 +50,8 @@ class Predictions:
     """(T, 2) length and width, unseen parts from priors [m]."""
     known_size: Floats
     """(T, 2) part of length and width that is known to exist, from the tracked corner on [m]."""
+    whole: Bools
+    """(T, 2) mask of length and width that were seen from end to end."""
     corner_sign: Ints
     """(T, 2) signs of the tracked corner."""
 
@@ -84,6 +86,8 @@ class Hypotheses:
     """(T, B, 2) signs of the corner to track from now on."""
     exact: Bools
     """(T, B, 2) mask of axes on which the near end of the box is the end of the vehicle."""
+    reach: Floats | None = None
+    """(T, B, M, 2) as `misfit`, for a vehicle that extends over the whole of its assumed size: for the gate [m]."""
 
 
 def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfig) -> Hypotheses:
@@ -94,7 +98,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), turned_ends(turns), axis=2)
     exact = shows_end(size, near, cut, tracks.size[:, None], config)
-    misfit = misfits(tracks, seen, heading, size, near, exact)
+    misfit, reach = misfits(tracks, seen, heading, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # The position of a piece along its side is ambiguous: where it contradicts no model, it must not favour one.
     ambiguous = ~exact & np.all(misfit == 0, axis=2)
@@ -109,6 +113,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
         ambiguity=np.einsum("tki,tbk,tkj->tbij", axes, np.where(ambiguous, AMBIGUOUS_VARIANCE_M2, 0.0), axes),
         corner_sign=next_corner(tracks, seen, near, exact, config),
         exact=exact,
+        reach=rotate(reach, tracks.heading[:, None, None]),
     )
 
 
@@ -134,22 +139,37 @@ def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: Hyp
 
 def misfits(
     tracks: Predictions, seen: Observations, heading: Floats, size: Floats, near: Floats, exact: Bools
-) -> Floats:
-    """(T, B, M, 2) correction that makes each model agree with each box, along and across the heading [m].
+) -> tuple[Floats, Floats]:
+    """Corrections (T, B, M, 2) that make each model agree with each box, along and across the heading [m].
 
     On `exact` (T, B, 2) axes the near end of the box is that of the vehicle. On other axes the box may be a piece of
     the side, truncated by an occluder or a gap between units: the correction is only the part of the piece that
     protrudes from the known extent of the vehicle. Models are evaluated at the time of the box.
+
+    The second array is the `reach`, under the smallest error of the size: the vehicle extends over the whole of its
+    assumed size, and either end of a longer box may be that of the vehicle.
     """
     center = tracks.position - tracks.to_corner[:, None]
     moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
     offset = rotate(seen.center[:, None] - center[:, None] - moved, -tracks.heading[:, None, None])
     turn = heading - tracks.heading[:, None]
     near_end = offset + 0.5 * (rotate(near * size, turn) - near * tracks.size[:, None])[:, :, None]
-    known_center = 0.5 * tracks.corner_sign * (tracks.size - tracks.known_size)
-    shift, excess = offset - known_center[:, None, None], 0.5 * (size - tracks.known_size[:, None])[:, :, None]
-    protrusion = np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
-    return np.where(exact[:, :, None], near_end, protrusion)
+    far_end = near_end - (near * np.maximum(size - tracks.size[:, None], 0.0))[:, :, None]
+    either = np.where(np.abs(far_end) < np.abs(near_end), far_end, near_end)
+    shown, ends = exact[:, :, None], (near_end, either)
+    within = (protrusion(offset, size, tracks, extent) for extent in (tracks.known_size, tracks.size))
+    misfit, reach = (np.where(shown, end, piece) for end, piece in zip(ends, within, strict=True))
+    return misfit, reach
+
+
+def protrusion(offset: Floats, size: Floats, tracks: Predictions, extent: Floats) -> Floats:
+    """(T, B, M, 2) part of boxes (T, B, 2) that protrudes from an extent (T, 2) of the vehicle, from its corner on [m].
+
+    `offset` (T, B, M, 2) is the position of the box relative to the vehicle.
+    """
+    middle = 0.5 * tracks.corner_sign * (tracks.size - extent)
+    shift, excess = offset - middle[:, None, None], 0.5 * (size - extent[:, None])[:, :, None]
+    return np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
 
 
 def next_corner(tracks: Predictions, seen: Observations, near: Floats, exact: Bools, config: HypothesisConfig) -> Ints:

@@ -67,10 +67,11 @@ class FilterpyImm:
         self._imm.update(self._imm.filters[best].x[:2] + residual[best])
         return scale * noise
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]."""
-        filterpy_filters.shift([*self._imm.filters, self._imm], offset)
+    def shift(self, change: Floats) -> None:
+        """Change the state by (6,), to that of another point of the same vehicle."""
+        filterpy_filters.shift([*self._imm.filters, self._imm], change)
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        filterpy_filters.inflate([*self._imm.filters, self._imm], covariance)
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+        filterpy_filters.inflate(self._imm.filters, covariance)
+        filterpy_filters.inflate([self._imm], covariance if covariance.ndim == 2 else covariance.max(axis=0))

@@ -27,9 +27,10 @@ class IndependentFilters:
         self.filters.correct(residual, covariance)
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
-        self.filters.covariance[:, :2, :2] += covariance
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
+        n = covariance.shape[-1]
+        self.filters.covariance[:, :n, :n] += covariance
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]."""
-        self.filters.mean[:, :2] += offset
+    def shift(self, change: Floats) -> None:
+        """Change the state by (6,), to that of another point of the same vehicle."""
+        self.filters.mean += change

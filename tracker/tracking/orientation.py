@@ -1,23 +1,23 @@
 """Front of a vehicle: resolves the quarter-turn ambiguity of a rectangle's heading, without flips."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
+from tracker.tracking.side_lengths import length_log_odds
+from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 
 @dataclass(frozen=True, slots=True)
 class OrientationConfig:
     """Choice among the four directions of a rectangle."""
 
-    width_max_m: float = 2.6
+    width_max_m: float = 3.0
     """A longer side is a vehicle's length [m]."""
-    car_width_max_m: float = 2.1
-    """A longer truncated side is a vehicle's length, too [m]: more than a car's width."""
-    depth_min_m: float = 1.5
-    """If the shorter side is longer than this, about the width of a car, the longer side is the length [m]."""
     course_speed_min_mps: float = 1.0
     """Minimum speed at which the direction of motion defines the front [m/s]."""
     course_sigma: float = 4.0
@@ -27,8 +27,16 @@ class OrientationConfig:
     sideways_m: float = 2.6
     """Distance that a vehicle moves sideways before its heading is turned [m]: the edge of a stationary vehicle that
     comes into view behind another one seems to move, by the vehicle's width at most."""
-    votes: int = 5
-    """Successive frames in which the size contradicts the heading of a stationary vehicle before it is turned."""
+    visible_min_m: float = 0.6
+    """A side with a smaller visible extent may face away [m]; corners are rounded by 0.25 to 0.4."""
+    truncated_probability: float = 0.3
+    """Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
+    view_correlation: float = 0.3
+    """Correlation of successive views of a stationary vehicle: many equal views have the evidence of three."""
+    turn_log_odds: float = 1.0
+    """Minimum log-odds against the heading of a stationary vehicle for a turn: a hysteresis."""
+    flow: FlowConfig = field(default_factory=FlowConfig)
+    """Directions of neighbours and of the ego."""
 
 
 def turn_sign(sign: Ints, quarters: int) -> Ints:
@@ -42,37 +50,47 @@ def turn_size(size: Floats, quarters: int) -> Floats:
     return size[::-1].copy() if quarters % 2 else size
 
 
-def first_guess(heading: float, size: Floats, whole: Bools, forward: float, config: OrientationConfig) -> int:
-    """Quarter turns from the heading of a new box to that of the vehicle.
+def shape_log_odds(size: Floats, whole: Bools, config: OrientationConfig) -> float:
+    """Return the log-odds of a view of two sides (2,) [m] that the first one is the length; `whole` (2,) is a mask."""
+    return length_log_odds(size, whole, config.visible_min_m, config.truncated_probability)
 
-    The length lies along the longer side, unless only one short side is visible, which is then the width. Of the two
-    remaining directions, the one nearer to the ego's heading is used until the vehicle moves.
+
+def likeliest_turns(length_log_odds: float, place: Floats, heading: float, flow: TrafficFlow, least: float) -> int:
+    """Return the quarter turns from a heading to the likeliest direction of a vehicle that has not moved.
 
     Parameters
     ----------
+    length_log_odds
+        Log-odds by shape that the length of the vehicle is along the heading.
+    place
+        (2,) position of the vehicle [m].
     heading
-        Heading of the box [rad].
-    size
-        (2,) sides of the box along and across [m].
-    whole
-        (2,) mask of sides that are not truncated.
-    forward
-        Heading of the ego [rad].
+        [rad].
+    least
+        Minimum log-odds against the heading for a turn.
     """
-    longer = int(np.argmax(size))
-    width_max = config.width_max_m if whole[longer] else config.car_width_max_m
-    only_width = size.max() < width_max and size.min() < config.depth_min_m
-    axis = heading + QUARTER * (longer != only_width)
-    against = np.cos(axis - forward) < 0
-    return int(longer != only_width) + 2 * int(against)
+    across = length_log_odds + flow.axis_log_odds(place, heading) < -least
+    back = flow.front_log_odds(place, heading + QUARTER * across) < (0.0 if across else -least)
+    return int(across) + 2 * int(back)
 
 
-def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> float | None:
-    """Direction [rad] of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
+class Course(NamedTuple):
+    """Direction of motion."""
+
+    direction: float
+    """[rad]."""
+    variance: float
+    """[rad^2]."""
+
+
+def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> Course | None:
+    """Direction of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
     significance = velocity @ np.linalg.solve(covariance, velocity)
     if np.hypot(*velocity) < config.course_speed_min_mps or significance < config.course_sigma**2:
         return None
-    return float(np.arctan2(velocity[1], velocity[0]))
+    x, y = velocity.tolist()
+    across = np.array([-y, x]) / (x * x + y * y)
+    return Course(math.atan2(y, x), float(across @ covariance @ across))
 
 
 def by_course(heading: float, course: float) -> int:
@@ -80,14 +98,11 @@ def by_course(heading: float, course: float) -> int:
     return int(np.round(wrap(course - heading) / QUARTER)) % 4
 
 
-def by_size(heading: float, size: Floats, whole: Bools, forward: float, config: OrientationConfig) -> int:
-    """Quarter turns by which the seen size contradicts the heading: 1 or 3 if length and width are swapped, else 0."""
-    quarters = first_guess(heading, size, whole, forward, config)
-    return quarters if quarters % 2 else 0
-
-
 def way_needed(quarters: int, size: Floats, config: OrientationConfig) -> float:
-    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m]."""
+    """Distance that a vehicle of seen size (2,) [m] must move against its heading before the heading is turned [m].
+
+    While a stationary side comes into view, its end seems to move by the length of the side at most.
+    """
     if quarters % 2 == 0:
         return config.reversal_m
-    return np.inf if size[0] > config.width_max_m else config.sideways_m
+    return max(config.sideways_m, float(size[0]))

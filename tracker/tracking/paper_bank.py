@@ -51,10 +51,10 @@ class PaperBank:
             kf.update(kf.x[:2] + innovation, R=scale * noise)
         return scale * noise
 
-    def shift(self, offset: Floats) -> None:
-        """Move the tracked point by (2,) [m]."""
-        filterpy_filters.shift(self._models, offset)
+    def shift(self, change: Floats) -> None:
+        """Change the state by (6,), to that of another point of the same vehicle."""
+        filterpy_filters.shift(self._models, change)
 
     def inflate(self, covariance: Floats) -> None:
-        """Add (2, 2) [m^2] to the covariance of the tracked point."""
+        """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""
         filterpy_filters.inflate(self._models, covariance)

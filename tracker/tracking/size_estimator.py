@@ -30,7 +30,10 @@ class SizeEstimator:
 
     def observe(self, observed: Floats, whole: Bools, oriented_hits: int) -> None:
         """Update by observed extents (2,) [m], with a mask (2,) of those truncated at neither end."""
-        seen = extent.remember(self.seen, observed, whole, self._whole_views, self._config)
+        # A side that grows to at most a car's length was not whole before: earlier views do not slow its growth down.
+        grown = (observed > self.seen + self._config.grown_min_m) & (observed < self._config.large_length_min_m)
+        views = np.where(grown, 0, self._whole_views)
+        seen = extent.remember(self.seen, observed, whole, views, self._config)
         self._whole_views += extent.seen_whole(observed, whole, self._config)
         self.resize(seen, oriented_hits)
 

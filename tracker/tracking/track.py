@@ -2,20 +2,29 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
+from tracker.arrays import Bools, Floats
 from tracker.geometry import rotate
 from tracker.records import Status
-from tracker.tracking import extent
+from tracker.tracking import extent, orientation
 from tracker.tracking.confirmation import Confirmation
 from tracker.tracking.corner_estimator import CornerEstimator
 from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.footprint import Footprint
 from tracker.tracking.heading_estimator import HeadingEstimator
+from tracker.tracking.orientation import Course
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
-from tracker.tracking.turning import Turn, axle_to_corner, motion_direction, turning_among, with_turn
+from tracker.tracking.traffic_flow import TrafficFlow
+from tracker.tracking.turning import (
+    Turn,
+    axle_to_corner,
+    motion_direction,
+    turning_among,
+    with_turn,
+    with_turning_acceleration,
+)
 
 
 class Track:
@@ -29,8 +38,6 @@ class Track:
         (2,) corner to track [m].
     first
         First observation.
-    forward
-        Heading of the ego [rad], the prior for the direction of a vehicle that has not moved yet.
     bank
         Filter bank at `position`.
     """
@@ -40,7 +47,6 @@ class Track:
         track_id: int,
         position: Floats,
         first: TrackObservation,
-        forward: float,
         config: TrackConfig,
         bank: FilterBank,
     ) -> None:
@@ -48,12 +54,16 @@ class Track:
         self.status = Status.TENTATIVE
         self.hits = 1
         self.unseen_s = 0.0
+        self.age_s = 0.0
         self._config = config
-        self._heading = HeadingEstimator(first, position, forward, config)
+        self._heading = HeadingEstimator(first, position, config)
+        self._heading.observe_sides(first.size, first.whole)
         self._size = SizeEstimator(first.size, config.extent)
         self.corner = CornerEstimator(position, first, self.heading, self._unseen_size, config, bank)
-        self._confirmation = Confirmation(config.life, config.extent, self.footprint)
-        self._confirmation.count(first, self.seen_size)
+        self._confirmation = Confirmation(config.life, self.footprint)
+        self._confirmation.count(first)
+        self._axis_log_odds = -np.inf
+        """Log-odds that the length is along the heading: a box turned by a quarter would cover another place."""
 
     @property
     def heading(self) -> float:
@@ -74,6 +84,11 @@ class Track:
     def seen_size(self) -> Floats:
         """(2,) seen length and width [m]."""
         return self._size.seen
+
+    @property
+    def seen_whole(self) -> Bools:
+        """(2,) mask of length and width that were seen from end to end."""
+        return self._size.seen_whole
 
     @property
     def known_size(self) -> Floats:
@@ -110,6 +125,12 @@ class Track:
         return self.status is Status.CONFIRMED and self.seen
 
     @property
+    def shows_direction(self) -> bool:
+        """True if the direction of the vehicle is known: confirmed by motion, or by the length of its side."""
+        known = self._heading.oriented or self.seen_size[0] > self._config.extent.length_min_m
+        return known and self.status is Status.CONFIRMED
+
+    @property
     def long(self) -> bool:
         """True if the vehicle is longer than a car."""
         return extent.long(self.seen_size, self._config.extent)
@@ -130,27 +151,48 @@ class Track:
         if turning_among(motion.names):
             turns = self.corner.model_name != "stationary"
             motion = with_turn(motion, self.turn)
-        self._heading.predict(motion.heading, turning=turns)
-        self.corner.predict(motion)
+        self._heading.predict(motion, self.corner.speed, turning=turns)
+        self.corner.predict(motion, self._bank_motion(motion))
         self.unseen_s += motion.dt
+        self.age_s += motion.dt
         life = self._config.life
-        if self.unseen_s > (life.tentative_coast_s if self.status is Status.TENTATIVE else life.coast_s):
+        tentative = self.status is Status.TENTATIVE
+        missed_s = self.unseen_s - motion.dt if tentative else self.unseen_s
+        if missed_s > (life.tentative_coast_s if tentative else life.coast_s):
             self.status = Status.DEAD
 
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
+        if self.hits == 1:
+            seen = self.corner.start(seen, self.unseen_s)
         self.corner.observe(seen, self.heading)
         self._heading.observe(seen.heading, seen.heading_variance)
+        self._heading.observe_sides(seen.size, seen.whole)
         self.hits += 1
         self.unseen_s = 0.0
         self._size.observe(seen.size, seen.whole, self._heading.oriented_hits)
         if (seen.corner_sign != self.corner.sign).any():
-            offset = self.corner.change_corner(seen.corner_sign, self.size, self._unseen_size, self.heading)
+            offset = self.corner.change_corner(
+                seen.corner_sign, self.size, self._unseen_size, self.heading, self._heading.yaw_rate
+            )
             self._heading.shift(offset)
-        self._confirmation.count(seen, self.seen_size)
-        self._confirmation.check_motion(seen, self.footprint)
-        course, position = self.corner.course, self.corner.position
-        self._turn(self._heading.turns_to_front(course, position, self.seen_size, self._size.seen_whole))
+        self._confirmation.count(seen)
+        self._confirmation.check_motion(seen, self.footprint, self.corner.position)
+        self._turn(self._heading.turns_to_front(self._course, self.corner.position, self.seen_size))
+
+    def orient(self, flow: TrafficFlow) -> None:
+        """Turn a stationary vehicle to its likeliest direction; motion has precedence, unless it is too wide."""
+        config = self._config.orientation
+        moved = self._heading.oriented and self.seen_size[1] <= config.width_max_m
+        if moved or self._course is not None:
+            self._axis_log_odds = np.inf
+            return
+        place = self.footprint.center
+        turns = orientation.likeliest_turns(
+            self._heading.length_log_odds, place, self.heading, flow, config.turn_log_odds
+        )
+        self._turn(turns)
+        self._axis_log_odds = self._heading.length_log_odds + flow.axis_log_odds(place, self.heading)
 
     def absorb(self, low: Floats, high: Floats) -> None:
         """Extend the track to a box that contains it.
@@ -160,7 +202,7 @@ class Track:
         """
         own = 0.5 * self.corner.sign * self.seen_size
         offset = rotate(np.where(self.corner.sign > 0, high, low) - own, self.heading)
-        self.corner.shift(offset)
+        self.corner.shift(offset, self._heading.yaw_rate)
         self._heading.shift(offset)
         self._size.resize(high - low, self._heading.oriented_hits)
 
@@ -169,9 +211,10 @@ class Track:
         if self.status is Status.DEAD:
             return
         if self.seen:
-            if self._confirmation.holds(self.hits, self.seen_size):
+            sure = self._axis_log_odds >= self._config.orientation.turn_log_odds
+            if sure and self._confirmation.confirms(self.hits):
                 self.status = Status.CONFIRMED
-            elif not extent.car_sized(self.seen_size, self._config.extent):
+            elif self._confirmation.refutes:
                 self.status = Status.TENTATIVE
             if extent.too_large(self.seen_size, self._config.extent):
                 self.status = Status.DEAD
@@ -180,15 +223,29 @@ class Track:
             if lost or self.unseen_s > self._config.life.gap_s:
                 self.status = Status.DEAD if lost else Status.COASTING
 
+    def _bank_motion(self, motion: Motion) -> Motion:
+        """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
+        filters = self._config.filters
+        if filters.heading == "paper":
+            return motion
+        return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
+
     @property
     def _unseen_size(self) -> Floats:
         """(2,) part of length and width that is not known to exist [m]."""
         return self.size - self.known_size
+
+    @property
+    def _course(self) -> Course | None:
+        """Direction of motion, None for a vehicle that may be stationary."""
+        to_axle = -rotate(axle_to_corner(self.corner.sign, self.size), self.heading)
+        return self.corner.course(to_axle, self._heading.yaw_rate, self._heading.yaw_rate_variance)
 
     def _turn(self, quarters: int) -> None:
         """Describe the same box by a heading turned by `quarters`."""
         if quarters == 0:
             return
         self._heading.turn(quarters, self.corner.position)
+        self._confirmation.turn()
         self.corner.turn(quarters)
         self._size.turn(quarters, self._heading.oriented_hits)

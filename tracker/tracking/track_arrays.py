@@ -10,6 +10,7 @@ from tracker.merging import Pieces
 from tracker.records import MODELS
 from tracker.tracking.hypotheses import Predictions
 from tracker.tracking.track import Track
+from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 
 def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
@@ -48,6 +49,13 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
     )
 
 
+def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
+    """Return positions and directions of the tracks whose direction is known, beside an ego of heading `forward`."""
+    known = [track for track in tracks if track.shows_direction]
+    corner, heading, _ = tracked_corners(known)
+    return TrafficFlow(np.array([track.id for track in known], dtype=np.int64), corner, heading, forward, config)
+
+
 def predictions(tracks: Sequence[Track]) -> Predictions:
     """Return the predicted states of T tracks; T may be 0."""
     count = len(tracks)
@@ -64,5 +72,6 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
         heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
         size=np.reshape([track.size for track in tracks], (count, 2)),
         known_size=np.reshape([track.known_size for track in tracks], (count, 2)),
+        whole=np.array([track.seen_whole for track in tracks], dtype=np.bool_).reshape(count, 2),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
     )

@@ -10,7 +10,7 @@ from tracker.arrays import Bools, Ints
 from tracker.geometry import rotate
 from tracker.merging import MergeConfig, hull, one_vehicle
 from tracker.records import NO_TRACK, Status
-from tracker.tracking import extent, orientation
+from tracker.tracking import extent, orientation, track_arrays
 from tracker.tracking.hypotheses import HypothesisConfig
 from tracker.tracking.model_selection import ModelSelection
 from tracker.tracking.observations import Observations
@@ -18,6 +18,7 @@ from tracker.tracking.track import Track
 from tracker.tracking.track_arrays import pieces, tracked_corners, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
+from tracker.tracking.traffic_flow import TrafficFlow
 
 
 class TrackManagement(Protocol):
@@ -61,10 +62,22 @@ class DefaultTrackManagement:
         self, tracks: Sequence[Track], seen: Observations, track_id: Ints, forward: float, models: ModelSelection
     ) -> list[Track]:
         """Decide on the tracks at the end of a frame, see `TrackManagement.manage`."""
+        flow = self.flow(tracks, forward)
+        self.orient(tracks, flow)
         self.settle(tracks)
         self.merge(tracks)
         self.remove_duplicates(tracks)
-        return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, forward, models)]
+        return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, flow, models)]
+
+    def flow(self, tracks: Sequence[Track], forward: float) -> TrafficFlow:
+        """Return the directions of the tracks, beside an ego of heading `forward` [rad]."""
+        return track_arrays.flow(tracks, forward, self._track.orientation.flow)
+
+    def orient(self, tracks: Sequence[Track], flow: TrafficFlow) -> None:
+        """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`."""
+        for track in tracks:
+            if track.seen:
+                track.orient(flow.without(track.id))
 
     def settle(self, tracks: Sequence[Track]) -> None:
         """Update the status of every track."""
@@ -100,21 +113,22 @@ class DefaultTrackManagement:
         return np.asarray((track_id == NO_TRACK) & ~taken)
 
     def start(
-        self, newcomers: Bools, seen: Observations, track_id: Ints, forward: float, models: ModelSelection
+        self, newcomers: Bools, seen: Observations, track_id: Ints, flow: TrafficFlow, models: ModelSelection
     ) -> list[Track]:
         """Return a tentative track for each box of the mask `newcomers` (B,); write their ids into `track_id` (B,)."""
-        started = [self._start_track(seen, b, forward, models) for b in np.flatnonzero(newcomers).tolist()]
+        started = [self._start_track(seen, b, flow, models) for b in np.flatnonzero(newcomers).tolist()]
         track_id[newcomers] = [track.id for track in started]
         return started
 
-    def _start_track(self, seen: Observations, b: int, forward: float, models: ModelSelection) -> Track:
+    def _start_track(self, seen: Observations, b: int, flow: TrafficFlow, models: ModelSelection) -> Track:
         """Return a tentative track of box `b`."""
         sizes, size = self._track.extent, seen.size[b]
-        turns = orientation.first_guess(float(seen.heading[b]), size, seen.whole[b], forward, self._track.orientation)
+        shape = orientation.shape_log_odds(size, seen.whole[b], self._track.orientation)
+        turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
         seen_size = orientation.turn_size(size, turns)
         usual = extent.complete(seen_size, np.zeros(2, dtype=np.int64), sizes.car, sizes)
         first, position = first_observation(seen, b, turns, usual, self._hypotheses)
         bank = models.new_bank(position, first.covariance)
-        track = Track(self._next_id, position, first, forward, self._track, bank)
+        track = Track(self._next_id, position, first, self._track, bank)
         self._next_id += 1
         return track

@@ -33,6 +33,8 @@ class TrackObservation:
     """True if the box lacks a side that a vehicle would show, or is a part of a larger object."""
     corner_sign: Ints
     """(2,) signs of the corner to track from now on."""
+    time_offset: float = 0.0
+    """Time of the box minus time of the scan [s]."""
 
 
 def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int) -> TrackObservation:
@@ -47,6 +49,7 @@ def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int
         whole=hypotheses.whole[t, b],
         flat=bool(seen.flat[b]),
         corner_sign=hypotheses.corner_sign[t, b],
+        time_offset=float(seen.time_offset[b]),
     )
 
 
@@ -70,5 +73,6 @@ def first_observation(
         flat=bool(seen.flat[b]),
         exact=shows_end(size, near.astype(np.float64), cut, usual, config),
         corner_sign=near,
+        time_offset=float(seen.time_offset[b]),
     )
     return first, seen.corner[b]

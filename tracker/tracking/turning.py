@@ -28,6 +28,10 @@ SMALL_ANGLE = 1e-3
 """Angle below which integrals over a turn use their series [rad]; the next term is below 1e-9 of the result."""
 
 
+NEGLIGIBLE_SHARE = 0.1
+"""Share of the jerk of constant acceleration below which that of a turn is omitted."""
+
+
 @dataclass(frozen=True, slots=True)
 class Turn:
     """Known inputs of the turning models of one track."""
@@ -75,6 +79,23 @@ def with_turn(motion: Motion, turn: Turn) -> Motion:
         if name in TURNING_MODELS:
             transition[m] = transition_of(name, turn, motion.dt)
             noise[m] += input_noise(name, turn, motion.dt)
+    return replace(motion, models=Step(transition, noise))
+
+
+def with_turning_acceleration(motion: Motion, turn: Turn, jerk_std_mps3: float) -> Motion:
+    """Return the motion with the acceleration of the model `ca` turning at the known yaw rate.
+
+    In a turn the acceleration towards the centre changes by a jerk w^2 v. The transition is that of `ctra`, and the
+    noise that of the jerk by the error of the yaw rate. Far below the jerk of the model the turn has no effect.
+    """
+    jerk = turn.yaw_rate**2 * abs(turn.velocity)
+    if "ca" not in motion.names or jerk < NEGLIGIBLE_SHARE * jerk_std_mps3:
+        return motion
+    m, dt = motion.names.index("ca"), motion.dt
+    transition, noise = motion.models.transition.copy(), motion.models.noise.copy()
+    transition[m] = transition_of("ctra", turn, dt)
+    by_rate = 2.0 * turn.yaw_rate * turn.velocity * np.array([dt**3 / 6, dt**2 / 2, dt], dtype=np.complex128)
+    noise[m] += turn.yaw_rate_variance * outer(by_rate)
     return replace(motion, models=Step(transition, noise))
 
 

@@ -328,7 +328,7 @@ def test_a_box_that_is_a_cars_length_off_is_misread():
     predictions = Predictions(
         position=np.array([[[10.0, 0.9]]]), velocity=np.zeros((1, 1, 2)), covariance=np.eye(2)[None, None],
         probability=one, heading=np.zeros(1), heading_variance=np.zeros(1), size=np.array([[4.6, 1.8]]),
-        known_size=np.array([[4.6, 1.8]]), corner_sign=np.array([[-1, 1]]),
+        known_size=np.array([[4.6, 1.8]]), whole=np.ones((1, 2), dtype=bool), corner_sign=np.array([[-1, 1]]),
     )  # fmt: skip
     assert (predictions.selected - predictions.to_corner).tolist() == [[12.3, 0.0]]
     flags = np.zeros((1, 2, 2), dtype=bool)

@@ -27,6 +27,7 @@ def expecting(pose, corner_sign, size=CAR, std_m=0.2, velocity=(0.0, 0.0)):
         heading_variance=np.array([0.02**2]),
         size=np.array([size]),
         known_size=np.array([size]),
+        whole=np.ones((1, 2), dtype=bool),
         corner_sign=np.array([corner_sign], dtype=np.int64),
     )
 
@@ -187,6 +188,7 @@ def test_an_unlikely_model_opens_no_gate():
             heading_variance=one.heading_variance,
             size=one.size,
             known_size=one.known_size,
+            whole=one.whole,
             corner_sign=one.corner_sign,
         )
         assert associate(tracks, seen) == expected
@@ -199,3 +201,38 @@ def test_the_leading_end_of_a_car_behind_an_occluder_measures_its_motion():
     seen = observe_boxes((front - 1.2 + 0.9, -2.15, 0.0), (1.8, 0.1))
     seen = dataclasses.replace(seen, corner_sign=np.array([(1, 1)]))
     assert hypothesise(tracks, seen, READING).misfit[0, 0, 0] == pytest.approx([0.6, 0.0], abs=1e-9)
+
+
+def test_a_box_inside_the_assumed_vehicle_is_in_the_gate_whatever_is_known():
+    """1.2 m of a car's side were seen; now another part, 2.2 m farther ahead, is visible, truncated at both ends."""
+    tracks = dataclasses.replace(expecting((5.0, -3.0, 0.0), (-1, 1)), known_size=np.array([(1.2, 0.1)]))
+    for ahead, expected in ((2.2, [(0, 0)]), (5.0, [])):
+        seen = observe_boxes((5.0 - CAR[0] / 2 + 0.6 + ahead, -2.15, 0.0), (1.2, 0.1))
+        seen = dataclasses.replace(seen, cut=np.ones((1, 4), dtype=bool))
+        assert associate(tracks, seen) == expected
+
+
+def test_either_end_of_a_longer_box_may_be_that_of_the_vehicle():
+    """The length, 3.4 m, is wrong: the box, 4.6 m, agrees with the tracked front but not with the rear."""
+    short = (3.4, 1.8)
+    tracks = expecting((10.0, 4.0, 0.0), (1, -1), size=short)
+    seen = observe_boxes((10.0 - 0.6, 4.0, 0.0), CAR)
+    assert associate(tracks, seen) == [(0, 0)]
+    assert associate(tracks, observe_boxes((10.0 - 1.8, 4.0, 0.0), CAR)) == []
+
+
+@pytest.mark.parametrize(("whole", "expected"), [(True, []), (False, [(0, 0)])])
+def test_a_wall_is_no_car_that_was_seen_from_end_to_end(whole, expected):
+    """A box of 15 m at the place of a car; of a vehicle that was never seen whole it may be the rest."""
+    tracks = dataclasses.replace(expecting((10.0, 4.0, 0.0), (-1, -1)), whole=np.full((1, 2), whole))
+    seen = observe_boxes((10.0 - CAR[0] / 2 + 7.5, 4.0, 0.0), (15.0, 1.8))
+    assert associate(tracks, seen) == expected
+
+
+def test_a_rotated_box_is_in_the_gate_of_a_visible_track_only():
+    tracks = expecting((10.0, 4.0, 0.0), (-1, -1), std_m=1.0)
+    seen = observe_boxes((10.0, 4.0, 0.6), CAR)
+    hypotheses = hypothesise(tracks, seen, READING)
+    for coasting, expected in ((False, True), (True, False)):
+        _, inside = score(tracks, hypotheses, seen, CONFIG, np.array([coasting]))
+        assert bool(inside[0, 0]) is expected

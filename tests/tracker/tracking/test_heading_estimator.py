@@ -12,7 +12,7 @@ from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.heading_estimator import HeadingEstimator
 from tracker.tracking.hypotheses import HypothesisConfig
-from tracker.tracking.orientation import OrientationConfig
+from tracker.tracking.orientation import Course, OrientationConfig
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 
@@ -54,9 +54,9 @@ def test_a_turn_by_motion_discards_earlier_votes_by_size():
 def test_every_turn_by_motion_needs_the_whole_distance_again():
     """A car that reverses is turned after `reversal_m`, and after driving forwards again by the same distance."""
     heading, needed = estimator(), orientation.way_needed(2, CAR, CONFIG.orientation)
-    assert heading.turns_to_front(math.pi, np.array([-0.9 * needed, 0.0]), CAR, WHOLE) == 0
+    assert heading.turns_to_front(Course(math.pi, 1e-3), np.array([-0.9 * needed, 0.0]), CAR, WHOLE) == 0
     turned_at = np.array([-1.1 * needed, 0.0])
-    assert heading.turns_to_front(math.pi, turned_at, CAR, WHOLE) == 2
+    assert heading.turns_to_front(Course(math.pi, 1e-3), turned_at, CAR, WHOLE) == 2
     heading.turn(2, turned_at)
-    assert heading.turns_to_front(0.0, turned_at + np.array([0.9 * needed, 0.0]), CAR, WHOLE) == 0
-    assert heading.turns_to_front(0.0, turned_at + np.array([1.1 * needed, 0.0]), CAR, WHOLE) == 2
+    assert heading.turns_to_front(Course(0.0, 1e-3), turned_at + np.array([0.9 * needed, 0.0]), CAR, WHOLE) == 0
+    assert heading.turns_to_front(Course(0.0, 1e-3), turned_at + np.array([1.1 * needed, 0.0]), CAR, WHOLE) == 2

@@ -46,15 +46,15 @@ def test_first_guess(size, forward, expected):
 
 @pytest.mark.parametrize(("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3)])
 def test_motion_contradicts_the_heading(velocity, quarters):
-    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG)
+    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG).direction
     assert by_course(0.0, direction) == quarters
 
 
-def test_sideways_motion_needs_a_longer_distance_and_a_known_length_prevents_it():
+def test_sideways_motion_needs_a_longer_distance_that_no_side_in_view_explains():
     bare, long = np.array([1.7, 0.2]), np.array([4.6, 0.2])
     assert way_needed(2, long, CONFIG) == way_needed(2, bare, CONFIG) == CONFIG.reversal_m
     assert way_needed(1, bare, CONFIG) > 2.5  # the rear of a standing car that comes into view is as wide
-    assert way_needed(3, long, CONFIG) == np.inf
+    assert way_needed(3, long, CONFIG) == 4.6
 
 
 def test_a_truncated_face_wider_than_a_car_is_a_side():
@@ -64,9 +64,15 @@ def test_a_truncated_face_wider_than_a_car_is_a_side():
     assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
 
 
+def test_the_rear_of_a_wide_load_is_its_width():
+    """2.75 m from end to end: with mirrors or a special permit, vehicles are up to 3 m wide."""
+    assert first_guess(0.0, np.array([0.1, 2.75]), WHOLE, 0.0, CONFIG) % 2 == 0
+    assert first_guess(0.0, np.array([0.1, 3.1]), WHOLE, 0.0, CONFIG) % 2 == 1
+
+
 def test_an_uncertain_velocity_has_no_course():
     fast = np.array([5.0, 0.0])
-    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == 0.0
+    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == pytest.approx((0.0, 0.2**2))
     assert course(fast, np.eye(2) * 2.0**2, CONFIG) is None
 
 

@@ -1,0 +1,131 @@
+"""Filters of heading and yaw rate, without a track around them."""
+
+import numpy as np
+import pytest
+
+from tracker.tracking.filters import FilterConfig, motion
+from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading, TurnFilter, near, yaw_rate_std
+
+CONFIG = FilterConfig()
+STD = 0.02
+
+
+def follow(found, headings, speed_mps=8.0, dt=0.08, turning=True):
+    """Feed headings, one per scan; return the errors after each [rad]."""
+    errors = []
+    for heading in headings:
+        found.predict(motion(dt, CONFIG), speed_mps, turning)
+        found.observe(heading, STD**2)
+        errors.append(np.angle(np.exp(1j * (found.state[0][0] - heading))))
+    return np.array(errors)
+
+
+def adaptive(heading=0.0):
+    return AdaptiveHeading(heading, STD**2, CONFIG)
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.08, 0.25])
+def test_the_prior_of_the_yaw_rate_does_not_depend_on_the_rate_of_scans(dt):
+    """After many correlation times it is that of curvature times speed, here 0.1 / m x 4 m/s."""
+    found = TurnFilter(0.0, 0.0, 0.0, CONFIG)
+    for _ in range(round(10.0 / dt)):
+        found.predict(dt, 4.0)
+    assert found.variance[2] == pytest.approx(0.4**2, rel=1e-3)
+
+
+def test_the_noise_of_a_step_is_that_of_many_small_ones():
+    one, many = (TurnFilter(0.1, STD**2, 0.5, CONFIG) for _ in range(2))
+    one.predict(0.25, 6.0)
+    for _ in range(1000):
+        many.predict(0.00025, 6.0)
+    assert (one.heading, one.yaw_rate) == pytest.approx((many.heading, many.yaw_rate), rel=1e-9)
+    assert one.variance == pytest.approx(many.variance, rel=1e-6)
+
+
+@pytest.mark.parametrize(("speed_mps", "std"), [(0.0, 0.0), (4.0, 0.4), (20.0, 0.2), (40.0, 0.1)])
+def test_slow_vehicles_are_limited_by_their_steering_and_fast_ones_by_their_grip(speed_mps, std):
+    assert yaw_rate_std(speed_mps, CONFIG) == pytest.approx(std)
+
+
+def test_an_update_without_outliers_is_that_of_a_kalman_filter():
+    """The share of outliers is negligible; the gain is computed by hand from the covariance before it."""
+    found = TurnFilter(0.0, STD**2, 0.0, FilterConfig(heading_outlier_share=1e-6))
+    found.predict(0.08, 8.0)
+    p, c, r = found.variance
+    outlier = found.observe(0.01, STD**2)
+    gain = p / (p + STD**2)
+    assert outlier < 1e-5
+    assert found.heading == pytest.approx(0.01 * gain, rel=1e-4)
+    assert found.yaw_rate == pytest.approx(0.01 * c / (p + STD**2), rel=1e-4)
+    assert found.variance == pytest.approx((p * (1 - gain), c * (1 - gain), r - c**2 / (p + STD**2)), rel=1e-3)
+
+
+def test_a_measurement_in_doubt_adds_to_the_variance():
+    sure, doubtful = (TurnFilter(0.0, STD**2, 0.0, CONFIG) for _ in range(2))
+    sure.observe(0.0, STD**2)
+    probability = doubtful.observe(0.11, STD**2)
+    assert 0.1 < probability < 0.9
+    assert doubtful.variance[0] > 2 * sure.variance[0]
+
+
+@pytest.mark.parametrize("rate_hz", [4.0, 12.5, 50.0])
+def test_one_outlier_has_no_effect_and_lasting_ones_win(rate_hz):
+    found, dt = adaptive(), 1.0 / rate_hz
+    follow(found, np.zeros(10), speed_mps=0.0, dt=dt)
+    follow(found, [0.6], speed_mps=0.0, dt=dt)
+    assert abs(found.state[0][0]) < 0.01
+    scans = int(CONFIG.heading_restart_s * rate_hz) + 2
+    follow(found, np.full(scans, 0.6), speed_mps=0.0, dt=dt)
+    assert found.state[0][0] == pytest.approx(0.6, abs=0.02)
+    assert found.state[1][0, 0] < STD**2
+
+
+def test_a_turn_that_begins_unseen_is_taken_over_with_its_yaw_rate():
+    """The heading jumps by 14 degrees and turns on at 1 rad/s: the second filter has learned the turn."""
+    found = adaptive()
+    follow(found, np.zeros(20))
+    errors = follow(found, 0.25 + 0.08 * np.arange(1, 21))
+    assert np.abs(errors[-8:]).max() < np.deg2rad(2.0)
+    assert found.state[0][1] == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_stationary_vehicle_does_not_turn_with_its_noise():
+    rng = np.random.default_rng(2)
+    found = adaptive()
+    follow(found, rng.normal(0.0, STD, 200), speed_mps=0.0)
+    assert abs(found.state[0][0]) < STD
+    assert abs(found.state[0][1]) < np.deg2rad(1.0)
+
+
+def test_motion_supports_a_heading_that_no_face_shows():
+    """Wrong by 3 degrees as a curved rear is, while the vehicle has driven straight for two seconds."""
+    found, alone = adaptive(), adaptive()
+    for _ in range(60):
+        for each in (found, alone):
+            each.predict(motion(0.08, CONFIG), 15.0, False)
+            each.observe(np.deg2rad(3.0), np.deg2rad(3.0) ** 2)
+        found.support(0.0, np.deg2rad(0.5) ** 2)
+    assert abs(found.state[0][0]) < 0.6 * abs(alone.state[0][0])
+
+
+def test_motion_does_not_hold_a_turn_back():
+    """The direction of motion lags by half a second."""
+    found, rate = adaptive(), 0.6
+    for k in range(60):
+        found.predict(motion(0.08, CONFIG), 8.0, True)
+        found.observe(rate * 0.08 * k, STD**2)
+        found.support(rate * (0.08 * k - 0.5), np.deg2rad(0.5) ** 2)
+    assert np.angle(np.exp(1j * (found.state[0][0] - rate * 0.08 * 59))) == pytest.approx(0.0, abs=np.deg2rad(2.0))
+
+
+def test_the_papers_filter_forgets_the_yaw_rate_of_a_vehicle_that_does_not_turn():
+    found = PaperHeading(0.0, STD**2, CONFIG, 4.0, 8)
+    follow(found, 0.02 * np.arange(1, 30))
+    assert found.state[0][1] > 0.1
+    found.predict(motion(0.08, CONFIG), 8.0, False)
+    assert found.state[0][1] == 0.0
+
+
+def test_headings_are_compared_modulo_a_quarter_turn():
+    assert near(0.1 + np.pi / 2, 0.0) == pytest.approx(0.1)
+    assert near(-3.1, 3.1) == pytest.approx(-3.1 + 2 * np.pi)

@@ -1,0 +1,181 @@
+"""Filters of heading and yaw rate of one vehicle: the paper's, and one that adapts to turns."""
+
+import math
+
+import numpy as np
+
+from tracker.arrays import Floats
+from tracker.geometry import QUARTER, wrap
+from tracker.tracking.filters import FilterConfig, Motion, heading_filter
+
+STILL_MPS = 1e-3
+"""Smallest speed that limits a yaw rate [m/s]."""
+
+
+class PaperHeading:
+    """Heading filter (9): rejects outliers by a gate, and restarts after too many in a row.
+
+    Parameters
+    ----------
+    heading, variance
+        First measurement [rad], [rad^2].
+    gate_sigma
+        Gate on the innovation, in standard deviations.
+    rejections_max
+        Number of rejections in a row after which the next measurement is accepted.
+    """
+
+    def __init__(
+        self, heading: float, variance: float, config: FilterConfig, gate_sigma: float, rejections_max: int
+    ) -> None:
+        self._filter = heading_filter(heading, variance, config)
+        self._gate, self._rejections_max = gate_sigma, rejections_max
+        self._rejections = 0
+
+    @property
+    def state(self) -> tuple[Floats, Floats]:
+        """Heading and yaw rate (2,), and their covariance (2, 2)."""
+        return self._filter.mean[0], self._filter.covariance[0]
+
+    def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
+        """Move on by one time step; the yaw rate of a vehicle that is not `turning` is set to zero."""
+        del speed_mps
+        if not turning:
+            self._filter.mean[0, 1] = 0.0
+        self._filter.predict(motion.heading)
+
+    def observe(self, heading: float, variance: float) -> None:
+        """Update by a measured heading [rad] with a variance [rad^2], unless the gate rejects it."""
+        residual = heading - float(self._filter.mean[0, 0])
+        innovation_std = np.sqrt(self._filter.covariance[0, 0, 0] + variance)
+        if abs(residual) > self._gate * innovation_std:
+            self._rejections += 1
+            if self._rejections <= self._rejections_max:
+                return
+            self._filter.mean[0] = heading, 0.0
+            residual = 0.0
+        self._rejections = 0
+        self._filter.correct(np.array([[residual]]), np.array([[variance]]))
+        self._filter.mean[0, 0] = wrap(float(self._filter.mean[0, 0]))
+
+    def support(self, course: float, variance: float) -> None:
+        """Ignore the direction of motion, which the paper uses for the choice of the front only."""
+
+    def turn(self, angle: float) -> None:
+        """Turn the heading by an angle [rad]."""
+        self._filter.mean[0, 0] = wrap(float(self._filter.mean[0, 0]) + angle)
+
+
+class TurnFilter:
+    """Kalman filter of heading and yaw rate whose noise follows from the speed, with outliers by their probability.
+
+    The yaw rate is a Gauss-Markov process (Singer 1970). Its standard deviation is that of the curvature of roads times
+    the speed, limited by the lateral acceleration: a stationary vehicle does not turn, a fast one hardly. A measurement
+    is an outlier with a prior probability, and then uniform over a quarter turn. The update is the mean over both cases
+    with the spread between them (probabilistic data association with one measurement, Bar-Shalom and Tse 1975), so that
+    the covariance grows with each measurement in doubt.
+    """
+
+    def __init__(self, heading: float, variance: float, yaw_rate: float, config: FilterConfig) -> None:
+        self._config = config
+        self.heading, self.yaw_rate = heading, yaw_rate
+        self.variance = (variance, 0.0, config.initial_yaw_rate_std_radps**2)
+        """Of the heading, of both, and of the yaw rate."""
+
+    def predict(self, dt: float, speed_mps: float) -> None:
+        """Move on by `dt` [s] at a speed [m/s]."""
+        config, (p, c, r) = self._config, self.variance
+        tau, std = config.yaw_rate_time_s, yaw_rate_std(speed_mps, config)
+        keeps = math.exp(-dt / tau)
+        gained = tau * (1.0 - keeps)
+        across = max(2.0 * dt / tau - 3.0 + 4.0 * keeps - keeps**2, 0.0) * (std * tau) ** 2
+        self.heading += gained * self.yaw_rate
+        self.yaw_rate *= keeps
+        self.variance = (
+            p + 2.0 * gained * c + gained**2 * r + across + config.heading_drift_density_rad2ps * dt,
+            keeps * (c + gained * r) + std**2 * tau * (1.0 - keeps) ** 2,
+            keeps**2 * r + std**2 * (1.0 - keeps**2),
+        )
+
+    def observe(self, heading: float, variance: float) -> float:
+        """Update by a measured heading [rad] with a variance [rad^2]; return the probability that it is an outlier."""
+        (p, c, r), residual, share = self.variance, heading - self.heading, self._config.heading_outlier_share
+        innovation = p + variance
+        density = math.exp(-0.5 * residual**2 / innovation) / math.sqrt(2.0 * math.pi * innovation)
+        outlier = share / QUARTER / (share / QUARTER + (1.0 - share) * density)
+        good, gain, gain_rate = 1.0 - outlier, p / innovation, c / innovation
+        self.heading = wrap(self.heading + good * gain * residual)
+        self.yaw_rate += good * gain_rate * residual
+        spread = good * (outlier * residual**2 - innovation)
+        self.variance = (p + spread * gain**2, c + spread * gain * gain_rate, r + spread * gain_rate**2)
+        return outlier
+
+
+class AdaptiveHeading:
+    """Turn filter, and a second one that takes over if it explains the measurements that the first cannot.
+
+    The second filter starts at a measurement that is likely an outlier, and is discarded when the first one explains a
+    measurement again. After `heading_restart_s` it replaces the first, with its yaw rate and its covariance.
+    """
+
+    def __init__(self, heading: float, variance: float, config: FilterConfig) -> None:
+        self._config = config
+        self._filter = TurnFilter(heading, variance, 0.0, config)
+        self._second: TurnFilter | None = None
+        self._second_s = 0.0
+        self._dt = 0.0
+
+    @property
+    def state(self) -> tuple[Floats, Floats]:
+        """Heading and yaw rate (2,), and their covariance (2, 2)."""
+        own = self._filter
+        p, c, r = own.variance
+        return np.array([own.heading, own.yaw_rate]), np.array([[p, c], [c, r]])
+
+    def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
+        """Move on by one time step at a speed [m/s]; a vehicle turns in every model of motion."""
+        del turning
+        self._dt = motion.dt
+        self._filter.predict(motion.dt, speed_mps)
+        if self._second is not None:
+            self._second.predict(motion.dt, speed_mps)
+            self._second_s += motion.dt
+
+    def observe(self, heading: float, variance: float) -> None:
+        """Update by a measured heading [rad], modulo a quarter turn, with a variance [rad^2]."""
+        heading = near(heading, self._filter.heading)
+        yaw_rate = self._filter.yaw_rate
+        if self._filter.observe(heading, variance) <= 0.5:
+            self._second = None
+        elif self._second is None or self._second.observe(near(heading, self._second.heading), variance) > 0.5:
+            self._second, self._second_s = TurnFilter(heading, variance, yaw_rate, self._config), 0.0
+        elif self._second_s >= self._config.heading_restart_s:
+            self._filter, self._second = self._second, None
+
+    def support(self, course: float, variance: float) -> None:
+        """Update by the direction of motion [rad] with a variance [rad^2].
+
+        It is a mean over the memory of the velocity filter, so that its error lasts for `course_time_s`, and it lags in
+        a turn. The variance is that of an independent direction in each scan with the same information.
+        """
+        config, heading = self._config, self._filter.heading
+        lag = config.course_time_s * self._filter.yaw_rate
+        repeated = config.course_time_s / self._dt if self._dt else 1.0
+        total = variance + lag**2 + config.slip_std_rad**2
+        self._filter.observe(near(course, heading), total * max(repeated, 1.0))
+
+    def turn(self, angle: float) -> None:
+        """Turn the heading by an angle [rad]."""
+        self._filter.heading = wrap(self._filter.heading + angle)
+        self._second = None
+
+
+def near(heading: float, other: float) -> float:
+    """Return the heading, modulo a quarter turn, that is nearest to another one [rad]."""
+    return heading + QUARTER * round((other - heading) / QUARTER)
+
+
+def yaw_rate_std(speed_mps: float, config: FilterConfig) -> float:
+    """Standard deviation of the yaw rate of a vehicle at a speed [rad/s]: by the curvature or by the grip."""
+    by_grip = config.lateral_acceleration_std_mps2 / max(speed_mps, STILL_MPS)
+    return min(config.curvature_std_per_m * speed_mps, by_grip)
