@@ -201,8 +201,8 @@ def test_a_confirmed_track_becomes_tentative_if_later_views_show_a_wall():
 
 
 def test_a_shape_without_a_known_axis_is_not_confirmed():
-    """2.2 x 2.2 m may be either side of a vehicle: parallel to parked neighbours it is, between two hypotheses not."""
-    first, size = (20.0, 6.0, 0.0), (2.2, 2.2)
+    """1.7 x 1.7 m may be either side of a vehicle: parallel to parked neighbours it is, between two hypotheses not."""
+    first, size = (20.0, 6.0, 0.0), (1.7, 1.7)
     across = flow_of(forward=math.radians(45.0))
     track = start(first, across, size=size)
     follow(track, [first] * 10, size=size, flow=across)
