@@ -210,6 +210,14 @@ def test_scan_without_sweep_has_one_time_at_any_synchronisation_error():
     late, truth = scan(car, sensor=frozen, noise=noise)
     np.testing.assert_array_equal(late.points_ego, exact.points_ego)
     assert not np.any(truth.cause == Cause.DOUBLED)
+    assert exact.sweep_limits is None
+
+
+def test_times_of_a_sweep_are_within_its_limits():
+    result, _ = scan(ActorSpec(20.0, 0.0))
+    first, last = result.sweep_limits[result.unit, result.layer].T
+    assert len(result) > 0
+    assert ((first <= result.time_offset) & (result.time_offset <= last)).all()
 
 
 def test_points_displaced_by_the_ego_rotation_are_doubled():

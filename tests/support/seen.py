@@ -13,8 +13,20 @@ def corners(pose, size):
     return np.asarray(pose[:2]) + rotate(0.5 * CORNERS * np.asarray(size), pose[2])
 
 
-def observe_boxes(poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05, heading_std_rad=0.02, time_offset=0.0):
-    """Return observations of boxes (x, y, yaw) with (length, width), headings rotated by `quarters` quarter turns."""
+def observe_boxes(
+    poses,
+    sizes,
+    ego=(0.0, 0.0),
+    quarters=0,
+    position_std_m=0.05,
+    heading_std_rad=0.02,
+    time_offset=0.0,
+    cut=(False, False, False, False),
+):
+    """Return observations of boxes (x, y, yaw) with (length, width), headings rotated by `quarters` quarter turns.
+
+    `cut` marks truncated ends of every box: front, left, rear and right with respect to the observed heading.
+    """
     poses, sizes = np.atleast_2d(poses).astype(float), np.atleast_2d(sizes).astype(float)
     heading = poses[:, 2] + quarters * np.pi / 2
     size = sizes[:, ::-1] if quarters % 2 else sizes
@@ -31,6 +43,6 @@ def observe_boxes(poses, sizes, ego=(0.0, 0.0), quarters=0, position_std_m=0.05,
         covariance=np.tile(variance, (len(poses), 1, 1)),
         flat=np.zeros(len(poses), dtype=np.bool_),
         time_offset=np.full(len(poses), time_offset),
-        cut=np.zeros((len(poses), 4), dtype=bool),
+        cut=np.tile(np.array(cut, dtype=bool), (len(poses), 1)),
         sensor=np.asarray(ego, dtype=float),
     )

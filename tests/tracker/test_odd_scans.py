@@ -142,13 +142,23 @@ def test_a_gap_of_ten_seconds_terminates_all_tracks(then):
     assert not living(after) & living(before)
 
 
-def test_a_gap_below_the_coasting_time_terminates_only_tentative_tracks():
-    """After six observations a track continues after 1.5 s; after one observation it is tentative."""
-    for frames, taken_up in ((6, True), (1, False)):
+def test_a_single_gap_below_the_coasting_time_terminates_no_track():
+    """The device was silent for 1.5 s, which is no evidence against a track, tentative or not."""
+    for frames in (6, 1):
         tracker, before = followed(frames=frames)
         after, _ = tracker.step(Scan.from_points(DT * (frames - 1) + 1.5, CAR))
-        assert bool(living(after) & living(before)) == taken_up
-        assert len(living(after)) == 1
+        assert living(after) == living(before) != set()
+
+
+@pytest.mark.parametrize(("frames", "taken_up"), [(6, True), (1, False)])
+def test_a_scan_without_the_vehicle_in_a_gap_terminates_only_tentative_tracks(frames, taken_up):
+    """After six observations a track continues after 1.5 s; after one observation it is tentative."""
+    tracker, before = followed(frames=frames)
+    end = DT * (frames - 1)
+    tracker.step(Scan.from_points(end + 0.75, NOTHING))
+    after, _ = tracker.step(Scan.from_points(end + 1.5, CAR))
+    assert bool(living(after) & living(before)) == taken_up
+    assert len(living(after)) == 1
 
 
 # --- rejected scans

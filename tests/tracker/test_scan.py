@@ -1,5 +1,7 @@
 """Scans made from plain arrays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,3 +64,33 @@ def test_no_points(nothing):
 def test_invalid_values_raise_a_named_error(values, message):
     with pytest.raises(ValueError, match=message):
         Scan.from_points(**{"time": 0.0, "points_ego": POINTS, **values})
+
+
+def limited(limits, **columns):
+    """Return a scan with fields of view."""
+    return replace(Scan.from_points(0.0, POINTS, **columns), sweep_limits=limits)
+
+
+def test_fields_of_view_are_unknown_by_default():
+    assert Scan.from_points(0.0, POINTS).sweep_limits is None
+
+
+def test_fields_of_view_may_have_more_units_and_layers_than_the_points():
+    limited(np.zeros((6, 4, 2), np.float32), unit=[0, 5], layer=3).check()
+    limited(np.full((1, 1, 2), np.nan, np.float32)).check()
+
+
+@pytest.mark.parametrize(
+    ("limits", "columns", "message"),
+    [
+        (np.zeros((2, 4, 2)), {"unit": 2}, "sweep_limits has 2 units and a point is of unit 2; give the limits of all"),
+        (np.zeros((2, 4, 2)), {"layer": [0, 4]}, "sweep_limits has 4 layers and a point is of layer 4"),
+        (np.zeros((1, 1, 3)), {}, r"sweep_limits is float64 \(1, 1, 3\); give an array \(1, 1, 2\) of floats"),
+        (np.zeros((1, 2)), {}, "sweep_limits is float64"),
+        (np.zeros((1, 1, 2), np.int64), {}, "sweep_limits is int64"),
+        ([[[0.0, 1.0]]], {}, "sweep_limits is list"),
+    ],
+)
+def test_invalid_fields_of_view_raise_a_named_error(limits, columns, message):
+    with pytest.raises(ValueError, match=message):
+        limited(limits, **columns).check()

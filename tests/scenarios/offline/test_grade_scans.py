@@ -12,6 +12,7 @@ from scenarios.errors import OutputError
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 from scenarios.offline import recorded_scans
+from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.run import device, loop
 from scenarios.run.trace_hash import TraceHash
@@ -57,7 +58,7 @@ def test_recorded_scans_equal_the_simulated_ones(run, rows_at_once, request, mon
     """Fails if a column is missing, swapped or narrowed, or rows are assigned to the wrong frame."""
     monkeypatch.setattr(recorded_scans, "ROWS_AT_ONCE", rows_at_once)
     out, result, live = request.getfixturevalue(run)
-    back = list(RecordedScans(out, result.frames, UNITS))
+    back = list(RecordedRun.open(out).scans())
     assert len(back) == len(live) == result.frames
     for read, simulated in zip(back, live, strict=True):
         for one, other in zip(read, simulated, strict=True):
@@ -68,10 +69,22 @@ def test_the_tracker_gives_the_same_trace_on_recorded_scans(sumo):
     """The trace hash over recorded scans and new tracks equals that of the live run."""
     out, result, _ = sumo
     tracker, trace_hash = device.load(device.SHIPPED)(Scenario.load(shipped.find("sumo-crossing")).tracker), TraceHash()
-    for frame, scan, truth in RecordedScans(out, result.frames, UNITS):
+    for frame, scan, truth in RecordedRun.open(out).scans():
         tracks, _ = tracker.step(scan)
         trace_hash.add(frame, scan, truth, tracks)
     assert trace_hash.hexdigest() == result.trace_hash
+
+
+def test_recorded_scans_have_the_fields_of_view_of_their_run(scripted):
+    """The lower layers of a LUX cover 50 to -50 degrees, the upper ones 34.75 to -59.75, at 4500 degrees per second."""
+    out, result, live = scripted
+    for (_, scan, _), (_, simulated, _) in zip(RecordedRun.open(out).scans(), live, strict=True):
+        assert scan.sweep_limits.shape == (UNITS, 4, 2)
+        np.testing.assert_array_equal(scan.sweep_limits, simulated.sweep_limits)
+        np.testing.assert_allclose(scan.sweep_limits[0, :2] * 4500.0, [[-50.0, 50.0]] * 2, atol=1e-3)
+        np.testing.assert_allclose(scan.sweep_limits[0, 2:] * 4500.0, [[-34.75, 59.75]] * 2, atol=1e-3)
+    _, unlimited, _ = next(iter(RecordedScans(out, result.frames, UNITS)))
+    assert unlimited.sweep_limits is None
 
 
 def test_recorded_arrays_are_writeable_and_contiguous_like_live_ones(scripted):
@@ -89,7 +102,7 @@ def test_frames_without_points_or_actors_can_be_read(tmp_path_factory, tmp_path)
     scenario = Scenario.load(short_run.write(tmp_path, text))
     out, result, live = recorded(tmp_path_factory, scenario)
     assert not len(live[0][0].actors)
-    for read, simulated in zip(RecordedScans(out, result.frames, UNITS), live, strict=True):
+    for read, simulated in zip(RecordedRun.open(out).scans(), live, strict=True):
         for one, other in zip(read, simulated, strict=True):
             assert_same(one, other, type(one).__name__)
 

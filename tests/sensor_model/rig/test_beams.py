@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sensor_model.rig.beams import beam_table
+from sensor_model.rig.beams import beam_table, sweep_limits
 from sensor_model.rig.rig import SHIPPED, Mount, Rig, load_rig, load_unit
 
 LUX_RIG = load_rig("srx_six_lux", Path())
@@ -154,6 +154,24 @@ def test_phase_shifts_only_the_beams_of_its_unit():
     later = beam_table(replace(LUX_RIG, mounts=tuple(mounts)))
     np.testing.assert_allclose(later.time_offset - LUX.time_offset, np.where(LUX.unit == 2, 0.0075, 0.0), atol=1e-15)
     np.testing.assert_array_equal(later.direction_ego, LUX.direction_ego)
+
+
+def test_sweep_limits_are_the_first_and_last_beams_of_each_layer():
+    """50 to -50 degrees and 34.75 to -59.75 at 4500 degrees per second, later by the phase of the unit."""
+    mounts = (LUX_RIG.mounts[0], replace(LUX_RIG.mounts[1], phase_ms=7.5))
+    limits = sweep_limits(beam_table(replace(LUX_RIG, mounts=mounts)))
+    lux = np.array([[-50.0, 50.0], [-50.0, 50.0], [-34.75, 59.75], [-34.75, 59.75]]) / 4500.0
+    assert limits.dtype == np.float32
+    np.testing.assert_allclose(limits, [lux, lux + 0.0075], atol=1e-7)
+
+
+def test_sweep_limits_of_layers_that_a_unit_lacks_are_nan():
+    mixed = Rig(0.0, (replace(LUX_RIG.mounts[0]), replace(LUX_RIG.mounts[1], model=unit("lux_8l"))))
+    limits = sweep_limits(beam_table(mixed))
+    assert limits.shape == (2, 8, 2)
+    assert np.isnan(limits[0, 4:]).all()
+    assert np.isfinite(limits[0, :4]).all()
+    assert np.isfinite(limits[1]).all()
 
 
 # --- layout of the table, on which the caster relies

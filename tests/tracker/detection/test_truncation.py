@@ -11,7 +11,10 @@ BEAM_S = 0.000111
 """Half a degree of a sweep at 12.5 Hz."""
 
 
-def sweep(range_m, label, beams=None, unit=None):
+RANGE_MAX_M = 200.0
+
+
+def sweep(range_m, label, beams=None, unit=None, limits=None):
     """A layer with its unit at the ego's centre: range and segment of the points on successive beams."""
     count = len(range_m)
     beams = np.arange(count) if beams is None else np.asarray(beams)
@@ -27,17 +30,23 @@ def sweep(range_m, label, beams=None, unit=None):
         echo=nothing.astype(np.uint8),
         echo_pulse_width=np.ones(count, np.float32),
         flags=nothing.astype(np.uint16),
+        sweep_limits=limits,
     )
     return scan, Segments(label=np.array(label), count=max(label) + 1)
 
 
 def cut(range_m, label, **keys):
     scan, segments = sweep(np.array(range_m, dtype=float), label, **keys)
-    return np.flatnonzero(cut_off(scan, np.ones(len(scan), bool), segments, TruncationConfig())).tolist()
+    return np.flatnonzero(cut_off(scan, np.ones(len(scan), bool), segments, RANGE_MAX_M, TruncationConfig())).tolist()
+
+
+def fields_of_view(*beams):
+    """Return (U, 1, 2) limits of fields of view of units with one layer, from their first and last beams."""
+    return (BEAM_S * (np.array(beams, dtype=np.float32) - 3.5)).reshape(-1, 1, 2).astype(np.float32)
 
 
 EDGES = [0, 7]
-"""The first and the last return of a layer, which always count as truncated."""
+"""The first and the last return of a layer, which count as truncated if its field of view is unknown."""
 
 
 def test_the_farther_object_is_truncated_and_the_nearer_is_not():
@@ -61,12 +70,43 @@ def test_units_are_independent():
 def test_points_without_times_have_no_neighbours():
     scan, segments = sweep(np.array([20.0, 20.0, 10.0, 10.0]), [0, 0, 1, 1])
     scan.time_offset[:] = 0.0
-    assert not cut_off(scan, np.ones(4, bool), segments, TruncationConfig()).any()
+    assert not cut_off(scan, np.ones(4, bool), segments, RANGE_MAX_M, TruncationConfig()).any()
 
 
 def test_an_empty_scan():
     scan, _ = sweep(np.empty(0), [0])
-    assert cut_off(scan, np.empty(0, bool), Segments(np.empty(0, np.int64), 0), TruncationConfig()).shape == (0,)
+    nothing = Segments(np.empty(0, np.int64), 0)
+    assert cut_off(scan, np.empty(0, bool), nothing, RANGE_MAX_M, TruncationConfig()).shape == (0,)
+
+
+def test_an_end_beside_free_space_is_whole_and_one_at_the_edge_of_the_field_of_view_is_not():
+    """The sweep goes on for 40 beams before and after the object, or it starts with its first beam."""
+    assert cut([20] * 8, [0] * 8, limits=fields_of_view((-40, 47))) == []
+    assert cut([20] * 8, [0] * 8, limits=fields_of_view((0, 47))) == [0, 1, 2]
+    assert cut([20] * 8, [0] * 8, limits=fields_of_view((-40, 7))) == [5, 6, 7]
+
+
+@pytest.mark.parametrize(("before", "truncated"), [(2, [0]), (3, [])])
+def test_two_beam_spacings_from_the_edge_are_the_edge(before, truncated):
+    """0.25 ms are 2.25 spacings of 0.111 ms: one beam may be lost."""
+    assert cut([20] * 8, [0] * 8, limits=fields_of_view((-before, 47))) == truncated
+
+
+def test_fields_of_view_belong_to_their_units():
+    limits = fields_of_view((0, 47), (-40, 7))
+    assert cut([20] * 8, [0] * 8, unit=[0] * 4 + [1] * 4, limits=limits) == [0, 1, 2, 5, 6, 7]
+    assert cut([20] * 8, [0] * 8, unit=[1] * 4 + [0] * 4, limits=limits) == []
+
+
+def test_occluders_truncate_within_a_known_field_of_view():
+    limits = fields_of_view((-40, 47))
+    assert cut([20, 20, 20, 10, 10, 20, 20, 20], [0, 0, 0, 1, 1, 2, 2, 2], limits=limits) == [2, 5]
+
+
+def test_points_near_the_maximum_range_are_truncated():
+    """0.5 m before it, an object may continue where no point is kept."""
+    far = [199.4, 199.6, 199.9, 199.4, 199.4, 199.4, 199.4, 199.4]
+    assert cut(far, [0] * 8, limits=fields_of_view((-40, 47))) == [1, 2]
 
 
 @pytest.mark.parametrize("values", [{"neighbour_s": -1.0}, {"nearer_m": 0.0}])

@@ -3,13 +3,10 @@ import pytest
 
 from tracker.tracking.extent import (
     ExtentConfig,
-    car_sized,
     classify,
     complete,
-    evidence,
-    is_piece,
-    is_vehicle,
     known,
+    long,
     remember,
     seen_whole,
     too_large,
@@ -51,46 +48,9 @@ def test_a_single_outlier_has_little_effect_after_many_whole_views():
     assert seen(((4.5, 1.7), WHOLE), *[((4.5, 1.7), WHOLE)] * 20, ((4.5, 3.3), WHOLE))[1] < 1.8
 
 
-@pytest.mark.parametrize(
-    ("side", "whole", "largest", "vehicle"),
-    [
-        ((0.1, 1.7), WHOLE, None, True),  # a rear
-        ((0.1, 1.7), CUT, None, False),  # a piece of anything
-        ((4.4, 0.1), WHOLE, None, True),  # a side
-        ((4.4, 0.1), (False, True), None, False),  # a piece of a wall between two cars
-        ((4.4, 0.4), CUT, None, True),  # with a rounded corner
-        ((0.7, 0.1), WHOLE, None, False),  # a pole
-        ((12.0, 2.5), WHOLE, None, True),  # a bus
-        ((12.0, 0.1), WHOLE, None, False),  # a wall
-        ((12.0, 1.2), CUT, None, False),  # the corner of a house that comes into view
-        ((4.4, 0.4), CUT, (12.0, 0.4), False),  # its part beside an occluding car
-    ],
-)
-def test_sides_of_vehicles(side, whole, largest, vehicle):
-    largest = np.array(side if largest is None else largest)
-    assert is_vehicle(np.array(side), np.array(whole), largest, CONFIG) is vehicle
-
-
-@pytest.mark.parametrize(
-    ("side", "whole", "weight", "piece"),
-    [
-        ((4.4, 1.5), WHOLE, 4, False),  # two sides in full view
-        ((4.4, 1.5), CUT, 2, True),  # they may be two walls
-        ((4.4, 0.4), WHOLE, 2, False),  # a rounded corner
-        ((4.4, 0.1), WHOLE, 1, True),  # a single side
-        ((0.7, 0.1), WHOLE, 0, True),  # a pole
-        ((12.0, 2.5), WHOLE, 2, False),  # a bus
-    ],
-)
-def test_a_full_view_is_more_evidence_than_one_side(side, whole, weight, piece):
-    side, whole = np.array(side), np.array(whole)
-    assert evidence(side, whole, side, CONFIG) == weight
-    assert is_piece(side, whole, CONFIG) is piece
-
-
 def test_sizes_above_a_car():
-    sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1)]
-    assert [car_sized(np.array(size), CONFIG) for size in sizes] == [True, True, False, False]
+    sizes = [(4.8, 1.9), (1.9, 4.8), (2.5, 3.0), (6.5, 0.1), (0.1, 6.5)]
+    assert [long(np.array(size), CONFIG) for size in sizes] == [False, False, False, True, True]
 
 
 def test_a_width_of_four_metres_is_too_large():
@@ -113,8 +73,16 @@ def test_a_width_of_four_metres_is_too_large():
 def test_unseen_sides_come_from_the_class(extent, hits, size):
     seen_extent = np.array(extent)
     assert complete(
-        seen_extent, NEVER, classify(seen_extent, np.ones(2, dtype=np.int64), hits, CONFIG), CONFIG
+        seen_extent, NEVER, classify(seen_extent, np.full(2, hits), hits, CONFIG), CONFIG
     ) == pytest.approx(size)
+
+
+def test_a_small_piece_is_a_motorcycle_only_if_it_was_often_seen_from_end_to_end():
+    """Truncated views may show a piece of a car, however many they are."""
+    small = np.array([1.9, 0.7])
+    assert classify(small, np.array([11, 0]), 50, CONFIG) is CONFIG.car
+    assert classify(small, np.array([12, 0]), 50, CONFIG) is CONFIG.small
+    assert classify(small, np.array([50, 50]), 11, CONFIG) is CONFIG.car
 
 
 def test_a_piece_of_a_side_is_not_the_width_of_a_truck():

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from support.seen import observe_boxes
 
 from tracker.tracking import orientation
@@ -19,44 +20,56 @@ from tracker.tracking.track_observation import first_observation
 CAR = np.array([4.6, 1.8])
 ORIGIN, WHOLE = np.zeros(2), np.ones(2, dtype=np.bool_)
 CONFIG = TrackConfig(FilterConfig(), ExtentConfig(), OrientationConfig(), CornerConfig(), TrackLifeConfig())
-VOTES = CONFIG.orientation.votes
+ONE_VIEW = orientation.shape_log_odds(CAR, WHOLE, CONFIG.orientation)
+"""Log-odds of one view of the whole car that its length is its length."""
 
 
 def estimator():
     """Return the estimator of a car that faces along x."""
     first, _ = first_observation(observe_boxes((20.0, 3.5, 0.0), CAR), 0, 0, CAR, HypothesisConfig())
-    return HeadingEstimator(first, ORIGIN, 0.0, CONFIG)
+    return HeadingEstimator(first, ORIGIN, CONFIG)
 
 
-def frames_to_turn(heading, size, frames=20):
-    """Return the number of frames in which the size of a stationary vehicle contradicts the heading, up to a turn."""
-    for frame in range(1, frames + 1):
-        if quarters := heading.turns_to_front(None, ORIGIN, size, WHOLE):
-            heading.turn(quarters, ORIGIN)
-            return frame
-    return None
+@pytest.mark.parametrize(("views", "equal_to"), [(1, 1.0), (2, 2 / 1.3), (11, 2.75), (1000, 1000 / 300.7)])
+def test_correlated_views_have_the_evidence_of_a_few(views, equal_to):
+    """With a correlation of 0.3, n views have that of n / (0.7 + 0.3 n), at most 3.33."""
+    heading = estimator()
+    for _ in range(views):
+        heading.observe_sides(CAR, WHOLE)
+    assert heading.length_log_odds == pytest.approx(equal_to * ONE_VIEW, rel=1e-9)
 
 
-def test_every_turn_by_size_needs_all_votes_again():
-    heading, sideways = estimator(), CAR[::-1]
-    assert frames_to_turn(heading, CAR) is None
-    assert [frames_to_turn(heading, sideways) for _ in range(3)] == [VOTES] * 3
+def test_opposite_views_cancel():
+    heading = estimator()
+    for size in (CAR, CAR[::-1]) * 3:
+        heading.observe_sides(size, WHOLE)
+    assert heading.length_log_odds == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_turn_by_motion_discards_earlier_votes_by_size():
-    heading, sideways = estimator(), CAR[::-1]
-    for _ in range(VOTES - 1):
-        assert heading.turns_to_front(None, ORIGIN, sideways, WHOLE) == 0
-    heading.turn(2, ORIGIN)
-    assert frames_to_turn(heading, sideways) == VOTES
+@pytest.mark.parametrize(("quarters", "factor"), [(1, -1.0), (2, 1.0), (3, -1.0), (4, 1.0)])
+def test_a_turn_renames_the_sides_of_earlier_views(quarters, factor):
+    heading = estimator()
+    for _ in range(3):
+        heading.observe_sides(CAR, WHOLE)
+    before = heading.length_log_odds
+    heading.turn(quarters, ORIGIN)
+    assert heading.length_log_odds == pytest.approx(factor * before)
+
+
+def test_motion_without_a_course_turns_nothing():
+    """A stationary vehicle is turned by the flow, see `Track.orient`."""
+    heading = estimator()
+    for _ in range(50):
+        heading.observe_sides(CAR[::-1], WHOLE)
+        assert heading.turns_to_front(None, ORIGIN, CAR[::-1]) == 0
 
 
 def test_every_turn_by_motion_needs_the_whole_distance_again():
     """A car that reverses is turned after `reversal_m`, and after driving forwards again by the same distance."""
     heading, needed = estimator(), orientation.way_needed(2, CAR, CONFIG.orientation)
-    assert heading.turns_to_front(Course(math.pi, 1e-3), np.array([-0.9 * needed, 0.0]), CAR, WHOLE) == 0
+    assert heading.turns_to_front(Course(math.pi, 1e-3), np.array([-0.9 * needed, 0.0]), CAR) == 0
     turned_at = np.array([-1.1 * needed, 0.0])
-    assert heading.turns_to_front(Course(math.pi, 1e-3), turned_at, CAR, WHOLE) == 2
+    assert heading.turns_to_front(Course(math.pi, 1e-3), turned_at, CAR) == 2
     heading.turn(2, turned_at)
-    assert heading.turns_to_front(Course(0.0, 1e-3), turned_at + np.array([0.9 * needed, 0.0]), CAR, WHOLE) == 0
-    assert heading.turns_to_front(Course(0.0, 1e-3), turned_at + np.array([1.1 * needed, 0.0]), CAR, WHOLE) == 2
+    assert heading.turns_to_front(Course(0.0, 1e-3), turned_at + np.array([0.9 * needed, 0.0]), CAR) == 0
+    assert heading.turns_to_front(Course(0.0, 1e-3), turned_at + np.array([1.1 * needed, 0.0]), CAR) == 2

@@ -1,20 +1,27 @@
 import numpy as np
 import pytest
 
-from tracker.geometry import rotate, wrap
+from tracker.geometry import rotate
 from tracker.tracking.orientation import (
     OrientationConfig,
     by_course,
-    by_size,
     course,
-    first_guess,
+    likeliest_turns,
+    shape_log_odds,
     turn_sign,
     turn_size,
     way_needed,
 )
+from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 CONFIG = OrientationConfig()
-WHOLE = np.ones(2, dtype=bool)
+WHOLE, CUT = np.ones(2, dtype=bool), np.zeros(2, dtype=bool)
+
+
+def turns(size, whole=WHOLE, forward=0.0, least=0.0):
+    """Return the quarter turns of a box along x without neighbours, beside an ego with heading `forward` [degrees]."""
+    alone = TrafficFlow(np.zeros(0, dtype=np.int64), np.zeros((0, 2)), np.zeros(0), np.radians(forward), FlowConfig())
+    return likeliest_turns(shape_log_odds(np.array(size), whole, CONFIG), np.zeros(2), 0.0, alone, least)
 
 
 @pytest.mark.parametrize("quarters", range(-3, 8))
@@ -26,22 +33,24 @@ def test_turned_signs_denote_the_same_corner(quarters):
 
 
 @pytest.mark.parametrize(
-    ("size", "forward", "expected"),
+    ("size", "forward", "quarters"),
     [
-        ((4.5, 1.7), 0.0, 0.0),  # L-shape: the longer side is the length
-        ((1.7, 4.5), 0.0, 90.0),
-        ((4.5, 0.1), 0.0, 0.0),  # a single side, longer than the width of a car
-        ((0.1, 1.8), 0.0, 0.0),  # a single rear: the visible side is the width
-        ((1.8, 0.1), 0.0, 90.0),
-        ((2.2, 1.7), 0.0, 0.0),  # both sides partly visible
-        ((0.1, 1.8), 180.0, 180.0),  # of two directions that of the ego
+        ((4.5, 1.7), 0.0, 0),  # L-shape: the longer side is the length
+        ((4.5, 1.7), 180.0, 2),  # of its two directions, that of the ego
+        ((1.7, 4.5), 80.0, 1),
+        ((1.7, 4.5), -80.0, 3),
+        ((4.5, 0.1), 0.0, 0),  # a single side, longer than the width of a car
+        ((4.5, 0.1), 80.0, 0),  # shape is stronger than the direction of the ego
+        ((0.1, 1.8), 0.0, 0),  # a single rear: the visible side is the width
+        ((0.1, 1.8), 80.0, 0),
+        ((1.8, 0.1), 80.0, 1),
+        ((2.2, 1.7), 0.0, 0),  # both sides partly visible
+        ((0.1, 0.1), 80.0, 1),  # no side is visible: parallel to the ego
+        ((0.1, 0.1), -80.0, 3),
     ],
 )
-def test_first_guess(size, forward, expected):
-    quarters = first_guess(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG)
-    assert np.cos(quarters * np.pi / 2 - np.radians(expected)) ** 2 == pytest.approx(1.0)
-    if expected in (0.0, 180.0):
-        assert wrap(quarters * np.pi / 2 - np.radians(expected)) == pytest.approx(0.0, abs=1e-9)
+def test_the_first_direction_is_the_likeliest(size, forward, quarters):
+    assert turns(size, forward=forward) == quarters
 
 
 @pytest.mark.parametrize(("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3)])
@@ -58,16 +67,16 @@ def test_sideways_motion_needs_a_longer_distance_that_no_side_in_view_explains()
 
 
 def test_a_truncated_face_wider_than_a_car_is_a_side():
-    """2.4 m from end to end is the rear of a truck; 2.4 m between two occluders is a car's side."""
-    face = np.array([0.1, 2.4])
-    assert first_guess(0.0, face, WHOLE, 0.0, CONFIG) % 2 == 0
-    assert first_guess(0.0, face, np.zeros(2, dtype=bool), 0.0, CONFIG) % 2 == 1
+    """2.4 m from end to end is the rear of a lorry; 2.4 m between two occluders is a car's side."""
+    face = (0.1, 2.4)
+    assert turns(face) == 0
+    assert turns(face, CUT, forward=90.0) == 1
 
 
-def test_the_rear_of_a_wide_load_is_its_width():
-    """2.75 m from end to end: with mirrors or a special permit, vehicles are up to 3 m wide."""
-    assert first_guess(0.0, np.array([0.1, 2.75]), WHOLE, 0.0, CONFIG) % 2 == 0
-    assert first_guess(0.0, np.array([0.1, 3.1]), WHOLE, 0.0, CONFIG) % 2 == 1
+def test_a_face_of_3_1_m_is_a_side():
+    """No vehicle class is as wide; a whole face of up to 2.6 m is a width."""
+    assert turns((0.1, 2.6)) == 0
+    assert turns((0.1, 3.1)) % 2 == 1
 
 
 def test_an_uncertain_velocity_has_no_course():
@@ -79,11 +88,12 @@ def test_an_uncertain_velocity_has_no_course():
 @pytest.mark.parametrize(
     ("size", "forward", "quarters"),
     [
-        ((0.2, 4.6), 90.0, 1),  # the remembered width is a length
+        ((0.2, 4.6), 90.0, 1),  # the side across is a length
         ((0.2, 4.6), -90.0, 3),
         ((1.7, 0.2), 90.0, 1),  # the visible side is a rear, not a length
-        ((12.0, 2.5), 180.0, 0),  # without motion a vehicle is not turned around
+        ((12.0, 2.5), 180.0, 0),  # the ego alone does not turn a vehicle around
+        ((4.5, 1.7), 90.0, 0),
     ],
 )
-def test_size_distinguishes_length_and_width_of_a_slow_vehicle(size, forward, quarters):
-    assert by_size(0.0, np.array(size), WHOLE, np.radians(forward), CONFIG) == quarters
+def test_evidence_against_a_heading_must_exceed_the_hysteresis(size, forward, quarters):
+    assert turns(size, forward=forward, least=CONFIG.turn_log_odds) == quarters

@@ -1,64 +1,15 @@
 import numpy as np
 import pytest
+from support.one_track import CAR, DT, LIFE, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
 from tracker.records import MODELS, Status
-from tracker.tracking import orientation
-from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.corner_error import CornerConfig
-from tracker.tracking.extent import ExtentConfig, TypicalSize
 from tracker.tracking.filters import FilterConfig, Filters, motion
-from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from tracker.tracking.mma import MmaConfig
-from tracker.tracking.model_selection import BankSelection
-from tracker.tracking.orientation import OrientationConfig
 from tracker.tracking.output import report
-from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import predictions
-from tracker.tracking.track_config import TrackConfig
-from tracker.tracking.track_observation import first_observation, track_observation
 
-DT = 0.08
-CAR = np.array([4.7, 1.8])
-LIFE, MMA = TrackLifeConfig(), MmaConfig()
 SEEN_STD_M = float(np.sqrt(observe_boxes((20.0, 3.5, 0.0), CAR).covariance[0, 0, 0]))
 """Standard deviation of the corner of every box along x and y [m]."""
-CONFIG = TrackConfig(
-    FilterConfig(),
-    ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
-    OrientationConfig(),
-    CornerConfig(),
-    LIFE,
-)
-
-
-def start(pose, forward=None, size=CAR, mma=MMA):
-    """A track of a vehicle, with the heading prior `forward`."""
-    forward = pose[2] if forward is None else forward
-    seen = observe_boxes(pose, size)
-    turns = orientation.first_guess(float(seen.heading[0]), seen.size[0], seen.whole[0], forward, CONFIG.orientation)
-    first, corner = first_observation(seen, 0, turns, CAR, HypothesisConfig())
-    bank = BankSelection(CONFIG.filters, mma).new_bank(corner, first.covariance)
-    return Track(0, corner, first, forward, CONFIG, bank)
-
-
-def follow(track, poses, rng=None, size=CAR):
-    """Feed one observation per pose; return (K, 2) the reported centre after each."""
-    centers = []
-    for pose in poses:
-        noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
-        seen = observe_boxes(np.asarray(pose) + noise, size)
-        track.predict(motion(DT, FilterConfig()))
-        track.update(track_observation(hypothesise(predictions([track]), seen, HypothesisConfig()), seen, 0, 0))
-        track.settle()
-        centers.append(report([track]).center_odom[0])
-    return np.array(centers)
-
-
-def straight(start_pose, speed, frames):
-    x, y, yaw = start_pose
-    travelled = speed * DT * np.arange(1, frames + 1)
-    return np.stack([x + np.cos(yaw) * travelled, y + np.sin(yaw) * travelled, np.full(frames, yaw)], axis=1)
 
 
 def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
@@ -76,7 +27,7 @@ def test_a_passing_car_does_not_jump_when_its_nearest_corner_changes():
 def test_motion_corrects_a_wrong_initial_heading_without_moving_the_box():
     first = (30.0, 3.5, np.pi)
     poses = straight(first, 8.0, 30)
-    track = start(first, forward=0.0)
+    track = start(first, flow_of())
     assert track.heading == pytest.approx(0.0, abs=1e-9)
     centers = follow(track, poses)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.01)
@@ -110,22 +61,6 @@ def test_status_from_tentative_to_dead():
         assert waited < 100
     assert waited * DT == pytest.approx(LIFE.coast_s, abs=DT) or waited * DT < LIFE.coast_s
     assert waited * DT > 1.0
-
-
-@pytest.mark.parametrize(
-    ("size", "speed", "status"),
-    [
-        ((12.0, 0.2), 0.0, Status.TENTATIVE),  # may be a wall
-        ((12.0, 0.2), 8.0, Status.CONFIRMED),  # it left its first place, unlike a wall
-        ((12.0, 0.2), 3.0, Status.TENTATIVE),  # it did not leave its place: more of a wall may have come into view
-        ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls do not have the ends of a bus
-        ((4.5, 0.2), 0.0, Status.CONFIRMED),
-    ],
-)
-def test_a_single_long_face_is_confirmed_by_motion(size, speed, status):
-    track = start((20.0, 6.0, 0.0), size=np.array(size))
-    follow(track, straight((20.0, 6.0, 0.0), speed, 25), size=np.array(size))
-    assert track.status is status
 
 
 def test_a_tentative_track_is_terminated_early():

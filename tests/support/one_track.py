@@ -1,0 +1,70 @@
+"""One track, fed with perfect or noisy observations of a known vehicle."""
+
+import numpy as np
+from support.seen import observe_boxes
+
+from tracker.tracking import orientation
+from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.corner_error import CornerConfig
+from tracker.tracking.extent import ExtentConfig, TypicalSize
+from tracker.tracking.filters import FilterConfig, motion
+from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
+from tracker.tracking.mma import MmaConfig
+from tracker.tracking.model_selection import BankSelection
+from tracker.tracking.orientation import OrientationConfig
+from tracker.tracking.output import report
+from tracker.tracking.track import Track
+from tracker.tracking.track_arrays import predictions
+from tracker.tracking.track_config import TrackConfig
+from tracker.tracking.track_observation import first_observation, track_observation
+from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
+
+DT = 0.08
+CAR = np.array([4.7, 1.8])
+LIFE, MMA = TrackLifeConfig(), MmaConfig()
+CONFIG = TrackConfig(
+    FilterConfig(),
+    ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
+    OrientationConfig(),
+    CornerConfig(),
+    LIFE,
+)
+UNCUT = (False, False, False, False)
+
+
+def flow_of(*poses, forward=0.0):
+    """Return the flow of neighbours (x, y, heading), with ids from 1, beside an ego with heading `forward` [rad]."""
+    table = np.array(poses, dtype=float).reshape(-1, 3)
+    return TrafficFlow(np.arange(1, len(table) + 1), table[:, :2], table[:, 2], forward, FlowConfig())
+
+
+def start(pose, flow=None, size=CAR, mma=MMA, cut=UNCUT):
+    """A track of a vehicle; without a flow, the ego is parallel to it and there are no neighbours."""
+    flow = flow_of(forward=pose[2]) if flow is None else flow
+    seen = observe_boxes(pose, size, cut=cut)
+    shape = orientation.shape_log_odds(seen.size[0], seen.whole[0], CONFIG.orientation)
+    turns = orientation.likeliest_turns(shape, seen.center[0], float(seen.heading[0]), flow, least=0.0)
+    first, corner = first_observation(seen, 0, turns, CAR, HypothesisConfig())
+    bank = BankSelection(CONFIG.filters, mma).new_bank(corner, first.covariance)
+    return Track(0, corner, first, CONFIG, bank)
+
+
+def follow(track, poses, rng=None, size=CAR, flow=None, cut=UNCUT):
+    """Feed one observation per pose; return (K, 2) the reported centre after each."""
+    centers = []
+    for pose in poses:
+        noise = np.zeros(3) if rng is None else rng.normal(0, [0.05, 0.05, 0.02])
+        seen = observe_boxes(np.asarray(pose) + noise, size, cut=cut)
+        track.predict(motion(DT, FilterConfig()))
+        track.update(track_observation(hypothesise(predictions([track]), seen, HypothesisConfig()), seen, 0, 0))
+        track.orient(flow_of() if flow is None else flow)
+        track.settle()
+        centers.append(report([track]).center_odom[0])
+    return np.array(centers)
+
+
+def straight(start_pose, speed, frames):
+    """Return (K, 3) poses of a vehicle that drives straight on."""
+    x, y, yaw = start_pose
+    travelled = speed * DT * np.arange(1, frames + 1)
+    return np.stack([x + np.cos(yaw) * travelled, y + np.sin(yaw) * travelled, np.full(frames, yaw)], axis=1)

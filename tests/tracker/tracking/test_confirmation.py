@@ -1,0 +1,221 @@
+"""Confirmation of tracks: shape and motion of vehicles and of background."""
+
+import math
+
+import numpy as np
+import pytest
+from support.one_track import DT, LIFE, flow_of, follow, start, straight
+
+from tracker.records import Status
+from tracker.tracking.confirmation import Confirmation, TrackLifeConfig
+from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
+from tracker.tracking.side_lengths import vehicle_log_odds
+from tracker.tracking.track_observation import TrackObservation
+
+WHOLE, ORIGIN = (True, True), np.zeros(2)
+FLAT = 0.03
+"""Depth of a flat segment with range noise [m]."""
+FRONT_CUT, BOTH_CUT = (True, False, False, False), (True, False, True, False)
+
+
+def view(size, whole=WHOLE, exact=WHOLE, flat=False, sign=(-1, -1)):
+    """Return one view of an object along x."""
+    return TrackObservation(
+        misfit=np.zeros((3, 2)),
+        covariance=np.eye(2) * 0.05**2,
+        heading=0.0,
+        heading_variance=0.02**2,
+        size=np.array(size),
+        exact=np.array(exact),
+        whole=np.array(whole),
+        flat=flat,
+        corner_sign=np.array(sign),
+    )
+
+
+def place(size, x=0.0, y=0.0):
+    return Footprint(np.array([x, y]), 0.0, np.array(size, dtype=float))
+
+
+def confirmation(size=(4.6, 1.8), **values):
+    return Confirmation(TrackLifeConfig(**values), place(size))
+
+
+def log_odds(seen, views, **values):
+    """Return the log-odds after equal views."""
+    judged = confirmation(**values)
+    for _ in range(views):
+        judged.count(seen)
+    return judged.log_odds
+
+
+# --- evidence
+
+
+@pytest.mark.parametrize(("views", "equal_to"), [(0, 0.0), (1, 1.0), (2, 2 / 1.2), (6, 3.0), (1000, 1000 / 200.8)])
+def test_correlated_views_have_the_evidence_of_a_few(views, equal_to):
+    """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5."""
+    seen = view((2.2, 0.8))
+    one = vehicle_log_odds(seen.size, seen.whole, LIFE.truncated_probability)
+    assert 0.5 < one < 2.0
+    assert log_odds(seen, views) == pytest.approx(equal_to * one)
+
+
+@pytest.mark.parametrize(("prior", "expected"), [(0.5, 0.0), (0.9, math.log(9.0)), (0.2, -math.log(4.0))])
+def test_without_evidence_the_prior_holds(prior, expected):
+    assert confirmation(vehicle_prior=prior).log_odds == pytest.approx(expected)
+
+
+def test_the_evidence_of_one_view_is_limited():
+    """A car in full view has log-odds of 3.7, a flat wall of 15 m -2.9."""
+    assert log_odds(view((4.6, 1.8)), 1) == LIFE.vehicle_log_odds_max == 3.0
+    assert log_odds(view((15.0, 0.02)), 1) == -LIFE.view_log_odds_max == -2.0
+
+
+def test_a_missing_side_is_evidence_against_a_vehicle():
+    seen, lacking = view((2.2, 0.8)), view((2.2, 0.8), flat=True)
+    assert log_odds(lacking, 1) == pytest.approx(log_odds(seen, 1) - LIFE.flat_log_odds)
+
+
+def test_confirmation_needs_nine_to_one_and_two_observations():
+    sure = confirmation()
+    sure.count(view((4.6, 1.8)))
+    assert sure.log_odds > math.log(9.0)
+    assert not sure.confirms(hits=1)
+    assert sure.confirms(hits=2)
+    unsure = confirmation()
+    unsure.count(view((2.2, 0.8)))
+    assert unsure.log_odds < math.log(9.0)
+    assert not unsure.confirms(hits=100)
+    assert not unsure.refutes
+
+
+def test_one_to_nine_refutes():
+    """Two views of -2 have the evidence of -4 / 1.2 = -3.33, below -ln 9 = -2.20."""
+    wall = confirmation()
+    wall.count(view((15.0, 0.02)))
+    assert not wall.refutes
+    wall.count(view((15.0, 0.02)))
+    assert wall.refutes
+
+
+# --- motion
+
+
+def moved(seen, corners, size=(0.0, 0.0)):
+    """Return True if an object whose tracked corner is at each of `corners` (K, 2) [m] has left its first place."""
+    judged = Confirmation(TrackLifeConfig(vehicle_prior=0.5), place(size))
+    for corner in np.asarray(corners, dtype=float):
+        judged.check_motion(seen, Footprint(corner, 0.0, np.asarray(size, dtype=float)), corner)
+    return judged.log_odds == LIFE.motion_log_odds
+
+
+REAR = view((0.1, 1.7), exact=(True, True))
+FAR = LEFT_MARGIN_M + 0.1
+
+
+def test_three_successive_views_of_an_end_away_from_its_first_place_are_motion():
+    assert not moved(REAR, [(0, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
+    assert moved(REAR, [(0, 0), (FAR, 0), (FAR, 0), (FAR, 0)], (4.0, 1.7))
+    assert not moved(REAR, [(0, 0), *[(FAR, 0), (FAR, 0), (0, 0)] * 5], (4.0, 1.7))
+
+
+def test_an_end_within_the_margin_has_not_moved():
+    assert not moved(REAR, [(0, 0), *[(LEFT_MARGIN_M - 0.1, 0)] * 20], (4.0, 1.7))
+
+
+def test_an_end_behind_an_occluder_is_no_evidence_of_motion():
+    assert not moved(view((0.1, 1.7), exact=(False, False), whole=(False, False)), [(0, 0), *[(5, 0)] * 20], (9.0, 1.7))
+
+
+def test_a_single_face_that_moves_along_itself_is_no_evidence_of_motion():
+    """A piece of wall between two moving occluders: the face across its direction would show its ends."""
+    piece = view((4.0, 0.1), whole=(False, True), exact=(True, True))
+    assert not moved(piece, [(0.5 * k, 0) for k in range(40)], (4.0, 0.1))
+    assert moved(piece, [(0, 0.5 * k) for k in range(40)], (4.0, 0.1))
+
+
+def test_another_end_has_its_own_first_place():
+    """The nearest corner changes from the rear to the front of a stationary car of 4.6 m."""
+    judged, seen = confirmation(), [view((4.6, 1.8), sign=(sign, -1)) for sign in (-1, 1)]
+    for k in range(20):
+        corner = np.array([4.6 * (k % 2) - 2.3, -0.9])
+        judged.check_motion(seen[k % 2], place((4.6, 1.8)), corner)
+    assert judged.log_odds == 0.0
+
+
+# --- tracks
+
+
+@pytest.mark.parametrize(
+    ("size", "speed", "status"),
+    [
+        ((12.0, FLAT), 0.0, Status.TENTATIVE),  # may be a wall
+        ((12.0, FLAT), 8.0, Status.CONFIRMED),  # it left its first place, unlike a wall
+        ((12.0, FLAT), 3.0, Status.TENTATIVE),  # it did not leave its place: more of a wall may have come into view
+        ((15.0, FLAT), 0.0, Status.TENTATIVE),
+        ((4.6, FLAT), 0.0, Status.TENTATIVE),  # a flat piece of wall, as long as a car
+        ((0.7, 0.1), 0.0, Status.TENTATIVE),  # a pole
+        ((12.0, 2.4), 0.0, Status.CONFIRMED),  # walls do not have the ends of a bus
+        ((4.5, 0.2), 0.0, Status.CONFIRMED),  # sides of cars are bowed
+        ((FLAT, 1.7), 0.0, Status.TENTATIVE),  # a flat face as wide as a car
+        ((FLAT, 1.7), 5.0, Status.CONFIRMED),  # the same end-on, driving away
+    ],
+)
+def test_a_single_face_is_confirmed_by_its_bow_or_by_motion(size, speed, status):
+    first = (20.0, 6.0, 0.0)
+    track = start(first, size=np.array(size))
+    follow(track, straight(first, speed, 25), size=np.array(size))
+    assert track.status is status
+
+
+def test_a_flat_wall_of_15_m_is_never_confirmed():
+    """With the noise of the fit, for 16 s."""
+    first, size = (20.0, 6.0, 0.0), np.array([15.0, FLAT])
+    track, rng = start(first, size=size), np.random.default_rng(2)
+    for _ in range(200):
+        follow(track, [first], rng, size=size)
+        assert track.status is Status.TENTATIVE
+
+
+@pytest.mark.parametrize("ends", ["front", "both"])
+def test_a_wall_that_comes_into_view_behind_an_occluder_is_not_in_motion(ends):
+    """An occluder uncovers it at 8 m/s, or a gap of 4 m between two occluders passes it."""
+    cut = FRONT_CUT if ends == "front" else BOTH_CUT
+    track = start((20.0, 6.0, 0.0), size=(4.0, FLAT), cut=cut)
+    for k in range(1, 20):
+        grown = 8.0 * DT * k if ends == "front" else 0.0
+        moved_m = 0.5 * grown if ends == "front" else 8.0 * DT * k
+        follow(track, [(20.0 + moved_m, 6.0, 0.0)], size=(4.0 + grown, FLAT), cut=cut)
+        assert track.status is Status.TENTATIVE
+
+
+def test_a_confirmed_track_becomes_tentative_if_later_views_show_a_wall():
+    """It looked like the bowed side of a car; the rest of the wall comes into view."""
+    first = (20.0, 6.0, 0.0)
+    track = start(first, size=(4.5, 0.2))
+    follow(track, [first] * 2, size=(4.5, 0.2))
+    assert track.status is Status.CONFIRMED
+    follow(track, [first] * 40, size=(15.0, FLAT))
+    assert track.status is Status.TENTATIVE
+
+
+def test_a_shape_without_a_known_axis_is_not_confirmed():
+    """1.7 x 1.7 m may be either side of a vehicle: parallel to parked neighbours it is, between two hypotheses not."""
+    first, size = (20.0, 6.0, 0.0), (1.7, 1.7)
+    across = flow_of(forward=math.radians(45.0))
+    track = start(first, across, size=size)
+    follow(track, [first] * 10, size=size, flow=across)
+    assert track.status is Status.TENTATIVE
+    parked = flow_of((20.0, 9.0, 0.0), (20.0, 3.0, 0.0))
+    follow(track, [first], size=size, flow=parked)
+    assert track.status is Status.CONFIRMED
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("confirm_probability", 0.4), ("view_correlation", 1.1), ("truncated_probability", -0.1), ("vehicle_prior", 0.0)],
+)
+def test_invalid_probabilities_are_rejected_by_name(name, value):
+    with pytest.raises(ValueError, match=name):
+        TrackLifeConfig(**{name: value})
