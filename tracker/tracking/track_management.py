@@ -109,7 +109,7 @@ class DefaultTrackManagement:
 
     def newcomers(self, tracks: Sequence[Track], seen: Observations, track_id: Ints) -> Bools:
         """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""
-        taken = within(seen.center, [track for track in tracks if track.confirmed_now]).any(axis=1)
+        taken = within(seen.center, [track for track in tracks if track.status is Status.CONFIRMED]).any(axis=1)
         return np.asarray((track_id == NO_TRACK) & ~taken)
 
     def start(
