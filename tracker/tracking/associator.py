@@ -93,7 +93,7 @@ class HungarianAssociator:
         new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
         free = np.ones(len(seen), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []
-        for turn in (*((status == each) & ~new for each in ROUNDS), new & (status == Status.TENTATIVE)):
+        for turn in (*((status == each) & ~new for each in ROUNDS), new & (status != Status.DEAD)):
             chosen = assign(cost, admissible & turn[:, None] & free, self._config.method)
             free[[b for _, b in chosen]] = False
             pairs += chosen

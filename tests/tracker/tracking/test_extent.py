@@ -72,9 +72,9 @@ def test_a_width_of_four_metres_is_too_large():
 )
 def test_unseen_sides_come_from_the_class(extent, hits, size):
     seen_extent = np.array(extent)
-    assert complete(
-        seen_extent, NEVER, classify(seen_extent, np.full(2, hits), hits, CONFIG), CONFIG
-    ) == pytest.approx(size)
+    assert complete(seen_extent, NEVER, classify(seen_extent, np.full(2, hits), hits, CONFIG), CONFIG) == pytest.approx(
+        size
+    )
 
 
 def test_a_small_piece_is_a_motorcycle_only_if_it_was_often_seen_from_end_to_end():
