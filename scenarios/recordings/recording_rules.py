@@ -41,8 +41,8 @@ def rules_of(recording: Recording, scenario: str | None) -> Rules:
 def _for_period(config: TrackerConfig, recording: Recording) -> TrackerConfig:
     """Return settings in which a tentative and a confirmed track survive as many missed scans as at the usual period.
 
-    Both limits are times. At 4 Hz the default of tentative tracks is shorter than one scan period, and none would survive
-    a missed scan.
+    Both limits are times. At 4 Hz the default of tentative tracks is shorter than one scan period, and none would
+    survive a missed scan.
     """
     period_s = float(np.median(np.diff(recording.time_s))) if len(recording) > 1 else USUAL_PERIOD_S
     factor = max(1.0, period_s / USUAL_PERIOD_S)

@@ -100,7 +100,7 @@ def test_recorded_arrays_are_writeable_and_contiguous_like_live_ones(scripted):
 def test_frames_without_points_or_actors_can_be_read(tmp_path_factory, tmp_path):
     text = short_run.TEXT.partition("[[traffic.actor]]")[0]
     scenario = Scenario.load(short_run.write(tmp_path, text))
-    out, result, live = recorded(tmp_path_factory, scenario)
+    out, _, live = recorded(tmp_path_factory, scenario)
     assert not len(live[0][0].actors)
     for read, simulated in zip(RecordedRun.open(out).scans(), live, strict=True):
         for one, other in zip(read, simulated, strict=True):

@@ -42,14 +42,14 @@ def test_a_side_of_4_2_m_may_be_the_piece_of_a_longer_one():
 
 def test_a_whole_side_of_1_7_m_is_a_width():
     """Widths of cars have 1 / 0.65 there, so that 0.7 x 1.539462 + 0.3 x 0.001 = 1.077923. As a length it is a
-    motorcycle's, of which 0.3 m of the 0.4 m that rounding may hide are in its range: 0.05 x (0.75 / 0.8 + 0.001) + 0.95
-    x 0.001 = 0.047875."""
+    motorcycle's, of which 0.3 m of the 0.4 m that rounding may hide are in its range: 0.05 x (0.75 / 0.8 + 0.001) +
+    0.95 x 0.001 = 0.047875."""
     assert length((1.7, 0.1)) == pytest.approx(-math.log(1.077923 / 0.047875), abs=1e-4)
 
 
 def test_a_truncated_piece_of_2_m_may_be_either():
-    """Lengths: 0.7 x 0.234652 + 0.25 x 0.095921 + 0.05 x 0.328955 = 0.204684; widths: 0.7 x 0.112262 + 0.25 x 0.415868 +
-    0.05 x 0.001 = 0.182600."""
+    """Lengths: 0.7 x 0.234652 + 0.25 x 0.095921 + 0.05 x 0.328955 = 0.204684.
+    Widths: 0.7 x 0.112262 + 0.25 x 0.415868 + 0.05 x 0.001 = 0.182600."""
     assert length((2.0, 0.1), CUT) == pytest.approx(math.log(0.204684 / 0.182600), abs=1e-4)
 
 
