@@ -33,8 +33,6 @@ SCENES = {
     # The overlap of a car beside the ego is bows just over 0.2 m deep, which T-linkage keeps; that of a car behind is
     # mostly deeper.
     Stage.OUTLIERS: busy_street.TEXT.replace("x_m = 8\n", "x_m = -16\n"),
-    # A pair that is merged without the fault, too, is confirmed as one lorry: the cars are missed either way.
-    Stage.SEGMENTATION: busy_street.APART,
     # A merged pair gives boxes that fit neither car, which segmentation's truth would remove from the false tracks, and
     # whose overlap suffers as much as that of turned boxes.
     Stage.FIT: busy_street.APART,

@@ -107,8 +107,7 @@ def test_a_true_fit_of_a_rear_is_not_a_whole_vehicle():
 
 
 def test_true_association_has_no_id_switches():
-    # A merged pair, which association cannot separate, would be a false track.
-    text = busy_street.APART + "\n[tracker.association]\ngate_chi2 = 0.05\n"  # nearly no box is inside such a gate
+    text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.05\n"  # nearly no box is inside such a gate
     lost, kept = short_run.run(text).metrics, short_run.run(text, OracleFactory([Stage.ASSOCIATION])).metrics
     assert lost["track.id_switches"].value + lost["track.missed"].value > 60
     assert values(kept, "track.id_switches", "track.false") == [0.0, 0.0]
