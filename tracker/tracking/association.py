@@ -57,8 +57,6 @@ def score(
     """
     view = config.view_std_m**2 * np.eye(2)
     innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view  # B = H P H' + R
-    if hypotheses.other_end is not None and config.oddity_max:
-        innovation = innovation + hypotheses.other_end[:, :, None]
     squared, determinant = mahalanobis(hypotheses.misfit, innovation)
     log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
     turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)

@@ -21,7 +21,7 @@ class TrackLifeConfig:
     """Probability that a new track is a vehicle: about half of the objects of vehicle size beside roads are."""
     confirm_probability: float = 0.9
     """Probability of a vehicle at which a track is confirmed; at the opposite one it becomes tentative again."""
-    confirm_hits: int = 2
+    confirm_hits: int = 3
     """Minimum number of observations for confirmation."""
     view_correlation: float = 0.2
     """Correlation of the views of one object: the evidence of many equal views is that of five."""

@@ -25,12 +25,9 @@ class HypothesisConfig:
     """A side is complete if this share of it is visible; rounded corners hide the rest."""
     end_std_m: float = 0.15
     """Standard deviation of an end whose face is not visible [m]: beam spacing, rounding, occlusion boundary."""
-    size_std_m: float = 0.4
-    """Standard deviation of the remembered size [m], and so of the end opposite the tracked corner: sizes grow by
-    boxes that were merged with a neighbour."""
 
     def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "size_std_m", "corner_margin_m", "face_min_m", "whole_share", "end_std_m")
+        require_within(self, 0.0, 1e3, "corner_margin_m", "face_min_m", "whole_share", "end_std_m")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,9 +86,6 @@ class Hypotheses:
     """(T, B, 2) signs of the corner to track from now on."""
     exact: Bools
     """(T, B, 2) mask of axes on which the near end of the box is the end of the vehicle."""
-    other_end: Floats | None = None
-    """(T, B, 2, 2) covariance of the predicted end that the box shows, where it is not that of the tracked corner
-    [m^2]."""
     reach: Floats | None = None
     """(T, B, M, 2) as `misfit`, for a vehicle that extends over the whole of its assumed size: for the gate [m]."""
 
@@ -109,7 +103,6 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     # The position of a piece along its side is ambiguous: where it contradicts no model, it must not favour one.
     ambiguous = ~exact & np.all(misfit == 0, axis=2)
     faceless = size[..., ::-1] < config.face_min_m
-    other = exact & (near != tracks.corner_sign[:, None])
     end_variance = np.where(faceless, config.end_std_m**2, 0.0)
     return Hypotheses(
         heading=heading,
@@ -120,7 +113,6 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
         ambiguity=np.einsum("tki,tbk,tkj->tbij", axes, np.where(ambiguous, AMBIGUOUS_VARIANCE_M2, 0.0), axes),
         corner_sign=next_corner(tracks, seen, near, exact, config),
         exact=exact,
-        other_end=np.einsum("tki,tbk,tkj->tbij", axes, other * config.size_std_m**2, axes),
         reach=rotate(reach, tracks.heading[:, None, None]),
     )
 

@@ -16,15 +16,20 @@ class VehicleClass(NamedTuple):
     """Shortest and longest [m]."""
     width_m: tuple[float, float]
     """Narrowest and widest without mirrors [m]."""
+    bowed: bool = True
+    """True if a single face is bowed, False if it is as flat as a wall."""
 
 
 CLASSES = (
     VehicleClass(0.70, (3.4, 5.3), (1.5, 2.15)),
-    VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75)),
+    VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75), bowed=False),
     VehicleClass(0.05, (1.8, 2.6), (0.5, 1.1)),
 )
 """Cars and vans, lorries and buses up to the limits of Directive 96/53/EC (18.75 m and 2.6 m), motorcycles; all ranges
 are wider by 0.1 to 0.15 m, the errors of visible extents. The shares are rough."""
+
+PAIR = VehicleClass(0.25, (7.0, 12.0), (1.5, 2.15), bowed=False)
+"""Two cars in a row that form one segment: as long as a lorry, but no vehicle, and about as frequent."""
 
 ROUNDING_M = 0.4
 """Part of a side that rounded corners hide at most, both ends together [m]."""
@@ -87,8 +92,8 @@ def length_log_odds(size: Floats, whole: Bools, visible_min_m: float, truncated_
 def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -> float:
     """Return the log-odds of a view of two sides (2,) [m] for a vehicle, against a piece of a building or a wall.
 
-    A vehicle shows its length and its width, or the bow of a single face, which is one of both. Background has any
-    length on a logarithmic scale, and is flat but for corners.
+    A vehicle shows its length and its width, or a single face, which is one of both. Background has any length on a
+    logarithmic scale and is flat but for corners, or is a `PAIR`.
 
     Parameters
     ----------
@@ -97,17 +102,21 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     """
     sides = sorted(_with_truncation(size, whole, truncated_probability), reverse=True)
     longer, shorter = sides[0][0], sides[1][0]
-    bow = 0.5 * SINGLE_FACE_SHARE / BOW_M if shorter < BOW_M else 0.0
-    vehicle = sum(
-        kind.share * _side_density(sides[0], one, 0.0)
-        * (bow + (1.0 - SINGLE_FACE_SHARE) * _side_density(sides[1], other, 0.0))
-        for kind in CLASSES
-        for one, other in ((kind.length_m, kind.width_m), (kind.width_m, kind.length_m))
-    )  # fmt: skip
-    flat = FLAT_SHARE * math.exp(-shorter / FLAT_DEPTH_M) / FLAT_DEPTH_M
-    depth = flat + (1.0 - FLAT_SHARE) / CORNER_DEPTH_MAX_M
+    flat = math.exp(-shorter / FLAT_DEPTH_M) / FLAT_DEPTH_M
+    bow = 1.0 / BOW_M if shorter < BOW_M else 0.0
+
+    def density(kind: VehicleClass) -> float:
+        alone = 0.5 * SINGLE_FACE_SHARE * (bow if kind.bowed else flat)
+        return kind.share * sum(
+            _side_density(sides[0], one, 0.0)
+            * (alone + (1.0 - SINGLE_FACE_SHARE) * _side_density(sides[1], other, 0.0))
+            for one, other in ((kind.length_m, kind.width_m), (kind.width_m, kind.length_m))
+        )  # fmt: skip
+
+    depth = FLAT_SHARE * flat + (1.0 - FLAT_SHARE) / CORNER_DEPTH_MAX_M
     low, high = BACKGROUND_LENGTH_M
-    return math.log(vehicle * math.log(high / low) * max(longer, low) / depth)
+    background = depth / (math.log(high / low) * max(longer, low)) + density(PAIR)
+    return math.log(sum(map(density, CLASSES)) / background)
 
 
 def _with_truncation(size: Floats, whole: Bools, truncated_probability: float) -> list[Side]:
