@@ -18,6 +18,8 @@ COMMANDS = [
     shlex.split(line)
     for block in re.findall(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
     for line in block.splitlines()
+    if "process:" not in line
+    and not line.startswith("g++")  # need a compiler: tests/scenarios/run/test_process_tracker.py
 ]
 
 

@@ -67,9 +67,9 @@ def test_without_evidence_the_prior_holds(prior, expected):
 
 
 def test_the_evidence_of_one_view_is_limited():
-    """A car in full view has log-odds of 3.7, a flat wall of 15 m -2.9."""
-    assert log_odds(view((4.6, 1.8)), 1) == LIFE.vehicle_log_odds_max == 3.0
-    assert log_odds(view((15.0, 0.02)), 1) == -LIFE.view_log_odds_max == -2.0
+    """A car in full view, surely not truncated, has log-odds above 3; a house of 9 by 6 m has -4.6."""
+    assert log_odds(view((4.6, 1.8)), 1, truncated_probability=0.0) == LIFE.vehicle_log_odds_max == 3.0
+    assert log_odds(view((9.0, 6.0)), 1) == -LIFE.view_log_odds_max == -2.0
 
 
 def test_a_missing_side_is_evidence_against_a_vehicle():
@@ -77,12 +77,12 @@ def test_a_missing_side_is_evidence_against_a_vehicle():
     assert log_odds(lacking, 1) == pytest.approx(log_odds(seen, 1) - LIFE.flat_log_odds)
 
 
-def test_confirmation_needs_nine_to_one_and_two_observations():
+def test_confirmation_needs_nine_to_one_and_three_observations():
     sure = confirmation()
     sure.count(view((4.6, 1.8)))
     assert sure.log_odds > math.log(9.0)
-    assert not sure.confirms(hits=1)
-    assert sure.confirms(hits=2)
+    assert not sure.confirms(hits=2)
+    assert sure.confirms(hits=3)
     unsure = confirmation()
     unsure.count(view((2.2, 0.8)))
     assert unsure.log_odds < math.log(9.0)
@@ -150,6 +150,7 @@ def test_another_end_has_its_own_first_place():
 @pytest.mark.parametrize(
     ("size", "speed", "status"),
     [
+        ((12.0, 0.2), 0.0, Status.TENTATIVE),  # a relief does not make a wall a bus
         ((12.0, FLAT), 0.0, Status.TENTATIVE),  # may be a wall
         ((12.0, FLAT), 8.0, Status.CONFIRMED),  # it left its first place, unlike a wall
         ((12.0, FLAT), 3.0, Status.TENTATIVE),  # it did not leave its place: more of a wall may have come into view

@@ -76,11 +76,17 @@ def test_the_likelier_name_of_a_side(size, whole, likelier):
 
 
 def test_evidence_of_a_flat_side_for_a_vehicle():
-    """4.2 m, 2 cm deep: sides of vehicles 0.370421 x 0.667267 = 0.247170 per square metre with the bow 0.5 x 0.4 / 0.3.
-    Background: 1 / (4.2 ln 40) times 0.8 exp(-0.5) / 0.04 + 0.2 / 2.8 = 12.202042."""
-    expected = math.log(0.247170 * 4.2 * math.log(40.0) / 12.202042)
+    """4.2 m, 2 cm deep, of cars 0.7 x 0.528316 x (0.5 x 0.4 / 0.3 + 0.0006) = 0.246769 per square metre, of lorries
+    and of pairs each 0.25 x 0.002 x (0.5 x 0.4 exp(-0.5) / 0.04 + 0.0006) = 0.001517, of motorcycles 0.000067.
+    Background: 1 / (4.2 ln 40) times 0.8 exp(-0.5) / 0.04 + 0.2 / 2.8 = 0.787569."""
+    expected = math.log((0.246769 + 0.001517 + 0.000067) / (0.787569 + 0.001517))
     assert vehicle((4.2, 0.02), truncated=0.0) == pytest.approx(expected, abs=1e-4)
-    assert expected == pytest.approx(-1.1589, abs=1e-4)
+    assert expected == pytest.approx(-1.1560, abs=1e-4)
+
+
+def test_two_parked_cars_in_a_row_are_no_lorry():
+    """9.4 m in plain view: a lorry is as long, but not 1.7 m wide."""
+    assert vehicle((9.4, 1.7)) < 0.0 < vehicle((9.4, 2.4))
 
 
 @pytest.mark.parametrize(
