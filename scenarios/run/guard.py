@@ -1,5 +1,6 @@
 """A tracker under guard: it gets copies of the scans, and its output is copied and checked in every frame."""
 
+import errno
 import gc
 import os
 import threading
@@ -187,6 +188,8 @@ class Guard:
             self._break(str(error), error)
         made = getattr(self, "_device", None) is not None
         if isinstance(error, Exception) and (self._own if made else isinstance(error, InputError)):
+            raise error
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # a full disk is the fault of no tracker
             raise error
         place = device.place_of(error, apart_from=HARNESS)
         if isinstance(error, StepTimeoutError) or watch.alarms:

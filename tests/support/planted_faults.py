@@ -66,7 +66,8 @@ class SplitSegments(Sound):
         twice = np.tile(np.arange(count), 2)
         candidates = replace_all(trace.candidates, lambda values: values[twice])
         segments = replace(trace.segments, label=label, count=2 * count)
-        return replace(trace, segments=segments, candidates=candidates)
+        linkage = replace(trace.linkage, heading=trace.linkage.heading[twice])
+        return replace(trace, segments=segments, linkage=linkage, candidates=candidates)
 
 
 class MergedSegments(Sound):
@@ -79,6 +80,7 @@ class MergedSegments(Sound):
         return replace(
             trace,
             segments=replace(trace.segments, label=label, count=count),
+            linkage=replace(trace.linkage, heading=trace.linkage.heading[:count]),
             candidates=replace_all(trace.candidates, lambda values: values[:count]),
             boxes=boxes,
             track_id=trace.track_id[: len(boxes)],
@@ -92,6 +94,7 @@ class NoSegments(Sound):
         return replace(
             trace,
             segments=replace(trace.segments, label=np.full_like(trace.segments.label, -1), count=0),
+            linkage=replace(trace.linkage, heading=trace.linkage.heading[:0]),
             candidates=replace_all(trace.candidates, lambda values: values[:0]),
             boxes=trace.boxes.subset(np.empty(0, np.int64)),
             track_id=trace.track_id[:0],

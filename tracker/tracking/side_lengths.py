@@ -31,6 +31,9 @@ are wider by 0.1 to 0.15 m, the errors of visible extents. The shares are rough.
 PAIR = VehicleClass(0.25, (7.0, 12.0), (1.5, 2.15), bowed=False)
 """Two cars in a row that form one segment: as long as a lorry, but no vehicle, and about as frequent."""
 
+CAR_LENGTH_MAX_M = 5.3
+"""Length of a car at most [m]: a shorter piece of a pair is one of both cars."""
+
 ROUNDING_M = 0.4
 """Part of a side that rounded corners hide at most, both ends together [m]."""
 
@@ -115,7 +118,9 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
 
     depth = FLAT_SHARE * flat + (1.0 - FLAT_SHARE) / CORNER_DEPTH_MAX_M
     low, high = BACKGROUND_LENGTH_M
-    background = depth / (math.log(high / low) * max(longer, low)) + density(PAIR)
+    background = depth / (math.log(high / low) * max(longer, low))
+    if longer > CAR_LENGTH_MAX_M:
+        background += density(PAIR)
     return math.log(sum(map(density, CLASSES)) / background)
 
 

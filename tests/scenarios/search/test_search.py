@@ -1,6 +1,7 @@
 """The search finds a planted bug and reduces it to a scenario file that reproduces it."""
 
 import json
+import signal
 import tomllib
 from pathlib import Path
 
@@ -122,7 +123,7 @@ class InterruptedOnce:
     def __new__(cls, config):
         InterruptedOnce.made += 1
         if InterruptedOnce.made == 5:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)  # Ctrl-C; a KeyboardInterrupt would be the tracker's own fault
         return sound(config)
 
 

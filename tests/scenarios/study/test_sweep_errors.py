@@ -49,7 +49,9 @@ def test_a_run_that_fails_is_a_row_with_its_error(tmp_path: Path):
     assert (code, error) == (1, "")
     document = json.loads(output)
     assert document["status"] == {"error": 1, "passed": 1}
-    assert document["errors"] == ["RuntimeError: four is too many (failing_tracker.py:6)"]
+    (line,) = document["errors"]
+    assert line.startswith("failing_tracker:failing: warm-up, start: ")
+    assert line.endswith("failing_tracker.py, line 6: raised RuntimeError: four is too many")
     good, bad = rows(study).to_dict("records")
     assert good["trace_hash"]
     assert (bad["status"], bad["trace_hash"], bad["tracker.segmentation.points_min"]) == ("error", "", 4)

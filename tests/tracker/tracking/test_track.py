@@ -46,10 +46,12 @@ def test_a_vehicle_that_moved_keeps_its_heading_while_stationary():
 
 
 def test_status_from_tentative_to_dead():
-    """A car in full view is confirmed at its second observation."""
+    """A car in full view is confirmed at its third observation."""
     first = (15.0, 2.0, 0.0)
     track = start(first)
     track.settle()
+    assert track.status is Status.TENTATIVE
+    follow(track, [first])
     assert track.status is Status.TENTATIVE
     follow(track, [first])
     assert track.status is Status.CONFIRMED
