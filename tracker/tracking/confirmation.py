@@ -9,7 +9,7 @@ from tracker.arrays import Floats
 from tracker.bounds import require_within
 from tracker.geometry import rotate
 from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from tracker.tracking.side_lengths import vehicle_log_odds
+from tracker.tracking.side_lengths import correlated_sum, vehicle_log_odds
 from tracker.tracking.track_observation import TrackObservation
 
 
@@ -73,8 +73,8 @@ class Confirmation:
 
     @property
     def log_odds(self) -> float:
-        """Log-odds of a vehicle. The evidence of n views with correlation r is that of n / (1 + (n - 1) r)."""
-        shape = self._shape_sum / (1.0 + self._config.view_correlation * max(self._views - 1, 0))
+        """Log-odds of a vehicle."""
+        shape = correlated_sum(self._shape_sum, self._views, self._config.view_correlation)
         return self._prior + shape + self._left * self._config.motion_log_odds
 
     def confirms(self, hits: int) -> bool:

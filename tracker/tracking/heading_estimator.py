@@ -8,6 +8,7 @@ from tracker.tracking import orientation
 from tracker.tracking.filters import Motion
 from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading
 from tracker.tracking.orientation import Course
+from tracker.tracking.side_lengths import correlated_sum
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 
@@ -66,11 +67,8 @@ class HeadingEstimator:
 
     @property
     def length_log_odds(self) -> float:
-        """Log-odds by shape that the length of the vehicle is along the heading.
-
-        Views of a stationary vehicle have correlated errors: the evidence of n views is that of n / (1 + (n - 1) r).
-        """
-        return self._shape_sum / (1.0 + self._config.orientation.view_correlation * max(self._views - 1, 0))
+        """Log-odds by shape that the length of the vehicle is along the heading."""
+        return correlated_sum(self._shape_sum, self._views, self._config.orientation.view_correlation)
 
     def observe_sides(self, size: Floats, whole: Bools) -> None:
         """Count a view of extents (2,) along and across the heading [m], `whole` (2,) if truncated at neither end."""

@@ -124,6 +124,14 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     return math.log(sum(map(density, CLASSES)) / background)
 
 
+def correlated_sum(total: float, views: int, correlation: float) -> float:
+    """Return the evidence of a `total` of log-odds over views of one object, whose errors are correlated.
+
+    The evidence of n equal views with correlation r is that of n / (1 + (n - 1) r).
+    """
+    return total / (1.0 + correlation * max(views - 1, 0))
+
+
 def _with_truncation(size: Floats, whole: Bools, truncated_probability: float) -> list[Side]:
     """Return visible extents [m] and probabilities of truncation of two sides."""
     pairs = zip(size.tolist(), whole.tolist(), strict=True)

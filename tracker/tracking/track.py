@@ -187,7 +187,7 @@ class Track:
         if moved or self._course is not None:
             self._axis_log_odds = np.inf
             return
-        place = self.footprint.center
+        flow, place = flow.without(self.id), self.footprint.center
         turns = orientation.likeliest_turns(
             self._heading.length_log_odds, place, self.heading, flow, config.turn_log_odds
         )

@@ -77,7 +77,7 @@ class DefaultTrackManagement:
         """Turn stationary vehicles to their likeliest directions, beside the other vehicles of `flow`."""
         for track in tracks:
             if track.seen:
-                track.orient(flow.without(track.id))
+                track.orient(flow)
 
     def settle(self, tracks: Sequence[Track]) -> None:
         """Update the status of every track."""
