@@ -28,8 +28,8 @@ duration_s = 0.1
 key = "noise.dropout.random_rate"
 values = [0.0, 0.1, 0.2, 0.3]
 """
-PATIENCE_S = 120
-"""[s] Timeout of a sweep."""
+PATIENCE_S = 600
+"""[s] Timeout of a sweep, and of a hundred runs of one: other jobs of the machine may slow it down."""
 
 
 def small_study(folder: Path, seeds: int = 2, more: str = "") -> Path:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.bounds import require_within
 from tracker.geometry import QUARTER, wrap
 from tracker.tracking.side_lengths import length_log_odds
 from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
@@ -37,6 +38,9 @@ class OrientationConfig:
     """Minimum log-odds against the heading of a stationary vehicle for a turn: a hysteresis."""
     flow: FlowConfig = field(default_factory=FlowConfig)
     """Directions of neighbours and of the ego."""
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, 1.0, "truncated_probability", "view_correlation")
 
 
 def turn_sign(sign: Ints, quarters: int) -> Ints:
