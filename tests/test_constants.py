@@ -22,12 +22,13 @@ from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RANGE_STD
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.tracking.confirmation import TrackLifeConfig
-from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.mma import MmaConfig
+from tracker.tracking.vehicle_sizes import SIZE_CLASSES
 
 UNIT = load_rig("srx_six_lux", Path()).mounts[0].model
-MODES, FILTERS, EXTENT, LINKAGE = ModeLimits(), FilterConfig(), ExtentConfig(), LinkageConfig()
+MODES, FILTERS, LINKAGE = ModeLimits(), FilterConfig(), LinkageConfig()
+CAR, _, LORRY, _, MOTORCYCLE = SIZE_CLASSES
 
 TUNED = {
     "range noise [m]": (
@@ -62,13 +63,19 @@ TUNED = {
         (CalibrationError().xy_sigma_m, "residual error of a calibrated mount"),
         (BodyFitConfig().line_std_m, FILTERS.position_std_floor_m, "layers of real cars, beam spacing"),
     ),
-    "length of a car [m]": ((SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"), (EXTENT.car.length_m, "nuScenes")),
-    "length of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][0], "a box truck"), (EXTENT.large.length_m, "nuScenes")),
-    "width of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][1], "legal limit"), (EXTENT.large.width_m, "nuScenes")),
-    "length of a motorcycle [m]": (
-        (SIZE_BY_KIND[Kind.MOTORCYCLE][0], "SUMO's default"), (EXTENT.small.length_m, "nuScenes"),
+    "length of a car [m]": (
+        (SIZE_BY_KIND[Kind.CAR][0], "a mid-size sedan"),
+        (CAR.length.low_m, "between nuScenes and KITTI"),
     ),
-    "width of a motorcycle [m]": ((SIZE_BY_KIND[Kind.MOTORCYCLE][1], "estimate"), (EXTENT.small.width_m, "nuScenes")),
+    "length of a truck [m]": (
+        (SIZE_BY_KIND[Kind.TRUCK][0], "a box truck"),
+        (LORRY.length.low_m, "shorter ones are vans"),
+    ),
+    "width of a truck [m]": ((SIZE_BY_KIND[Kind.TRUCK][1], "legal limit"), (LORRY.width.low_m, "nuScenes")),
+    "length of a motorcycle [m]": (
+        (SIZE_BY_KIND[Kind.MOTORCYCLE][0], "SUMO's default"), (MOTORCYCLE.length.low_m, "nuScenes"),
+    ),
+    "width of a motorcycle [m]": ((SIZE_BY_KIND[Kind.MOTORCYCLE][1], "estimate"), (MOTORCYCLE.width.low_m, "nuScenes")),
 }  # fmt: skip
 """Quantity: (values, source) of simulator or grader, (values, source) of the tracker."""
 

@@ -6,7 +6,7 @@ from support.seen import observe_boxes
 from tracker.tracking import orientation
 from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.corner_error import CornerConfig
-from tracker.tracking.extent import ExtentConfig, TypicalSize
+from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig, motion
 from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
 from tracker.tracking.mma import MmaConfig
@@ -24,7 +24,7 @@ CAR = np.array([4.7, 1.8])
 LIFE, MMA = TrackLifeConfig(), MmaConfig()
 CONFIG = TrackConfig(
     FilterConfig(),
-    ExtentConfig(car=TypicalSize(4.7, 1.8, rounding_m=0.0)),
+    ExtentConfig(hidden_length_m=0.0, hidden_width_m=0.0),
     OrientationConfig(),
     CornerConfig(),
     LIFE,

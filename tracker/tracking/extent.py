@@ -1,6 +1,6 @@
-"""Vehicle size: memory of the seen extents, completed by priors of vehicle classes."""
+"""Visible extents of a vehicle: memory of what was seen of its sides."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,45 +9,23 @@ from tracker.bounds import require_within
 
 
 @dataclass(frozen=True, slots=True)
-class TypicalSize:
-    """Typical size of a vehicle class."""
-
-    length_m: float
-    """Length while too little of a side was visible to measure it [m]."""
-    width_m: float
-    """Minimum width [m]; widths vary less than the hidden part of a side."""
-    rounding_m: float
-    """Part of a side that the rounded far corner hides [m]."""
-
-    def __post_init__(self) -> None:
-        require_within(self, 0.0, 1e3, "length_m", "width_m", "rounding_m")
-
-
-@dataclass(frozen=True, slots=True)
 class ExtentConfig:
-    """Memory of a vehicle's size, and priors for unseen sides."""
+    """Memory of a vehicle's seen extents, and the evidence of its views for its size."""
 
-    small: TypicalSize = field(default_factory=lambda: TypicalSize(length_m=2.1, width_m=0.76, rounding_m=0.0))
-    """Motorcycles, with rider: the mean label of nuScenes (Caesar et al. 2020)."""
-    car: TypicalSize = field(default_factory=lambda: TypicalSize(length_m=4.6, width_m=1.8, rounding_m=0.3))
-    """Cars, whose corners are rounded by 0.25 to 0.4 m in plan view: the mean length of nuScenes' labels, and a width
-    between those of nuScenes, 1.95, and KITTI, 1.63 (Geiger et al. 2012)."""
-    large: TypicalSize = field(default_factory=lambda: TypicalSize(length_m=6.7, width_m=2.46, rounding_m=0.1))
-    """Trucks: the mean label of nuScenes. Buses are longer, which their visible length shows."""
-    small_from_hits: int = 12
-    """Minimum observations of a motorcycle: after these, a small seen extent is not a car that is mostly hidden."""
-    small_length_max_m: float = 2.6
-    """Maximum length of a motorcycle [m]."""
-    small_width_max_m: float = 1.0
-    """Maximum width of a motorcycle [m]."""
+    view_correlation: float = 0.2
+    """Correlation of the views of a side: many equal views have the evidence of five."""
+    forgetting: float = 0.04
+    """Share of the earlier evidence that a view of the whole side replaces: two seconds at 12.5 scans a second."""
+    truncated_probability: float = 0.3
+    """Probability that a side that seems whole is truncated: thin occluders and lost beams are not detected."""
+    merged_probability: float = 0.05
+    """Probability that a view contains more than the vehicle: a neighbour, or a doubled contour."""
+    hidden_length_m: float = 0.27
+    """Part of a length that rounded corners hide from a view of the whole side [m]: 0.2 to 0.4 on cars."""
+    hidden_width_m: float = 0.15
+    """Part of a width that rounded corners hide from a view of the whole side [m]: 0.1 to 0.2 on cars."""
     large_length_min_m: float = 6.0
     """Minimum length of a truck or bus; cars are shorter [m]."""
-    large_width_min_m: float = 2.25
-    """Minimum width of a truck or bus; cars are narrower [m]."""
-    length_seen_share: float = 0.75
-    """A seen length of at least this share of the typical length is the length of the vehicle."""
-    sights_min: int = 4
-    """A length seen from end to end this often is the length of the vehicle."""
     growth: float = 0.5
     """Initial gain of the size filter for a side that is longer than remembered."""
     settled: float = 0.05
@@ -58,11 +36,16 @@ class ExtentConfig:
     width_max_m: float = 2.8
     """Maximum width of a vehicle [m]: a truck measures 2.55."""
     length_min_m: float = 3.0
-    """Minimum length of a car without its rounded corners [m]."""
+    """Minimum length of a side that shows the axis of a vehicle [m]; vehicles are narrower."""
     grown_min_m: float = 0.5
     """A side that grows by more than this was truncated before [m]: two beams at either end."""
     known_share: float = 0.8
     """A side is known to exist completely if this share of it was seen."""
+
+    def __post_init__(self) -> None:
+        require_within(self, 0.0, 1.0, "view_correlation", "forgetting", "truncated_probability")
+        require_within(self, 1e-9, 1.0, "merged_probability")
+        require_within(self, 0.0, 1e3, "hidden_length_m", "hidden_width_m")
 
 
 def remember(seen: Floats, observed: Floats, whole: Bools, whole_views: Ints, config: ExtentConfig) -> Floats:
@@ -89,31 +72,6 @@ def too_large(seen: Floats, config: ExtentConfig) -> bool:
 def long(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] exceed the length of a car."""
     return bool(seen.max() > config.large_length_min_m)
-
-
-def classify(seen: Floats, whole_views: Ints, hits: int, config: ExtentConfig) -> TypicalSize:
-    """Return the class of a vehicle with seen extents (2,) along and across the heading [m].
-
-    `whole_views` (2,) counts observations of either side as a whole; `hits` counts observations since the direction of
-    motion confirmed the heading: without it, the rear of a car may be taken for the side of a motorcycle.
-    """
-    length, width = seen
-    if length > config.large_length_min_m or (width > config.large_width_min_m and whole_views[1] > 0):
-        return config.large
-    narrow = length < config.small_length_max_m and width < config.small_width_max_m
-    seen_often = min(hits, int(whole_views.max())) >= config.small_from_hits
-    return config.small if narrow and seen_often else config.car
-
-
-def complete(seen: Floats, whole_views: Ints, usual: TypicalSize, config: ExtentConfig) -> Floats:
-    """(2,) length and width [m]: the seen extents, or the typical ones where too little was seen.
-
-    `whole_views` (2,) counts observations of either side as a whole.
-    """
-    enough = seen[0] >= config.length_seen_share * usual.length_m
-    enough |= seen[0] > config.length_min_m and whole_views[0] >= config.sights_min
-    length = seen[0] + usual.rounding_m if enough else usual.length_m
-    return np.array([length, max(seen[1], usual.width_m)])
 
 
 def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:

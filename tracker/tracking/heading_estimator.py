@@ -33,8 +33,6 @@ class HeadingEstimator:
         """Sum of the views' log-odds that the length is along the heading, and their number."""
         self._contradicted_from = position
         """(2,) tracked corner when the motion last agreed with the heading [m]."""
-        self.oriented_hits = 0
-        """Observations since the direction of motion confirmed the heading."""
 
     @property
     def heading(self) -> float:
@@ -62,7 +60,6 @@ class HeadingEstimator:
 
     def observe(self, heading: float, variance: float) -> None:
         """Update by a measured heading [rad] with a variance [rad^2]."""
-        self.oriented_hits += self.oriented
         self._filter.observe(heading, variance)
 
     @property

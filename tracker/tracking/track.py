@@ -58,7 +58,7 @@ class Track:
         self._config = config
         self._heading = HeadingEstimator(first, position, config)
         self._heading.observe_sides(first.size, first.whole)
-        self._size = SizeEstimator(first.size, config.extent)
+        self._size = SizeEstimator(first.size, first.whole, config.extent)
         self.corner = CornerEstimator(position, first, self.heading, self._unseen_size, config, bank)
         self._confirmation = Confirmation(config.life, self.footprint)
         self._confirmation.count(first)
@@ -94,6 +94,11 @@ class Track:
     def known_size(self) -> Floats:
         """(2,) part of length and width that is known to exist, from the tracked corner on [m]."""
         return self._size.known
+
+    @property
+    def likely_size(self) -> Floats:
+        """(2,) part of length and width that probably exists, from the tracked corner on [m]."""
+        return self._size.likely
 
     @property
     def offset_covariance(self) -> Floats:
@@ -170,7 +175,7 @@ class Track:
         self._heading.observe_sides(seen.size, seen.whole)
         self.hits += 1
         self.unseen_s = 0.0
-        self._size.observe(seen.size, seen.whole, self._heading.oriented_hits)
+        self._size.observe(seen.size, seen.whole)
         if (seen.corner_sign != self.corner.sign).any():
             offset = self.corner.change_corner(
                 seen.corner_sign, self.size, self._unseen_size, self.heading, self._heading.yaw_rate
@@ -204,7 +209,7 @@ class Track:
         offset = rotate(np.where(self.corner.sign > 0, high, low) - own, self.heading)
         self.corner.shift(offset, self._heading.yaw_rate)
         self._heading.shift(offset)
-        self._size.resize(high - low, self._heading.oriented_hits)
+        self._size.extend(high - low)
 
     def settle(self) -> None:
         """Update the status at the end of a frame: confirm, coast or terminate the track."""
@@ -232,8 +237,8 @@ class Track:
 
     @property
     def _unseen_size(self) -> Floats:
-        """(2,) part of length and width that is not known to exist [m]."""
-        return self.size - self.known_size
+        """(2,) uncertain part of length and width [m]: two standard deviations."""
+        return 2.0 * self._size.std
 
     @property
     def _course(self) -> Course | None:
@@ -248,4 +253,4 @@ class Track:
         self._heading.turn(quarters, self.corner.position)
         self._confirmation.turn()
         self.corner.turn(quarters)
-        self._size.turn(quarters, self._heading.oriented_hits)
+        self._size.turn(quarters)

@@ -34,7 +34,9 @@ def velocities(tracks: Sequence[Track]) -> Floats:
 
 def within(points: Floats, tracks: Sequence[Track]) -> Bools:
     """(P, T) mask of points (P, 2) inside the boxes of tracks."""
-    return inside(points, *boxes(tracks))
+    corner, heading, sign = tracked_corners(tracks)
+    size = np.reshape([track.likely_size for track in tracks], (-1, 2))
+    return inside(points, corner - rotate(0.5 * sign * size, heading), heading, size)
 
 
 def pieces(tracks: Sequence[Track]) -> Pieces:

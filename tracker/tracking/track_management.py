@@ -10,10 +10,11 @@ from tracker.arrays import Bools, Ints
 from tracker.geometry import rotate
 from tracker.merging import MergeConfig, hull, one_vehicle
 from tracker.records import NO_TRACK, Status
-from tracker.tracking import extent, orientation, track_arrays
+from tracker.tracking import orientation, track_arrays
 from tracker.tracking.hypotheses import HypothesisConfig
 from tracker.tracking.model_selection import ModelSelection
 from tracker.tracking.observations import Observations
+from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
 from tracker.tracking.track_arrays import pieces, tracked_corners, within
 from tracker.tracking.track_config import TrackConfig
@@ -122,11 +123,11 @@ class DefaultTrackManagement:
 
     def _start_track(self, seen: Observations, b: int, flow: TrafficFlow, models: ModelSelection) -> Track:
         """Return a tentative track of box `b`."""
-        sizes, size = self._track.extent, seen.size[b]
-        shape = orientation.shape_log_odds(size, seen.whole[b], self._track.orientation)
+        size, whole = seen.size[b], seen.whole[b]
+        shape = orientation.shape_log_odds(size, whole, self._track.orientation)
         turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
-        seen_size = orientation.turn_size(size, turns)
-        usual = extent.complete(seen_size, np.zeros(2, dtype=np.int64), sizes.car, sizes)
+        turned = -1 if turns % 2 else 1
+        usual = SizeEstimator(size[::turned], whole[::turned], self._track.extent).size
         first, position = first_observation(seen, b, turns, usual, self._hypotheses)
         bank = models.new_bank(position, first.covariance)
         track = Track(self._next_id, position, first, self._track, bank)

@@ -3,8 +3,6 @@ import pytest
 
 from tracker.tracking.extent import (
     ExtentConfig,
-    classify,
-    complete,
     known,
     long,
     remember,
@@ -56,45 +54,6 @@ def test_sizes_above_a_car():
 def test_a_width_of_four_metres_is_too_large():
     assert too_large(np.array([12.0, 4.0]), CONFIG)
     assert not too_large(np.array([16.5, 2.6]), CONFIG)
-
-
-@pytest.mark.parametrize(
-    ("extent", "hits", "size"),
-    [
-        ((0.1, 1.72), 50, (4.6, 1.8)),
-        ((2.9, 1.9), 50, (4.6, 1.9)),
-        ((4.05, 0.1), 1, (4.05 + 0.3, 1.8)),  # the far corner is rounded
-        ((0.1, 2.5), 1, (6.7, 2.5)),
-        ((11.9, 0.1), 1, (11.9 + 0.1, 2.46)),
-        ((1.9, 0.7), 1, (4.6, 1.8)),  # may be a piece of a car
-        ((1.9, 0.7), 50, (1.9, 0.76)),  # a motorcycle
-    ],
-)
-def test_unseen_sides_come_from_the_class(extent, hits, size):
-    seen_extent = np.array(extent)
-    assert complete(seen_extent, NEVER, classify(seen_extent, np.full(2, hits), hits, CONFIG), CONFIG) == pytest.approx(
-        size
-    )
-
-
-def test_a_small_piece_is_a_motorcycle_only_if_it_was_often_seen_from_end_to_end():
-    """Truncated views may show a piece of a car, however many they are."""
-    small = np.array([1.9, 0.7])
-    assert classify(small, np.array([11, 0]), 50, CONFIG) is CONFIG.car
-    assert classify(small, np.array([12, 0]), 50, CONFIG) is CONFIG.small
-    assert classify(small, np.array([50, 50]), 11, CONFIG) is CONFIG.car
-
-
-def test_a_piece_of_a_side_is_not_the_width_of_a_truck():
-    assert classify(np.array([0.1, 2.5]), NEVER, 50, CONFIG) is CONFIG.car
-
-
-def test_a_short_length_seen_as_a_whole_is_the_length():
-    """A car with one wide observation is not a truck of 6.7 m."""
-    seen_extent = np.array([4.4, 2.4])
-    often = np.array([CONFIG.sights_min, 0])
-    assert complete(seen_extent, often, CONFIG.large, CONFIG)[0] == pytest.approx(4.5)
-    assert complete(seen_extent, NEVER, CONFIG.large, CONFIG)[0] == 6.7
 
 
 def test_a_side_is_known_after_most_of_it_was_seen():

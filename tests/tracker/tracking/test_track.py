@@ -40,7 +40,7 @@ def test_a_vehicle_that_moved_keeps_its_heading_while_stationary():
     follow(track, straight((20.0, 3.5, np.pi), 8.0, 15))
     x = 20.0 - 8.0 * DT * 15
     follow(track, [(x, 3.5, np.pi)] * 20)
-    track._size.resize(np.array([2.0, 0.5]), track._heading.oriented_hits)
+    track._size.seen = np.array([2.0, 0.5])
     follow(track, [(x, 3.5, np.pi)] * 3)
     assert abs(track.heading) == pytest.approx(np.pi, abs=0.02)
 

@@ -1,0 +1,119 @@
+"""Posterior of vehicle sizes against scipy's distributions and sums by hand, and the sizes that views imply."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tracker.tracking.extent import ExtentConfig
+from tracker.tracking.size_estimator import SizeEstimator
+from tracker.tracking.size_posterior import (
+    HIDDEN_STD_M,
+    LOG_ODDS_MAX,
+    MARGIN_M,
+    SIZE_STD_SHARE,
+    add_view,
+    posterior,
+    side_of_greatest_overlap,
+)
+from tracker.tracking.vehicle_sizes import GRID_M, SIZE_CLASSES, side_probabilities
+
+CONFIG = ExtentConfig()
+WHOLE, CUT = (True, True), (False, False)
+
+
+def size_after(*views):
+    """Estimated size after views ((length, width), mask of whole sides)."""
+    first, *others = [(np.array(extents, dtype=float), np.array(whole)) for extents, whole in views]
+    estimator = SizeEstimator(*first, CONFIG)
+    for view in others:
+        estimator.observe(*view)
+    return estimator.size
+
+
+def test_a_view_of_a_whole_side_has_the_likelihood_of_its_mixture():
+    log_likelihood = np.zeros((2, len(GRID_M)))
+    weight, none = np.array([1.0, 0.0]), np.zeros(2)
+    add_view(log_likelihood, np.array([4.0, 1.6]), np.array(WHOLE), weight, none, np.array([0.3, 0.1]), 0.2, 0.05)
+    seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)).pdf(4.0)
+    piece = stats.uniform(0.0, GRID_M).pdf(4.0 - MARGIN_M * (GRID_M < 4.0))
+    expected = np.log(0.8 * seen + 0.2 * np.where(GRID_M > 4.0 - MARGIN_M, piece, 0.0) + 0.05 / GRID_M[-1])
+    expected = np.maximum(expected - expected.max(), -LOG_ODDS_MAX)
+    assert log_likelihood[0] == pytest.approx(expected, abs=1e-9)
+    assert not log_likelihood[1].any(), "a side without weight is not visible"
+
+
+def test_without_views_the_posterior_is_the_mixture_of_the_classes():
+    share, prior = side_probabilities()
+    probability = posterior(np.zeros((2, len(GRID_M))), share, prior)
+    assert probability.sum(axis=1) == pytest.approx([1.0, 1.0])
+    assert probability == pytest.approx(np.einsum("c,cag->ag", share, prior))
+    long = probability[0, GRID_M > 6.5].sum()
+    of_lorries = SIZE_CLASSES[2].share * (12.4 - 6.5) / (12.4 - 5.9) + SIZE_CLASSES[3].share
+    assert long == pytest.approx(of_lorries, abs=0.01)
+
+
+def test_a_class_excluded_by_its_width_gives_no_length():
+    """Bayes' rule by hand for two classes: the width has odds of 1 to 4 for them, and so have their lengths."""
+    prior = np.zeros((2, 2, len(GRID_M)))
+    prior[0, 0, 120], prior[0, 1, 70] = 1.0, 1.0
+    prior[1, 0, 180], prior[1, 1, 90] = 1.0, 1.0
+    log_likelihood = np.zeros((2, len(GRID_M)))
+    log_likelihood[1, 70] = -np.log(4.0)
+    probability = posterior(log_likelihood, np.array([0.5, 0.5]), prior)
+    assert probability[0, [120, 180]] == pytest.approx([0.2, 0.8])
+
+
+@pytest.mark.parametrize(("first", "weight"), [(110, 0.5), (60, 0.9), (150, 0.2)])
+def test_the_side_of_greatest_overlap_is_found_by_trying_all(first, weight):
+    probability = np.zeros(len(GRID_M))
+    probability[first : first + 10], probability[first + 40] = weight / 10, 1.0 - weight
+    overlap = np.minimum.outer(GRID_M, GRID_M) / np.maximum.outer(GRID_M, GRID_M)
+    best = GRID_M[np.argmax(overlap @ probability)]
+    assert side_of_greatest_overlap(probability) == pytest.approx(best, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("views", "size"),
+    [
+        ([((0.1, 1.65), WHOLE)] * 5, (4.5, 1.82)),  # the rear of a car
+        ([((2.5, 0.1), CUT)] * 5, (4.5, 1.82)),  # a piece of its side
+        ([((3.7, 1.6), WHOLE)] * 5, (3.97, 1.77)),  # a small car
+        ([((5.6, 1.85), WHOLE)] * 5, (5.87, 2.0)),  # a van
+        ([((0.1, 2.4), WHOLE)] * 5, (11.0, 2.53)),  # a lorry from behind: 6 to 18.75 m
+        ([((11.7, 0.1), WHOLE)] * 5, (12.0, 2.5)),  # a bus
+        ([((0.1, 0.65), WHOLE)] * 5, (2.11, 0.8)),  # a motorcycle from behind
+    ],
+)
+def test_sizes_of_usual_views(views, size):
+    length, width = size_after(*views)
+    assert length == pytest.approx(size[0], rel=0.15 if size[0] > 6.0 else 0.05)
+    assert width == pytest.approx(size[1], abs=0.1)
+
+
+def test_a_length_recovers_from_a_merged_neighbour_within_two_seconds():
+    views = [((3.8, 1.6), WHOLE)] * 10 + [((10.0, 1.6), CUT)] * 50
+    assert size_after(*views, *[((3.8, 1.6), WHOLE)] * 25)[0] == pytest.approx(4.07, abs=0.1)
+
+
+def test_a_seen_side_keeps_its_length_while_it_faces_away():
+    side = [((4.4, 1.6), WHOLE)] * 10
+    assert size_after(*side, *[((0.1, 1.6), WHOLE)] * 500)[0] == pytest.approx(size_after(*side)[0], abs=0.01)
+
+
+def test_pieces_of_one_vehicle_have_its_length():
+    estimator = SizeEstimator(np.array([4.0, 2.3]), np.array(WHOLE), CONFIG)
+    for _ in range(20):
+        estimator.observe(np.array([4.0, 2.3]), np.array(WHOLE))
+    estimator.extend(np.array([14.0, 2.4]))
+    assert estimator.size[0] > 13.9
+    assert estimator.likely[0] > 13.9
+
+
+def test_a_quarter_turn_renames_the_sides():
+    views = [((1.7, 4.3), WHOLE)] * 5
+    estimator = SizeEstimator(np.array(views[0][0]), np.array(WHOLE), CONFIG)
+    for extents, whole in views[1:]:
+        estimator.observe(np.array(extents), np.array(whole))
+    estimator.turn(1)
+    assert estimator.size == pytest.approx(size_after(*[((4.3, 1.7), WHOLE)] * 5), abs=0.12)  # hidden parts differ
+    assert estimator.seen == pytest.approx([4.3, 1.7])
