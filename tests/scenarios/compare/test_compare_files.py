@@ -347,6 +347,45 @@ def test_newly_failed_expectation_exits_with_1(real_runs, capsys):
     assert "mended" in out
 
 
+def without_observations(run):
+    """Write a run in which no vehicle was graded and no track reported."""
+    tables = dict(short_run.result().tables)
+    tables |= {name: tables[name][:0] for name in ("tracks", "overlaps", "fits", "segments")}
+    tables["truth"] = tables["truth"].assign(graded=False, largest_segment_share=np.nan)
+    return write(run, tables=tables)
+
+
+def test_comparison_without_any_value_exits_with_5(tmp_path, capsys):
+    run = without_observations(tmp_path / "run")
+    code, out, _ = run_command(capsys, "compare", run, run)
+    assert code == 5
+    assert "CANNOT TELL: no metric has a value" in out
+
+
+def fits_five_percent_worse(run, base):
+    fits = short_run.result().tables["fits"]
+    worse = fits.assign(heading_error_deg=1.05 * fits["heading_error_deg"])
+    return write(run, tables={**short_run.result().tables, "fits": worse}), write(base)
+
+
+def test_loss_that_few_vehicles_cannot_exclude_exits_with_5_and_a_larger_one_with_0(tmp_path, capsys):
+    head, base = fits_five_percent_worse(tmp_path / "head", tmp_path / "base")
+    code, out, _ = run_command(capsys, "compare", base, head)
+    assert code == 5
+    assert "CANNOT TELL: unclear: fit.best.heading_abs_mean_deg" in out
+    assert "a loss of 2 % cannot be excluded" in out
+    assert run_command(capsys, "compare", base, head, "--loss", "100")[0] == 0
+    assert run_command(capsys, "compare", base, base)[0] == 0
+
+
+@pytest.mark.parametrize("loss", ["-1", "101", "much", "nan"])
+def test_loss_out_of_range_gives_one_line(tmp_path, capsys, loss):
+    run = write(tmp_path / "run")
+    code, out, err = run_command(capsys, "compare", run, run, f"--loss={loss}")
+    assert (code, out) == (2, "")
+    assert "--loss" in err
+
+
 def test_json_output_is_complete(real_runs, capsys):
     code, out, err = run_command(capsys, "compare", real_runs / "base", real_runs / "head", "--json")
     document = json.loads(out)
