@@ -89,7 +89,7 @@ def digest(result: Result) -> RunDigest:
         The result is of another version.
     """
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
-    checks = check(result.metrics, limits)
+    checks = check(result.metrics, limits, result.config["device"])
     return RunDigest(
         key=Key(result.scenario, result.seed),
         trace_hash=result.trace_hash,
