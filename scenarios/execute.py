@@ -93,7 +93,7 @@ def execute(
 
         record_to = folder / run_folder.RECORDING if record else None
         result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s)
-        checks = check(result.metrics, scenario.expect)
+        checks = check(result.metrics, scenario.expect, result.config["device"])
         printed = report.report(result, checks)
         for writer in writers:
             writer.finish(result)

@@ -25,6 +25,8 @@ _TRAFFIC = re.compile(rb"^\s*\[{0,2}\s*traffic\b", re.MULTILINE)
 
 DEFAULT_SEED = 1
 """As in `scenarios.files.scenario`, which is slow to import."""
+SHIPPED = "tracker.tracker:Tracker"
+"""As in `scenarios.files.expect`, which is slow to import."""
 
 
 class FailedRunError(Exception):
@@ -96,7 +98,7 @@ class ScenarioItem(pytest.Item):
         self.add_marker("full")
         if document.get("suite") == "smoke":
             self.add_marker("smoke")
-        known = _known_failures(document)
+        known = _known_failures(document, self.config.getoption("--luxloop-tracker") or SHIPPED)
         if known:
             reason = "; ".join(f"{name}: {why}" for name, why in known.items())
             self.add_marker(pytest.mark.xfail(reason=reason, raises=KnownFailuresError, strict=False))
@@ -144,8 +146,7 @@ class ScenarioItem(pytest.Item):
             if check.outcome == "failed":
                 unit = unit_of(check.metric)
                 lines.append(f"{check.name} = {value_of(check.metric)}{unit}, expected {check.limit}{unit}")
-                why = check.metric.reason or check.limit.need
-                lines += [f"    {why}"] if why else []
+                lines += [f"    {check.why}"] if check.why else []
                 lines += [f"    worst: {frame}" for frame in worst_frames(result, check.name)]
         lines += ["", "To run it again and view it:", *self._commands(outcome)]
         return "\n".join(lines)
@@ -168,8 +169,13 @@ class ScenarioItem(pytest.Item):
         return self.path, None, self.name
 
 
-def _known_failures(document: dict[str, Any]) -> dict[str, str]:
-    """Return the reasons of known failures by metric. A malformed file has none; its error is reported when it runs."""
+def _known_failures(document: dict[str, Any], tracker: str) -> dict[str, str]:
+    """Return the reasons of a tracker's known failures by metric.
+
+    A malformed file has none; its error is reported when it runs.
+    """
     expect = document.get("expect")
-    limits = expect.items() if isinstance(expect, dict) else ()
-    return {name: why for name, limit in limits if isinstance(limit, dict) and (why := limit.get("known_failure"))}
+    found = expect.items() if isinstance(expect, dict) else ()
+    limits = {name: limit for name, limit in found if isinstance(limit, dict)}
+    own = {name: limit for name, limit in limits.items() if limit.get("known_failure_of", SHIPPED) == tracker}
+    return {name: why for name, limit in own.items() if (why := limit.get("known_failure"))}

@@ -7,15 +7,24 @@ import typer
 
 from scenarios.commands.arguments import AsJson
 
+WORSE, CANNOT_TELL = 1, 5
+"""Exit codes; 2 to 4 have the same meaning in all commands."""
 BASE_OR_HEAD = "A folder of runs, a single run, or a file that `luxloop baseline` wrote"
 
 
 def compare(
     base: Annotated[Path, typer.Argument(metavar="BASE", help=f"{BASE_OR_HEAD}: the reference.")],
     head: Annotated[Path, typer.Argument(metavar="HEAD", help="The same: the runs to judge.")],
+    loss: Annotated[
+        float,
+        typer.Option(metavar="PERCENT", min=0.0, max=100.0, help="Loss to exclude for an exit code of 0 [%]."),
+    ] = 2.0,
     as_json: AsJson = False,
 ) -> None:
-    """Compare runs of the same scenarios and seeds, and exit with 1 if HEAD is worse or newly fails."""
+    """Compare runs of the same scenarios and seeds.
+
+    Exit code: 0 if HEAD is the same or better, 1 if it is worse or newly fails, 5 if the runs cannot tell.
+    """
     import json
 
     from scenarios.compare import comparison as verdict
@@ -23,9 +32,10 @@ def compare(
     from scenarios.compare.comparison_json import document
     from scenarios.report import text
 
-    comparison = verdict.compare(run_pairs.pair(sides.read(base), sides.read(head)))
+    comparison = verdict.compare(run_pairs.pair(sides.read(base), sides.read(head)), loss / 100.0)
     if as_json:
         print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))
     else:
         text.show(comparison_table.report(comparison))
-    raise typer.Exit(1 if comparison.failed or comparison.verdict == "worse" else 0)
+    worse = comparison.failed or comparison.verdict == "worse"
+    raise typer.Exit(WORSE if worse else CANNOT_TELL if comparison.verdict == "cannot tell" else 0)

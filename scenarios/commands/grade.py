@@ -53,7 +53,7 @@ def grade(
             recorded.refuse_to_write_to(out)
         rules = Scenario.load(shipped.find(scenario)) if scenario else recorded.scenario
         result = _graded(recorded, rules, tracks, tracker, step_timeout)
-        checks = check(result.metrics, rules.expect)
+        checks = check(result.metrics, rules.expect, result.config["device"])
     _deliver(result, checks, out, as_json)
     raise typer.Exit(0 if verdict(checks, result.complete) == "passed" else 1)
 

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from scenarios.compare.digest import Expectation, Key, RunDigest
+from scenarios.compare.truth_sums import TRUTH
 from scenarios.compare.vehicle_sums import SUMS, VehicleSums
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file, atomic_folder
 from scenarios.grading.tracking_scores import ALPHAS
 
-FORMAT = 1
+FORMAT = 2
 """Format version; increased by incompatible changes."""
-HEADER = {"luxloop_baseline": FORMAT, "sums": ["vehicle", *SUMS]}
+HEADER = {"luxloop_baseline": FORMAT, "sums": ["vehicle", *SUMS], "truth": [*TRUTH]}
 
 REMEDY = "write the file again with luxloop baseline"
 
@@ -77,7 +78,6 @@ def _document(run: RunDigest) -> dict[str, Any]:
         "scenario": run.key.scenario,
         "seed": run.key.seed,
         "trace_hash": run.trace_hash,
-        "truth_hash": run.truth_hash,
         "ended_early": run.ended_early,
         "device": run.device,
         "sections": run.sections,
@@ -85,6 +85,7 @@ def _document(run: RunDigest) -> dict[str, Any]:
         "expectations": {name: asdict(expectation) for name, expectation in run.expectations.items()},
         "sums": sums,
         "matches": vehicles.matches.tolist(),
+        "truth": [[*map(_compact, row)] for row in vehicles.truth.tolist()],
     }
 
 
@@ -96,14 +97,14 @@ def _compact(value: float) -> float:
 def _run(document: dict[str, Any]) -> RunDigest:
     sums = np.array(document["sums"], dtype=np.float64).reshape(-1, 1 + len(SUMS))
     matches = np.array(document["matches"], dtype=np.int64).reshape(-1, 2 + len(ALPHAS))
+    truth = np.array(document["truth"], dtype=np.float64).reshape(len(sums), len(TRUTH))
     return RunDigest(
         key=Key(document["scenario"], document["seed"]),
         trace_hash=document["trace_hash"],
-        truth_hash=document["truth_hash"],
         ended_early=document["ended_early"],
         device=document["device"],
         sections=document["sections"],
         versions=document["versions"],
         expectations={name: Expectation(**entry) for name, entry in document["expectations"].items()},
-        vehicles=VehicleSums(sums[:, 0].astype(np.int64), sums[:, 1:], matches),
+        vehicles=VehicleSums(sums[:, 0].astype(np.int64), sums[:, 1:], matches, truth),
     )

@@ -20,21 +20,27 @@ _INDEX = {name: index for index, name in enumerate(COLUMNS)}
 
 @dataclass(frozen=True, slots=True)
 class Relevance:
-    """Smallest relevant difference of a metric: the larger of an absolute and a relative one."""
+    """Sizes of differences of a metric: the smallest relevant one, and the loss that a comparison must exclude."""
 
     absolute: float
-    """In the metric's unit."""
+    """Smallest relevant difference, in the metric's unit."""
     relative: float = 0.0
-    """Share of BASE's value."""
+    """Smallest relevant difference, as a share of BASE's value; the larger of both applies."""
+    full: float | None = None
+    """Value of which the stated loss is a share; None: BASE's value."""
 
     def margin(self, base: float) -> float:
         """Return the smallest relevant difference from the value `base`."""
         return max(self.absolute, self.relative * abs(base))
 
+    def stated_loss(self, base: float, share: float) -> float:
+        """Return the loss of `share` from the value `base`, at least the smallest relevant difference."""
+        return max(self.margin(base), share * (abs(base) if self.full is None else self.full))
 
-SHARE = Relevance(absolute=0.005)
+
+SHARE = Relevance(absolute=0.005, full=1.0)
 """For shares and scores between 0 and 1: half a percent of the observations."""
-RARE = Relevance(absolute=0.0005)
+RARE = Relevance(absolute=0.0005, full=0.1)
 """For rare events: one more in 2000 observations, which are 160 s of one vehicle in view."""
 ANGLE = Relevance(absolute=0.001, relative=0.01)
 """For mean errors [deg]: one percent, but at least 0.001 deg."""
@@ -55,11 +61,24 @@ class ComparedMetric:
     part: tuple[str, ...] = ()
     """Columns that add up to the numerator; a leading minus subtracts. Empty for HOTA, which is not a ratio."""
 
+    def observations(self, sums: Floats) -> Floats:
+        """Return the denominators (R,) for R sets of sums (R, len(COLUMNS))."""
+        return _total(sums, self.whole)
+
+    def loss(self, difference: float) -> float:
+        """Return a difference with the sign of a loss: positive if HEAD is worse."""
+        return -difference if self.better == "more" else difference
+
     def value(self, sums: Floats) -> Floats:
         """Return the values (R,) for R sets of sums (R, len(COLUMNS)); NaN without observations."""
-        whole = _total(sums, self.whole)
+        whole = self.observations(sums)
         safe = np.where(whole > 0.0, whole, np.nan)
         return _total(sums, self.part) / safe if self.part else _hota(sums) + 0.0 * safe
+
+
+def values(sums: Floats, metrics: tuple[ComparedMetric, ...]) -> Floats:
+    """(R, M) values of the metrics for R sets of sums (R, len(COLUMNS))."""
+    return np.column_stack([metric.value(sums) for metric in metrics])
 
 
 def _total(sums: Floats, names: tuple[str, ...]) -> Floats:

@@ -1,4 +1,4 @@
-"""Comparison of two sets of runs: changed metrics, and newly failed expectations. The two are independent."""
+"""Comparison of two sets of runs: changed metrics, losses in single scenarios, and newly failed expectations."""
 
 import math
 from dataclasses import dataclass
@@ -8,20 +8,25 @@ import numpy as np
 
 from scenarios.arrays import Floats
 from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
-from scenarios.compare.digest import Expectation, Key
+from scenarios.compare.digest import Key
+from scenarios.compare.expectation_changes import ExpectationChange, expectation_changes
 from scenarios.compare.resampling import Difference, differences
-from scenarios.compare.run_pairs import Pair, Pairs
+from scenarios.compare.run_pairs import Pairs
+from scenarios.compare.single_scenarios import ScenarioLoss, losses
 
 LEVEL = 0.01
-"""Family-wise error rate: probability that any metric is called better or worse without a real change."""
+"""Family-wise error rate: probability that any pooled metric is called better or worse without a real change; also the
+probability that any loss in a single scenario is found."""
+STATED_LOSS = 0.02
+"""Loss that a comparison must exclude, as a share: of all observations, or of the mean error in BASE."""
 RUNS_NAMED = 3
 """Number of runs named as the largest contributions to a change."""
 
 MetricVerdict = Literal["same", "unclear", "better", "worse", "lost", "not measured"]
-"""`better` and `worse` are significant and relevant. `same` is neither, and the interval contains no relevant change.
-If it contains one, the runs are too few for a decision: `unclear`. `lost`: BASE has a value, HEAD has none."""
+"""`better` and `worse` are significant and relevant. `same` is neither, and the interval excludes the stated loss. If
+it does not, the runs are too few for a decision: `unclear`. `lost`: BASE has a value, HEAD has none."""
 
-ExpectationFate = Literal["newly failed", "now known to fail", "still failing", "mended"]
+Verdict = Literal["same", "better", "worse", "cannot tell"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,18 +43,6 @@ class MetricChange:
     def margin(self) -> float:
         """The smallest relevant difference; NaN if BASE has no value."""
         return self.metric.relevance.margin(self.numbers.base)
-
-
-@dataclass(frozen=True, slots=True)
-class ExpectationChange:
-    """An expectation that fails on at least one side."""
-
-    key: Key
-    name: str
-    base: Expectation | None
-    """None if BASE does not have the expectation."""
-    head: Expectation
-    fate: ExpectationFate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,8 +67,16 @@ class Comparison:
     """Result of a comparison."""
 
     pairs: Pairs
+    measured: int
+    """Number of pairs that the metrics are pooled over: those that differ, or all if none does."""
     changes: list[MetricChange]
+    scenarios_tested: int
+    """Number of scenarios that are also tested alone; 0 if only one differs."""
+    scenario_losses: list[ScenarioLoss]
+    """Losses in single scenarios."""
     expectation_changes: list[ExpectationChange]
+    loss: float
+    """Stated loss, as a share."""
 
     @property
     def failed(self) -> bool:
@@ -84,56 +85,60 @@ class Comparison:
         return bool(self.pairs.newly_incomplete) or newly_failed
 
     @property
-    def verdict(self) -> Literal["same", "better", "worse"]:
-        """Verdict on all metrics together: worse if any metric is worse or lost."""
+    def verdict(self) -> Verdict:
+        """Verdict on all metrics together: that of the worst one; without any measured metric, cannot tell."""
         found = {change.verdict for change in self.changes}
-        if found & {"worse", "lost"}:
+        if found & {"worse", "lost"} or self.scenario_losses:
             return "worse"
+        if "unclear" in found or found == {"not measured"}:
+            return "cannot tell"
         return "better" if "better" in found else "same"
 
 
-def compare(pairs: Pairs) -> Comparison:
-    """Compare all metrics and expectations of paired runs."""
-    units = [pair.units() for pair in pairs.compared]
-    base, head = (np.vstack(side) for side in zip(*units, strict=True))
+def compare(pairs: Pairs, loss: float = STATED_LOSS) -> Comparison:
+    """Compare all metrics and expectations of paired runs; `loss` is the loss to exclude, as a share.
+
+    Runs that are the same on both sides do not take part: they would dilute a loss in the others.
+    """
+    measured = [pair for pair in pairs.compared if not pair.same] or pairs.compared
+    units = [pair.units() for pair in measured]
+    of_scenario: dict[str, list[tuple[Floats, Floats]]] = {pair.key.scenario: [] for pair in measured}
+    for pair, sides in zip(measured, units, strict=True):
+        of_scenario[pair.key.scenario].append(sides)
+    pooled, several = _stacked(units), len(of_scenario) > 1
     change_of_run = np.array([(h - b).sum(axis=0) for b, h in units])
-    contributions = RunContributions([pair.key for pair in pairs.compared], head.sum(axis=0), change_of_run)
-    found = differences(base, head, COMPARED_METRICS)
-    changes = [_change(metric, numbers, contributions) for metric, numbers in zip(COMPARED_METRICS, found, strict=True)]
-    return Comparison(pairs, changes, [change for pair in pairs.compared for change in _expectation_changes(pair)])
+    contributions = RunContributions([pair.key for pair in measured], pooled[1].sum(axis=0), change_of_run)
+    found = zip(COMPARED_METRICS, differences(*pooled, COMPARED_METRICS), strict=True)
+    return Comparison(
+        pairs,
+        len(measured),
+        [_change(metric, numbers, judge(metric, numbers, loss), contributions) for metric, numbers in found],
+        len(of_scenario) if several else 0,
+        losses({name: _stacked(sides) for name, sides in of_scenario.items()}, LEVEL) if several else [],
+        [change for pair in pairs.compared for change in expectation_changes(pair)],
+        loss,
+    )
 
 
-def judge(metric: ComparedMetric, numbers: Difference) -> MetricVerdict:
+def _stacked(units: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Return the units of several runs as those of one."""
+    base, head = (np.vstack(side) for side in zip(*units, strict=True))
+    return base, head
+
+
+def judge(metric: ComparedMetric, numbers: Difference, loss: float = STATED_LOSS) -> MetricVerdict:
     """Return the verdict on the difference of one metric."""
-    margin = metric.relevance.margin(numbers.base)
     if math.isnan(numbers.difference):
         return "not measured" if math.isnan(numbers.base) else "lost"
+    margin = metric.relevance.margin(numbers.base)
     if numbers.p <= LEVEL and abs(numbers.difference) >= margin:
-        return "better" if (numbers.difference > 0) == (metric.better == "more") else "worse"
-    low, high = numbers.interval
-    return "same" if -margin <= low and high <= margin else "unclear"
+        return "worse" if metric.loss(numbers.difference) > 0.0 else "better"
+    largest_loss = max(metric.loss(end) for end in numbers.interval)
+    return "same" if largest_loss <= metric.relevance.stated_loss(numbers.base, loss) else "unclear"
 
 
-def _change(metric: ComparedMetric, numbers: Difference, contributions: RunContributions) -> MetricChange:
-    verdict = judge(metric, numbers)
+def _change(
+    metric: ComparedMetric, numbers: Difference, verdict: MetricVerdict, contributions: RunContributions
+) -> MetricChange:
     where = contributions.largest(metric) if verdict in ("better", "worse") else {}
     return MetricChange(metric, numbers, verdict, where)
-
-
-def _expectation_changes(pair: Pair) -> list[ExpectationChange]:
-    """Return the expectations of a run that fail on at least one side; one that is missing in BASE counts as held."""
-    changes = []
-    for name, head in pair.head.expectations.items():
-        base = pair.base.expectations.get(name)
-        fate = _fate(held=base is None or base.holds, head=head)
-        if fate:
-            changes.append(ExpectationChange(pair.key, name, base, head, fate))
-    return changes
-
-
-def _fate(held: bool, head: Expectation) -> ExpectationFate | None:
-    if head.holds:
-        return None if held else "mended"
-    if head.outcome == "failed":
-        return "newly failed" if held else "still failing"
-    return "now known to fail" if held and head.outcome == "known failure" else None

@@ -4,8 +4,10 @@ import math
 from typing import Any
 
 from scenarios.compare.compared_metrics import COMPARED_METRICS
-from scenarios.compare.comparison import LEVEL, Comparison, ExpectationChange, MetricChange
-from scenarios.compare.run_pairs import Pair
+from scenarios.compare.comparison import LEVEL, Comparison, MetricChange
+from scenarios.compare.expectation_changes import ExpectationChange
+from scenarios.compare.run_pair import Pair
+from scenarios.compare.single_scenarios import ScenarioLoss
 
 
 def document(comparison: Comparison, base: str, head: str) -> dict[str, Any]:
@@ -17,7 +19,10 @@ def document(comparison: Comparison, base: str, head: str) -> dict[str, Any]:
         "verdict": comparison.verdict,
         "failed": comparison.failed,
         "level": LEVEL,
+        "stated_loss": comparison.loss,
+        "pairs_measured": comparison.measured,
         "metrics": {change.metric.name: _metric(change) for change in comparison.changes},
+        "scenario_losses": [_scenario(loss) for loss in comparison.scenario_losses],
         "expectations": [_expectation(change) for change in comparison.expectation_changes],
         "pairs": [_pair(pair) for pair in pairs.compared],
         "not_compared": [{**key._asdict(), "reason": why} for key, why in pairs.incomparable.items()],
@@ -44,6 +49,17 @@ def _metric(change: MetricChange) -> dict[str, Any]:
     }
 
 
+def _scenario(loss: ScenarioLoss) -> dict[str, Any]:
+    return {
+        "scenario": loss.scenario,
+        "metric": loss.metric.name,
+        "base": _number(loss.base),
+        "head": _number(loss.head),
+        "p": loss.p,
+        "units": loss.units,
+    }
+
+
 def _expectation(change: ExpectationChange) -> dict[str, Any]:
     return {
         **change.key._asdict(),
@@ -61,6 +77,7 @@ def _pair(pair: Pair) -> dict[str, Any]:
     return {
         **pair.key._asdict(),
         "identical": pair.identical,
+        "same": pair.same,
         "same_truth": pair.same_truth,
         "metrics": {m.name: [_number(m.value(base)[0]), _number(m.value(head)[0])] for m in COMPARED_METRICS},
     }

@@ -9,10 +9,11 @@ from rich.text import Text
 
 from scenarios.compare.comparison import LEVEL, Comparison, MetricChange
 from scenarios.compare.digest import Expectation
-from scenarios.compare.run_pairs import Pairs, listed
+from scenarios.compare.run_pairs import listed
+from scenarios.compare.single_scenarios import ScenarioLoss
 from scenarios.report.cells import NONE, table_of
 
-COLORS = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow"}
+COLORS = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow", "cannot tell": "yellow"}
 """Colours of verdicts that need attention, the most important first."""
 FATES = {"newly failed": "red", "mended": "green"}
 
@@ -20,18 +21,24 @@ FATES = {"newly failed": "red", "mended": "green"}
 def report(comparison: Comparison) -> Group:
     """Return the printed report of a comparison."""
     sections: list[RenderableType] = [
-        _runs(comparison.pairs),
+        _runs(comparison),
         _metrics(comparison.changes),
+        *([_scenarios(comparison.scenario_losses)] if comparison.scenario_losses else []),
         *([_expectations(comparison)] if comparison.expectation_changes else []),
         _conclusion(comparison),
     ]
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
-def _runs(pairs: Pairs) -> Text:
+def _runs(comparison: Comparison) -> Text:
     """List the compared runs and the runs left out."""
+    pairs = comparison.pairs
     identical = sum(pair.identical for pair in pairs.compared)
+    same = sum(pair.same for pair in pairs.compared if not pair.identical)
     lines = [f"{len(pairs.compared)} pairs of runs compared, {identical} of them identical (same trace hash)"]
+    lines += [f"{same} more are equal within the tolerances, as runs on different CPUs are"] if same else []
+    if comparison.measured < len(pairs.compared):
+        lines.append(f"The metrics are those of the {comparison.measured} pairs that differ")
     lines += [f"Not compared: {key}: {why}" for key, why in pairs.incomparable.items()]
     lines += [f"Only in BASE: {listed(pairs.only_base)}"] if pairs.only_base else []
     lines += [f"Only in HEAD: {listed(pairs.only_head)}"] if pairs.only_head else []
@@ -58,6 +65,15 @@ def _metrics(changes: list[MetricChange]) -> Table:
     return table
 
 
+def _scenarios(losses: list[ScenarioLoss]) -> Table:
+    """Return a table with the clearest loss of each scenario that has one."""
+    table = table_of("Losses in single scenarios", "scenario", "metric", "BASE", "HEAD", "vehicles", "p")
+    for loss in losses:
+        values = (_number(loss.base), _number(loss.head), str(loss.units), f"{loss.p:.2g}")
+        table.add_row(loss.scenario, loss.metric.name, *values)
+    return table
+
+
 def _expectations(comparison: Comparison) -> Table:
     """Return a table of the expectations that fail on at least one side."""
     table = table_of("Expectations", "run", "limit", "BASE", "HEAD")
@@ -70,24 +86,37 @@ def _expectations(comparison: Comparison) -> Table:
 
 
 def _conclusion(comparison: Comparison) -> Text:
-    """Return both verdicts: changed metrics, and failures."""
+    """Return the verdicts on metrics and on expectations, with their reasons."""
     verdict, early = comparison.verdict, comparison.pairs.newly_incomplete
     text = Text(verdict.upper(), style=f"bold {COLORS.get(verdict, 'green')}")
-    named = {found: [c.metric.name for c in comparison.changes if c.verdict == found] for found in COLORS}
-    listed_names = [f"{found}: {', '.join(names)}" for found, names in named.items() if names]
-    text.append(": " + ("; ".join(listed_names) or "no metric has changed"), style="not bold default")
+    text.append(f": {_reasons(comparison)}", style="not bold default")
     failed = sum(change.fate == "newly failed" for change in comparison.expectation_changes)
     if failed:
         text.append(f"\nNEWLY FAILED: {failed} expectations that BASE met or did not have", style="red")
     if early:
         text.append(f"\nNEWLY INCOMPLETE: {listed(early)}", style="red")
-    if named["unclear"]:
-        text.append("\nUnclear: a relevant change is possible; run more seeds for a decision", style="dim")
+    if any(change.verdict == "unclear" for change in comparison.changes):
+        more = f"a loss of {100.0 * comparison.loss:g} % cannot be excluded; run more seeds, or state a larger --loss"
+        text.append(f"\nUnclear: {more}", style="dim")
     absent = [change.metric.name for change in comparison.changes if change.verdict == "not measured"]
     if absent:
         text.append(f"\nNo observations: {', '.join(absent)}", style="dim")
-    text.append(f"\nWithout any change, the probability of a better or worse is {LEVEL:.0%}", style="dim")
+    chance = "the probability of a better or worse is"
+    single = f", and {LEVEL:.0%} of a loss in a single scenario" if comparison.scenarios_tested else ""
+    text.append(f"\nWithout any change, {chance} {LEVEL:.0%}{single}", style="dim")
     return text
+
+
+def _reasons(comparison: Comparison) -> str:
+    """List the metrics and scenarios by verdict."""
+    reasons = []
+    for verdict in COLORS:
+        names = [change.metric.name for change in comparison.changes if change.verdict == verdict]
+        names += [loss.scenario for loss in comparison.scenario_losses if verdict == "worse"]
+        reasons += [f"{verdict}: {', '.join(names)}"] if names else []
+    if all(change.verdict == "not measured" for change in comparison.changes):
+        return "no metric has a value"
+    return "; ".join(reasons) or "no metric has changed"
 
 
 def _value(expectation: Expectation | None) -> str:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import pandas as pd
-
 from scenarios.compare.vehicle_sums import VehicleSums, vehicle_sums
 from scenarios.errors import OutputError
 from scenarios.files.expect import ExpectationOutcome, Limit, check
@@ -23,9 +21,6 @@ LIMITS = "expect"
 
 TIMES = "perf."
 """Prefix of metrics that depend on the machine. Their expectations are not part of a digest."""
-
-TRACKER_COLUMNS = ("track_id", "segments", "largest_segment_share")
-"""Columns of the truth table that depend on the tracker."""
 
 
 class Key(NamedTuple):
@@ -58,9 +53,6 @@ class RunDigest:
 
     key: Key
     trace_hash: str
-    truth_hash: str
-    """Hash of the truth without the tracker's columns. If it is equal, both trackers had the same traffic and points
-    (on the same kind of machine)."""
     ended_early: str
     """As in `Result`."""
     device: str
@@ -97,11 +89,10 @@ def digest(result: Result) -> RunDigest:
         The result is of another version.
     """
     limits = {name: Limit(**limit) for name, limit in result.config[LIMITS].items() if not name.startswith(TIMES)}
-    checks = check(result.metrics, limits)
+    checks = check(result.metrics, limits, result.config["device"])
     return RunDigest(
         key=Key(result.scenario, result.seed),
         trace_hash=result.trace_hash,
-        truth_hash=_truth_hash(result.tables["truth"]),
         ended_early=result.ended_early,
         device=result.config["device"],
         sections={key: _fingerprint(value) for key, value in result.config.items() if key not in PROSE},
@@ -114,11 +105,6 @@ def digest(result: Result) -> RunDigest:
 def _fingerprint(section: Any) -> str:
     text = json.dumps(section, sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
-
-
-def _truth_hash(truth: pd.DataFrame) -> str:
-    rows = pd.util.hash_pandas_object(truth.drop(columns=[*TRACKER_COLUMNS]), index=False)
-    return hashlib.blake2b(rows.to_numpy().tobytes(), digest_size=8).hexdigest()
 
 
 def differing(base: Mapping[str, str], head: Mapping[str, str]) -> list[str]:

@@ -1,7 +1,9 @@
 """Intervals and p-values of differences between BASE and HEAD by paired resampling of vehicles.
 
 Intervals: vehicles are drawn with replacement, each with its frames in BASE and in HEAD (paired cluster bootstrap,
-Davison and Hinkley 1997, Bootstrap Methods and their Application, section 3.8; percentiles).
+Davison and Hinkley 1997, Bootstrap Methods and their Application, section 3.8; percentiles). Percentiles of few
+vehicles are too narrow; both ends are moved away from the difference by the ratio of Student's to the normal quantile
+(after Hesterberg 2015, What Teachers Should Know About the Bootstrap, section 5.1).
 
 P-values: under the null hypothesis, the labels BASE and HEAD of a vehicle are exchangeable. Random exchanges give the
 distribution of every difference (paired randomisation test, Fisher 1935, The Design of Experiments, section 21), which
@@ -14,9 +16,10 @@ Testing).
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from scenarios.arrays import Floats
-from scenarios.compare.compared_metrics import ComparedMetric
+from scenarios.compare.compared_metrics import ComparedMetric, values
 from scenarios.grading.bootstrap import QUANTILES
 
 RESAMPLES = 2000
@@ -33,7 +36,7 @@ class Difference:
     base: float
     head: float
     interval: tuple[float, float]
-    """95 % interval of the difference, for this metric alone."""
+    """95 % interval of the difference, for this metric alone; NaN if a single vehicle differs and is the only one."""
     p: float
     """P-value adjusted for all metrics: probability of any difference as large as this one without a real change."""
 
@@ -59,15 +62,12 @@ def differences(base: Floats, head: Floats, metrics: tuple[ComparedMetric, ...])
     null = values(head.sum(axis=0) + swapped, metrics) - values(base.sum(axis=0) - swapped, metrics)
     before, after = (values(sums.sum(axis=0, keepdims=True), metrics)[0] for sums in (base, head))
     p = _adjusted_p(after - before, null)
-    return [
-        Difference(float(before[m]), float(after[m]), _percentiles(resampled[:, m]), float(p[m]))
-        for m in range(len(metrics))
-    ]
-
-
-def values(sums: Floats, metrics: tuple[ComparedMetric, ...]) -> Floats:
-    """(R, M) values of the metrics for R sets of sums (R, len(COLUMNS))."""
-    return np.column_stack([metric.value(sums) for metric in metrics])
+    found = []
+    for m, metric in enumerate(metrics):
+        observing = int((metric.observations(base) + metric.observations(head) > 0.0).sum())
+        interval = _widened(_percentiles(resampled[:, m]), float(after[m] - before[m]), observing)
+        found.append(Difference(float(before[m]), float(after[m]), interval, float(p[m])))
+    return found
 
 
 def _percentiles(resampled: Floats) -> tuple[float, float]:
@@ -75,6 +75,17 @@ def _percentiles(resampled: Floats) -> tuple[float, float]:
     seen = resampled[np.isfinite(resampled)]
     low, high = np.quantile(seen, QUANTILES) if len(seen) else (np.nan, np.nan)
     return float(low), float(high)
+
+
+def _widened(interval: tuple[float, float], difference: float, units: int) -> tuple[float, float]:
+    """Return the interval of a difference, widened for few units with observations."""
+    if difference == 0.0 and interval == (0.0, 0.0):
+        return interval
+    if units < 2:
+        return np.nan, np.nan
+    student, normal = stdtrit(units - 1, QUANTILES[1]), ndtri(QUANTILES[1])
+    wider = float(student / normal) * (units / (units - 1)) ** 0.5
+    return difference + wider * (interval[0] - difference), difference + wider * (interval[1] - difference)
 
 
 def _adjusted_p(difference: Floats, null: Floats) -> Floats:

@@ -3,47 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from scenarios.arrays import Floats
 from scenarios.compare.digest import LIMITS, Key, RunDigest, differing
+from scenarios.compare.run_pair import Pair
 from scenarios.compare.sides import Side
 from scenarios.errors import InputError
 
 MAY_DIFFER = {"device": "The device under test", "tracker": "The [tracker] table", LIMITS: "The [expect] table"}
 """Sections of the configuration that may differ between BASE and HEAD, with their names in notes."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Pair:
-    """Two runs that can be compared."""
-
-    base: RunDigest
-    head: RunDigest
-
-    @property
-    def key(self) -> Key:
-        """Scenario and seed of both runs."""
-        return self.base.key
-
-    @property
-    def identical(self) -> bool:
-        """True if frames, scans and tracks are bit-identical."""
-        return self.base.trace_hash == self.head.trace_hash
-
-    @property
-    def same_truth(self) -> bool:
-        """True if both trackers had the same traffic and points."""
-        return self.base.truth_hash == self.head.truth_hash
-
-    def units(self) -> tuple[Floats, Floats]:
-        """Return the sums of BASE and of HEAD (U, len(COLUMNS)) of the U resampling units.
-
-        A unit is a vehicle; `NO_ACTOR`, with the false tracks, is one more. If the truth differs, vehicles have no
-        counterparts and the whole run is one unit.
-        """
-        base, head = self.base.vehicles.columns(), self.head.vehicles.columns()
-        if self.same_truth:
-            return base, head
-        return base.sum(axis=0, keepdims=True), head.sum(axis=0, keepdims=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +70,12 @@ def _notes(base: Side, head: Side, compared: list[Pair]) -> list[str]:
         changed = [pair.key for pair in compared if key in differing(pair.base.sections, pair.head.sections)]
         if changed:
             notes.append(f"{what} differs in {listed(changed)}")
-    other = [pair.key for pair in compared if not pair.same_truth]
+    other = {pair.key: pair.without_counterpart for pair in compared if not pair.same_truth}
     if other:
         notes.append(
-            f"Traffic or points differ in {listed(other)}: the ego is controlled by its tracks, or the simulation has "
-            "changed. Each such run counts as one unit, and its difference is not caused by the tracker alone"
+            f"Traffic or points differ in {listed(other)} ({sum(other.values())} vehicles without a counterpart): the "
+            "ego is controlled by its tracks, or the simulation has changed. These vehicles count as one unit per run, "
+            "and their difference is not caused by the tracker alone"
         )
     return notes + _versions(compared)
 

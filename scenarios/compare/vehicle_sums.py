@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Floats, Ints
+from scenarios.compare.truth_sums import truth_sums
+from scenarios.compare.vehicle_rows import VehicleRows
 from scenarios.grading import mode_metrics, occlusion_metrics
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.score_sums import reached
@@ -30,7 +30,7 @@ SUMS = (
 COLUMNS = (*SUMS, *(f"matched_{alpha:.2f}" for alpha in ALPHAS), *(f"associated_{alpha:.2f}" for alpha in ALPHAS))
 """`SUMS`, then HOTA's true positives and their association scores at each overlap threshold."""
 
-DIGITS = 6
+DIGITS = 7
 """Significant digits of a sum. Sums of run folders are rounded as those in baseline files."""
 
 
@@ -45,6 +45,8 @@ class VehicleSums:
     matches: Ints
     """(M, 2 + len(ALPHAS)) HOTA's pairs: vehicle, frames of the track, and frames in which they match, by the largest
     of `ALPHAS` that their overlap reaches."""
+    truth: Floats
+    """(V, len(TRUTH)) means of the truth, as from `truth_sums`."""
 
     def columns(self) -> Floats:
         """(V, len(COLUMNS)) sums; a pair matched in c frames adds c and c * c / (frames of either) to those of HOTA."""
@@ -54,20 +56,6 @@ class VehicleSums:
         hota = np.zeros((len(self.vehicle), 2 * len(ALPHAS)))
         np.add.at(hota, row, np.hstack([matched, matched**2 / either]))
         return np.hstack([self.sums, hota])
-
-
-class _VehicleRows(NamedTuple):
-    """Row of each vehicle; actors that were never graded share the row of `NO_ACTOR`."""
-
-    vehicle: Ints
-
-    def sum(self, actor_id: npt.ArrayLike, values: npt.ArrayLike | None = None) -> Floats:
-        """(V,) sums of values (n,) of actors (n,), or numbers of rows without values."""
-        actor_id = np.asarray(actor_id, dtype=np.int64)
-        row = np.minimum(np.searchsorted(self.vehicle, actor_id), len(self.vehicle) - 1)
-        row = np.where(self.vehicle[row] == actor_id, row, 0)
-        weights = None if values is None else np.asarray(values, dtype=np.float64)
-        return np.bincount(row, weights, len(self.vehicle)).astype(np.float64)
 
 
 def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> VehicleSums:
@@ -87,7 +75,7 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
     """
     truth, tracks = tables["truth"], tables["tracks"]
     graded, judged = truth[truth["graded"]], tracks[tracks["judged"]]
-    rows = _VehicleRows(np.union1d([NO_ACTOR], graded["actor_id"]))
+    rows = VehicleRows.of(truth)
     tracking, matches = _tracking(rows, tables, config)
     sums = {
         "observations": rows.sum(graded["actor_id"]),
@@ -99,11 +87,11 @@ def vehicle_sums(tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> V
         **_occlusions(rows, tables, config),
     }
     column = np.column_stack([sums[name] for name in SUMS])
-    return VehicleSums(rows.vehicle, _rounded(column), matches)
+    return VehicleSums(rows.vehicle, _rounded(column), matches, truth_sums(rows, truth))
 
 
 def _tracking(
-    rows: _VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig
+    rows: VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig
 ) -> tuple[dict[str, Floats], Ints]:
     """Summands of HOTA, CLEAR and Identity; reported tracks that follow no graded vehicle count for `NO_ACTOR`."""
     sequence = tracking_sequence(tables["truth"], tables["tracks"], tables["overlaps"])
@@ -121,7 +109,7 @@ def _tracking(
     }, pairs
 
 
-def _fits(rows: _VehicleRows, fits: pd.DataFrame) -> dict[str, Floats]:
+def _fits(rows: VehicleRows, fits: pd.DataFrame) -> dict[str, Floats]:
     """Errors of the selected rectangles, as in `grading.fit_metrics`."""
     best = fits[fits["best"] & np.isfinite(fits["heading_error_deg"])]
     return {
@@ -131,7 +119,7 @@ def _fits(rows: _VehicleRows, fits: pd.DataFrame) -> dict[str, Floats]:
     }
 
 
-def _positions(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
+def _positions(rows: VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
     """Position errors and correct modes of judged tracks, as in `grading.mma_metrics` and `grading.mode_metrics`."""
     right = mode_metrics.described_mode(judged["model"]) == judged["true_mode"].cat.codes.to_numpy()
     sums = {"right_mode": rows.sum(judged["actor_id"], right)}
@@ -143,7 +131,7 @@ def _positions(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
     return sums
 
 
-def _headings(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
+def _headings(rows: VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
     """Flipped headings of moving vehicles, as in `grading.track_metrics`, and the errors of the others."""
     moving = judged[judged["true_mode"] != MODELS[0]]
     error = moving["heading_error_deg"].abs()
@@ -155,7 +143,7 @@ def _headings(rows: _VehicleRows, judged: pd.DataFrame) -> dict[str, Floats]:
 
 
 def _segmentation(
-    rows: _VehicleRows, graded: pd.DataFrame, segments: pd.DataFrame, config: GradingConfig
+    rows: VehicleRows, graded: pd.DataFrame, segments: pd.DataFrame, config: GradingConfig
 ) -> dict[str, Floats]:
     """Split and missed vehicles, and merged segments, as in `grading.segmentation_metrics`."""
     seen = graded[graded["largest_segment_share"].notna()]
@@ -168,7 +156,7 @@ def _segmentation(
     }
 
 
-def _occlusions(rows: _VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, Floats]:
+def _occlusions(rows: VehicleRows, tables: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, Floats]:
     """Occlusions, and those that the track id survived, as in `grading.occlusion_metrics`."""
     found = [
         (vehicle, occlusion.survived)

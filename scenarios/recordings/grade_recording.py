@@ -51,4 +51,4 @@ def grade_recording(
     else:
         name = tracker or device.SHIPPED
         result = run_tracker(recording, device.load(name), rules, name, step_timeout_s=step_timeout_s)
-    return result, check(result.metrics, rules.expect)
+    return result, check(result.metrics, rules.expect, result.config["device"])

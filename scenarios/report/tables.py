@@ -123,6 +123,5 @@ def expectations(checks: list[Check]) -> Table:
     table.add_column("", style="dim")
     for check in checks:
         mark = Text(check.outcome.upper() if check.outcome == "failed" else check.outcome, style=STYLES[check.outcome])
-        why = check.metric.reason or check.limit.known_failure or check.limit.need
-        table.add_row(check.name, str(check.limit), value_of(check.metric), mark, why)
+        table.add_row(check.name, str(check.limit), value_of(check.metric), mark, check.why)
     return table

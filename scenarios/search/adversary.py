@@ -105,16 +105,16 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
 def _reproduce(study: Study, goal: Search, document: Json, evaluator: Evaluator, out: Path) -> Finding:
     """Write the scenario file, run it as `luxloop run` does, and compare the trace hash."""
     evaluation = evaluator.evaluate(document)
-    what = _describe_failure(goal, document, evaluator)
+    what, tracker = _describe_failure(goal, document, evaluator), device.load(evaluator.tracker)
     file = out / f"{study.path.stem}.toml"
     scenario = {
         **document,
         "description": f"Found by luxloop search in {study.path.name}, the smallest failure: {_scene(document)}.",
         "reason": study.description,
-        "expect": finding_file.expectation(goal.metric, goal.limit, what),
+        "expect": finding_file.expectation(goal.metric, goal.limit, what, device.name_of(tracker)),
     }
     finding_file.write(scenario, evaluator.path, file)
-    outcome = execute(Scenario.load(file), device.load(evaluator.tracker), out / RUN)
+    outcome = execute(Scenario.load(file), tracker, out / RUN)
     if outcome.result.trace_hash != evaluation.trace_hash:
         raise StudyError(
             f"{file}: a second run gives another result; check that {evaluator.tracker} is deterministic "
@@ -128,7 +128,7 @@ def _describe_failure(goal: Search, document: Json, evaluator: Evaluator) -> str
     value = evaluator.evaluate(document).value
     worst = reductions.worst_frame(document, evaluator)
     where = f"; worst in {worst}" if worst else ""
-    return f"{value:.4g} where {goal.limit} is wanted{where}"
+    return f"{value:.4g}: {goal.limit} is wanted{where}"
 
 
 def _scene(document: Json) -> str:

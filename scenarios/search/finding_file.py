@@ -11,7 +11,7 @@ import tomli_w
 
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file
-from scenarios.files.expect import Limit
+from scenarios.files.expect import SHIPPED, Limit
 from scenarios.search.evaluator import Json
 
 HEAD = ("description", "reason", "suite", "seed", "duration_s", "traffic")
@@ -21,9 +21,10 @@ _NUMBERS = re.compile(r"\[\n\s*([\w\s.,+-]+?),\n\s*\]")
 """List of numbers or booleans as tomli_w writes it, one item per line."""
 
 
-def expectation(metric: str, limit: Limit, known_failure: str) -> Json:
-    """Return an `[expect]` table with one limit; `known_failure` describes the failure."""
+def expectation(metric: str, limit: Limit, known_failure: str, tracker: str = SHIPPED) -> Json:
+    """Return an `[expect]` table with one limit; `known_failure` describes the failure of `tracker`."""
     table = {"min": limit.min, "max": limit.max, "unit": limit.unit, "need": limit.need, "known_failure": known_failure}
+    table["known_failure_of"] = "" if tracker == SHIPPED else tracker
     return {metric: {key: _plain(value) for key, value in table.items() if value not in (None, "")}}
 
 

@@ -91,7 +91,7 @@ def _execute(run: StudyRun, keep_at: str | None) -> RunRow:
     scenario, make_device = Scenario.of(run.document, CATALOG / run.path), device.load(run.tracker)
     if keep_at is None:
         result = loop.run(scenario, make_device)
-        status = verdict(check(result.metrics, scenario.expect), result.complete)
+        status = verdict(check(result.metrics, scenario.expect, result.config["device"]), result.complete)
     else:
         with TemporaryDirectory() as folder:
             outcome = execute(scenario, make_device, Path(folder) / run.key, record=False)

@@ -60,7 +60,7 @@ class ReportedRun:
         """
         result = with_later(run_folder.read(folder))
         expect = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
-        checks = check(result.metrics, expect)
+        checks = check(result.metrics, expect, result.config["device"])
         worst = {
             check.name: [] if check.holds or check.metric.not_reported else worst_frames(result, check.name)
             for check in checks

@@ -14,6 +14,7 @@ from scenarios.cli import main
 from scenarios.compare import baseline_file, sides
 from scenarios.compare.compared_metrics import COMPARED_METRICS
 from scenarios.compare.run_pairs import pair
+from scenarios.compare.truth_sums import TRUTH
 from scenarios.compare.vehicle_sums import SUMS
 from scenarios.errors import InputError, OutputError
 from scenarios.files.expect import Limit, check
@@ -208,7 +209,20 @@ def test_run_with_other_traffic_or_points_is_one_unit_with_a_note(tmp_path):
     assert len(same.compared[0].units()[0]) == 3  # two vehicles and NO_ACTOR
 
 
-def test_truth_hash_does_not_depend_on_the_tracker(tmp_path):
+def test_vehicles_with_the_same_truth_stay_units_beside_another_one(tmp_path):
+    result = short_run.result()
+    truth = result.tables["truth"]
+    second = truth["actor_id"] == truth["actor_id"].max()
+    moved = truth.assign(x_world_m=truth["x_world_m"] + 2e-6 * second)
+    base, head = write(tmp_path / "base"), write(tmp_path / "head", tables={**result.tables, "truth": moved})
+    pairs = pairs_of(base, head)
+    assert "Traffic or points differ in short seed 4 (1 vehicles without a counterpart)" in pairs.notes[0]
+    units = pairs.compared[0].units()[0]
+    assert units.shape[0] == 2  # one vehicle; the other with the false tracks
+    assert np.allclose(units.sum(axis=0), pairs_of(base, base).compared[0].units()[0].sum(axis=0))
+
+
+def test_truth_means_do_not_depend_on_the_tracker(tmp_path):
     truth = short_run.result().tables["truth"]
     other = {**short_run.result().tables, "truth": truth.assign(track_id=-1, segments=0, largest_segment_share=0.0)}
     base, head = write(tmp_path / "base"), write(tmp_path / "head", tables=other)
@@ -225,10 +239,11 @@ def test_baseline_round_trip_and_equal_bytes_of_equal_runs(tmp_path):
     assert (tmp_path / "a.jsonl").read_bytes() == (tmp_path / "b.jsonl").read_bytes()
     for back in baseline_file.read(tmp_path / "a.jsonl"):
         run = next(run for run in runs if run.key == back.key)
-        for name in ("trace_hash", "truth_hash", "ended_early", "device", "sections", "versions", "expectations"):
+        for name in ("trace_hash", "ended_early", "device", "sections", "versions", "expectations"):
             assert getattr(back, name) == getattr(run, name)
         assert np.array_equal(back.vehicles.columns(), run.vehicles.columns())
         assert np.array_equal(back.vehicles.vehicle, run.vehicles.vehicle)
+        assert np.array_equal(back.vehicles.truth, run.vehicles.truth)
 
 
 def test_baseline_is_small_and_has_a_line_per_run_with_versions(tmp_path):
@@ -332,6 +347,45 @@ def test_newly_failed_expectation_exits_with_1(real_runs, capsys):
     assert "mended" in out
 
 
+def without_observations(run):
+    """Write a run in which no vehicle was graded and no track reported."""
+    tables = dict(short_run.result().tables)
+    tables |= {name: tables[name][:0] for name in ("tracks", "overlaps", "fits", "segments")}
+    tables["truth"] = tables["truth"].assign(graded=False, largest_segment_share=np.nan)
+    return write(run, tables=tables)
+
+
+def test_comparison_without_any_value_exits_with_5(tmp_path, capsys):
+    run = without_observations(tmp_path / "run")
+    code, out, _ = run_command(capsys, "compare", run, run)
+    assert code == 5
+    assert "CANNOT TELL: no metric has a value" in out
+
+
+def fits_five_percent_worse(run, base):
+    fits = short_run.result().tables["fits"]
+    worse = fits.assign(heading_error_deg=1.05 * fits["heading_error_deg"])
+    return write(run, tables={**short_run.result().tables, "fits": worse}), write(base)
+
+
+def test_loss_that_few_vehicles_cannot_exclude_exits_with_5_and_a_larger_one_with_0(tmp_path, capsys):
+    head, base = fits_five_percent_worse(tmp_path / "head", tmp_path / "base")
+    code, out, _ = run_command(capsys, "compare", base, head)
+    assert code == 5
+    assert "CANNOT TELL: unclear: fit.best.heading_abs_mean_deg" in out
+    assert "a loss of 2 % cannot be excluded" in out
+    assert run_command(capsys, "compare", base, head, "--loss", "100")[0] == 0
+    assert run_command(capsys, "compare", base, base)[0] == 0
+
+
+@pytest.mark.parametrize("loss", ["-1", "101", "much", "nan"])
+def test_loss_out_of_range_gives_one_line(tmp_path, capsys, loss):
+    run = write(tmp_path / "run")
+    code, out, err = run_command(capsys, "compare", run, run, f"--loss={loss}")
+    assert (code, out) == (2, "")
+    assert "--loss" in err
+
+
 def test_json_output_is_complete(real_runs, capsys):
     code, out, err = run_command(capsys, "compare", real_runs / "base", real_runs / "head", "--json")
     document = json.loads(out)
@@ -349,7 +403,7 @@ def test_json_output_is_complete(real_runs, capsys):
 def test_baseline_header_names_the_columns(tmp_path):
     baseline_file.write(tmp_path / "b.jsonl", list(recorded.base()))
     header = json.loads(Path(tmp_path / "b.jsonl").read_text().splitlines()[0])
-    assert header == {"luxloop_baseline": baseline_file.FORMAT, "sums": ["vehicle", *SUMS]}
+    assert header == {"luxloop_baseline": baseline_file.FORMAT, "sums": ["vehicle", *SUMS], "truth": [*TRUTH]}
 
 
 # --- the page

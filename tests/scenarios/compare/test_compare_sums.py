@@ -8,6 +8,7 @@ from support import recorded
 from support.sequences import random_sequence
 
 from scenarios.compare.compared_metrics import COMPARED_METRICS
+from scenarios.compare.truth_sums import TRUTH
 from scenarios.compare.vehicle_sums import COLUMNS, SUMS, VehicleSums
 from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from scenarios.grading.tracking_sequence import tracking_sequence
@@ -48,7 +49,8 @@ def test_hota_sums_by_hand():
     matches[0, 2 + len(ALPHAS) - 2] = 4
     sums = np.zeros((2, len(SUMS)))
     sums[1, :2] = 10, 8
-    columns = dict(zip(COLUMNS, VehicleSums(np.array([NO_ACTOR, 7]), sums, matches).columns().T.tolist(), strict=True))
+    vehicles = VehicleSums(np.array([NO_ACTOR, 7]), sums, matches, np.zeros((2, len(TRUTH))))
+    columns = dict(zip(COLUMNS, vehicles.columns().T.tolist(), strict=True))
     assert columns["matched_0.05"] == columns["matched_0.60"] == [0, 6]
     assert columns["matched_0.65"] == columns["matched_0.90"] == [0, 4]
     assert columns["matched_0.95"] == [0, 0]

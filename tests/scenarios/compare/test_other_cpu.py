@@ -1,0 +1,83 @@
+"""Runs under another instruction set differ bit by bit, and a comparison keeps its power."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support import recorded
+from support.paths import ROOT
+
+from scenarios.cli import main
+from scenarios.compare import sides
+from scenarios.compare.comparison import compare
+from scenarios.compare.digest import digest
+from scenarios.compare.run_pairs import pair
+from scenarios.compare.truth_sums import TRUTH, close, counterparts
+
+OTHER_CPU = {
+    "OPENBLAS_CORETYPE": "Nehalem",
+    "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3",
+    "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F,-AVX2_Usable,-FMA_Usable",
+}
+"""Variables that select older kernels in OpenBLAS, numpy and the C library."""
+
+
+def run_ring(out, environment):
+    command = [sys.executable, "-m", "scenarios", "run", "ring", "--duration", "2", "--no-recording", "--out", str(out)]
+    subprocess.run(command, env={**os.environ, **environment}, cwd=ROOT, check=False, stdout=subprocess.DEVNULL)
+
+
+@pytest.fixture(scope="module")
+def two_machines(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("machines")
+    run_ring(folder / "this", {})
+    run_ring(folder / "other", OTHER_CPU)
+    assert main(["baseline", str(folder / "other"), "--out", str(folder / "other.jsonl")]) == 0
+    return folder
+
+
+def test_run_of_another_instruction_set_is_the_same(two_machines, capsys):
+    """The hashes differ on every CPU with one of the switched-off instructions; the comparison is exact on all."""
+    pairs = pair(sides.read(two_machines / "other.jsonl"), sides.read(two_machines / "this"))
+    assert pairs.notes == []
+    assert pairs.compared[0].same
+    assert len(pairs.compared[0].units()[0]) == 9  # eight vehicles and NO_ACTOR
+    assert main(["compare", str(two_machines / "other.jsonl"), str(two_machines / "this")]) == 0
+    assert "SAME: no metric has changed" in capsys.readouterr().out
+
+
+def test_truth_is_compared_within_tolerances():
+    base = np.arange(3.0 * len(TRUTH)).reshape(3, -1) + 100.0
+    head = base + 1e-11
+    assert close(base, head).all()
+    head[1, TRUTH.index("x_world_m")] += 2e-6
+    ids = np.array([-1, 4, 7])
+    assert [rows.tolist() for rows in counterparts(ids, ids, base, head)] == [[0, 2], [0, 2]]
+    assert [rows.tolist() for rows in counterparts(ids, ids[1:], base, base[1:])] == [[1, 2], [0, 1]]
+
+
+def last_bits_changed(run, rng):
+    """Return the result of a run with lengths, angles and their rates changed by 1e-12 of their values."""
+    tables = {}
+    for name, table in run.result.tables.items():
+        floats = [name for name in table.select_dtypes("float64") if name.endswith(("_m", "_deg", "_rad", "ps", "ps2"))]
+        factor = 1.0 + 1e-12 * rng.standard_normal((len(table), len(floats)))
+        tables[name] = table.assign(**(table[floats] * factor))
+    return replace(run.result, trace_hash="other", tables=tables)
+
+
+def test_planted_loss_of_two_percent_is_found_against_a_baseline_of_another_cpu():
+    rng = np.random.default_rng(4)
+    base = [digest(last_bits_changed(run, rng)) for run in recorded.runs()]
+    head = [run.with_tracks(recorded.withhold(3, share=0.02), "withheld") for run in recorded.runs()]
+
+    def against(runs):
+        side = {run.key: run for run in runs}
+        return compare(pair(sides.Side(ROOT, {run.key: run for run in base}, []), sides.Side(ROOT, side, [])))
+
+    assert against(recorded.base()).verdict == "same"
+    assert all(pair.same and not pair.identical for pair in against(recorded.base()).pairs.compared)
+    assert against(head).verdict == "worse"
