@@ -80,7 +80,8 @@ def header(result: Result) -> Text:
 
 def limits(grading: dict[str, Any]) -> Text:
     """Return the limits of grading, which the metrics depend on."""
-    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in grading.items()), style="dim")
+    numbers = {name: value for name, value in grading.items() if not isinstance(value, str)}
+    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in numbers.items()), style="dim")
 
 
 def conclusion(result: Result, checks: list[Check]) -> Text:
