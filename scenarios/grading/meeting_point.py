@@ -37,7 +37,8 @@ class EgoPath(NamedTuple):
 
         The meeting point is the first point of the front's path that is not farther from the actor's path than half the
         sum of both widths, whenever the actor is there. The actor's path begins at its rear in the first frame and ends
-        at its front in the last, moved straight ahead by `AHEAD_S` at its last speed. There is none (NaN, NaN) if the paths do not come so close, or are so close from the first frame on.
+        at its front in the last, moved straight ahead by `AHEAD_S` at its last speed. There is no meeting point (NaN,
+        NaN) if the paths do not come so close, or are so close from the first frame on.
 
         Parameters
         ----------

@@ -1,5 +1,7 @@
 """Scene: a car cuts in across the front of a lorry that hid it."""
 
+from typing import Literal
+
 import numpy as np
 import scipy
 
@@ -18,13 +20,15 @@ from scenarios.study.scenes.scene_parts import Json, Size, road_user
 from sim.scripted.motions import LaneChange, Motion, Straight
 
 LORRY_M: Size = (16.5, 2.55, 4.0)
+OCCLUDERS = {"lorry": "trailer-truck", "coach": "bus"}
+"""Kind of each occluder."""
 GAP_M = 3.0
 """[m] From the front of the lorry to the rear of the car."""
 CHANGE_S = 4.0
 """[s] Time of the change over two lanes, with 2.5 m/s^2 of lateral acceleration at most."""
 
 
-def cut_in_past_lorry(ego_mps: float, target_mps: float) -> Json:
+def cut_in_past_lorry(ego_mps: float, target_mps: float, occluder: Literal["lorry", "coach"] = "lorry") -> Json:
     """Return a scene in which a car changes from an on-ramp over two lanes into the ego's lane, closely before a lorry.
 
     The lorry drives in the lane between them, as fast as the car, and hides it from the ego, which is faster. The ego's
@@ -34,13 +38,17 @@ def cut_in_past_lorry(ego_mps: float, target_mps: float) -> Json:
     ----------
     ego_mps, target_mps
         Speeds of the ego, and of car and lorry [m/s].
+    occluder
+        A lorry, below whose trailer a low LIDAR sees, or a coach in its place, which is closed down to the ground.
 
     Raises
     ------
     ValueError
-        A speed is not positive, or the ego is not faster than the car.
+        A speed is not positive, the ego is not faster than the car, or the occluder is unknown.
     """
     require_speeds(ego_mps, target_mps)
+    if occluder not in OCCLUDERS:
+        raise ValueError(f'occluder = "{occluder}": should be "lorry" or "coach"')
     if ego_mps <= target_mps:
         raise ValueError(f"ego_mps = {ego_mps:g}: should be more than target_mps = {target_mps:g}, to catch up")
     meeting_m = front_after_approach(ego_mps)
@@ -56,9 +64,9 @@ def cut_in_past_lorry(ego_mps: float, target_mps: float) -> Json:
     ]
     actors = [
         road_user(TARGET, "car", start, TARGET_M, change),
-        road_user("lorry", "trailer-truck", lorry, LORRY_M, straight(target_mps)),
+        road_user(occluder, OCCLUDERS[occluder], lorry, LORRY_M, straight(target_mps)),
     ]
-    description = f"A car at {target_mps:g} m/s cuts in past a lorry, the ego drives at {ego_mps:g} m/s."
+    description = f"A car at {target_mps:g} m/s cuts in past a {occluder}, the ego drives at {ego_mps:g} m/s."
     return encounter(description, actors, [], straight(ego_mps))
 
 

@@ -15,8 +15,8 @@ from sim.scripted.script import EGO_SIZE
 
 APPROACH_S = 4.0
 """[s] From the start of the run until the ego's front is at the meeting point."""
-END_S = 0.16
-"""[s] From then until the end of the run: two scans, so that the run contains the meeting point."""
+END_S = 0.24
+"""[s] From then until the end of the run: three scans, so that the run contains the meeting point also with jitter."""
 LANE_M = 3.5
 """[m] Width of a lane."""
 JITTER = {"jitter_m": 0.25}
