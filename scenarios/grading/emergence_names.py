@@ -55,3 +55,11 @@ def definitions() -> Iterator[Definition]:
         yield Definition(f"{prefix}_delay_s", "s", f"median time from the first beam to the {when} (Kaplan-Meier)")
         yield Definition(f"{prefix}_range_m", "m", f"median range at the {when}; never counts as nearest")
         yield Definition(f"{prefix}_reached", "1", f"share of actors hit by a beam with: {when}")
+
+
+def survival_measure(metric: str) -> tuple[str, str] | None:
+    """Return stage and measure of a metric that a survival curve can show, or None."""
+    for stage, measure in product(STAGES, SURVIVAL):
+        if metric == f"emergence.{TARGET}.{stage}_{measure}":
+            return stage, measure
+    return None
