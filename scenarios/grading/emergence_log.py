@@ -19,7 +19,8 @@ class EmergenceLog:
 
     A track is on at most one actor: the one that it follows; or else, of those that it overlaps by `match_iou_min` or
     more, the one of the largest overlap; or else the nearest one whose centre is inside its box. The last rule is for
-    people, who are much smaller than any box of a vehicle tracker. Coasting and dead tracks are on no actor.
+    people, who are much smaller than any box of a vehicle tracker. Coasting and dead tracks are on no actor, and no track
+    is on an actor before the first beam from it: a box beside may reach over a hidden actor.
     """
 
     def __init__(self, config: GradingConfig) -> None:
@@ -38,9 +39,11 @@ class EmergenceLog:
             "confirmed": row[confirmed],
             "located": row[confirmed & self._located(frame_truth, matches.boxes_ego, row)],
         }
-        for stage, rows in reached.items():
+        seen = self.first["first_beam"]
+        for stage, rows in reached.items():  # the first beam comes first
             for actor in frame_truth.actors.id[rows[rows != NO_ROW]].tolist():
-                self.first[stage].setdefault(actor, frame_truth.frame.index)
+                if stage == "first_beam" or actor in seen:
+                    self.first[stage].setdefault(actor, frame_truth.frame.index)
 
     def _located(self, frame_truth: FrameTruth, boxes_ego: Floats, row: Ints) -> Bools:
         """(T,) mask of boxes (T, 5) near the pose of their actor (T,). The heading of people does not count."""
