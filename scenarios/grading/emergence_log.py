@@ -19,8 +19,8 @@ class EmergenceLog:
 
     A track is on at most one actor: the one that it follows; or else, of those that it overlaps by `match_iou_min` or
     more, the one of the largest overlap; or else the nearest one whose centre is inside its box. The last rule is for
-    people, who are much smaller than any box of a vehicle tracker. Coasting and dead tracks are on no actor, and no track
-    is on an actor before the first beam from it: a box beside may reach over a hidden actor.
+    people, who are much smaller than any box of a vehicle tracker. Coasting and dead tracks are on no actor. No track
+    is on an actor before the first beam from it, because a box beside it may reach over a hidden actor.
     """
 
     def __init__(self, config: GradingConfig) -> None:

@@ -1,6 +1,7 @@
-"""Emergence of the target of `behind_parked_truck`, frame by frame from the tables of a run, without `scenarios.grading`.
+"""Emergence of the target of `behind_parked_truck`, frame by frame from the tables of a run.
 
-The target drives along y and the ego along x, so the meeting point has a closed form.
+Independent of `scenarios.grading`. The target drives along y and the ego along x, so the meeting point has a closed
+form.
 """
 
 import math
