@@ -180,6 +180,21 @@ class Study(Strict):
         study._path = path
         return study
 
+    def with_seeds(self, text: str) -> Self:
+        """Return the study with other seeds: "7", or "1-6" for all from the first to the last.
+
+        Raises
+        ------
+        StudyError
+            The text is not of this form.
+        """
+        first, _, last = text.partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
+            raise StudyError(f"--seeds {text}: give one seed, or the first and the last, e.g. 1-6")
+        changed = self.model_copy(update={"seeds": list(range(int(first), int(last or first) + 1))})
+        changed._path = self._path
+        return changed
+
     @property
     def path(self) -> Path:
         """Path of the file."""
