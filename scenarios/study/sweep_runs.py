@@ -68,10 +68,10 @@ def sweep(
     values = {parameter.key: [run.parameters[parameter.key] for run in wanted] for parameter in study.vary}
     with RowStore.opened(out, values) as rows:
         failed = {key for key, row in rows.earlier.items() if row["status"] == "error"} if retry_errors else set()
-        todo = [run for run, key in zip(wanted, keys, strict=True) if key not in rows.keys or key in failed]
-        taken_over = set(keys).difference(run.key for run in todo)
+        missing = {key: run for key, run in zip(keys, wanted, strict=True) if key not in rows.keys or key in failed}
+        todo, taken_over = list(missing.values()), set(keys).difference(missing)
         reasons = RowReasons([parameter.key for parameter in study.vary], rows.earlier.values())
-        why = {run.key: RETRIED if run.key in failed else reasons.why_run(run) for run in todo}
+        why = {key: RETRIED if key in failed else reasons.why_run(run) for key, run in missing.items()}
         try:
             if todo:
                 from scenarios.study import dask_runs  # imports dask, which is slow and optional
