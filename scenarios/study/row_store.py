@@ -9,7 +9,7 @@
 import fcntl
 import json
 import os
-from collections.abc import Container, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Self
@@ -87,7 +87,7 @@ class RowStore:
             raise _cannot_write(self._folder, error) from error
         self.keys.update(row["key"] for row in rows)
 
-    def merge(self, wanted: list[str], taken_over: Container[str] = (), why: str = "") -> pd.DataFrame:
+    def merge(self, wanted: list[str], taken_over: Collection[str] = (), why: str = "") -> pd.DataFrame:
         """Merge the log into `runs.parquet`; return the rows of the runs `wanted` (keys), in that order.
 
         The rows `taken_over` (keys) get `why` as their reason. If a run has several rows, the last one counts. Rows of
@@ -106,8 +106,7 @@ class RowStore:
         if len(others) or (self._folder / EARLIER).exists():
             self._write(others, EARLIER)
         done = table.loc[list(place)].assign(index=list(place.values()))
-        is_old = [key in taken_over for key in done.index]
-        done["why"] = done["why"].mask(is_old, why)
+        done["why"] = done["why"].mask(done.index.isin(list(taken_over)), why)
         self._write(done, RUNS)
         (self._folder / LOG).unlink(missing_ok=True)  # if killed before this, the next merge drops the duplicates
         return done.reset_index(drop=True)
