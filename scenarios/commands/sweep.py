@@ -21,6 +21,10 @@ def sweep(
     keep: Annotated[
         str | None, typer.Option(metavar="URL", help="Folder or fsspec URL that receives every run's folder.")
     ] = None,
+    seeds: Annotated[
+        str | None, typer.Option(metavar="FIRST-LAST", help="Seeds instead of those of the study, e.g. 1-6.")
+    ] = None,
+    retry_errors: Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Run a study: all combinations of its parameters with all seeds. A second start continues an interrupted one.
@@ -37,7 +41,8 @@ def sweep(
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
-    done = run_study(Study.load(path), absolute(tracker or SHIPPED), out, count, scheduler, keep)
+    loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
+    done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
     report(done, out)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
@@ -55,6 +60,7 @@ def document(done: "Sweep", out: Path) -> dict[str, Any]:
         "study": done.study.path.stem,
         "runs": done.count,
         "taken_up": done.taken_up,
+        "why": {str(reason): int(count) for reason, count in done.rows["why"].value_counts().sort_index().items()},
         "status": {str(name): int(count) for name, count in done.rows["status"].value_counts().sort_index().items()},
         "errors": sorted(set(done.rows.loc[done.rows["status"] == "error", "error"])),
         "out": str(out),
@@ -74,5 +80,6 @@ def _summary(done: "Sweep", out: Path) -> str:
     shown = document(done, out)
     counts = ", ".join(f"{count} {WORDS[name]}" for name, count in shown["status"].items())
     earlier = f" {done.taken_up} of them were there from an earlier start." if done.taken_up else ""
-    lines = [f"{done.count} runs: {counts}.{earlier}", *(f"error: {error}" for error in shown["errors"][:5])]
+    again = [f"{count} {reason}" for reason, count in shown["why"].items() if reason.startswith("run again")]
+    lines = [f"{done.count} runs: {counts}.{earlier}", *again, *(f"error: {error}" for error in shown["errors"][:5])]
     return "\n".join([*lines, f"A row per run is in {shown['rows']}, curves in {shown['report']}"])

@@ -110,6 +110,17 @@ actor. A track is `judged` when it is confirmed and on a graded vehicle. For oth
 corner in the frame of the true box, the corner errors (ego axes), the predicted corners, the NEES, and the NEES and NIS
 of each model are NaN. A bank with other models has further columns of `model_columns`."""
 
+EGO: Schema = {
+    "x_world_m": np.float64,
+    "y_world_m": np.float64,
+    "yaw_world_rad": np.float64,
+    "length_m": np.float64,
+    "width_m": np.float64,
+    "vx_world_mps": np.float64,
+    "vy_world_mps": np.float64,
+}
+"""A row per frame: pose and size of the ego's box, and the velocity of its centre."""
+
 OVERLAPS: Schema = {"actor_id": np.int64, "track_id": np.int64, "iou": np.float64}
 """Every overlap of an actor with a reported track."""
 

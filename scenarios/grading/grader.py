@@ -8,6 +8,7 @@ import pandas as pd
 from scenarios.arrays import Floats, Ints
 from scenarios.grading import (
     dataset_statistics,
+    emergence_metrics,
     fit_errors,
     fit_metrics,
     fit_rows,
@@ -22,6 +23,8 @@ from scenarios.grading import (
 )
 from scenarios.grading.body_points import Ranging
 from scenarios.grading.bootstrap import Bootstrap
+from scenarios.grading.emergence_log import EmergenceLog
+from scenarios.grading.emergence_table import emergence_table
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.frame_tables import TableBuilder
 from scenarios.grading.frame_truth import FrameTruth
@@ -40,7 +43,10 @@ from tracker.scan import Scan
 
 NO_TRACE = f"{NOT_REPORTED} a trace of its stages"
 
-PER_FRAME = ("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min")
+PER_FRAME = (
+    *("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min"),
+    *("located_position_m", "located_heading_deg"),
+)
 """Limits that apply in single frames. A change of these needs the frames; the tables of a run are not enough."""
 
 
@@ -61,12 +67,14 @@ class Grader:
         self._frames = 0
         self._matcher = TrackMatcher(config)
         self._truth = TableBuilder(frame_tables.TRUTH)
+        self._ego = TableBuilder(frame_tables.EGO)
         self._tracks = TableBuilder(frame_tables.TRACKS)
         self._overlaps = TableBuilder(frame_tables.OVERLAPS)
         self._fits = TableBuilder(frame_tables.FITS)
         self._segments = TableBuilder(frame_tables.SEGMENTS)
         self._outliers = TableBuilder(frame_tables.OUTLIERS)
         self._snapshots = Snapshots()
+        self._emergence = EmergenceLog(config)
 
     def add(
         self, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None
@@ -90,6 +98,8 @@ class Grader:
         if self._frames == 1:
             self._tracks = TableBuilder(frame_tables.track_schema(tracks.models))
         self._tracks.add(frame, matches.rows(frame_truth, tracks))
+        self._ego.add(frame, _ego_row(frame))
+        self._emergence.add(frame_truth, matches, tracks)
         self._overlaps.add(frame, matches.overlap_rows(frame_truth, tracks))
 
         segments, largest_share = np.zeros(len(frame.actors), np.int64), np.full(len(frame.actors), np.nan)
@@ -126,8 +136,11 @@ class Grader:
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
         """Return every metric of `metric_names.GRADED` by name, and the tables they are computed from."""
+        truth, ego = self._truth.build(), self._ego.build()
         result = {
-            "truth": self._truth.build(),
+            "truth": truth,
+            "ego": ego,
+            "emergence": emergence_table(self._emergence.first, truth, ego),
             "tracks": self._tracks.build(),
             "overlaps": self._overlaps.build(),
             "fits": fit_errors.measure(self._fits.build()),
@@ -166,7 +179,15 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     mode_metrics.grade(sheet, tracks, models)
     track_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
     occlusion_metrics.grade(sheet, truth, tracks, config)
+    emergence_metrics.grade(sheet, table.get("emergence"), config.target)
     return sheet.metrics
+
+
+def _ego_row(frame: WorldFrame) -> dict[str, Floats]:
+    """Return the row of the table `ego`."""
+    ego = frame.ego
+    values = np.concatenate([ego.pose_world, ego.size[:2], ego.velocity_world])
+    return dict(zip(frame_tables.EGO, values[:, None], strict=True))
 
 
 def _grade_boxes(frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:

@@ -32,11 +32,24 @@ class GradingConfig:
     """Distance of the centres of a track and a vehicle [m] from which GOSPA counts a missed vehicle and a false track
     instead of an error: nuScenes' limit for errors of pairs (Caesar et al. 2020). A car's box at the limit of a hit is
     1.5 m off along its length."""
+    located_position_m: float = 0.5
+    """A confirmed track has located an actor if its centre is within this distance of the actor's [m]."""
+    located_heading_deg: float = 5.0
+    """It must also be within this angle of the actor's heading [deg], except for pedestrians."""
     nees_confidence: float = 0.95
     """Probability of the two-sided chi-square band for the position error of a consistent filter."""
+    target: str = ""
+    """Name of the actor that the metrics `emergence.target.*` describe, e.g. of one that drives out of an occlusion."""
 
     def __post_init__(self) -> None:
-        for name in ("range_max_m", "bent_deg", "memory_s", "gospa_cutoff_m"):
+        for name in (
+            "range_max_m",
+            "bent_deg",
+            "memory_s",
+            "gospa_cutoff_m",
+            "located_position_m",
+            "located_heading_deg",
+        ):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} = {getattr(self, name)} must be positive")
         if self.points_min < 1:

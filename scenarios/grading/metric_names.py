@@ -7,7 +7,7 @@ import math
 from collections.abc import Container, Iterable, Iterator
 from itertools import product
 
-from scenarios.grading import track_metric_names
+from scenarios.grading import emergence_names, track_metric_names
 from scenarios.grading.metric_definition import Definition, register
 from scenarios.grading.track_metric_names import RANGE_BANDS, SEEN, VIEWS
 from sensor_model.truth import Cause
@@ -186,7 +186,9 @@ def _performance() -> Iterator[Definition]:
     yield Definition("perf.realtime_factor", "1", "simulated time over wall-clock time of the whole loop")
 
 
-GRADED = register([*_dataset(), *_fit(), *_stages(), *_mma(), *track_metric_names.definitions()])
+GRADED = register(
+    [*_dataset(), *_fit(), *_stages(), *_mma(), *track_metric_names.definitions(), *emergence_names.definitions()]
+)
 """Metrics of `Grader.finish`; every run has all of them."""
 
 TURNING = register([*_estimates(TURNING_MODELS), *_models(TURNING_MODELS), *_consistency(TURNING_MODELS)])

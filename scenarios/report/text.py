@@ -9,7 +9,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from scenarios.files.expect import Check, RunVerdict, verdict
-from scenarios.report import fit_tables, paper_tables, tables, track_tables
+from scenarios.report import emergence_rows, fit_tables, paper_tables, tables, track_tables
 from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
@@ -46,6 +46,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         tables.outliers(result),
         tables.metric_list("Stages of the tracker", result, STAGES),
         *track_tables.tracking(result),
+        *emergence_rows.emergence(result),
         *([tables.control(result)] if result.config["control"] else []),
         tables.speed(result),
         limits(result.config["grading"]),
@@ -80,7 +81,8 @@ def header(result: Result) -> Text:
 
 def limits(grading: dict[str, Any]) -> Text:
     """Return the limits of grading, which the metrics depend on."""
-    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in grading.items()), style="dim")
+    numbers = {name: value for name, value in grading.items() if not isinstance(value, str)}
+    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in numbers.items()), style="dim")
 
 
 def conclusion(result: Result, checks: list[Check]) -> Text:

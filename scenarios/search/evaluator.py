@@ -10,6 +10,7 @@ from scenarios.errors import OutputError
 from scenarios.search.objective import fails
 from scenarios.study import append_log
 from scenarios.study.design import StudyRun
+from scenarios.study.run_content import Contents
 from scenarios.study.study_file import Search
 from scenarios.study.worker import BROKEN, RunRow, carry_out
 
@@ -75,8 +76,17 @@ class Evaluator:
 
     def evaluate_all(self, documents: list[Json]) -> list[Evaluation]:
         """Return the evaluations of scenarios in the same order; run those that are not known in parallel."""
+        contents = Contents(self.tracker)
         runs = [
-            StudyRun(self.runs + n, {}, document["seed"], document, self.path, self.tracker)
+            StudyRun(
+                self.runs + n,
+                {},
+                document["seed"],
+                document,
+                self.path,
+                self.tracker,
+                contents.of(document, self.path.parent),
+            )
             for n, document in enumerate(documents, 1)
         ]
         self.runs += len(runs)

@@ -1,9 +1,7 @@
 """Experiment design: the runs of a study, from its parameters and seeds."""
 
-import hashlib
 import importlib
 import inspect
-import json
 import math
 import sys
 from collections.abc import Callable
@@ -18,9 +16,10 @@ from scenarios.errors import ScenarioError, StudyError
 from scenarios.files import shipped, toml_file
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import CATALOG
-from scenarios.run.versions import installed
+from scenarios.study import run_content
 from scenarios.study.keys import with_values
 from scenarios.study.parameter import Parameter, Value
+from scenarios.study.run_content import Contents, RunContent
 from scenarios.study.study_file import Json, Study
 
 SAMPLING_SEED = 0
@@ -46,13 +45,18 @@ class StudyRun:
     """Path that the scenario file would have: paths in the scenario are relative to its folder."""
     tracker: str
     """MODULE:NAME of the device under test."""
+    content: RunContent
+    """Files, source code and versions that the run depends on."""
+
+    @property
+    def inputs(self) -> Json:
+        """Digests of all inputs of the run."""
+        return run_content.inputs(self.document, self.content)
 
     @property
     def key(self) -> str:
-        """Hash that identifies the run: scenario, seed, tracker and versions."""
-        identity = [self.document, self.tracker, str(_relative_to_catalog(self.path)), installed()]
-        text = json.dumps(identity, sort_keys=True, default=str)
-        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+        """Digest that identifies the run by content: scenario, seed, named files, tracker, source code and versions."""
+        return run_content.digest([self.tracker, self.inputs])
 
     def portable(self) -> Self:
         """Return the run for a worker on another computer, where `CATALOG / path` is the file of a shipped scenario."""
@@ -74,6 +78,7 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
     """
     _check_size(study)
     make, path = source(study)
+    contents = Contents(tracker)
     found: list[StudyRun] = []
     for parameters in combinations(study):
         try:
@@ -82,8 +87,9 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
         except ScenarioError as error:
             values = ", ".join(f"{key} = {value}" for key, value in parameters.items())
             raise StudyError(f"{study.path}: with {values}: {error}") from error
+        content = contents.of(document, path.parent)
         found += [
-            StudyRun(len(found) + i, parameters, seed, {**document, "seed": seed}, path, tracker)
+            StudyRun(len(found) + i, parameters, seed, {**document, "seed": seed}, path, tracker, content)
             for i, seed in enumerate(study.seed_list)
         ]
     return found

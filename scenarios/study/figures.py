@@ -147,7 +147,7 @@ def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> No
         axes.set_xticks(range(len(names)), [text(name) for name in names])
     elif is_log:
         axes.set_xscale("log")
-    axes.set_xlabel(label(study, curve.against))
+    axes.set_xlabel(label(study, curve.axis))
 
 
 def _curve(axes: "Axes", x: pd.Series, line: pd.DataFrame, n: int, name: str) -> None:
@@ -180,7 +180,7 @@ def _map(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> None:
         axes.text(*place, shown, ha="center", va="center", fontsize=7.5, color=PAGE if cell["mean"] <= middle else INK)
     axes.set_xticks(np.arange(len(mean.columns)) + 0.5, [text(name) for name in mean.columns])
     axes.set_yticks(np.arange(len(mean.index)) + 0.5, [text(name) for name in mean.index])
-    axes.set_xlabel(label(study, curve.against))
+    axes.set_xlabel(label(study, curve.axis))
     axes.grid(visible=False)
     axes.tick_params(length=0)
 

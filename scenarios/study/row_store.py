@@ -9,7 +9,7 @@
 import fcntl
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Self
@@ -31,7 +31,7 @@ TYPES = {"index": pa.int64(), "seed": pa.int64(), "frames": pa.int64(), "wall_s"
 
 
 class RowStore:
-    """Rows of one study in one folder, including those of earlier starts; only their keys are held in memory.
+    """Rows of one study in one folder, including those of earlier starts; their metrics are not held in memory.
 
     Parameters
     ----------
@@ -52,7 +52,10 @@ class RowStore:
         columns = (*FIXED_COLUMNS[:4], *parameters, *FIXED_COLUMNS[4:], *METRICS)
         self._schema = pa.schema([(name, _type(name, name in texts, name in parameters)) for name in columns])
         append_log.truncate_partial_line(self._folder / LOG)
-        self.keys: set[str] = set(self._read()["key"].to_pylist())
+        earlier = self._read().select(["key", "status", "inputs", "seed", "tracker", *parameters]).to_pylist()
+        self.earlier = {row["key"]: row for row in earlier}
+        """Rows of earlier starts by key, without their metrics."""
+        self.keys: set[str] = set(self.earlier)
         """Keys of the runs that have a row."""
 
     @classmethod
@@ -84,10 +87,11 @@ class RowStore:
             raise _cannot_write(self._folder, error) from error
         self.keys.update(row["key"] for row in rows)
 
-    def merge(self, wanted: list[str]) -> pd.DataFrame:
+    def merge(self, wanted: list[str], taken_over: Collection[str] = (), why: str = "") -> pd.DataFrame:
         """Merge the log into `runs.parquet`; return the rows of the runs `wanted` (keys), in that order.
 
-        Rows of other runs, e.g. of additional seeds of an earlier start, go to `earlier.parquet`.
+        The rows `taken_over` (keys) get `why` as their reason. If a run has several rows, the last one counts. Rows of
+        other runs, e.g. of additional seeds of an earlier start, go to `earlier.parquet`.
 
         Raises
         ------
@@ -95,13 +99,14 @@ class RowStore:
             A file cannot be read or written.
         """
         append_log.truncate_partial_line(self._folder / LOG)
-        table = self._read().to_pandas().drop_duplicates("key").set_index("key", drop=False)
+        table = self._read().to_pandas().drop_duplicates("key", keep="last").set_index("key", drop=False)
         self.keys = set(table.index)  # an interrupt between append and update in `add` leaves keys out
         place = {key: index for index, key in enumerate(wanted) if key in table.index}
         others = table.drop(index=list(place))
         if len(others) or (self._folder / EARLIER).exists():
             self._write(others, EARLIER)
         done = table.loc[list(place)].assign(index=list(place.values()))
+        done["why"] = done["why"].mask(done.index.isin(list(taken_over)), why)
         self._write(done, RUNS)
         (self._folder / LOG).unlink(missing_ok=True)  # if killed before this, the next merge drops the duplicates
         return done.reset_index(drop=True)

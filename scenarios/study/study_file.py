@@ -9,6 +9,7 @@ from scenarios.errors import ScenarioError, StudyError
 from scenarios.files import shipped, toml_file
 from scenarios.files.expect import Limit, metric_name
 from scenarios.files.validation_message import explain
+from scenarios.grading.emergence_names import SURVIVAL, survival_measure
 from scenarios.grading.metric_names import METRICS
 from scenarios.study.parameter import Parameter, Strict, distinct
 
@@ -32,14 +33,17 @@ class Curve(Strict):
 
     metric: Annotated[str, AfterValidator(metric_name)]
     """Metric on the vertical axis."""
-    against: str
-    """Horizontal axis: the key of a parameter, or a metric measured in each run."""
+    against: str | None = None
+    """Horizontal axis: the key of a parameter, or a metric measured in each run. Required except for `survival`, whose
+    axis is its metric."""
     by: str | None = None
     """Key of a parameter with one curve per value; for a `map`, the vertical axis."""
     panels: str | None = None
     """Key of a parameter with one panel of the figure per value."""
-    kind: Literal["curve", "map"] = "curve"
-    """Curves with 95 % confidence intervals, or a heat map over two parameters."""
+    kind: Literal["curve", "map", "survival"] = "curve"
+    """Curves with 95 % confidence intervals; a heat map over two parameters; or, for a metric
+    `emergence.target.<stage>_<s, delay_s, meeting_m or meeting_s>`, the share of runs that have reached the stage
+    (Kaplan-Meier), in which runs that never reach it count."""
     title: str = ""
     """Title of the figure; default: the metric's meaning."""
 
@@ -48,13 +52,31 @@ class Curve(Strict):
         """Parameters (or metric) of the axes, curves and panels."""
         return [key for key in (self.panels, self.by, self.against) if key is not None]
 
+    @property
+    def axis(self) -> str:
+        """Key of the horizontal axis; its metric for a survival curve."""
+        return self.against or self.metric
+
     @model_validator(mode="after")
     def _keys_differ(self) -> Self:
         if len(set(self.keys)) < len(self.keys):
             raise ValueError("against, by and panels must name different parameters")
+        if self.kind == "survival":
+            self._check_survival()
+        elif self.against is None:
+            raise ValueError("a curve needs against, the key of its horizontal axis")
         if self.kind == "map" and self.by is None:
             raise ValueError("a map has two axes; name a second parameter with by")
         return self
+
+    def _check_survival(self) -> None:
+        if self.against is not None:
+            raise ValueError(f"against = {self.against}: leave it out, the axis of a survival curve is its metric")
+        if survival_measure(self.metric) is None:
+            raise ValueError(
+                f"metric = {self.metric}: has no survival curve; name one like emergence.target.confirmed_meeting_m, "
+                f"with an end of {', '.join(SURVIVAL)}"
+            )
 
 
 class Search(Strict):
@@ -157,6 +179,21 @@ class Study(Strict):
             raise StudyError(f"{path}: {explain(error, document, cls.model_json_schema())}") from error
         study._path = path
         return study
+
+    def with_seeds(self, text: str) -> Self:
+        """Return the study with other seeds: "7", or "1-6" for all from the first to the last.
+
+        Raises
+        ------
+        StudyError
+            The text is not of this form.
+        """
+        first, _, last = text.partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
+            raise StudyError(f"--seeds {text}: give one seed, or the first and the last, e.g. 1-6")
+        changed = self.model_copy(update={"seeds": list(range(int(first), int(last or first) + 1))})
+        changed._path = self._path
+        return changed
 
     @property
     def path(self) -> Path:

@@ -10,6 +10,8 @@ from scenarios.report.html.page_tables import Cell, PageTable, Row
 from scenarios.study.curves import LEVELS, differences, estimates, measured
 from scenarios.study.figures import Picture, label, picture, text
 from scenarios.study.study_file import Curve, Study
+from scenarios.study.survival_picture import survival_picture
+from scenarios.study.survival_table import survival_lines
 from scenarios.study.sweep_runs import Sweep
 from scenarios.study.worker import BROKEN
 
@@ -28,7 +30,7 @@ def report(sweep: Sweep, folder: Path) -> Path:
         The folder cannot be written.
     """
     study, rows = sweep.study, measured(sweep.rows)
-    pictures = [picture(study, rows, curve, _file_name(number, curve)) for number, curve in enumerate(study.curve, 1)]
+    pictures = [_picture(study, rows, curve, _file_name(number, curve)) for number, curve in enumerate(study.curve, 1)]
     try:
         (folder / PICTURES).mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -37,6 +39,11 @@ def report(sweep: Sweep, folder: Path) -> Path:
         one.save(folder / PICTURES)
     pages.write(folder / REPORT, page(sweep, pictures))
     return folder / REPORT
+
+
+def _picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:
+    make = survival_picture if curve.kind == "survival" else picture
+    return make(study, rows, curve, name)
 
 
 def page(sweep: Sweep, pictures: list[Picture]) -> str:
@@ -59,7 +66,10 @@ def page(sweep: Sweep, pictures: list[Picture]) -> str:
 
 
 def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
-    """Return the table of a figure's numbers, with paired differences from its first curve."""
+    """Return the table of a figure's numbers, with differences from its first curve, or tests against it."""
+    if curve.kind == "survival":
+        head, lines = survival_lines(study, rows, curve)
+        return _table(f"Numbers: {label(study, curve.metric)}", head, lines, left=len(curve.keys))
     found = estimates(rows, curve.metric, curve.keys)
     head = [*(label(study, key) for key in curve.keys), "mean", "95 %", "runs"]
     cells = [

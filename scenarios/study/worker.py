@@ -16,9 +16,13 @@ from scenarios.study.design import StudyRun
 
 RunRow = dict[str, Any]
 """`index`, `key`, `seed`, `tracker`, the parameters by their keys, `status`, `error`, `trace_hash`, `frames`, `wall_s`,
-and the value of every metric by its name; a metric without a value may be missing."""
+`why` the run was executed or its row taken over, the digests of its `inputs`, and the value of every metric by its
+name; a metric without a value may be missing."""
 
-FIXED_COLUMNS = ("index", "key", "seed", "tracker", "status", "error", "trace_hash", "frames", "wall_s")
+FIXED_COLUMNS = (
+    *("index", "key", "seed", "tracker"),
+    *("status", "error", "trace_hash", "frames", "wall_s", "why", "inputs"),
+)
 
 BROKEN = ("error", "incomplete")
 """Status of runs excluded from statistics: they failed, or measured less time than the others."""
@@ -74,7 +78,8 @@ def carry_out(run: StudyRun, keep_at: str | None = None, need: Versions | None =
 
 def first_columns(run: StudyRun) -> RunRow:
     """Return the columns that are known before the run."""
-    return {"index": run.index, "key": run.key, "seed": run.seed, "tracker": run.tracker, **run.parameters}
+    known = {"index": run.index, "key": run.key, "seed": run.seed, "tracker": run.tracker, **run.parameters}
+    return known | {"inputs": json.dumps(run.inputs)}
 
 
 def failed(error: str) -> RunRow:

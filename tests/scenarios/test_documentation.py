@@ -21,6 +21,7 @@ from scenarios.control import safety
 from scenarios.files import shipped as listing
 from scenarios.files.expect import check
 from scenarios.files.scenario import Scenario
+from scenarios.grading import emergence_names, emergence_table
 from scenarios.grading.metric_names import (
     CAUSES,
     CORNER_FIGURES,
@@ -42,6 +43,7 @@ from tracker.records import MODEL_NAMES, MODELS, TURNING_MODELS
 
 README, KEYS, RESULTS = ROOT / "README.md", ROOT / "docs" / "scenario-files.md", ROOT / "docs" / "results.md"
 LIBRARY, PAPER, HOW = (ROOT / "docs" / f"{name}.md" for name in ("library", "paper", "how-it-works"))
+EMERGENCE = ROOT / "docs" / "emergence.md"
 INDEX, FIRST_STEPS, TOUR, COMMANDS = (
     ROOT / "docs" / f"{name}.md" for name in ("index", "getting-started", "tour", "command-line")
 )
@@ -211,6 +213,16 @@ def test_the_commands_of_the_page_of_the_paper_run(tmp_path, monkeypatch):
     assert {path.name for path in (tmp_path / "campus").iterdir()} == set(described)
 
 
+def test_the_commands_of_the_page_of_emergence_run(tmp_path, monkeypatch):
+    """Each study with one seed and the first value of each parameter."""
+    monkeypatch.chdir(tmp_path)
+    typed = [words for words in commands(EMERGENCE) if words[0] == "luxloop"]
+    assert [words[:2] for words in typed] == [["luxloop", "sweep"]] * 4
+    for words in typed:
+        one_seed = ["1" if before == "--seeds" else word for before, word in zip(["", *words], words, strict=False)]
+        assert follow(one_seed) == 0
+
+
 def test_the_paper_s_own_tracker_is_quoted_and_drives_through_paper_campus():
     text = VARIANT.read_text(encoding="utf-8")
     assert blocks(HOW, "toml") == [text[text.index("[tracker") :]]
@@ -318,6 +330,8 @@ def expand(pattern: str) -> list[str]:
         "drive": DRIVERS.values(),
         "stage": TIMED_STAGES,
         "quantile": ("p50", "p99"),
+        "moment": emergence_names.STAGES,
+        "group": emergence_names.GROUPS,
     }
     names = [pattern]
     for placeholder in re.findall(r"<(\w+)>", pattern):
@@ -325,10 +339,15 @@ def expand(pattern: str) -> list[str]:
     return names
 
 
-@pytest.mark.parametrize("table", ["truth", "tracks", "overlaps", "fits", "segments", "outliers"])
+@pytest.mark.parametrize("table", ["truth", "ego", "tracks", "overlaps", "fits", "segments", "outliers"])
 def test_every_column_is_listed(table):
     listed = names_in_rows(section(RESULTS, table))
     assert sorted(["frame", "time_s", *listed]) == sorted(short_run.result().tables[table].columns)
+
+
+def test_every_column_of_emergence_is_listed():
+    listed = names_in_rows(section_tree(RESULTS, "Tables").partition("### emergence\n")[2].partition("\n### ")[0])
+    assert {"frame", "time_s", *listed} >= set(emergence_table.COLUMNS)
 
 
 def test_every_column_of_a_controlled_ego_s_drive_is_listed():

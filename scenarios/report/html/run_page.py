@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
+from scenarios.report import emergence_rows, paper_tables
 from scenarios.report import fit_tables as printed_fits
-from scenarios.report import paper_tables
 from scenarios.report import tables as printed
 from scenarios.report import track_tables as printed_tracks
 from scenarios.report.html.birdseye import birdseye
@@ -78,6 +78,7 @@ def stage_tables(result: Result) -> list[PageTable]:
     tables = [
         *printed_tracks.tracking(result),
         *printed_tracks.by_band(result),
+        *emergence_rows.emergence(result),
         printed.metric_list("Stages of the tracker", result, STAGES),
         printed.outliers(result),
         *([printed.control(result)] if result.config["control"] else []),

@@ -1,4 +1,4 @@
-"""Parts of staged scenes as tables of a scenario file: vehicle, moving screen, wall; and constants of all scenes."""
+"""Parts of staged scenes as tables of a scenario file: road users, moving screen, wall; and constants of all scenes."""
 
 import math
 from collections.abc import Sequence
@@ -30,12 +30,12 @@ MEMORY_S = 4.5
 
 def car(start: Floats, motions: Sequence[Motion]) -> Json:
     """Return the target vehicle, starting at a pose (3,); without motions it is stationary."""
-    return _actor("car", "car", start, CAR_M, motions)
+    return road_user("car", "car", start, CAR_M, motions)
 
 
 def screen(start: Floats, length_m: float, motions: Sequence[Motion]) -> Json:
     """Return a thin moving occluder, as high as a wall; it is not graded."""
-    return _actor("screen", "obstacle", start, (length_m, 0.2, WALL_HEIGHT_M), motions)
+    return road_user("screen", "obstacle", start, (length_m, 0.2, WALL_HEIGHT_M), motions)
 
 
 def wall(corners_m: list[list[float]]) -> Json:
@@ -48,7 +48,8 @@ def motion_table(motion: Motion) -> Json:
     return {key: value for key, value in asdict(motion).items() if value is not None}
 
 
-def _actor(name: str, kind: str, start: Floats, size_m: Size, motions: Sequence[Motion]) -> Json:
+def road_user(name: str, kind: str, start: Floats, size_m: Size, motions: Sequence[Motion] = ()) -> Json:
+    """Return an actor that starts at a pose (3,); without motions it is stationary."""
     place = {"x_m": float(start[0]), "y_m": float(start[1]), "yaw_deg": math.degrees(start[2])}
     drive = {"motion": [motion_table(motion) for motion in motions]} if motions else {}
     return {"name": name, "kind": kind, **place, "size_m": list(size_m), **drive}

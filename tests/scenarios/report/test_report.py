@@ -151,7 +151,22 @@ def test_report_shows_seed_trace_hash_and_limits_of_grading():
     result = short_run.result()
     text = " ".join(text_of(result).split())
     assert f"seed 4, 10 frames, trace {result.trace_hash}" in text
-    assert all(f"{name} = {value:g}" in text for name, value in result.config["grading"].items())
+    limits = {name: value for name, value in result.config["grading"].items() if name != "target"}
+    assert all(f"{name} = {value:g}" in text for name, value in limits.items())
+
+
+def test_the_emergence_of_a_named_target_is_shown():
+    assert "Emergence" not in text_of(short_run.result())
+    result = with_metrics(
+        emergence__target__confirmed_s=Metric(0.16, "s", 1),
+        emergence__target__confirmed_delay_s=Metric(0.08, "s", 1),
+        emergence__target__confirmed_range_m=Metric(9.5, "m", 1),
+        emergence__target__confirmed_meeting_m=Metric(4.25, "m", 1),
+        emergence__target__confirmed_meeting_s=Metric(0.5, "s", 1),
+    )
+    grading = result.config["grading"] | {"target": "[car]"}
+    text = text_of(replace(result, config={**result.config, "grading": grading}))
+    assert row(text, "Emergence of [car]", "confirmed") == ["0.16", "0.08", "9.50", NONE, "4.25", "0.50"]
 
 
 def test_metric_without_value_is_shown_with_its_reason():

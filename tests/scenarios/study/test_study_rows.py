@@ -126,3 +126,14 @@ def file_size_limit(size: int):
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_rows_that_are_taken_over_get_their_reason_and_the_last_row_of_a_run_counts(tmp_path: Path):
+    with RowStore.opened(tmp_path, PARAMETERS) as rows:
+        assert len(rows.merge(["a"])) == 0
+        rows.add([row("a", why="new"), row("b", why="new", status="error"), row("b", why="run again", frames=7)])
+        merged = rows.merge(["a", "b"], {"a"}, "taken over")
+    assert merged["why"].tolist() == ["taken over", "run again"]
+    assert merged["frames"].tolist() == [10, 7]
+    with RowStore.opened(tmp_path, PARAMETERS) as rows:
+        assert rows.earlier["b"]["status"] == "passed"
