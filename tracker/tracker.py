@@ -10,7 +10,7 @@ from tracker.detection.deskew import Movers
 from tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
 from tracker.records import NO_TRACK, Status, StepTrace, Tracks
 from tracker.scan import Scan
-from tracker.tracking import track_arrays
+from tracker.tracking import joint_prediction, track_arrays
 from tracker.tracking.association import AssociationConfig
 from tracker.tracking.associator import Associator, HungarianAssociator
 from tracker.tracking.confirmation import TrackLifeConfig
@@ -128,8 +128,7 @@ class Tracker:
         dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
         step = motion(dt, self.config.filters)
         self._time = time
-        for track in tracks:
-            track.predict(step)
+        joint_prediction.predict(tracks, step)
         return tracks
 
 

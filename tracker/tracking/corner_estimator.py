@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tracker.arrays import Floats, Ints
-from tracker.geometry import rotate
+from tracker.geometry import rotate_one
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
@@ -56,7 +56,7 @@ class CornerEstimator:
     @property
     def model(self) -> int:
         """Index of the selected model: the highest score of (12)."""
-        return int(np.argmax(self.bank.probability))
+        return int(self.bank.probability.argmax())
 
     @property
     def model_name(self) -> str:
@@ -76,8 +76,8 @@ class CornerEstimator:
     @property
     def speed(self) -> float:
         """Root mean square of the speed [m/s], which includes its uncertainty."""
-        covariance = self.bank.estimate[1]
-        return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
+        covariance, (x, y) = self.bank.estimate[1], self.velocity.tolist()
+        return math.sqrt(x * x + y * y + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
 
     def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
         """Direction of motion of the rear axle, None for a vehicle that may be stationary.
@@ -150,7 +150,7 @@ class CornerEstimator:
 
     def change_corner(self, sign: Ints, size: Floats, unseen: Floats, heading: float, yaw_rate: float) -> Floats:
         """Track another corner of a vehicle of size (2,) [m] and yaw rate [rad/s]; return the vector (2,) to it [m]."""
-        offset = rotate(0.5 * (sign - self.sign) * size, heading)
+        offset = rotate_one(0.5 * (sign - self.sign) * size, heading)
         self.shift(offset, yaw_rate)
         self._error.change_corner(sign != self.sign, unseen)
         self.sign = sign

@@ -2,8 +2,6 @@
 
 from typing import Protocol
 
-import numpy as np
-
 from tracker.arrays import Floats
 from tracker.tracking import mma
 from tracker.tracking.filters import Filters, Motion
@@ -108,21 +106,21 @@ class SelectedBank(ScoredFilters):
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         super().__init__(filters, config.tail_dof, mma.LEAST_PROBABILITY)
-        self._config = config
+        self.config = config
 
     @property
     def mode_time_s(self) -> float:
         """Mean time in a mode [s]."""
-        return self._config.mode_time_s
+        return self.config.mode_time_s
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:
         """State (6,) and covariance (6, 6) of the filter of the highest score."""
-        best = int(np.argmax(self.probability))
+        best = self.probability.argmax()
         return self.filters.mean[best], self.filters.covariance[best]
 
     def predict(self, motion: Motion) -> None:
         """Mix the filters and move on by one time step."""
-        chain = mma.transitions(self.filters, motion.dt, self._config, motion.names)
+        chain = mma.transitions(self.filters, motion.dt, self.config, motion.names)
         self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
         self.filters.predict(motion.models)

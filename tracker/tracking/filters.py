@@ -188,12 +188,12 @@ def prior_variances(config: FilterConfig) -> Floats:
 
 @dataclass(slots=True, eq=False)
 class Filters:
-    """K Kalman filters of n states each; measurements are of the first states."""
+    """Kalman filters of n states each, in an array of any shape; measurements are of the first states."""
 
     mean: Floats
-    """(K, n)."""
+    """(..., n)."""
     covariance: Floats
-    """(K, n, n)."""
+    """(..., n, n)."""
 
     def predict(self, step: Step) -> None:
         """Move on by one time step."""

@@ -39,7 +39,7 @@ class HeadingEstimator:
     @property
     def heading(self) -> float:
         """Heading [rad]."""
-        return float(self._filter.state[0][0])
+        return self._filter.heading
 
     @property
     def state(self) -> tuple[Floats, Floats]:

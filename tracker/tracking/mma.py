@@ -63,46 +63,47 @@ def initial_probability(count: int = len(MODELS)) -> Floats:
 
 
 def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[str, ...] = MODELS) -> Floats:
-    """(M, M) probability of the change from one mode (row) to another (column) within `dt` [s].
+    """(..., M, M) probability of the change from one mode (row) to another (column) within `dt` [s].
 
     A vehicle leaves its mode for any other one after `mode_time_s` on average. The change to stationary depends on
     the state, as in Seah and Hwang (2009): a moving model with a low speed describes a stationary vehicle. The
     likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
     leaves = -np.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
-    chain = np.full((len(models), len(models)), leaves)
+    chain = np.full((*filters.mean.shape[:-1], len(models)), leaves)
     if "stationary" in models:
-        stops = -np.expm1(-dt / config.stopping_time_s)
-        chain[:, models.index("stationary")] = np.maximum(stops * slow(filters, config.standing_mps), LEAST_PROBABILITY)
-    np.fill_diagonal(chain, 0.0)
-    chain /= np.maximum(chain.sum(axis=1, keepdims=True), 1.0)  # after a long gap every mode has been left
-    np.fill_diagonal(chain, 1.0 - chain.sum(axis=1))
+        stops = -np.expm1(-dt / config.stopping_time_s) * slow(filters, config.standing_mps)
+        chain[..., models.index("stationary")] = np.maximum(stops, LEAST_PROBABILITY)
+    same = np.arange(len(models))
+    chain[..., same, same] = 0.0
+    chain /= np.maximum(chain.sum(axis=-1, keepdims=True), 1.0)  # after a long gap every mode has been left
+    chain[..., same, same] = 1.0 - chain.sum(axis=-1)
     return chain
 
 
 def slow(filters: Filters, limit_mps: float) -> Floats:
-    """(M,) probability by each filter that the speed along its direction of motion is below the limit."""
-    velocity, covariance = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
-    speed = np.hypot(*velocity.T)
-    moves = speed[:, None] > NO_SPEED_MPS
-    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
-    std = np.sqrt(np.einsum("mi,mij,mj->m", direction, covariance, direction))
+    """(..., M) probability by each filter that the speed along its direction of motion is below the limit."""
+    velocity, covariance = filters.mean[..., 2:4], filters.covariance[..., 2:4, 2:4]
+    speed = np.hypot(velocity[..., 0], velocity[..., 1])
+    moves = speed[..., None] > NO_SPEED_MPS
+    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[..., None], (1.0, 0.0))
+    std = np.sqrt(np.einsum("...i,...ij,...j->...", direction, covariance, direction))
     return np.asarray(scipy.special.ndtr((limit_mps - speed) / std) - scipy.special.ndtr((-limit_mps - speed) / std))
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:
-    """Return the mixed filters, and the model probabilities (M,) before (12).
+    """Return the mixed filters, and the model probabilities (..., M) before (12).
 
     Bar-Shalom, Li, Kirubarajan (2001), 11.6.6: filter j starts from the mean and covariance of the mixture of all
     filters i, weighted by the probability that the vehicle was in mode i if it is in mode j now.
     """
-    flow = probability[:, None] * chain
-    prior = flow.sum(axis=0)
-    share = flow / prior
-    mean = share.T @ filters.mean
-    difference = filters.mean[:, None] - mean
-    second_moment = filters.covariance[:, None] + difference[..., :, None] * difference[..., None, :]
-    return Filters(mean, np.einsum("ij,ijkl->jkl", share, second_moment)), prior
+    flow = probability[..., None] * chain
+    prior = flow.sum(axis=-2)
+    share = flow / prior[..., None, :]
+    mean = share.swapaxes(-1, -2) @ filters.mean
+    difference = filters.mean[..., :, None, :] - mean[..., None, :, :]
+    second_moment = filters.covariance[..., :, None, :, :] + difference[..., :, None] * difference[..., None, :]
+    return Filters(mean, np.einsum("...ij,...ijkl->...jkl", share, second_moment)), prior
 
 
 def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, float]:
