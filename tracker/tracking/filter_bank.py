@@ -73,8 +73,8 @@ class ScoredFilters:
     def __init__(self, filters: Filters, tail_dof: float, probability_floor: float) -> None:
         self.filters = filters
         self.probability = mma.initial_probability(len(filters.mean))
-        self._tail_dof = tail_dof
-        self._floor = probability_floor
+        self.tail_dof = tail_dof
+        self.floor = probability_floor
 
     @property
     def weights(self) -> Floats:
@@ -83,8 +83,8 @@ class ScoredFilters:
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Score the filters by (12) and correct them; see `FilterBank.observe`."""
-        evidence, scale = mma.score(self.filters, residual, noise, self._tail_dof)
-        self.probability = mma.update(self.probability, evidence, self._floor)
+        evidence, scale = mma.score(self.filters, residual, noise, self.tail_dof)
+        self.probability = mma.update(self.probability, evidence, self.floor)
         self.filters.correct(residual, scale * noise)
         return scale * noise
 

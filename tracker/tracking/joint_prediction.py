@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker.tracking import mma
 from tracker.tracking.filter_bank import FilterBank, SelectedBank
-from tracker.tracking.filters import Filters, Motion, Step
+from tracker.tracking.filters import Filters, Motion, Step, stacked
 from tracker.tracking.independent_filters import IndependentFilters
 from tracker.tracking.mma import MmaConfig
 from tracker.tracking.track import Track
@@ -54,11 +54,6 @@ def _predict_together(pairs: Sequence[tuple[SelectedBank, Motion]], config: MmaC
     filters.predict(stacked_step(motions))
     for bank, mean, covariance, own in zip(banks, filters.mean, filters.covariance, probability, strict=True):
         bank.filters, bank.probability = Filters(mean, covariance), own
-
-
-def stacked(filters: Sequence[Filters]) -> Filters:
-    """Return filters (T, M) of T lists of M filters."""
-    return Filters(np.array([one.mean for one in filters]), np.array([one.covariance for one in filters]))
 
 
 def stacked_step(motions: Sequence[Motion]) -> Step:

@@ -106,7 +106,7 @@ def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, 
     return Filters(mean, np.einsum("...ij,...ijkl->...jkl", share, second_moment)), prior
 
 
-def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, float]:
+def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, Floats]:
     """Log-likelihood (11) of each model, and a scale for the measurement noise.
 
     The paper prints S = H P H' in (10), without the measurement noise; here S = H P H' + R. In place of the normal
@@ -117,36 +117,36 @@ def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) ->
     Parameters
     ----------
     residual
-        (M, 2) innovations [m].
+        (..., M, 2) innovations [m].
     noise
-        (2, 2) covariance of the measurement [m^2].
+        (..., 2, 2) covariance of the measurement [m^2].
 
     Returns
     -------
     Floats
-        (M,) log-likelihoods.
-    float
-        Factor on the measurement noise of this update, by the innovation of the nearest model: the mean scale of the
-        covariance under the t-distribution (Roth, Ozkan, Gustafsson 2013).
+        (..., M) log-likelihoods.
+    Floats
+        (...) factor on the measurement noise of this update, by the innovation of the nearest model: the mean scale
+        of the covariance under the t-distribution (Roth, Ozkan, Gustafsson 2013).
     """
-    squared, determinant = mahalanobis(residual, filters.covariance[:, :2, :2] + noise)
+    squared, determinant = mahalanobis(residual, filters.covariance[..., :2, :2] + noise[..., None, :, :])
     density = -0.5 * (tail_dof + 2) * np.log1p(squared / tail_dof) - 0.5 * np.log((2 * np.pi) ** 2 * determinant)
-    return density, max(1.0, (tail_dof + float(squared.min())) / (tail_dof + 2))
+    return density, np.maximum(1.0, (tail_dof + squared.min(axis=-1)) / (tail_dof + 2))
 
 
 def update(probability: Floats, evidence: Floats, floor: float = LEAST_PROBABILITY) -> Floats:
-    """Return the model probabilities (M,) after one observation, equation (12) in logarithms.
+    """Return the model probabilities (..., M) after one observation, equation (12) in logarithms.
 
     Parameters
     ----------
     probability
-        (M,) before the observation, all above 0.
+        (..., M) before the observation, all above 0.
     evidence
-        (M,) logarithm of (11) under each model. A common offset cancels, so that outliers do not underflow.
+        (..., M) logarithm of (11) under each model. A common offset cancels, so that outliers do not underflow.
     floor
         Lower limit of a probability.
     """
     score = np.log(probability) + evidence
-    posterior = np.exp(score - score.max())
-    posterior = np.maximum(posterior / posterior.sum(), floor)
-    return np.asarray(posterior / posterior.sum())
+    posterior = np.exp(score - score.max(axis=-1, keepdims=True))
+    posterior = np.maximum(posterior / posterior.sum(axis=-1, keepdims=True), floor)
+    return np.asarray(posterior / posterior.sum(axis=-1, keepdims=True))

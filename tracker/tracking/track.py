@@ -169,9 +169,16 @@ class Track:
 
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
-        if self.hits == 1:
-            seen = self.corner.start(seen, self.unseen_s)
+        seen = self.admit(seen)
         self.corner.observe(seen, self.heading)
+        self.follow(seen)
+
+    def admit(self, seen: TrackObservation) -> TrackObservation:
+        """Return an observation for the corner; the second one of a track shows its speed."""
+        return self.corner.start(seen, self.unseen_s) if self.hits == 1 else seen
+
+    def follow(self, seen: TrackObservation) -> None:
+        """Update all but the corner, which was updated before, by one observation."""
         self._heading.observe(seen.heading, seen.heading_variance)
         self._heading.observe_sides(seen.size, seen.whole)
         self.hits += 1

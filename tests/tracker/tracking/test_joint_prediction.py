@@ -5,32 +5,13 @@ import copy
 import numpy as np
 import pytest
 
-from tests.support.one_track import DT, follow, start, straight
+from tests.support.mixed_traffic import assert_equal, mixed_traffic
+from tests.support.one_track import DT
 from tracker.records import MODELS
 from tracker.tracking.filter_bank import SelectedBank
 from tracker.tracking.filters import FilterConfig, initial_filters, motion
 from tracker.tracking.joint_prediction import predict, predict_banks
 from tracker.tracking.mma import MmaConfig
-from tracker.tracking.output import report
-
-
-def arc(speed, yaw_rate, frames):
-    """Return (K, 3) poses of a vehicle that turns."""
-    yaw = yaw_rate * DT * np.arange(1, frames + 1)
-    radius = speed / yaw_rate
-    return np.stack([20.0 + radius * np.sin(yaw), 3.5 + radius * (1.0 - np.cos(yaw)), yaw], axis=1)
-
-
-def mixed_traffic():
-    """Return tracks that stand, drive straight on, turn, and use other filter banks."""
-    banks = ("mma", "mma", "mma", "imm", "paper", "average")
-    tracks = [start((20.0, 3.5, 0.0), mma=MmaConfig(method=method)) for method in banks]
-    tracks.append(start((20.0, 3.5, 0.0), mma=MmaConfig(mode_time_s=1.0)))
-    follow(tracks[0], straight((20.0, 3.5, 0.0), 0.0, 12))
-    for track in tracks[1:]:
-        follow(track, arc(9.0, 0.01, 12))
-    follow(tracks[2], arc(9.0, 0.6, 12))
-    return tracks
 
 
 def test_a_batch_predicts_as_each_track_alone():
@@ -42,11 +23,8 @@ def test_a_batch_predicts_as_each_track_alone():
         for track in alone:
             track.predict(step)
     for one, other in zip(together, alone, strict=True):
-        found, expected = report([one]), report([other])
-        for name in ("mean", "covariance", "model_probability", "model_position_odom", "model_covariance_odom"):
-            np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), name)
-        np.testing.assert_array_equal(one.corner.bank.filters.covariance, other.corner.bank.filters.covariance)
-        assert np.isnan(found.model_nis).all()
+        assert_equal(one, other)
+        assert np.isnan(one.corner.independent.nis).all()
         assert one.unseen_s == other.unseen_s == pytest.approx(DT + 0.5)
 
 
