@@ -3,8 +3,6 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from tracker.arrays import Floats
 from tracker.bounds import require_within
 from tracker.geometry import rotate_one
@@ -98,10 +96,10 @@ class Confirmation:
 
         A single truncated face seems to slide along itself when its occluder moves, so only its motion across counts.
         """
-        fixed = seen.whole | (seen.size[::-1] > FACE_MIN_M)
-        self._left |= bool(np.any(fixed & footprint.clear_of(self._birthplace)))
+        faces = seen.size[::-1] > FACE_MIN_M
+        self._left = self._left or bool(((seen.whole | faces) & footprint.clear_of(self._birthplace)).any())
         moves = False
-        for axis in np.flatnonzero(seen.exact & (seen.size[::-1] > FACE_MIN_M)).tolist():
+        for axis in (seen.exact & faces).nonzero()[0].tolist():
             end = (axis, int(seen.corner_sign[axis]))
             shift = rotate_one(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
             moves |= abs(shift) > LEFT_MARGIN_M

@@ -109,11 +109,11 @@ class Track:
     @property
     def turn(self) -> Turn:
         """Known inputs of turning models."""
-        (heading, yaw_rate), variance = self._heading.state
+        state, variance = self._heading.state
+        (heading, yaw_rate), velocity = state.tolist(), complex(*self.corner.velocity.tolist())
         from_axle = rotate_one(axle_to_corner(self.corner.sign, self.size), heading)
-        velocity = self.corner.velocity
-        direction = motion_direction(complex(*velocity), float(heading), float(yaw_rate), complex(*from_axle))
-        return Turn(float(yaw_rate), variance[1, 1], variance[0, 0], complex(*velocity), direction)
+        direction = motion_direction(velocity, heading, yaw_rate, complex(*from_axle.tolist()))
+        return Turn(yaw_rate, variance[1, 1], variance[0, 0], velocity, direction)
 
     @property
     def seen(self) -> bool:

@@ -154,10 +154,15 @@ def turned_integrals(rate: Floats, end: Floats) -> tuple[Complexes, Complexes]:
 
 def real(matrix: Complexes) -> Floats:
     """(2n, 2n) real matrix of a complex one (n, n), for vectors x, y, ..."""
-    return np.asarray(np.kron(matrix.real, np.eye(2)) + np.kron(matrix.imag, np.array([[0.0, -1.0], [1.0, 0.0]])))
+    rows, columns = matrix.shape
+    pairs = np.empty((rows, 2, columns, 2))
+    pairs[:, 0, :, 0] = pairs[:, 1, :, 1] = matrix.real
+    pairs[:, 1, :, 0] = matrix.imag
+    pairs[:, 0, :, 1] = -matrix.imag
+    return pairs.reshape(2 * rows, 2 * columns)
 
 
 def outer(vector: Complexes) -> Floats:
     """(2n, 2n) outer product of a complex vector (n,) with itself, as a real vector x, y, ..."""
-    flat = np.column_stack([vector.real, vector.imag]).ravel()
-    return np.outer(flat, flat)
+    flat = vector.view(np.float64)
+    return np.asarray(flat[:, None] * flat)
