@@ -1,5 +1,7 @@
 """Plane geometry of the tracker. Angles in radians, counter-clockwise."""
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,10 +14,18 @@ def rotate(vector: npt.NDArray[np.generic], angle: Floats | float) -> Floats:
     """Rotate vectors (..., 2) by angles (...)."""
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vector[..., 0], vector[..., 1]
-    turned = np.empty((*np.broadcast_shapes(x.shape, np.shape(angle)), 2))
-    turned[..., 0] = cos * x - sin * y
+    first = cos * x - sin * y
+    turned = np.empty((*first.shape, 2))
+    turned[..., 0] = first
     turned[..., 1] = sin * x + cos * y
     return turned
+
+
+def rotate_one(vector: npt.NDArray[np.generic], angle: float) -> Floats:
+    """Rotate one vector (2,) by an angle, as `rotate` but without the cost of array operations."""
+    x, y = vector.tolist()
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([cos * x - sin * y, sin * x + cos * y])
 
 
 def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:
@@ -38,22 +48,26 @@ def fold(heading: Floats) -> Floats:
 
 def projected_size(size: Floats, turn: float) -> Floats:
     """(2,) extent of a box of size (2,) along and across a heading that differs from its own by `turn` [rad]."""
-    cos, sin = abs(np.cos(turn)), abs(np.sin(turn))
+    cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
     return np.asarray(np.array([[cos, sin], [sin, cos]]) @ size)
 
 
 def rotated_covariance(variance: Floats, heading: float) -> Floats:
     """(2, 2) covariance with variances (2,) along and across a heading."""
-    (along, across), cos, sin = variance, np.cos(heading), np.sin(heading)
+    (along, across), cos, sin = variance.tolist(), math.cos(heading), math.sin(heading)
     mixed = cos * sin * (along - across)
     return np.array([[cos**2 * along + sin**2 * across, mixed], [mixed, sin**2 * along + cos**2 * across]])
 
 
 def variance_along(covariance: Floats, heading: float) -> Floats:
     """(2,) variances of a covariance (2, 2) along and across a heading."""
-    cos, sin = np.cos(heading), np.sin(heading)
-    axes = np.array([[cos, sin], [-sin, cos]])
-    return np.asarray(np.einsum("ki,ij,kj->k", axes, covariance, axes))
+    cos, sin = math.cos(heading), math.sin(heading)
+    (xx, xy), (yx, yy) = covariance.tolist()
+
+    def along(x: float, y: float) -> float:
+        return float((x * xx * x + x * xy * y) + (y * yx * x + y * yy * y))
+
+    return np.array([along(cos, sin), along(-sin, cos)])
 
 
 def mahalanobis(residual: Floats, covariance: Floats) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ from tracker.detection.deskew import Movers
 from tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
 from tracker.records import NO_TRACK, Status, StepTrace, Tracks
 from tracker.scan import Scan
-from tracker.tracking import track_arrays
+from tracker.tracking import joint_correction, joint_prediction, track_arrays
 from tracker.tracking.association import AssociationConfig
 from tracker.tracking.associator import Associator, HungarianAssociator
 from tracker.tracking.confirmation import TrackLifeConfig
@@ -114,8 +114,8 @@ class Tracker:
         predictions = track_arrays.predictions(tracks)
         hypotheses = hypothesise(predictions, seen, self.config.reading)
         pairs = self._associator.associate(tracks, predictions, hypotheses, seen)
-        for t, b in pairs:
-            tracks[t].update(track_observation(hypotheses, seen, t, b))
+        observations = [track_observation(hypotheses, seen, t, b) for t, b in pairs]
+        joint_correction.update([tracks[t] for t, _ in pairs], observations)
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
         self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)
@@ -128,8 +128,7 @@ class Tracker:
         dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
         step = motion(dt, self.config.filters)
         self._time = time
-        for track in tracks:
-            track.predict(step)
+        joint_prediction.predict(tracks, step)
         return tracks
 
 

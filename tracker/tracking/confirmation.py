@@ -3,11 +3,9 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.geometry import rotate
+from tracker.geometry import rotate_one
 from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
 from tracker.tracking.side_lengths import correlated_sum, vehicle_log_odds
 from tracker.tracking.track_observation import TrackObservation
@@ -98,12 +96,12 @@ class Confirmation:
 
         A single truncated face seems to slide along itself when its occluder moves, so only its motion across counts.
         """
-        fixed = seen.whole | (seen.size[::-1] > FACE_MIN_M)
-        self._left |= bool(np.any(fixed & footprint.clear_of(self._birthplace)))
+        faces = seen.size[::-1] > FACE_MIN_M
+        self._left = self._left or bool(((seen.whole | faces) & footprint.clear_of(self._birthplace)).any())
         moves = False
-        for axis in np.flatnonzero(seen.exact & (seen.size[::-1] > FACE_MIN_M)).tolist():
+        for axis in (seen.exact & faces).nonzero()[0].tolist():
             end = (axis, int(seen.corner_sign[axis]))
-            shift = rotate(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
+            shift = rotate_one(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
             moves |= abs(shift) > LEFT_MARGIN_M
         self._moved_views = self._moved_views + 1 if moves else 0
         self._left |= self._moved_views >= self._config.moved_views_min

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tracker.arrays import Floats, Ints
-from tracker.geometry import rotate
+from tracker.geometry import rotate_one
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
@@ -47,7 +47,8 @@ class CornerEstimator:
         self.independent = IndependentFilters(position, first.covariance, config.filters)
         self.sign = first.corner_sign
         """(2,) signs of the corner in the vehicle's frame."""
-        self._error = CornerError(first, heading, unseen, config.corner)
+        self.error = CornerError(first, heading, unseen, config.corner)
+        """Time-correlated error of the position."""
         self._orientation = config.orientation
         self._models = config.filters.models
         self._filters = config.filters
@@ -56,12 +57,17 @@ class CornerEstimator:
     @property
     def model(self) -> int:
         """Index of the selected model: the highest score of (12)."""
-        return int(np.argmax(self.bank.probability))
+        return int(self.bank.probability.argmax())
 
     @property
     def model_name(self) -> str:
         """Name of the selected model."""
         return self._models[self.model]
+
+    @property
+    def selected(self) -> Floats:
+        """(2,) position by the selected model [m]."""
+        return self.bank.filters.mean[self.model, :2]
 
     @property
     def position(self) -> Floats:
@@ -76,8 +82,8 @@ class CornerEstimator:
     @property
     def speed(self) -> float:
         """Root mean square of the speed [m/s], which includes its uncertainty."""
-        covariance = self.bank.estimate[1]
-        return math.sqrt(float(np.sum(self.velocity**2)) + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
+        covariance, (x, y) = self.bank.estimate[1], self.velocity.tolist()
+        return math.sqrt(x * x + y * y + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
 
     def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
         """Direction of motion of the rear axle, None for a vehicle that may be stationary.
@@ -100,7 +106,7 @@ class CornerEstimator:
 
     def offset_covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the time-correlated error, odometry frame [m^2]."""
-        return self._error.covariance(heading)
+        return self.error.covariance(heading)
 
     def covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the position [m^2]."""
@@ -134,12 +140,12 @@ class CornerEstimator:
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
         """Update the filters and the time-correlated error by one observation."""
-        measured = self.bank.filters.mean[self.model, :2] + seen.misfit[self.model]
-        released = self._error.released(seen, heading)
+        measured = self.selected + seen.misfit[self.model]
+        released = self.error.released(seen, heading)
         self.bank.inflate(released)
         self.independent.inflate(released)
         covariance = self.bank.observe(seen.misfit, seen.covariance)
-        self._error.observe(seen.exact, covariance, heading)
+        self.error.observe(seen.exact, covariance, heading)
         self.independent.observe(measured, covariance)
 
     def shift(self, offset: Floats, yaw_rate: float) -> None:
@@ -150,13 +156,13 @@ class CornerEstimator:
 
     def change_corner(self, sign: Ints, size: Floats, unseen: Floats, heading: float, yaw_rate: float) -> Floats:
         """Track another corner of a vehicle of size (2,) [m] and yaw rate [rad/s]; return the vector (2,) to it [m]."""
-        offset = rotate(0.5 * (sign - self.sign) * size, heading)
+        offset = rotate_one(0.5 * (sign - self.sign) * size, heading)
         self.shift(offset, yaw_rate)
-        self._error.change_corner(sign != self.sign, unseen)
+        self.error.change_corner(sign != self.sign, unseen)
         self.sign = sign
         return offset
 
     def turn(self, quarters: int) -> None:
         """Identify the same corner in a frame turned by `quarters`."""
         self.sign = orientation.turn_sign(self.sign, quarters)
-        self._error.turn(quarters)
+        self.error.turn(quarters)

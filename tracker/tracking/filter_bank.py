@@ -2,8 +2,6 @@
 
 from typing import Protocol
 
-import numpy as np
-
 from tracker.arrays import Floats
 from tracker.tracking import mma
 from tracker.tracking.filters import Filters, Motion
@@ -75,8 +73,8 @@ class ScoredFilters:
     def __init__(self, filters: Filters, tail_dof: float, probability_floor: float) -> None:
         self.filters = filters
         self.probability = mma.initial_probability(len(filters.mean))
-        self._tail_dof = tail_dof
-        self._floor = probability_floor
+        self.tail_dof = tail_dof
+        self.floor = probability_floor
 
     @property
     def weights(self) -> Floats:
@@ -85,8 +83,8 @@ class ScoredFilters:
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Score the filters by (12) and correct them; see `FilterBank.observe`."""
-        evidence, scale = mma.score(self.filters, residual, noise, self._tail_dof)
-        self.probability = mma.update(self.probability, evidence, self._floor)
+        evidence, scale = mma.score(self.filters, residual, noise, self.tail_dof)
+        self.probability = mma.update(self.probability, evidence, self.floor)
         self.filters.correct(residual, scale * noise)
         return scale * noise
 
@@ -108,21 +106,21 @@ class SelectedBank(ScoredFilters):
 
     def __init__(self, filters: Filters, config: MmaConfig) -> None:
         super().__init__(filters, config.tail_dof, mma.LEAST_PROBABILITY)
-        self._config = config
+        self.config = config
 
     @property
     def mode_time_s(self) -> float:
         """Mean time in a mode [s]."""
-        return self._config.mode_time_s
+        return self.config.mode_time_s
 
     @property
     def estimate(self) -> tuple[Floats, Floats]:
         """State (6,) and covariance (6, 6) of the filter of the highest score."""
-        best = int(np.argmax(self.probability))
+        best = self.probability.argmax()
         return self.filters.mean[best], self.filters.covariance[best]
 
     def predict(self, motion: Motion) -> None:
         """Mix the filters and move on by one time step."""
-        chain = mma.transitions(self.filters, motion.dt, self._config, motion.names)
+        chain = mma.transitions(self.filters, motion.dt, self.config, motion.names)
         self.filters, self.probability = mma.mix(self.filters, self.probability, chain)
         self.filters.predict(motion.models)

@@ -7,6 +7,7 @@ from it when mixing. One pass of numpy updates any number of filters. filterpy i
 `tracker.tracking.imm`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -188,12 +189,12 @@ def prior_variances(config: FilterConfig) -> Floats:
 
 @dataclass(slots=True, eq=False)
 class Filters:
-    """K Kalman filters of n states each; measurements are of the first states."""
+    """Kalman filters of n states each, in an array of any shape; measurements are of the first states."""
 
     mean: Floats
-    """(K, n)."""
+    """(..., n)."""
     covariance: Floats
-    """(K, n, n)."""
+    """(..., n, n)."""
 
     def predict(self, step: Step) -> None:
         """Move on by one time step."""
@@ -201,13 +202,18 @@ class Filters:
         self.covariance = step.transition @ self.covariance @ step.transition.swapaxes(-1, -2) + step.noise
 
     def correct(self, residual: Floats, noise: Floats) -> None:
-        """Correct by innovations (K, m) of the first m states, with measurement noise (m, m)."""
+        """Correct by innovations (..., m) of the first m states, with measurement noise (m, m) or (..., m, m)."""
         measured = residual.shape[-1]
-        innovation = self.covariance[:, :measured, :measured] + noise
-        gain = np.linalg.solve(innovation, self.covariance[:, :measured]).swapaxes(-1, -2)
+        innovation = self.covariance[..., :measured, :measured] + noise
+        gain = np.linalg.solve(innovation, self.covariance[..., :measured, :]).swapaxes(-1, -2)
         self.mean = self.mean + (gain @ residual[..., None])[..., 0]
-        self.covariance = self.covariance - gain @ self.covariance[:, :measured]
+        self.covariance = self.covariance - gain @ self.covariance[..., :measured, :]
         self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
+
+
+def stacked(filters: Sequence[Filters]) -> Filters:
+    """Return filters (T, M) of T lists of M filters."""
+    return Filters(np.array([one.mean for one in filters]), np.array([one.covariance for one in filters]))
 
 
 def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:

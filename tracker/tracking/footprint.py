@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.arrays import Bools, Floats
-from tracker.geometry import projected_size, rotate
+from tracker.geometry import projected_size, rotate_one
 
 LEFT_MARGIN_M = 1.5
 """Clearance of a vehicle that left a place [m]: the position of a small piece of wall along the wall is this
@@ -29,6 +29,6 @@ class Footprint:
         The speed of a filter does not show that an object moved: while more and more of a wall comes into view, its
         centre moves like that of a vehicle, but it always overlaps its first footprint.
         """
-        away = np.abs(rotate(self.center - other.center, -self.heading))
+        away = np.abs(rotate_one(self.center - other.center, -self.heading))
         taken = self.size + projected_size(other.size, other.heading - self.heading)
         return np.asarray(away > 0.5 * taken + LEFT_MARGIN_M)

@@ -1,7 +1,5 @@
 """Heading of one tracked vehicle: a Kalman filter of heading and yaw rate, and the choice of the front."""
 
-import numpy as np
-
 from tracker.arrays import Bools, Floats
 from tracker.geometry import QUARTER
 from tracker.tracking import orientation
@@ -37,7 +35,7 @@ class HeadingEstimator:
     @property
     def heading(self) -> float:
         """Heading [rad]."""
-        return float(self._filter.state[0][0])
+        return self._filter.heading
 
     @property
     def state(self) -> tuple[Floats, Floats]:
@@ -107,7 +105,7 @@ class HeadingEstimator:
             self._contradicted_from, self.oriented = position, True
             self._filter.support(course.direction, course.variance)
             return 0
-        travelled = np.hypot(*(position - self._contradicted_from))
+        travelled = abs(complex(*(position - self._contradicted_from).tolist()))
         if travelled > orientation.way_needed(quarters, seen_size, self._config.orientation):
             self.oriented = True
             return quarters

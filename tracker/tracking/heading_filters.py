@@ -33,6 +33,11 @@ class PaperHeading:
         self._rejections = 0
 
     @property
+    def heading(self) -> float:
+        """Heading [rad]."""
+        return float(self._filter.mean[0, 0])
+
+    @property
     def state(self) -> tuple[Floats, Floats]:
         """Heading and yaw rate (2,), and their covariance (2, 2)."""
         return self._filter.mean[0], self._filter.covariance[0]
@@ -124,6 +129,11 @@ class AdaptiveHeading:
         self._second: TurnFilter | None = None
         self._second_s = 0.0
         self._dt = 0.0
+
+    @property
+    def heading(self) -> float:
+        """Heading [rad]."""
+        return self._filter.heading
 
     @property
     def state(self) -> tuple[Floats, Floats]:

@@ -63,49 +63,50 @@ def initial_probability(count: int = len(MODELS)) -> Floats:
 
 
 def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[str, ...] = MODELS) -> Floats:
-    """(M, M) probability of the change from one mode (row) to another (column) within `dt` [s].
+    """(..., M, M) probability of the change from one mode (row) to another (column) within `dt` [s].
 
     A vehicle leaves its mode for any other one after `mode_time_s` on average. The change to stationary depends on
     the state, as in Seah and Hwang (2009): a moving model with a low speed describes a stationary vehicle. The
     likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
     leaves = -np.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
-    chain = np.full((len(models), len(models)), leaves)
+    chain = np.full((*filters.mean.shape[:-1], len(models)), leaves)
     if "stationary" in models:
-        stops = -np.expm1(-dt / config.stopping_time_s)
-        chain[:, models.index("stationary")] = np.maximum(stops * slow(filters, config.standing_mps), LEAST_PROBABILITY)
-    np.fill_diagonal(chain, 0.0)
-    chain /= np.maximum(chain.sum(axis=1, keepdims=True), 1.0)  # after a long gap every mode has been left
-    np.fill_diagonal(chain, 1.0 - chain.sum(axis=1))
+        stops = -np.expm1(-dt / config.stopping_time_s) * slow(filters, config.standing_mps)
+        chain[..., models.index("stationary")] = np.maximum(stops, LEAST_PROBABILITY)
+    same = np.arange(len(models))
+    chain[..., same, same] = 0.0
+    chain /= np.maximum(chain.sum(axis=-1, keepdims=True), 1.0)  # after a long gap every mode has been left
+    chain[..., same, same] = 1.0 - chain.sum(axis=-1)
     return chain
 
 
 def slow(filters: Filters, limit_mps: float) -> Floats:
-    """(M,) probability by each filter that the speed along its direction of motion is below the limit."""
-    velocity, covariance = filters.mean[:, 2:4], filters.covariance[:, 2:4, 2:4]
-    speed = np.hypot(*velocity.T)
-    moves = speed[:, None] > NO_SPEED_MPS
-    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[:, None], (1.0, 0.0))
-    std = np.sqrt(np.einsum("mi,mij,mj->m", direction, covariance, direction))
+    """(..., M) probability by each filter that the speed along its direction of motion is below the limit."""
+    velocity, covariance = filters.mean[..., 2:4], filters.covariance[..., 2:4, 2:4]
+    speed = np.hypot(velocity[..., 0], velocity[..., 1])
+    moves = speed[..., None] > NO_SPEED_MPS
+    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[..., None], (1.0, 0.0))
+    std = np.sqrt(np.einsum("...i,...ij,...j->...", direction, covariance, direction))
     return np.asarray(scipy.special.ndtr((limit_mps - speed) / std) - scipy.special.ndtr((-limit_mps - speed) / std))
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:
-    """Return the mixed filters, and the model probabilities (M,) before (12).
+    """Return the mixed filters, and the model probabilities (..., M) before (12).
 
     Bar-Shalom, Li, Kirubarajan (2001), 11.6.6: filter j starts from the mean and covariance of the mixture of all
     filters i, weighted by the probability that the vehicle was in mode i if it is in mode j now.
     """
-    flow = probability[:, None] * chain
-    prior = flow.sum(axis=0)
-    share = flow / prior
-    mean = share.T @ filters.mean
-    difference = filters.mean[:, None] - mean
-    second_moment = filters.covariance[:, None] + difference[..., :, None] * difference[..., None, :]
-    return Filters(mean, np.einsum("ij,ijkl->jkl", share, second_moment)), prior
+    flow = probability[..., None] * chain
+    prior = flow.sum(axis=-2)
+    share = flow / prior[..., None, :]
+    mean = share.swapaxes(-1, -2) @ filters.mean
+    difference = filters.mean[..., :, None, :] - mean[..., None, :, :]
+    second_moment = filters.covariance[..., :, None, :, :] + difference[..., :, None] * difference[..., None, :]
+    return Filters(mean, np.einsum("...ij,...ijkl->...jkl", share, second_moment)), prior
 
 
-def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, float]:
+def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, Floats]:
     """Log-likelihood (11) of each model, and a scale for the measurement noise.
 
     The paper prints S = H P H' in (10), without the measurement noise; here S = H P H' + R. In place of the normal
@@ -116,36 +117,36 @@ def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) ->
     Parameters
     ----------
     residual
-        (M, 2) innovations [m].
+        (..., M, 2) innovations [m].
     noise
-        (2, 2) covariance of the measurement [m^2].
+        (..., 2, 2) covariance of the measurement [m^2].
 
     Returns
     -------
     Floats
-        (M,) log-likelihoods.
-    float
-        Factor on the measurement noise of this update, by the innovation of the nearest model: the mean scale of the
-        covariance under the t-distribution (Roth, Ozkan, Gustafsson 2013).
+        (..., M) log-likelihoods.
+    Floats
+        (...) factor on the measurement noise of this update, by the innovation of the nearest model: the mean scale
+        of the covariance under the t-distribution (Roth, Ozkan, Gustafsson 2013).
     """
-    squared, determinant = mahalanobis(residual, filters.covariance[:, :2, :2] + noise)
+    squared, determinant = mahalanobis(residual, filters.covariance[..., :2, :2] + noise[..., None, :, :])
     density = -0.5 * (tail_dof + 2) * np.log1p(squared / tail_dof) - 0.5 * np.log((2 * np.pi) ** 2 * determinant)
-    return density, max(1.0, (tail_dof + float(squared.min())) / (tail_dof + 2))
+    return density, np.maximum(1.0, (tail_dof + squared.min(axis=-1)) / (tail_dof + 2))
 
 
 def update(probability: Floats, evidence: Floats, floor: float = LEAST_PROBABILITY) -> Floats:
-    """Return the model probabilities (M,) after one observation, equation (12) in logarithms.
+    """Return the model probabilities (..., M) after one observation, equation (12) in logarithms.
 
     Parameters
     ----------
     probability
-        (M,) before the observation, all above 0.
+        (..., M) before the observation, all above 0.
     evidence
-        (M,) logarithm of (11) under each model. A common offset cancels, so that outliers do not underflow.
+        (..., M) logarithm of (11) under each model. A common offset cancels, so that outliers do not underflow.
     floor
         Lower limit of a probability.
     """
     score = np.log(probability) + evidence
-    posterior = np.exp(score - score.max())
-    posterior = np.maximum(posterior / posterior.sum(), floor)
-    return np.asarray(posterior / posterior.sum())
+    posterior = np.exp(score - score.max(axis=-1, keepdims=True))
+    posterior = np.maximum(posterior / posterior.sum(axis=-1, keepdims=True), floor)
+    return np.asarray(posterior / posterior.sum(axis=-1, keepdims=True))

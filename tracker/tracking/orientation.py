@@ -89,17 +89,18 @@ class Course(NamedTuple):
 
 def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> Course | None:
     """Direction of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
-    significance = velocity @ np.linalg.solve(covariance, velocity)
-    if np.hypot(*velocity) < config.course_speed_min_mps or significance < config.course_sigma**2:
-        return None
     x, y = velocity.tolist()
+    if abs(complex(x, y)) < config.course_speed_min_mps:
+        return None
+    if velocity @ np.linalg.solve(covariance, velocity) < config.course_sigma**2:
+        return None
     across = np.array([-y, x]) / (x * x + y * y)
     return Course(math.atan2(y, x), float(across @ covariance @ across))
 
 
 def by_course(heading: float, course: float) -> int:
     """Quarter turns by which the direction of motion contradicts the heading."""
-    return int(np.round(wrap(course - heading) / QUARTER)) % 4
+    return round(wrap(course - heading) / QUARTER) % 4
 
 
 def way_needed(quarters: int, size: Floats, config: OrientationConfig) -> float:

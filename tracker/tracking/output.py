@@ -15,34 +15,38 @@ REPORTED_DIM = 8
 """State of the filters, then heading and yaw rate."""
 
 
-def state(track: Track) -> tuple[Floats, Floats]:
-    """Return state (8,) and covariance (8, 8) in the order of (6); states that the selected model omits are zero."""
-    mean, covariance = np.zeros(REPORTED_DIM), np.zeros((REPORTED_DIM, REPORTED_DIM))
-    mean[:STATE_DIM], covariance[:STATE_DIM, :STATE_DIM] = track.corner.bank.estimate
-    mean[STATE_DIM:], covariance[STATE_DIM:, STATE_DIM:] = track.yaw_state
-    covariance[:2, :2] = track.covariance
+def states(tracks: Sequence[Track], offset: Floats) -> tuple[Floats, Floats]:
+    """Return states (T, 8) and covariances (T, 8, 8) in the order of (6); states that a selected model omits are zero.
+
+    `offset` (T, 2, 2) is the covariance of the time-correlated error of each tracked corner [m^2].
+    """
+    count, turned = len(tracks), slice(STATE_DIM, None)
+    mean, covariance = np.zeros((count, REPORTED_DIM)), np.zeros((count, REPORTED_DIM, REPORTED_DIM))
+    for t, track in enumerate(tracks):
+        mean[t, :STATE_DIM], covariance[t, :STATE_DIM, :STATE_DIM] = track.corner.bank.estimate
+        mean[t, turned], covariance[t, turned, turned] = track.yaw_state
+    covariance[:, :2, :2] += offset
     return mean, covariance
 
 
 def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
     """Return one row per track, oldest first; `models` are the names of their filters."""
-    states = [state(track) for track in tracks]
     count, m = len(tracks), len(models)
     independent = [track.corner.independent.filters for track in tracks]
-    covariance = [
-        own.covariance[:, :2, :2] + track.offset_covariance for own, track in zip(independent, tracks, strict=True)
-    ]
+    offset = np.reshape([track.offset_covariance for track in tracks], (count, 2, 2))
+    mean, covariance = states(tracks, offset)
+    corner_covariance = np.reshape([own.covariance[:, :2, :2] for own in independent], (count, m, 2, 2))
     return Tracks(
         id=np.array([track.id for track in tracks], dtype=np.int64),
         status=np.array([track.status for track in tracks], dtype=np.uint8),
-        mean=np.array([mean for mean, _ in states]).reshape(count, REPORTED_DIM),
-        covariance=np.array([cov for _, cov in states]).reshape(count, REPORTED_DIM, REPORTED_DIM),
+        mean=mean,
+        covariance=covariance,
         model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, m),
         model=np.array([track.corner.model for track in tracks], dtype=np.int64),
         model_position_odom=np.array([own.mean[:, :2] for own in independent]).reshape(count, m, 2),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
         size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=np.array(covariance).reshape(count, m, 2, 2),
+        model_covariance_odom=corner_covariance + offset[:, None],
         model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, m),
         prediction_odom=predictions(tracks, models),
         models=models,

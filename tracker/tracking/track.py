@@ -3,7 +3,7 @@
 import numpy as np
 
 from tracker.arrays import Bools, Floats
-from tracker.geometry import rotate
+from tracker.geometry import rotate_one
 from tracker.records import Status
 from tracker.tracking import extent, orientation
 from tracker.tracking.confirmation import Confirmation
@@ -21,6 +21,7 @@ from tracker.tracking.turning import (
     Turn,
     axle_to_corner,
     motion_direction,
+    straight,
     turning_among,
     with_turn,
     with_turning_acceleration,
@@ -113,11 +114,11 @@ class Track:
     @property
     def turn(self) -> Turn:
         """Known inputs of turning models."""
-        (heading, yaw_rate), variance = self._heading.state
-        from_axle = rotate(axle_to_corner(self.corner.sign, self.size), heading)
-        velocity = self.corner.velocity
-        direction = motion_direction(complex(*velocity), float(heading), float(yaw_rate), complex(*from_axle))
-        return Turn(float(yaw_rate), variance[1, 1], variance[0, 0], complex(*velocity), direction)
+        state, variance = self._heading.state
+        (heading, yaw_rate), velocity = state.tolist(), complex(*self.corner.velocity.tolist())
+        from_axle = rotate_one(axle_to_corner(self.corner.sign, self.size), heading)
+        direction = motion_direction(velocity, heading, yaw_rate, complex(*from_axle.tolist()))
+        return Turn(yaw_rate, variance[1, 1], variance[0, 0], velocity, direction)
 
     @property
     def seen(self) -> bool:
@@ -143,11 +144,15 @@ class Track:
     @property
     def footprint(self) -> Footprint:
         """Area that was seen to be covered by the vehicle, starting at the tracked corner."""
-        middle = self.corner.position - rotate(0.5 * self.corner.sign * self.seen_size, self.heading)
+        middle = self.corner.position - rotate_one(0.5 * self.corner.sign * self.seen_size, self.heading)
         return Footprint(middle, self.heading, self.seen_size)
 
     def predict(self, motion: Motion) -> None:
-        """Move on by one time step; terminate the track if it has coasted for too long.
+        """Move on by one time step; terminate the track if it has coasted for too long."""
+        self.corner.predict(*self.advance(motion))
+
+    def advance(self, motion: Motion) -> tuple[Motion, Motion]:
+        """Move all but the corner on by one time step; return the motions of its independent filters and of its bank.
 
         Of the paper's models, only constant acceleration lets a vehicle turn: the others set its yaw rate to zero. With
         a turning model in the bank only the stationary one does.
@@ -157,7 +162,7 @@ class Track:
             turns = self.corner.model_name != "stationary"
             motion = with_turn(motion, self.turn)
         self._heading.predict(motion, self.corner.speed, turning=turns)
-        self.corner.predict(motion, self._bank_motion(motion))
+        of_bank = self._bank_motion(motion)
         self.unseen_s += motion.dt
         self.age_s += motion.dt
         life = self._config.life
@@ -165,12 +170,20 @@ class Track:
         missed_s = self.unseen_s - motion.dt if tentative else self.unseen_s
         if missed_s > (life.tentative_coast_s if tentative else life.coast_s):
             self.status = Status.DEAD
+        return motion, of_bank
 
     def update(self, seen: TrackObservation) -> None:
         """Update all estimates by one observation."""
-        if self.hits == 1:
-            seen = self.corner.start(seen, self.unseen_s)
+        seen = self.admit(seen)
         self.corner.observe(seen, self.heading)
+        self.follow(seen)
+
+    def admit(self, seen: TrackObservation) -> TrackObservation:
+        """Return an observation for the corner; the second one of a track shows its speed."""
+        return self.corner.start(seen, self.unseen_s) if self.hits == 1 else seen
+
+    def follow(self, seen: TrackObservation) -> None:
+        """Update all but the corner, which was updated before, by one observation."""
         self._heading.observe(seen.heading, seen.heading_variance)
         self._heading.observe_sides(seen.size, seen.whole)
         self.hits += 1
@@ -206,7 +219,7 @@ class Track:
         heading [m].
         """
         own = 0.5 * self.corner.sign * self.seen_size
-        offset = rotate(np.where(self.corner.sign > 0, high, low) - own, self.heading)
+        offset = rotate_one(np.where(self.corner.sign > 0, high, low) - own, self.heading)
         self.corner.shift(offset, self._heading.yaw_rate)
         self._heading.shift(offset)
         self._size.extend(high - low)
@@ -230,8 +243,8 @@ class Track:
 
     def _bank_motion(self, motion: Motion) -> Motion:
         """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
-        filters = self._config.filters
-        if filters.heading == "paper":
+        filters, velocity = self._config.filters, complex(*self.corner.velocity.tolist())
+        if filters.heading == "paper" or straight(self._heading.yaw_rate, velocity, filters.jerk_std_mps3):
             return motion
         return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
 
@@ -243,7 +256,7 @@ class Track:
     @property
     def _course(self) -> Course | None:
         """Direction of motion, None for a vehicle that may be stationary."""
-        to_axle = -rotate(axle_to_corner(self.corner.sign, self.size), self.heading)
+        to_axle = -rotate_one(axle_to_corner(self.corner.sign, self.size), self.heading)
         return self.corner.course(to_axle, self._heading.yaw_rate, self._heading.yaw_rate_variance)
 
     def _turn(self, quarters: int) -> None:

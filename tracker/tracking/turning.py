@@ -82,14 +82,18 @@ def with_turn(motion: Motion, turn: Turn) -> Motion:
     return replace(motion, models=Step(transition, noise))
 
 
+def straight(yaw_rate: float, velocity: complex, jerk_std_mps3: float) -> bool:
+    """Return True if the jerk of a turn is negligible beside that of constant acceleration."""
+    return yaw_rate**2 * abs(velocity) < NEGLIGIBLE_SHARE * jerk_std_mps3
+
+
 def with_turning_acceleration(motion: Motion, turn: Turn, jerk_std_mps3: float) -> Motion:
     """Return the motion with the acceleration of the model `ca` turning at the known yaw rate.
 
     In a turn the acceleration towards the centre changes by a jerk w^2 v. The transition is that of `ctra`, and the
     noise that of the jerk by the error of the yaw rate. Far below the jerk of the model the turn has no effect.
     """
-    jerk = turn.yaw_rate**2 * abs(turn.velocity)
-    if "ca" not in motion.names or jerk < NEGLIGIBLE_SHARE * jerk_std_mps3:
+    if "ca" not in motion.names or straight(turn.yaw_rate, turn.velocity, jerk_std_mps3):
         return motion
     m, dt = motion.names.index("ca"), motion.dt
     transition, noise = motion.models.transition.copy(), motion.models.noise.copy()
@@ -150,10 +154,15 @@ def turned_integrals(rate: Floats, end: Floats) -> tuple[Complexes, Complexes]:
 
 def real(matrix: Complexes) -> Floats:
     """(2n, 2n) real matrix of a complex one (n, n), for vectors x, y, ..."""
-    return np.asarray(np.kron(matrix.real, np.eye(2)) + np.kron(matrix.imag, np.array([[0.0, -1.0], [1.0, 0.0]])))
+    rows, columns = matrix.shape
+    pairs = np.empty((rows, 2, columns, 2))
+    pairs[:, 0, :, 0] = pairs[:, 1, :, 1] = matrix.real
+    pairs[:, 1, :, 0] = matrix.imag
+    pairs[:, 0, :, 1] = -matrix.imag
+    return pairs.reshape(2 * rows, 2 * columns)
 
 
 def outer(vector: Complexes) -> Floats:
     """(2n, 2n) outer product of a complex vector (n,) with itself, as a real vector x, y, ..."""
-    flat = np.column_stack([vector.real, vector.imag]).ravel()
-    return np.outer(flat, flat)
+    flat = vector.view(np.float64)
+    return np.asarray(flat[:, None] * flat)

@@ -1,0 +1,96 @@
+"""Update of all tracks: the filters of all banks are scored and corrected as one batch of arrays."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from tracker.arrays import Floats
+from tracker.geometry import mahalanobis
+from tracker.tracking import mma
+from tracker.tracking.corner_estimator import CornerEstimator
+from tracker.tracking.filter_bank import ScoredFilters
+from tracker.tracking.filters import Filters, stacked
+from tracker.tracking.independent_filters import IndependentFilters
+from tracker.tracking.track import Track
+from tracker.tracking.track_observation import TrackObservation
+
+
+class Update(NamedTuple):
+    """Update of one corner."""
+
+    corner: CornerEstimator
+    bank: ScoredFilters
+    """The bank of the corner."""
+    seen: TrackObservation
+    heading: float
+    """[rad]."""
+
+
+def update(tracks: Sequence[Track], seen: Sequence[TrackObservation]) -> None:
+    """Update each track by its observation; the same as `Track.update` of each."""
+    admitted = [track.admit(one) for track, one in zip(tracks, seen, strict=True)]
+    observe_corners([track.corner for track in tracks], admitted, [track.heading for track in tracks])
+    for track, one in zip(tracks, admitted, strict=True):
+        track.follow(one)
+
+
+def observe_corners(
+    corners: Sequence[CornerEstimator], seen: Sequence[TrackObservation], headings: Sequence[float]
+) -> None:
+    """Update the corners of T tracks with headings [rad] by one observation each.
+
+    Banks with the update of `ScoredFilters` form a batch for each setting of the scores; others are updated one by one.
+    """
+    batches: dict[tuple[float, float], list[Update]] = {}
+    for corner, one, heading in zip(corners, seen, headings, strict=True):
+        bank = corner.bank
+        if isinstance(bank, ScoredFilters) and type(bank).observe is ScoredFilters.observe:
+            batches.setdefault((bank.tail_dof, bank.floor), []).append(Update(corner, bank, one, heading))
+        else:
+            corner.observe(one, heading)
+    for settings, batch in batches.items():
+        _observe_together(batch, *settings)
+
+
+def _observe_together(updates: Sequence[Update], tail_dof: float, floor: float) -> None:
+    """Update corners whose banks have equal settings, in the order of `CornerEstimator.observe`."""
+    misfit, noise = (np.array([getattr(each.seen, name) for each in updates]) for name in ("misfit", "covariance"))
+    released = np.array([each.corner.error.released(each.seen, each.heading) for each in updates])
+    measured = np.array([each.corner.selected + each.seen.misfit[each.corner.model] for each in updates])
+    noise = _observe_banks([each.bank for each in updates], misfit, noise, released, (tail_dof, floor))
+    for each, covariance in zip(updates, noise, strict=True):
+        each.corner.error.observe(each.seen.exact, covariance, each.heading)
+    _observe_independent([each.corner.independent for each in updates], measured, noise, released)
+
+
+def _observe_banks(
+    banks: Sequence[ScoredFilters], residual: Floats, noise: Floats, released: Floats, settings: tuple[float, float]
+) -> Floats:
+    """Score and correct T banks by residuals (T, M, 2) [m]; return the covariance (T, 2, 2) of the updates [m^2].
+
+    `noise` (T, 2, 2) is that of the measurements, and `released` (T, 2, 2) is added to the positions before [m^2].
+    `settings` are the degrees of freedom of the score and the lower limit of a probability.
+    """
+    filters, (tail_dof, floor) = stacked([bank.filters for bank in banks]), settings
+    filters.covariance[..., :2, :2] += released[:, None]
+    evidence, scale = mma.score(filters, residual, noise, tail_dof)
+    probability = mma.update(np.array([bank.probability for bank in banks]), evidence, floor)
+    used = np.asarray(scale[:, None, None] * noise)
+    filters.correct(residual, used[:, None])
+    for bank, mean, covariance, own in zip(banks, filters.mean, filters.covariance, probability, strict=True):
+        bank.filters, bank.probability = Filters(mean, covariance), own
+    return used
+
+
+def _observe_independent(
+    independent: Sequence[IndependentFilters], measured: Floats, noise: Floats, released: Floats
+) -> None:
+    """Correct the independent filters of T tracks by corners (T, 2) [m] with covariance `noise` (T, 2, 2) [m^2]."""
+    filters = stacked([own.filters for own in independent])
+    filters.covariance[..., :2, :2] += released[:, None]
+    residual = measured[:, None] - filters.mean[..., :2]
+    nis, _ = mahalanobis(residual, filters.covariance[..., :2, :2] + noise[:, None])
+    filters.correct(residual, noise[:, None])
+    for own, mean, covariance, one in zip(independent, filters.mean, filters.covariance, nis, strict=True):
+        own.filters, own.nis = Filters(mean, covariance), one
