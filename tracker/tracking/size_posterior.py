@@ -21,6 +21,9 @@ SIZE_STD_SHARE = 0.02
 MARGIN_M = 0.1
 """Errors of range and heading by which a piece may exceed its side [m]."""
 
+WHOLE_SHARE = 0.3
+"""Share of the sides that count as truncated, but are visible from end to end."""
+
 LOG_ODDS_MAX = 15.0
 """Maximum log-odds of one size against another, so that later views can correct it."""
 
@@ -48,7 +51,9 @@ class SizePosterior:
         self._view_correlation, self._forgetting = view_correlation, forgetting
         self._truncated, self._merged, self._hidden = truncated, merged, hidden
         self._log_likelihood = np.zeros((2, len(GRID_M)))
-        self._views = np.zeros(2, dtype=np.int64)
+        self._of_pieces = np.zeros((2, len(GRID_M)))
+        """Mean log-likelihoods of the truncated views: all of them together have the evidence of one."""
+        self._views, self._cut_views = np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64)
         self._estimate()
 
     def observe(self, observed: Floats, whole: Bools, visible: Bools) -> None:
@@ -57,26 +62,31 @@ class SizePosterior:
         weight = np.where(visible, np.maximum(1.0 / np.maximum(self._views, 1), self._view_correlation), 0.0)
         forgetting = np.where(visible & whole, self._forgetting, 0.0)
         self._add(observed, whole, weight, forgetting)
+        cut = visible & ~whole
+        self._cut_views = np.minimum(self._cut_views + cut, round(1.0 / self._forgetting))
+        average_pieces(self._of_pieces, observed, cut / np.maximum(self._cut_views, 1), self._hidden, self._merged)
+        self._estimate()
 
     def exceed(self, extents: Floats) -> None:
         """Exclude sides shorter than extents (2,) [m], which other evidence than a single view shows."""
         weight = np.full(2, LOG_ODDS_MAX)
         self._add(extents, np.zeros(2, np.bool_), weight, np.zeros(2))
+        self._estimate()
 
     def turn(self, quarters: int) -> None:
         """Rename the sides for a heading turned by `quarters`."""
         if quarters % 2:
-            self._log_likelihood, self._views = self._log_likelihood[::-1].copy(), self._views[::-1].copy()
+            self._log_likelihood, self._of_pieces = self._log_likelihood[::-1].copy(), self._of_pieces[::-1].copy()
+            self._views, self._cut_views = self._views[::-1].copy(), self._cut_views[::-1].copy()
             self._estimate()
 
     def _add(self, observed: Floats, whole: Bools, weight: Floats, forgetting: Floats) -> None:
-        """Add a view, and estimate the sides again."""
+        """Add a view to the log-likelihoods of independent views."""
         shares = (self._truncated, self._merged)
         add_view(self._log_likelihood, observed, whole, weight, forgetting, self._hidden, *shares)
-        self._estimate()
 
     def _estimate(self) -> None:
-        self.size, self.std = estimate(self._log_likelihood, _SHARE, _PRIOR)
+        self.size, self.std = estimate(self._log_likelihood + self._of_pieces, _SHARE, _PRIOR)
 
 
 @njit(cache=True)
@@ -114,6 +124,26 @@ def add_view(
             highest = max(highest, value)
         for g in range(len(GRID_M)):
             log_likelihood[axis, g] = max(log_likelihood[axis, g] - highest, -LOG_ODDS_MAX)
+
+
+@njit(cache=True)
+def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats, merged: float) -> None:
+    """Average a truncated view of extents (2,) [m] into mean log-likelihoods (2, G), in place.
+
+    The side shows a piece of any length, or all of it: an occluder or a gap between units that ends beside it counts as
+    truncation, too. The views of a scene that stands still are one view, so they are averaged, with gains (2,).
+    """
+    for axis in range(2):
+        if gain[axis] == 0.0:
+            continue
+        for g in range(len(GRID_M)):
+            side = GRID_M[g]
+            fits = 1.0 if observed[axis] < side + MARGIN_M else 0.0
+            std = math.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * side)
+            misfit = (observed[axis] - side + hidden[axis]) / std
+            seen = math.exp(-0.5 * misfit * misfit) / (std * math.sqrt(2.0 * math.pi))
+            density = (1.0 - WHOLE_SHARE) * fits / side + WHOLE_SHARE * seen + merged / GRID_M[-1]
+            mean[axis, g] += gain[axis] * (math.log(density) - mean[axis, g])
 
 
 @njit(cache=True)
