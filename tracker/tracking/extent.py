@@ -43,7 +43,8 @@ class ExtentConfig:
     """A side is known to exist completely if this share of it was seen."""
 
     def __post_init__(self) -> None:
-        require_within(self, 0.0, 1.0, "view_correlation", "forgetting", "truncated_probability")
+        require_within(self, 0.0, 1.0, "view_correlation", "truncated_probability")
+        require_within(self, 1e-3, 1.0, "forgetting")
         require_within(self, 1e-9, 1.0, "merged_probability")
         require_within(self, 0.0, 1e3, "hidden_length_m", "hidden_width_m")
 

@@ -6,15 +6,16 @@ from scipy import stats
 
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.size_estimator import SizeEstimator
-from tracker.tracking.size_posterior import (
+from tracker.tracking.size_likelihood import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
     MARGIN_M,
     SIZE_STD_SHARE,
+    WHOLE_SHARE,
     add_view,
-    posterior,
-    side_of_greatest_overlap,
+    average_pieces,
 )
+from tracker.tracking.size_posterior import posterior, side_of_greatest_overlap
 from tracker.tracking.vehicle_sizes import GRID_M, SIZE_CLASSES, side_probabilities
 
 CONFIG = ExtentConfig()
@@ -40,6 +41,23 @@ def test_a_view_of_a_whole_side_has_the_likelihood_of_its_mixture():
     expected = np.maximum(expected - expected.max(), -LOG_ODDS_MAX)
     assert log_likelihood[0] == pytest.approx(expected, abs=1e-9)
     assert not log_likelihood[1].any(), "a side without weight is not visible"
+
+
+def test_truncated_views_are_averaged():
+    """A hundred views of a vehicle that stands still have the evidence of one, with the likelihood of its mixture."""
+    mean, hidden = np.zeros((2, len(GRID_M))), np.array([0.3, 0.1])
+    for count in range(1, 101):
+        average_pieces(mean, np.array([4.0, 1.6]), np.array([1.0 / count, 0.0]), hidden, 0.05)
+    seen = stats.norm(GRID_M - 0.3, np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)).pdf(4.0)
+    piece = (GRID_M > 4.0 - MARGIN_M) / GRID_M
+    expected = np.log((1.0 - WHOLE_SHARE) * piece + WHOLE_SHARE * seen + 0.05 / GRID_M[-1])
+    assert mean[0] == pytest.approx(expected, abs=1e-9)
+    assert not mean[1].any()
+
+
+def test_a_side_between_two_gaps_of_units_has_its_length():
+    """A lorry beside the ego, both of whose ends are in gaps, counts as truncated in every view."""
+    assert size_after(*[((7.7, 2.3), (False, True))] * 50)[0] == pytest.approx(8.0, abs=0.9)
 
 
 def test_without_views_the_posterior_is_the_mixture_of_the_classes():
