@@ -9,6 +9,9 @@ from tracker.bounds import require_within
 from tracker.geometry import QUARTER, rotate
 from tracker.tracking.observations import Observations, uncut
 
+CAR_LENGTH_SPREAD_M = 1.5
+"""Difference of the lengths of cars at most [m], but for few: the corner's error covers it."""
+
 AMBIGUOUS_VARIANCE_M2 = 100.0
 """Variance of a measurement that neither corrects a filter nor separates models [m^2]."""
 
@@ -98,6 +101,7 @@ def hypothesise(tracks: Predictions, seen: Observations, config: HypothesisConfi
     near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
     cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), turned_ends(turns), axis=2)
     exact = shows_end(size, near, cut, tracks.size[:, None], config)
+    exact &= ~contradicts_size(tracks, seen, size, near, config)
     misfit, reach = misfits(tracks, seen, heading, size, near, exact)
     axes = rotate(np.eye(2), tracks.heading[:, None])
     # The position of a piece along its side is ambiguous: where it contradicts no model, it must not favour one.
@@ -135,6 +139,22 @@ def shows_end(size: Floats, near: Floats, cut: Bools, whole: Floats, config: Hyp
     """
     long = size >= config.whole_share * whole
     return (size[..., ::-1] >= config.face_min_m) | (~at_end(cut, near) & (long | at_end(cut, -near)))
+
+
+def contradicts_size(
+    tracks: Predictions, seen: Observations, size: Floats, near: Floats, config: HypothesisConfig
+) -> Bools:
+    """(T, B, 2) mask of axes on which a box contradicts an uncertain size: its far end is at the tracked end.
+
+    The near end of such a box corrects the size of the vehicle. It is no end that moved.
+    """
+    center = tracks.selected - tracks.to_corner
+    offset = rotate(seen.center - center[:, None], -tracks.heading[:, None])
+    tracked, growth = tracks.corner_sign[:, None], 0.5 * (size - tracks.size[:, None])
+    near_end, tracked_end = np.abs(offset + near * growth), np.abs(offset + tracked * growth)
+    uncertain = tracks.known_size < tracks.size - config.corner_margin_m
+    differs = (near_end > CAR_LENGTH_SPREAD_M) & (tracked_end < near_end)
+    return np.asarray(uncertain[:, None] & (near != tracked) & differs)
 
 
 def misfits(

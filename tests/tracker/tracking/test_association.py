@@ -37,6 +37,19 @@ def associate(tracks, seen):
     return assign(*score(tracks, hypothesise(tracks, seen, READING), seen, CONFIG))
 
 
+@pytest.mark.parametrize(("known_length", "gated"), [(0.1, True), (11.4, False)])
+def test_a_box_that_ends_at_the_tracked_end_corrects_an_uncertain_length(known_length, gated):
+    """A lorry of assumed 11.4 m is tracked by its front, 6 m ahead of the ego; the box beside the ego is 7.8 m long."""
+    track = dataclasses.replace(
+        expecting((0.3, 4.0, 0.0), (1, -1), (11.4, 2.5)), known_size=np.array([[known_length, 2.5]])
+    )
+    seen = observe_boxes((2.1, 4.0, 0.0), (7.8, 2.5))
+    hypotheses = hypothesise(track, seen, READING)
+    assert seen.corner_sign[0, 0] == -1, "the rear of the box is the nearer end"
+    assert hypotheses.exact[0, 0, 0] is np.bool_(not gated)
+    assert bool(associate(track, seen)) is gated
+
+
 def best_by_brute_force(cost, admissible):
     """Most pairs first, then the least total cost, over every pairing of rows and columns."""
     rows, columns = cost.shape
