@@ -109,7 +109,7 @@ def test_a_true_fit_of_a_rear_is_not_a_whole_vehicle():
 def test_true_association_has_no_id_switches():
     text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.05\n"  # nearly no box is inside such a gate
     lost, kept = short_run.run(text).metrics, short_run.run(text, OracleFactory([Stage.ASSOCIATION]))
-    assert lost["track.id_switches"].value + lost["track.missed"].value > 60
+    assert lost["track.id_switches"].value + lost["track.missed"].value > 0.6 * lost["track.missed"].n
     assert values(kept.metrics, "track.id_switches") == [0.0]
     ill = kept.tables["tracks"].query("status == 'confirmed' and not iou >= 0.5")
     assert (ill["length_m"] > 2 * 4.4).all()  # two parked cars in one segment, which no association can separate
@@ -162,8 +162,14 @@ def test_true_confirmation_coasts_as_the_tracker_does():
     ],
 )
 def test_an_oracle_does_not_affect_earlier_stages(stage, others):
-    """Except for small differences by feedback: tracks are used to deskew points."""
-    np.testing.assert_allclose(values(of(stage), *others), values(shipped(), *others), atol=0.02)
+    """Except for small differences by feedback, since tracks are used to deskew points: a few segments or points."""
+    for name in others:
+        ideal, real = of(stage)[name], shipped()[name]
+        if name.startswith("fit."):
+            assert ideal.value == pytest.approx(real.value, abs=0.02)
+        else:
+            assert ideal.n == pytest.approx(real.n, abs=3), name
+            assert ideal.value * ideal.n == pytest.approx(real.value * real.n, abs=2), name
 
 
 def test_oracles_combine():
