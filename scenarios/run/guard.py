@@ -124,7 +124,8 @@ class Guard:
         if self._process:
             self._call(self._process.finish)
         self._device = None
-        gc.collect()  # idle workers of an executor end with it
+        if self._threads:
+            gc.collect()  # idle workers of an executor end with it
         for thread in self._threads:
             thread.join(THREADS_END_S / len(self._threads))
         left = sorted(thread.name for thread in self._threads if thread.is_alive())
