@@ -4,11 +4,10 @@ luxloop sweep parked-truck --seeds 11-13   # and the other studies on the page
 python docs/draw_emergence.py sweeps
 """
 
-import shutil
 import sys
 from pathlib import Path
 
-from scenarios.study.study_page import PICTURES as FOLDER
+from study_figures import copy_figures
 
 PICTURES = {
     "emergence_truck_points": "parked-truck/01-target_enough_points_meeting_m",
@@ -20,14 +19,5 @@ PICTURES = {
 }
 """Study and figure, by the name in docs/pictures."""
 
-
-def main() -> None:
-    """Copy the figures."""
-    sweeps, docs = Path(sys.argv[1]), Path(__file__).parent / "pictures"
-    for name, source in PICTURES.items():
-        study, _, picture = source.partition("/")
-        shutil.copyfile(sweeps / study / FOLDER / f"{picture}.png", docs / f"{name}.png")
-
-
 if __name__ == "__main__":
-    main()
+    copy_figures(PICTURES, Path(sys.argv[1]))

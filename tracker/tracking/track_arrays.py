@@ -22,8 +22,12 @@ def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
 
 def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
     """Return centres (T, 2) [m], headings (T,) [rad] and sizes (T, 2) [m] of tracks, odometry frame."""
+    return from_corners(tracks, np.reshape([track.size for track in tracks], (-1, 2)))
+
+
+def from_corners(tracks: Sequence[Track], size: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return centres (T, 2) [m], headings (T,) [rad] and sizes of boxes of `size` (T, 2) [m] at the tracked corners."""
     corner, heading, sign = tracked_corners(tracks)
-    size = np.reshape([track.size for track in tracks], (-1, 2))
     return corner - rotate(0.5 * sign * size, heading), heading, size
 
 
@@ -33,10 +37,9 @@ def velocities(tracks: Sequence[Track]) -> Floats:
 
 
 def within(points: Floats, tracks: Sequence[Track]) -> Bools:
-    """(P, T) mask of points (P, 2) inside the boxes of tracks."""
-    corner, heading, sign = tracked_corners(tracks)
-    size = np.reshape([track.likely_size for track in tracks], (-1, 2))
-    return inside(points, corner - rotate(0.5 * sign * size, heading), heading, size)
+    """(P, T) mask of points (P, 2) inside the likely parts of tracks."""
+    likely = np.reshape([track.likely_size for track in tracks], (-1, 2))
+    return inside(points, *from_corners(tracks, likely))
 
 
 def pieces(tracks: Sequence[Track]) -> Pieces:

@@ -7,7 +7,6 @@ from typing import Protocol
 import numpy as np
 
 from tracker.arrays import Bools, Ints
-from tracker.geometry import rotate
 from tracker.merging import MergeConfig, hull, one_vehicle
 from tracker.records import NO_TRACK, Status
 from tracker.tracking import orientation, track_arrays
@@ -16,7 +15,7 @@ from tracker.tracking.model_selection import ModelSelection
 from tracker.tracking.observations import Observations
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import pieces, tracked_corners, within
+from tracker.tracking.track_arrays import from_corners, pieces, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 from tracker.tracking.traffic_flow import TrafficFlow
@@ -101,9 +100,8 @@ class DefaultTrackManagement:
         """Terminate every track inside the box of a confirmed one; of two confirmed tracks the older stays."""
         confirmed = [track for track in tracks if track.confirmed_now]
         ranked = confirmed + [track for track in tracks if not track.confirmed_now]
-        corner, heading, sign = tracked_corners(ranked)
-        seen_size = np.reshape([track.seen_size for track in ranked], (-1, 2))
-        taken = within(corner - rotate(0.5 * sign * seen_size, heading), confirmed)
+        center, *_ = from_corners(ranked, np.reshape([track.seen_size for track in ranked], (-1, 2)))
+        taken = within(center, confirmed)
         for rank, track in enumerate(ranked):
             if taken[rank, :rank].any():
                 track.status = Status.DEAD
