@@ -19,6 +19,10 @@ def compare(
         float,
         typer.Option(metavar="PERCENT", min=0.0, max=100.0, help="Loss to exclude for an exit code of 0 [%]."),
     ] = 2.0,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Also write a page (.html), Markdown (.md), or both into a folder."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare runs of the same scenarios and seeds.
@@ -28,14 +32,17 @@ def compare(
     import json
 
     from scenarios.compare import comparison as verdict
-    from scenarios.compare import comparison_table, run_pairs, sides
+    from scenarios.compare import comparison_files, comparison_table, run_pairs, sides
     from scenarios.compare.comparison_json import document
     from scenarios.report import text
 
+    files = comparison_files.files_of(report) if report else []
     comparison = verdict.compare(run_pairs.pair(sides.read(base), sides.read(head)), loss / 100.0)
+    comparison_files.write(files, comparison, str(base), str(head))
     if as_json:
         print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))
     else:
         text.show(comparison_table.report(comparison))
-    worse = comparison.failed or comparison.verdict == "worse"
-    raise typer.Exit(WORSE if worse else CANNOT_TELL if comparison.verdict == "cannot tell" else 0)
+        if files:
+            print(f"The comparison is in {' and '.join(map(str, files))}")
+    raise typer.Exit({"worse": WORSE, "cannot tell": CANNOT_TELL}.get(comparison.outcome, 0))

@@ -94,6 +94,11 @@ class Comparison:
             return "cannot tell"
         return "better" if "better" in found else "same"
 
+    @property
+    def outcome(self) -> Verdict:
+        """Verdict on metrics, expectations and complete runs together; it sets the exit code."""
+        return "worse" if self.failed else self.verdict
+
 
 def compare(pairs: Pairs, loss: float = STATED_LOSS) -> Comparison:
     """Compare all metrics and expectations of paired runs; `loss` is the loss to exclude, as a share.

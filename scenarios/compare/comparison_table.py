@@ -1,17 +1,15 @@
 """Comparison as text: compared runs, metrics, expectations, and the verdict at the end."""
 
-import math
-
 from rich.console import Group, RenderableType
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.compare.comparison import LEVEL, Comparison, MetricChange
-from scenarios.compare.digest import Expectation
+from scenarios.compare.comparison import Comparison, MetricChange
+from scenarios.compare.comparison_summary import compared_runs, expected_value, false_positives, number
 from scenarios.compare.run_pairs import listed
 from scenarios.compare.single_scenarios import ScenarioLoss
-from scenarios.report.cells import NONE, table_of
+from scenarios.report.cells import table_of
 
 COLORS = {"worse": "red", "lost": "red", "better": "green", "unclear": "yellow", "cannot tell": "yellow"}
 """Colours of verdicts that need attention, the most important first."""
@@ -21,28 +19,13 @@ FATES = {"newly failed": "red", "mended": "green"}
 def report(comparison: Comparison) -> Group:
     """Return the printed report of a comparison."""
     sections: list[RenderableType] = [
-        _runs(comparison),
+        Text("\n".join(compared_runs(comparison))),
         _metrics(comparison.changes),
         *([_scenarios(comparison.scenario_losses)] if comparison.scenario_losses else []),
         *([_expectations(comparison)] if comparison.expectation_changes else []),
         _conclusion(comparison),
     ]
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
-
-
-def _runs(comparison: Comparison) -> Text:
-    """List the compared runs and the runs left out."""
-    pairs = comparison.pairs
-    identical = sum(pair.identical for pair in pairs.compared)
-    same = sum(pair.same for pair in pairs.compared if not pair.identical)
-    lines = [f"{len(pairs.compared)} pairs of runs compared, {identical} of them identical (same trace hash)"]
-    lines += [f"{same} more are equal within the tolerances, as runs on different CPUs are"] if same else []
-    if comparison.measured < len(pairs.compared):
-        lines.append(f"The metrics are those of the {comparison.measured} pairs that differ")
-    lines += [f"Not compared: {key}: {why}" for key, why in pairs.incomparable.items()]
-    lines += [f"Only in BASE: {listed(pairs.only_base)}"] if pairs.only_base else []
-    lines += [f"Only in HEAD: {listed(pairs.only_head)}"] if pairs.only_head else []
-    return Text("\n".join(lines + pairs.notes))
 
 
 def _metrics(changes: list[MetricChange]) -> Table:
@@ -55,13 +38,13 @@ def _metrics(changes: list[MetricChange]) -> Table:
         numbers = change.numbers
         table.add_row(
             change.metric.name,
-            *(_number(value) for value in (numbers.base, numbers.head)),
-            _number(numbers.difference, sign="+"),
-            ", ".join(_number(end, sign="+") for end in numbers.interval),
+            *(number(value) for value in (numbers.base, numbers.head)),
+            number(numbers.difference, sign="+"),
+            ", ".join(number(end, sign="+") for end in numbers.interval),
             Text(change.verdict, style=COLORS.get(change.verdict, "")),
         )
         for key, moved in change.where.items():
-            table.add_row(Text(f"  {key}", style="dim"), "", "", Text(_number(moved, sign="+"), style="dim"))
+            table.add_row(Text(f"  {key}", style="dim"), "", "", Text(number(moved, sign="+"), style="dim"))
     return table
 
 
@@ -69,7 +52,7 @@ def _scenarios(losses: list[ScenarioLoss]) -> Table:
     """Return a table with the clearest loss of each scenario that has one."""
     table = table_of("Losses in single scenarios", "scenario", "metric", "BASE", "HEAD", "vehicles", "p")
     for loss in losses:
-        values = (_number(loss.base), _number(loss.head), str(loss.units), f"{loss.p:.2g}")
+        values = (number(loss.base), number(loss.head), str(loss.units), f"{loss.p:.2g}")
         table.add_row(loss.scenario, loss.metric.name, *values)
     return table
 
@@ -80,7 +63,7 @@ def _expectations(comparison: Comparison) -> Table:
     table.add_column("", no_wrap=True)
     for change in comparison.expectation_changes:
         style = FATES.get(change.fate, "")
-        values = (_value(change.base), _value(change.head))
+        values = (expected_value(change.base), expected_value(change.head))
         table.add_row(str(change.key), f"{change.name} {change.head.limit}", *values, Text(change.fate, style=style))
     return table
 
@@ -101,9 +84,7 @@ def _conclusion(comparison: Comparison) -> Text:
     absent = [change.metric.name for change in comparison.changes if change.verdict == "not measured"]
     if absent:
         text.append(f"\nNo observations: {', '.join(absent)}", style="dim")
-    chance = "the probability of a better or worse is"
-    single = f", and {LEVEL:.0%} of a loss in a single scenario" if comparison.scenarios_tested else ""
-    text.append(f"\nWithout any change, {chance} {LEVEL:.0%}{single}", style="dim")
+    text.append(f"\n{false_positives(comparison)}", style="dim")
     return text
 
 
@@ -117,11 +98,3 @@ def _reasons(comparison: Comparison) -> str:
     if all(change.verdict == "not measured" for change in comparison.changes):
         return "no metric has a value"
     return "; ".join(reasons) or "no metric has changed"
-
-
-def _value(expectation: Expectation | None) -> str:
-    return NONE if expectation is None or expectation.value is None else f"{expectation.value:.4g}"
-
-
-def _number(value: float, sign: str = "") -> str:
-    return NONE if math.isnan(value) else f"{value:{sign}.4f}"

@@ -1,6 +1,8 @@
 """Tables and formatted values of printed reports."""
 
 from rich import box
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -10,10 +12,42 @@ NONE = "n/a"
 """Shown for a metric without a value."""
 
 
+class ReportTable(Table):
+    """Table that wraps and folds its cells on narrow lines; rich would end them in ellipses."""
+
+    def __rich_measure__(self, console: Console, options: ConsoleOptions) -> Measurement:
+        """Return the width in which no cell is folded, as the minimum."""
+        needed = self._needed_width(console, options)
+        return Measurement(needed, max(needed, super().__rich_measure__(console, options).maximum))
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Allow breaks in all columns if the line is too short for those that should stay on one line."""
+        if self._needed_width(console, options) > options.max_width:
+            for column in self.columns:
+                column.no_wrap = False
+        for column in self.columns:
+            column.overflow = "fold"
+        yield from super().__rich_console__(console, options)
+
+    def _needed_width(self, console: Console, options: ConsoleOptions) -> int:
+        """Return the width of lines on which columns without breaks are whole, and words of the others, too."""
+        unlimited = options.update(max_width=10_000)
+
+        def width(cell: RenderableType, no_wrap: bool) -> int:
+            measured = Measurement.get(console, unlimited, cell)
+            return measured.maximum if no_wrap else measured.minimum
+
+        widest = [
+            max(width(cell, column.no_wrap) for cell in (column.header, *column.cells)) for column in self.columns
+        ]
+        _, right, _, left = self.padding
+        return sum(widest) + (len(widest) - 1) * (right + left + (1 if self.box else 0))
+
+
 def table_of(title: str, first_column: str, *number_columns: str) -> Table:
     """Return an empty table with a column of names and columns of numbers."""
     # The title is a Text, because rich would parse [deg] in a plain string as a style.
-    table = Table(
+    table = ReportTable(
         title=Text(title, style="bold"), title_justify="left", box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False
     )
     table.add_column(first_column, no_wrap=True)

@@ -5,6 +5,7 @@ import sys
 from typing import Any
 
 from rich.console import Console, Group, RenderableType
+from rich.measure import Measurement
 from rich.padding import Padding
 from rich.text import Text
 
@@ -14,7 +15,7 @@ from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
 WIDTH = 100
-"""Line width without a terminal [characters]."""
+"""Smallest line width without a terminal [characters]."""
 
 STAGES = (
     "segmentation.",
@@ -57,15 +58,21 @@ def report(result: Result, checks: list[Check]) -> Group:
 
 
 def show(report: RenderableType) -> None:
-    """Print on standard output, in colour on a terminal."""
-    Console(width=None if sys.stdout.isatty() else WIDTH).print(report)
+    """Print on standard output, in colour on a terminal; texts are printed as they are written."""
+    Console(width=None if sys.stdout.isatty() else _width(report), markup=False, emoji=False).print(report)
 
 
 def as_text(report: RenderableType) -> str:
     """Return the report as text without colours, for a file."""
     text = io.StringIO()
-    Console(file=text, width=WIDTH, color_system=None).print(report)
+    Console(file=text, width=_width(report), color_system=None, markup=False, emoji=False).print(report)
     return text.getvalue()
+
+
+def _width(report: RenderableType) -> int:
+    """Return the line width of a log or a file, in which no cell of a table is broken."""
+    console = Console(markup=False, emoji=False)
+    return max(WIDTH, Measurement.get(console, console.options.update(max_width=10_000), report).minimum)
 
 
 def header(result: Result) -> Text:

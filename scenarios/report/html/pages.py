@@ -25,8 +25,8 @@ def render(template: str, **values: Any) -> str:
     return environment.get_template(template).render(**values)
 
 
-def write(out: Path, page: str) -> None:
-    """Write a page atomically.
+def write(out: Path, page: str, option: str = "--out") -> None:
+    """Write a page atomically; `option` is the one that chose `out`, for the message.
 
     Raises
     ------
@@ -38,4 +38,4 @@ def write(out: Path, page: str) -> None:
         with atomic_file.create(out) as temporary:
             temporary.write_text(page, encoding="utf-8")
     except OSError as error:
-        raise OutputError(f"{out}: cannot write there ({error.strerror}); choose another file with --out") from error
+        raise OutputError(f"{out}: cannot write there ({error.strerror}); choose another file with {option}") from error

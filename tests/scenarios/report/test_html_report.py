@@ -2,16 +2,16 @@
 
 import os
 import re
-import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 from markupsafe import escape
-from support import short_run
+from support import browser, short_run
 
 from scenarios.cli import main
 from scenarios.execute import execute
@@ -38,14 +38,6 @@ EXPECT = """
 "track.idf1" = { min = 0.999, known_failure = "the first frames have <no> track yet" }
 """
 FIGURES = ["heading-cdf", "error-range", "error-aspect", "error-visible", "timelines", "probabilities"]
-OFFLINE = [
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-gpu",
-    "--no-sandbox",  # root in a container has no sandbox
-]
 
 
 def run_into(folder, text, name="short"):
@@ -75,37 +67,16 @@ def pages(runs):
 
 
 @pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright opens the browser; it is not installed")
-    found = [path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))]
-    if not found:
-        pytest.skip("no chromium, chromium-browser or google-chrome on PATH to open the report in")
-    with playwright.sync_playwright() as started:
-        chromium = started.chromium.launch(executable_path=found[0], args=OFFLINE)
-        yield chromium
-        chromium.close()
+def chromium():
+    with browser.started() as found:
+        yield found
 
 
 @pytest.fixture
-def opened(browser, pages):
+def opened(chromium, pages):
     """Open a page by its name, and record its errors and requests."""
-    contexts = []
-
-    def open_page(name, **options):
-        context = browser.new_context(**options)
-        contexts.append(context)
-        page = context.new_page()
-        page.recorded = []
-        page.on("console", lambda message: page.recorded.append(message.text))
-        page.on("pageerror", lambda error: page.recorded.append(str(error)))
-        page.on("request", lambda request: page.recorded.append(request.url))
-        page.goto(pages[name].as_uri())
-        assert page.recorded.pop(0) == pages[name].as_uri()
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
+    with ExitStack() as stack:
+        yield lambda name, **options: stack.enter_context(browser.opened(chromium, pages[name], **options))
 
 
 PHONE = {"viewport": {"width": 390, "height": 844}}
@@ -163,6 +134,29 @@ def test_printed_page_is_complete_without_split_figures(opened):
     inside = page.locator("figure").evaluate_all("all => all.map(one => getComputedStyle(one).breakInside)")
     assert set(inside) == {"avoid"}
     assert page.pdf(prefer_css_page_size=True).startswith(b"%PDF")
+
+
+def luminance(color):
+    """Relative luminance of `#rrggbb`, by WCAG 2.1."""
+    channels = [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
+    return float(np.dot([0.2126, 0.7152, 0.0722], linear))
+
+
+def contrast(one, other):
+    darker, lighter = sorted([luminance(one), luminance(other)])
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def test_contrast_of_text_and_marks_meets_wcag_aa():
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    for scheme in ("light", "dark"):
+        color = {name: getattr(tone, scheme) for name, tone in TONES.items()}
+        for name in ("ink", "muted", "blue", "good", "warn", "bad"):
+            assert min(contrast(color[name], color[ground]) for ground in ("page", "panel")) >= 4.5, (scheme, name)
+        for name in ("orange", "green", "red", "purple", "sky"):
+            assert contrast(color[name], color["page"]) >= 3.0, (scheme, name)
+    assert len({tone.light for tone in TONES.values()}) == len(TONES)  # figures refer to tones by their light variants
 
 
 def test_links_in_a_page_have_targets(opened):

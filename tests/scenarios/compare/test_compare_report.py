@@ -1,0 +1,163 @@
+"""`luxloop compare --report`: the page in a real browser, and Markdown for a pull request."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support import browser
+from support.paths import ROOT
+
+from scenarios.cli import main
+from scenarios.compare import baseline_file
+from scenarios.compare.comparison import compare
+from scenarios.compare.comparison_markdown import code, markdown, plain
+from scenarios.compare.comparison_page import comparison_page
+from scenarios.compare.comparison_summary import INTERVALS, number
+from scenarios.compare.digest import Expectation, Key
+from scenarios.compare.run_pairs import pair
+from scenarios.compare.sides import Side
+from scenarios.compare.vehicle_sums import SUMS
+
+CATALOG = ROOT / "scenarios" / "baseline" / "catalog.jsonl"
+HOSTILE = "a|b`c_<script>alert(1)</script>"
+COMMENT_LIMIT = 65536
+"""Longest comment of a pull request on GitHub [characters]."""
+
+
+def scaled(run, factors):
+    sums = run.vehicles.sums.copy()
+    for column, factor in factors.items():
+        sums[:, SUMS.index(column)] *= factor
+    return replace(run, trace_hash="changed", vehicles=replace(run.vehicles, sums=sums))
+
+
+@pytest.fixture(scope="module")
+def sides():
+    """The catalog, and the catalog with 5 % larger fit errors, fewer switches, a failure, and a run that ends early."""
+    base = [
+        run if run.key.scenario != "ring" else replace(run, key=Key(HOSTILE, 1)) for run in baseline_file.read(CATALOG)
+    ]
+    head = [scaled(run, {"fit_heading_deg": 1.05, "switches": 0.0}) for run in base]
+    head[0] = replace(head[0], expectations={"track.hota": Expectation("failed", 0.1, ">= 0.75")})
+    head[1] = replace(head[1], ended_early="the ego [arrived]")
+    return base, head
+
+
+@pytest.fixture(scope="module")
+def compared(sides):
+    base, head = (Side(Path("x"), {run.key: run for run in runs}, []) for runs in sides)
+    return compare(pair(base, head))
+
+
+@pytest.fixture(scope="module")
+def page(compared, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "comparison.html"
+    path.write_text(comparison_page(compared, "base.jsonl", "runs <head>"), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with browser.started() as found:
+        yield found
+
+
+def test_page_at_1280_pixels_shows_everything_without_scrolling(chromium, page):
+    with browser.opened(chromium, page, viewport={"width": 1280, "height": 900}) as shown:
+        assert browser.cut_off(shown) == []
+        assert shown.evaluate("document.documentElement.scrollWidth") == 1280
+        assert shown.locator("h1 .badge").inner_text() == "worse"
+        assert (
+            shown.locator("header").inner_text().count("HEAD is worse than BASE: 1 newly incomplete, 1 newly failed")
+            == 1
+        )
+        headings = shown.locator("#summary h3").all_inner_texts()
+        assert headings == ["Newly incomplete", "Newly failed", "Worse", "Better"]
+        assert shown.locator("script").count() == 0
+        assert HOSTILE in shown.locator("#runs").inner_text()
+        assert INTERVALS in shown.locator("#metrics").inner_text()
+        assert shown.recorded == []
+
+
+def test_page_on_a_phone_is_as_wide_as_the_phone(chromium, page):
+    with browser.opened(chromium, page, viewport={"width": 390, "height": 844}) as shown:
+        assert shown.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_page_has_the_numbers_of_the_comparison(compared, page):
+    text = page.read_text(encoding="utf-8")
+    fit = next(change for change in compared.changes if change.metric.name == "fit.best.heading_abs_mean_deg")
+    assert fit.numbers.head == pytest.approx(1.05 * fit.numbers.base)
+    cells = (number(fit.numbers.base), number(fit.numbers.head), number(fit.numbers.difference, "+"))
+    assert re.search(
+        "fit.best.heading_abs_mean_deg</th>" + "".join(f'<td class="right">{re.escape(c)}</td>' for c in cells), text
+    )
+    assert "luxloop compare base.jsonl &#39;runs &lt;head&gt;&#39; --loss 2" in text
+
+
+def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables(compared):
+    text = markdown(compared, "base.jsonl", "runs")
+    order = ["### luxloop compare: worse", "**HEAD is worse than BASE: 1 newly incomplete", "**Newly incomplete**",
+             "**Newly failed**", "**Worse**", "- `fit.best.heading_abs_mean_deg`:", "**Better**",
+             "- `track.id_switch_rate`:", "<details><summary>Metrics</summary>", INTERVALS.split(":")[0]]  # fmt: skip
+    assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
+    assert text.count("<details>") == text.count("</details>") >= 3
+    assert len(text) < COMMENT_LIMIT / 4
+
+
+def test_every_row_of_a_markdown_table_has_as_many_cells_as_its_head(sides):
+    base, _ = sides
+    failing = {"track.hota": Expectation("failed", 0.1, ">= 0.75")}
+    head = [replace(scaled(run, {"fit_heading_deg": 1.05}), expectations=failing) for run in base]
+    both = (Side(Path("x"), {run.key: run for run in runs}, []) for runs in (base, head))
+    text = markdown(compare(pair(*both)), "a", "b")
+    tables = re.findall(r"(?:^\|.*\|\n)+", text, re.MULTILINE)
+    assert len(tables) >= 2
+    for table in tables:
+        cells = {len(re.findall(r"(?<!\\)\|", line)) for line in table.splitlines()}
+        assert len(cells) == 1, table
+    assert "more in the tables below" in text  # of 49 failures, eight are listed
+    assert "<script>" not in re.sub(r"(?<!`)(`+)(?!`).*?(?<!`)\1(?!`)", "", text)  # outside of code spans
+    assert len(text) < COMMENT_LIMIT / 2
+
+
+def test_markdown_keeps_hostile_names_as_text():
+    assert code("a`b|c") == "`` a`b\\|c ``"
+    assert code("two\nlines") == "`two lines`"
+    assert plain("a_b <= [c](d) @e") == "a\\_b \\<= \\[c\\](d) \\@e"
+
+
+@pytest.fixture
+def files(sides, tmp_path):
+    for name, runs in zip(("base", "head"), sides, strict=True):
+        baseline_file.write(tmp_path / f"{name}.jsonl", runs)
+    return str(tmp_path / "base.jsonl"), str(tmp_path / "head.jsonl")
+
+
+@pytest.mark.parametrize(
+    ("name", "written"),
+    [("a.html", ["a.html"]), ("a.md", ["a.md"]), ("both", ["both/comparison.html", "both/comparison.md"])],
+)
+def test_the_name_decides_about_the_format(files, tmp_path, capsys, name, written):
+    code = main(["compare", *files, "--report", str(tmp_path / "out" / name)])
+    assert code == 1
+    found = sorted(path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.*"))
+    assert found == written
+    assert f"The comparison is in {tmp_path / 'out' / written[0]}" in capsys.readouterr().out
+
+
+def test_report_with_another_ending_is_refused_before_anything_is_written(files, tmp_path, capsys):
+    assert main(["compare", *files, "--report", str(tmp_path / "a.pdf")]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "a.pdf: give a name that ends in .html or .md, or a folder for both" in err
+    assert main(["compare", *files, "--report", str(Path(files[0]) / "a.md")]) == 2
+    assert "choose another file with --report" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["base.jsonl", "head.jsonl"]
+
+
+def test_json_stays_alone_on_standard_output(files, tmp_path, capsys):
+    main(["compare", *files, "--json", "--report", str(tmp_path / "a.md")])
+    assert capsys.readouterr().out.count("\n") == 1
+    assert (tmp_path / "a.md").read_text(encoding="utf-8").startswith("### luxloop compare: worse")
