@@ -23,6 +23,7 @@ from scenarios.commands import (
     search,
     sweep,
     track,
+    trends,
     view,
 )  # fmt: skip
 from scenarios.commands.error_line import print_error
@@ -36,7 +37,7 @@ app = typer.Typer(
 )
 app.command("list")(list_scenarios.list_scenarios)
 for command in (
-    run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, grade.grade,
+    run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, trends.trends, grade.grade,
     check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command()(command)
