@@ -27,22 +27,22 @@ from scenarios.commands import (
     view,
 )  # fmt: skip
 from scenarios.commands.error_line import print_error
+from scenarios.commands.plain_help import PlainHelp
 from scenarios.errors import Interrupted
 from scenarios.run import versions
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("list")(list_scenarios.list_scenarios)
+app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
     run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, trends.trends, grade.grade,
     check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
-    app.command()(command)
-app.command("import")(import_.import_)
-app.command()(track.track)
+    app.command(cls=PlainHelp)(command)
+app.command("import", cls=PlainHelp)(import_.import_)
+app.command(cls=PlainHelp)(track.track)
 
 INTERRUPTED = 130
 """Exit code of Ctrl-C, as typer's."""

@@ -1,5 +1,7 @@
 """A run from scenario file to result folder, shared by `luxloop run`, pytest, blame and sweeps."""
 
+import hashlib
+import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -15,11 +17,14 @@ from scenarios.grading.frame_grade import FrameGrade
 from scenarios.report import text as report
 from scenarios.result import Result
 from scenarios.run import loop, run_folder
-from scenarios.run.device import DeviceFactory
+from scenarios.run.device import SHIPPED, DeviceFactory, short_name
 from scenarios.run.time_limit import STEP_TIMEOUT_S
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.scan import Scan
+
+LONGEST_PART = 48
+"""Characters of a tracker's name or of a setting in the name of a default folder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +44,21 @@ class ExecutedRun:
         return verdict(self.checks, self.result.complete)
 
 
-def default_folder(scenario: Scenario, oracles: Sequence[str] = (), runs: Path = Path("runs")) -> Path:
-    """Return the default folder of a run. A run with oracles has a folder of its own, beside that of the tracker."""
+def default_folder(
+    scenario: Scenario, oracles: Sequence[str] = (), tracker: str | None = None, runs: Path = Path("runs")
+) -> Path:
+    """Return the default folder of a run; runs with oracles, another tracker or settings have folders of their own."""
     oracle = ["oracle", *oracles] if oracles else []
-    return runs / "-".join([f"{scenario.name}-seed{scenario.seed}", *oracle])
+    other = [] if tracker in (None, SHIPPED) else [file_name(short_name(tracker))]
+    return runs / "-".join(
+        [f"{scenario.name}-seed{scenario.seed}", *oracle, *other, *map(file_name, scenario.settings)]
+    )
+
+
+def file_name(text: str) -> str:
+    """Return a text as part of a file name; one that had to be changed gets a digest, so that names stay different."""
+    plain = re.sub(r"[^\w.=+-]+", "-", text)[:LONGEST_PART]
+    return plain if plain == text else f"{plain}-{hashlib.blake2b(text.encode(), digest_size=3).hexdigest()}"
 
 
 def execute(

@@ -6,14 +6,39 @@ from typing import Annotated
 
 import typer
 
+
+def _scenarios(incomplete: str) -> list[str]:
+    """Complete the name of a shipped scenario."""
+    from scenarios.files import shipped
+
+    return [name for name in shipped.paths() if name.startswith(incomplete)]
+
+
+def _studies(incomplete: str) -> list[str]:
+    """Complete the name of a shipped study."""
+    from scenarios.files import shipped
+
+    return [name for name in shipped.studies() if name.startswith(incomplete)]
+
+
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="A name from `luxloop list`, or the path of a .toml file.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="A name from `luxloop list`, or the path of a .toml file.",
+        autocompletion=_scenarios,
+    ),
 ]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")]
 Seed = Annotated[int | None, typer.Option(help="Seed of traffic and noise, instead of the scenario's.")]
 Duration = Annotated[float | None, typer.Option(help="Simulated seconds, instead of the scenario's.")]
 StudyName = Annotated[
-    str, typer.Argument(metavar="STUDY", help="A name from `luxloop list --studies`, or the path of a .toml file.")
+    str,
+    typer.Argument(
+        metavar="STUDY",
+        help="A name from `luxloop list --studies`, or the path of a .toml file.",
+        autocompletion=_studies,
+    ),
 ]
 Tracker = Annotated[
     str | None,
@@ -31,6 +56,7 @@ Scheduler = Annotated[
 ]
 DEFAULT_STEP_TIMEOUT_S = 60.0
 """`scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")]
 
 

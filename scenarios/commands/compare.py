@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson
+from scenarios.commands.arguments import AsJson, Quiet
 
 WORSE, CANNOT_TELL = 1, 5
 """Exit codes; 2 to 4 have the same meaning in all commands."""
@@ -24,6 +24,7 @@ def compare(
         typer.Option(metavar="FILE", help="Also write a page (.html), Markdown (.md), or both into a folder."),
     ] = None,
     as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compare runs of the same scenarios and seeds.
 
@@ -41,7 +42,7 @@ def compare(
     comparison_files.write(files, comparison, str(base), str(head))
     if as_json:
         print(json.dumps(document(comparison, str(base), str(head)), allow_nan=False))
-    else:
+    elif not quiet:
         text.show(comparison_table.report(comparison))
         if files:
             print(f"The comparison is in {' and '.join(map(str, files))}")

@@ -1,25 +1,81 @@
 """`luxloop list`."""
 
-from typing import Annotated
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from scenarios.commands.arguments import AsJson
+
+if TYPE_CHECKING:
+    from scenarios.files.shipped import Entry
+
 
 def list_scenarios(
+    words: Annotated[
+        list[str] | None, typer.Argument(metavar="[WORD]...", help="Words that name or description must contain.")
+    ] = None,
+    family: Annotated[str | None, typer.Option(help="Only scenarios of this family, e.g. urban.")] = None,
+    kind: Annotated[
+        str | None, typer.Option(help="Only scenarios with this traffic: sumo, highway-env, scripted or replay.")
+    ] = None,
+    suite: Annotated[str | None, typer.Option(help="Only scenarios of this suite: smoke or full.")] = None,
     folder: Annotated[bool, typer.Option("--folder", help="Print the folder of the files, for pytest.")] = False,
     studies: Annotated[bool, typer.Option("--studies", help="List the studies instead.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the shipped scenarios with a one-line description each."""
-    from rich.console import Console
-    from rich.table import Table
+    import json
 
     from scenarios.files import shipped
 
     if folder:
         print(shipped.STUDIES if studies else shipped.CATALOG)
         return
-    columns = ("command", "name", "question") if studies else ("family", "name", "description")
-    table = Table(*columns, box=None, padding=(0, 2, 0, 0), header_style="bold")
-    for entry in shipped.study_entries() if studies else shipped.entries():
-        table.add_row(*entry)
-    Console().print(table)
+    entries = shipped.study_entries() if studies else shipped.entries()
+    wanted = {name: value for name, value in (("family", family), ("kind", kind), ("suite", suite)) if value}
+    _check(entries, wanted, studies)
+    found = [entry for entry in entries if entry.contains(words or []) and _matches(entry, wanted)]
+    if as_json:
+        print(json.dumps([_document(entry) for entry in found]))
+    else:
+        _show(found, ("command", "name", "question") if studies else ("family", "name", "description"))
+
+
+def _check(entries: "list[Entry]", wanted: dict[str, str], studies: bool) -> None:
+    """Raise an error for an unknown family, kind or suite, with the known ones."""
+    from scenarios.errors import InputError
+
+    for name, value in wanted.items():
+        if studies:
+            raise InputError(f"--{name} {value}: studies have none; omit --{name} or --studies")
+        known = sorted({getattr(entry, name) for entry in entries})
+        if value not in known:
+            raise InputError(f"--{name} {value}: no such {name}; give one of {', '.join(known)}")
+
+
+def _matches(entry: "Entry", wanted: dict[str, str]) -> bool:
+    return all(getattr(entry, name) == value for name, value in wanted.items())
+
+
+def _document(entry: "Entry") -> dict[str, Any]:
+    """Return an entry for `--json`, without what a study does not have."""
+    return {name: str(value) if name == "path" else value for name, value in entry._asdict().items() if value}
+
+
+def _show(entries: "list[Entry]", head: tuple[str, str, str]) -> None:
+    """Print a table on a terminal, and a line per entry elsewhere."""
+    lines = [head, *(entry[:3] for entry in entries)]
+    if not sys.stdout.isatty():
+        first, second = (max(len(line[column]) for line in lines) for column in (0, 1))
+        print("\n".join(f"{family:{first}}  {name:{second}}  {text}" for family, name, text in lines))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for name in head:
+        table.add_column(name, overflow="fold", no_wrap=name == "name")
+    for line in lines[1:]:
+        table.add_row(*line)
+    Console(markup=False, emoji=False, highlight=False).print(table)

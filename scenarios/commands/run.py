@@ -1,7 +1,7 @@
 """`luxloop run`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -9,27 +9,44 @@ from scenarios.commands.arguments import (
     DEFAULT_STEP_TIMEOUT_S,
     AsJson,
     Duration,
+    Quiet,
     ScenarioName,
     Seed,
     StepTimeout,
     Tracker,
-    overrides,
 )
-from scenarios.commands.error_line import print_early_end
 from scenarios.oracle.stage import Stage
+
+if TYPE_CHECKING:
+    from scenarios.commands.run_request import RunRequest
 
 
 def run(
     scenario: ScenarioName,
     seed: Seed = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(metavar="FIRST-LAST", help="Run all these seeds, e.g. 1-6, and print means and spreads."),
+    ] = None,
     duration: Duration = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the results; runs/SCENARIO-seedN if left out.")] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Replace any key of the scenario, e.g. noise.ideal=true; may be repeated.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results, with --seeds of all runs; in runs if left out.")
+    ] = None,
     tracker: Tracker = None,
     oracle: Annotated[
         list[Stage] | None,
         typer.Option(help="Replace this stage of the shipped tracker with the ground truth; may be repeated."),
     ] = None,
     as_json: AsJson = False,
+    quiet: Quiet = False,
     no_recording: Annotated[bool, typer.Option("--no-recording", help="Write no recording.rrd.")] = False,
     record_scans: Annotated[
         bool,
@@ -40,36 +57,65 @@ def run(
     ] = None,
     step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
 ) -> None:
-    """Run a scenario, grade it, and exit with 1 if an expectation fails."""
+    """Run a scenario, grade it, and exit with 1 if an expectation fails; with --seeds, with the worst run's code."""
+    from scenarios.commands.run_request import RunRequest
+    from scenarios.run.progress import hidden
+
+    request = RunRequest(
+        scenario, duration, settings or [], out, tracker, oracle or [], not no_recording, record_scans, dataset_to,
+        step_timeout,
+    )  # fmt: skip
+    with hidden(quiet):
+        if seeds is None:
+            code = _run_one(request, seed, as_json, quiet)
+        else:
+            code = _run_each(request, seed, seeds, as_json, quiet)
+    raise typer.Exit(code)
+
+
+def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool) -> int:
+    """Run one seed, print the report or JSON, and return the exit code."""
     import json
 
-    from scenarios.execute import default_folder, execute
-    from scenarios.files import shipped
-    from scenarios.files.scenario import Scenario
-    from scenarios.oracle.device_choice import choose
+    from scenarios.commands.run_seeds import code_of
     from scenarios.report import text
     from scenarios.run import run_folder
 
-    chosen = Scenario.load(shipped.find(scenario), overrides(seed, duration))
-    make_device = choose(tracker, oracle or [])
-    out = out or default_folder(chosen, oracle or [])
-    outcome = execute(
-        chosen,
-        make_device,
-        out,
-        record=not no_recording,
-        record_scans=record_scans,
-        dataset_to=dataset_to,
-        step_timeout_s=step_timeout,
-    )
-    result, code = outcome.result, 0 if outcome.verdict == "passed" else 1
+    outcome = request.execute(seed)
     if as_json:
-        print(json.dumps({**run_folder.document(result, outcome.checks), "out": str(out)}, allow_nan=False))
-    else:
+        document = run_folder.document(outcome.result, outcome.checks)
+        print(json.dumps({**document, "out": str(outcome.out)}, allow_nan=False))
+    elif not quiet:
         text.show(outcome.report)
-        print(f"Results are in {out}" + ("" if no_recording else f"; to view them: luxloop view {out}"))
-        if dataset_to:
-            print(f"The data set is in {dataset_to}")
-    if not result.complete:
-        code = print_early_end(result, f"the {result.frames} frames until then are in {out}, marked incomplete")
-    raise typer.Exit(code)
+        view = f"; to view them: luxloop view {outcome.out}" if request.record else ""
+        print(f"Results are in {outcome.out}{view}")
+        if request.dataset_to:
+            print(f"The data set is in {request.dataset_to}")
+    return code_of(outcome)
+
+
+def _run_each(request: "RunRequest", seed: int | None, seeds: str, as_json: bool, quiet: bool) -> int:
+    """Run several seeds, print their tables or JSON, and return the exit code of the worst."""
+    import json
+
+    from scenarios.commands.run_seeds import run_seeds
+    from scenarios.errors import InputError
+    from scenarios.files import seed_range
+    from scenarios.report import text
+    from scenarios.report.seed_table import seed_report
+
+    if seed is not None:
+        raise InputError("--seed and --seeds are both given; omit one")
+    request.require_own_folders()
+    every = seed_range.parse(seeds)
+    request.load(every[-1])  # the largest seed may be too large
+    found = run_seeds(every, request, (lambda _: None) if as_json or quiet else _print_now)
+    if as_json:
+        print(json.dumps(found.document(), allow_nan=False))
+    elif not quiet:
+        text.show(seed_report([run.result for run in found.done.values()], found.verdicts))
+    return found.code
+
+
+def _print_now(line: str) -> None:
+    print(line, flush=True)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Scheduler, StudyName, Tracker, Workers, worker_count
+from scenarios.commands.arguments import AsJson, Quiet, Scheduler, StudyName, Tracker, Workers, worker_count
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def sweep(
     ] = None,
     retry_errors: Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")] = False,
     as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a study: all combinations of its parameters with all seeds. A second start continues an interrupted one.
 
@@ -35,6 +36,7 @@ def sweep(
     import json
 
     from scenarios.run.device import SHIPPED, absolute
+    from scenarios.run.progress import hidden
     from scenarios.study.study_file import Study, find
     from scenarios.study.study_page import report
     from scenarios.study.sweep_runs import sweep as run_study
@@ -42,11 +44,12 @@ def sweep(
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
     loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
-    done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
+    with hidden(quiet):
+        done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
     report(done, out)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
-    else:
+    elif not quiet:
         print(_summary(done, out))
     raise typer.Exit(1 if (done.rows["status"] == "error").any() else 0)
 

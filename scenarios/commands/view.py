@@ -11,6 +11,10 @@ def view(
     run: RunFolder,
     frame: Annotated[int | None, typer.Option(help="Start at this frame instead of the worst one.")] = None,
     web: Annotated[bool, typer.Option("--web", help="Open in a browser (starts at the last frame).")] = False,
+    analytics: Annotated[
+        bool,
+        typer.Option("--analytics", help="Let the viewer send statistics of its use, if its own settings allow that."),
+    ] = False,
 ) -> None:
     """Open a run's recording in the rerun viewer, at the worst frame of a failed expectation."""
     from scenarios.recording import viewer
@@ -18,8 +22,10 @@ def view(
     from scenarios.run import run_folder
 
     recording = run_folder.recording(run)
+    if not web:
+        viewer.require_display(run)
     shown = ReportedRun.read(run)
     start = viewer.frame_to_show(shown.result, shown.unmet, frame)
     if start:
         print(f"{'Go to' if web else 'Opens at'} {start}")
-    raise typer.Exit(viewer.show(recording, start.time_s if start else None, web=web))
+    raise typer.Exit(viewer.show(recording, start.time_s if start else None, web=web, analytics=analytics))

@@ -14,8 +14,8 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.result import Result
 from scenarios.run import run_folder
 
-PROSE = ("description", "reason", "suite")
-"""Keys of a scenario without influence on its runs."""
+PROSE = ("description", "reason", "suite", "set")
+"""Keys of a run's configuration without influence of their own; those that `--set` sets have it."""
 LIMITS = "expect"
 """Key of the expectations."""
 

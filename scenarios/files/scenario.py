@@ -4,7 +4,7 @@ Each stage has its own dataclass of settings. pydantic validates a file against 
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -24,6 +24,7 @@ from scenarios.control.control_config import CruiseConfig
 from scenarios.errors import ScenarioError
 from scenarios.files import toml_file
 from scenarios.files.expect import Limit, check_unit, metric_name
+from scenarios.files.settings import applied as set_keys
 from scenarios.files.validation_message import explain, implausible
 from scenarios.grading.grading_config import GradingConfig
 from sensor_model.noise.noise_config import NoiseConfig
@@ -91,6 +92,7 @@ class Scenario(BaseModel):
     """Limits by metric; a run that violates one fails."""
 
     _path: Path = PrivateAttr()
+    _settings: tuple[str, ...] = PrivateAttr(default=())
 
     @field_validator("control")
     @classmethod
@@ -108,18 +110,19 @@ class Scenario(BaseModel):
         return expect
 
     @classmethod
-    def load(cls, path: Path, overrides: Mapping[str, Any] | None = None) -> Self:
-        """Read a scenario file; `overrides` replace its top-level keys.
+    def load(cls, path: Path, overrides: Mapping[str, Any] | None = None, settings: Sequence[str] = ()) -> Self:
+        """Read a scenario file; `overrides` replace its top-level keys, `settings` any keys (KEY=VALUE).
 
         Raises
         ------
         ScenarioError
             The file is missing or not TOML, or a key is missing, unknown, or of a wrong type or value.
         """
-        written, changes = toml_file.read(path), dict(overrides or {})
-        scenario = cls._validated(written | changes, path)
-        own = {"seed": DEFAULT_SEED, **written}
-        return scenario if all(own.get(key) == value for key, value in changes.items()) else scenario._without_figures()
+        written, own = toml_file.read(path), {"seed": DEFAULT_SEED}
+        changed = set_keys(written, settings) | dict(overrides or {})
+        scenario = cls._validated(changed, path)
+        scenario._settings = tuple(settings)
+        return scenario if own | changed == own | written else scenario._without_figures()
 
     @classmethod
     def of(cls, document: dict[str, Any], path: Path) -> Self:
@@ -154,6 +157,11 @@ class Scenario(BaseModel):
     def path(self) -> Path:
         """Path of the file."""
         return self._path
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Keys set on the command line, as KEY=VALUE."""
+        return self._settings
 
     @property
     def name(self) -> str:

@@ -1,6 +1,7 @@
 """The shipped scenarios and studies, by name. Fast to import, for `luxloop list`."""
 
 import tomllib
+from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +21,16 @@ class Entry(NamedTuple):
     family: str
     name: str
     description: str
+    kind: str = ""
+    """Kind of traffic of a scenario."""
+    suite: str = ""
+    duration_s: float | None = None
+    path: Path = Path()
+
+    def contains(self, words: Iterable[str]) -> bool:
+        """Return True if each word is in the name or the description, in any case."""
+        text = f"{self.name} {self.description}".casefold()
+        return all(word.casefold() in text for word in words)
 
 
 def paths() -> dict[str, Path]:
@@ -29,15 +40,15 @@ def paths() -> dict[str, Path]:
 
 def entries() -> list[Entry]:
     """Return every shipped scenario with its description."""
-    return [Entry(path.parent.name, name, _document(path)["description"]) for name, path in paths().items()]
+    return [_entry(name, path) for name, path in paths().items()]
 
 
 def study_entries() -> list[Entry]:
     """Return every shipped study; its family is the command that runs it."""
-    documents = {name: _document(path) for name, path in studies().items()}
+    documents = {path: _document(path) for path in studies().values()}
     return [
-        Entry("search" if "search" in document else "sweep", name, document["description"])
-        for name, document in documents.items()
+        Entry("search" if "search" in document else "sweep", path.stem, document["description"], path=path)
+        for path, document in documents.items()
     ]
 
 
@@ -78,6 +89,12 @@ def find_in(files: dict[str, Path], name_or_path: str, kind: str, list_command: 
         hint = f"did you mean {', '.join(close)}?" if close else f"see {list_command}"
         raise error(f"{name_or_path}: no such {kind}; {hint} (a path must end in .toml)")
     return files[name_or_path]
+
+
+def _entry(name: str, path: Path) -> Entry:
+    document = _document(path)
+    kind, suite = document["traffic"]["kind"], document.get("suite", "full")
+    return Entry(path.parent.name, name, document["description"], kind, suite, document["duration_s"], path)
 
 
 def _document(path: Path) -> dict[str, Any]:

@@ -15,13 +15,17 @@ Key = tuple[str | int, ...]
 UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}
 LONGEST_VALUE = 60
+MOST_ERRORS = 6
+"""Largest number of errors in a message."""
 SMALLEST, LARGEST = 1e-12, 1e10
 """Absolute values of numbers other than 0, in any unit. Quantities of road traffic lie within, and their products are
 finite."""
 
 
 def explain(error: ValidationError, document: Json, schema: Json) -> str:
-    """Return the first wrong key, its value and the remedy: `traffic.eggo = "a": unknown key; did you mean ego?`.
+    """Return all wrong keys, values and remedies: `traffic.eggo = "a": unknown key; did you mean ego?`.
+
+    Several are numbered, unknown keys first. Of the alternatives of a union, the errors of the likeliest are explained.
 
     Parameters
     ----------
@@ -32,7 +36,20 @@ def explain(error: ValidationError, document: Json, schema: Json) -> str:
     schema
         JSON schema of the model, for its known keys.
     """
-    errors = error.errors(include_url=False)
+    groups: dict[Key, list[ErrorDetails]] = {}
+    for one in error.errors(include_url=False):
+        groups.setdefault(_choice(one, document), []).append(one)
+    ranked = sorted(groups.values(), key=lambda errors: _most_specific(errors)["type"] not in UNKNOWN_KEY)
+    messages = list(dict.fromkeys(_explain(errors, document, schema) for errors in ranked))
+    if len(messages) == 1:
+        return messages[0]
+    shown = " ".join(f"({number}) {message}" for number, message in enumerate(messages[:MOST_ERRORS], start=1))
+    more = len(messages) - MOST_ERRORS
+    return f"{len(messages)} errors: {shown}" + (f" and {more} more" if more > 0 else "")
+
+
+def _explain(errors: list[ErrorDetails], document: Json, schema: Json) -> str:
+    """Explain the likeliest of the errors at one place."""
     first = _most_specific(errors)
     key, kind = _key(first, document), first["type"]
     if kind in MISSING:
@@ -70,6 +87,19 @@ def _most_specific(errors: list[ErrorDetails]) -> ErrorDetails:
     others = {error["loc"][:-1] for error in wrong_kind}
     meant = [error for error in errors if not any(error["loc"][: len(loc)] == loc for loc in others)]
     return min(meant or wrong_kind, key=lambda error: (not _lacks_kind(error), error["type"] not in UNKNOWN_KEY))
+
+
+def _choice(error: ErrorDetails, document: Json) -> Key:
+    """Return the key of the error, or that of a union whose alternatives each have errors."""
+    key: Key = ()
+    for step in error["loc"]:
+        value = _value(document, key)
+        if _has(value, step):
+            key = (*key, step)
+        elif not (isinstance(value, dict) and value.get("kind") == step):  # not the name of the only alternative meant
+            is_own_key = step == error["loc"][-1] and error["type"] in UNKNOWN_KEY | MISSING
+            return (*key, step) if is_own_key else key
+    return key
 
 
 def _lacks_kind(error: ErrorDetails) -> bool:

@@ -4,10 +4,15 @@ A recording cannot set the start of the viewer's time cursor. The cursor is ther
 this is not possible.
 """
 
+import json
+import os
 import socket
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from scenarios.errors import InputError
@@ -16,6 +21,8 @@ from scenarios.result import Result
 
 LOADING_S = 120.0
 """Timeout of setting the time cursor [s]."""
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
+"""Environment variables of which one names the screen."""
 POLL_S = 0.2
 """Interval between attempts [s]."""
 
@@ -47,7 +54,20 @@ def frame_to_show(result: Result, failed: list[str], frame: int | None = None) -
     return WorstFrame(int(first["frame"]), float(first["time_s"]), str(first["what"]))
 
 
-def show(recording: Path, at_s: float | None, *, web: bool = False) -> int:
+def require_display(run: Path) -> None:
+    """Check that a window can be opened.
+
+    Raises
+    ------
+    InputError
+        There is neither an X server nor a Wayland compositor.
+    """
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in DISPLAYS):
+        missing = " and ".join(DISPLAYS)
+        raise InputError(f"no display: {missing} are not set; open a browser with luxloop view {run} --web")
+
+
+def show(recording: Path, at_s: float | None, *, web: bool = False, analytics: bool = False) -> int:
     """Open a viewer, set its time cursor, wait until it is closed, and return its exit code.
 
     Parameters
@@ -58,15 +78,35 @@ def show(recording: Path, at_s: float | None, *, web: bool = False) -> int:
         Simulated time of the cursor [s]; None does not set it.
     web
         Open in a browser (starts at the last frame).
+    analytics
+        False keeps the viewer from sending statistics of its use; True leaves that to its own settings.
     """
     port = _free_port()
     command = [sys.executable, "-m", "rerun", "--bind", "127.0.0.1", "--port", str(port), str(recording)]
-    with subprocess.Popen(command + ["--web-viewer"] * web) as viewer:
+    with (
+        viewer_environment(analytics) as environment,
+        subprocess.Popen(command + ["--web-viewer"] * web, env=environment) as viewer,
+    ):
         if at_s is not None and not web:
             deadline = time.monotonic() + LOADING_S
             while viewer.poll() is None and time.monotonic() < deadline and not set_time_cursor(port, at_s):
                 time.sleep(POLL_S)
         return viewer.wait()
+
+
+@contextmanager
+def viewer_environment(analytics: bool) -> Iterator[dict[str, str]]:
+    """Yield the environment of a viewer; it has no option for its analytics, only a file of settings."""
+    if analytics:
+        yield dict(os.environ)
+        return
+    with tempfile.TemporaryDirectory(prefix="luxloop-viewer-") as folder:
+        file = Path(folder) / "rerun" / "analytics.json"
+        file.parent.mkdir()
+        off = {"analytics_enabled": False, "analytics_id": "", "metadata": {}}
+        places = {"config_file_path": str(file), "data_dir_path": str(file.parent / "analytics")}
+        file.write_text(json.dumps(off | places), encoding="utf-8")
+        yield os.environ | {"XDG_CONFIG_HOME": folder}
 
 
 def set_time_cursor(port: int, at_s: float) -> bool:

@@ -104,6 +104,14 @@ def name_of(make_device: DeviceFactory) -> str:
     return f"{file or make_device.__module__}:{name}"
 
 
+def short_name(spec: str) -> str:
+    """Return the name of a class or function without its module or file, or of the program without its folder."""
+    if spec.startswith(PREFIX):
+        words = spec.removeprefix(PREFIX).split()
+        return Path(words[0]).name if words else PREFIX
+    return spec.rpartition(":")[2]
+
+
 def show_truth(device: Device, frame: WorldFrame, truth: ScanTruth) -> None:
     """Pass the ground truth of the next scan to an oracle; a tracker does not receive it."""
     if hasattr(type(device), "see_truth"):

@@ -177,4 +177,5 @@ def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
 
 def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
     """Return the whole configuration of the run, including defaults and the content of the rig files."""
-    return {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
+    config = {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
+    return config | ({"set": list(scenario.settings)} if scenario.settings else {})

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TypeVar
 
 from rich.console import Console
@@ -19,6 +20,18 @@ from rich.progress import (
 from rich.text import Text
 
 _Item = TypeVar("_Item")
+
+_hidden: ContextVar[bool] = ContextVar("_hidden", default=False)
+
+
+@contextmanager
+def hidden(wanted: bool = True) -> Iterator[None]:
+    """Show no progress inside this context, as for `--quiet`."""
+    token = _hidden.set(wanted)
+    try:
+        yield
+    finally:
+        _hidden.reset(token)
 
 
 class _RealTimeFactor(ProgressColumn):
@@ -38,9 +51,9 @@ def frames(count: int, dt: float, name: str) -> Iterator[int]:
     A run in a thread, as on a worker of a sweep, shows no bar: the sweep shows one.
     """
     console = Console(stderr=True)
-    shown = console.is_terminal and threading.current_thread() is threading.main_thread()
+    shown = console.is_terminal and not _hidden.get() and threading.current_thread() is threading.main_thread()
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("frames"),
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("frames"),
         _RealTimeFactor(dt), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
@@ -51,10 +64,10 @@ def steps(name: str, count: int | None, what: str, items: Iterable[_Item]) -> It
     """Yield `items` and show the progress; `count` of `what`, or None for an unknown number."""
     console = Console(stderr=True)
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn(what), TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn(what),
+        TimeElapsedColumn(), TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True, disable=_hidden.get() or not console.is_terminal) as bar:
         yield from bar.track(items, total=count, description=name)
 
 
@@ -66,9 +79,9 @@ def runs(name: str, count: int, done: int = 0) -> Iterator[Callable[[int], None]
     """
     console = Console(stderr=True)
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("runs"),
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("runs"),
         TimeElapsedColumn(), TextColumn("remaining"), TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True, disable=_hidden.get() or not console.is_terminal) as bar:
         task = bar.add_task(name, total=count, completed=done)
         yield lambda more: bar.advance(task, more)

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from scenarios.errors import ScenarioError, StudyError
-from scenarios.files import shipped, toml_file
+from scenarios.files import seed_range, shipped, toml_file
 from scenarios.files.expect import Limit, metric_name
 from scenarios.files.validation_message import explain
 from scenarios.grading.emergence_names import SURVIVAL, survival_measure
@@ -188,10 +188,7 @@ class Study(Strict):
         StudyError
             The text is not of this form.
         """
-        first, _, last = text.partition("-")
-        if not (first.isdecimal() and (last or first).isdecimal() and int(first) <= int(last or first)):
-            raise StudyError(f"--seeds {text}: give one seed, or the first and the last, e.g. 1-6")
-        changed = self.model_copy(update={"seeds": list(range(int(first), int(last or first) + 1))})
+        changed = self.model_copy(update={"seeds": list(seed_range.parse(text, StudyError))})
         changed._path = self._path
         return changed
 

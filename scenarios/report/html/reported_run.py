@@ -1,6 +1,7 @@
 """A run with the derived values that pages show."""
 
 import re
+import shlex
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -111,7 +112,8 @@ class ReportedRun:
             again = f"luxloop track {result.scenario}{_device_options(device)} --out {self.folder}"
             return [again, f"luxloop view {self.folder}"]
         scenario = result.scenario if self.family else f"{result.scenario}.toml"
-        again = f"luxloop run {scenario} --seed {result.seed}{_device_options(device)} --out {self.folder}"
+        settings = "".join(f" --set {shlex.quote(text)}" for text in result.config.get("set", []))
+        again = f"luxloop run {scenario} --seed {result.seed}{settings}{_device_options(device)} --out {self.folder}"
         of_tracks = device != SHIPPED and not IS_DEVICE.fullmatch(device)
         return [f"luxloop grade RUN --tracks {device}"] if of_tracks else [again, f"luxloop view {self.folder}"]
 

@@ -164,3 +164,28 @@ def test_the_schema_forbids_unknown_keys_everywhere():
     schema = json.loads(schema_text())
     tables = [schema, *schema["$defs"].values()]
     assert all(table["additionalProperties"] is False for table in tables if "properties" in table)
+
+
+def test_all_errors_of_a_file_are_in_one_message(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text(
+        'sead = 1\ndescription = "x"\nduration_s = -1\n[traffic]\nkind = "scripted"\n'
+        'actor = [{ x_m = "a", y_m = 0, motion = [{ kind = "strait" }, { kind = "straight", speed_mps = "q" }] }]\n'
+    )
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.load(path)
+    assert str(caught.value) == (
+        f"{path}: 5 errors: (1) sead = 1: unknown key; did you mean seed? "
+        "(2) duration_s = -1: should be greater than 0 "
+        '(3) traffic.actor[0].x_m = "a": should be a valid number '
+        "(4) traffic.actor[0].motion[0].kind = \"strait\": should be 'static' or 'spin' or 'straight' or 'arc' or "
+        "'stop-and-go' or 'lane-change' "
+        '(5) traffic.actor[0].motion[1].speed_mps = "q": should be a valid number'
+    )
+
+
+def test_a_message_of_many_errors_ends_with_their_number(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text("\n".join(f"key_{number} = {number}" for number in range(20)))
+    with pytest.raises(ScenarioError, match=r"23 errors: \(1\) key_0 = 0: unknown key; .* and 17 more$"):
+        Scenario.load(path)

@@ -1,5 +1,6 @@
 """Choice of the frame to show, and the time cursor of the viewer."""
 
+import json
 import os
 import signal
 import socket
@@ -41,6 +42,35 @@ def test_frame_outside_of_the_run_is_refused():
 def test_view_requires_a_run_folder(capfd, tmp_path):
     assert main(["view", str(tmp_path), "--frame", "3"]) == 2
     assert "no result.json of a run in it" in capfd.readouterr().err
+
+
+def test_without_a_display_view_points_to_the_browser(capfd, monkeypatch, tmp_path):
+    for name in viewer.DISPLAYS:
+        monkeypatch.delenv(name, raising=False)
+    (tmp_path / "result.json").touch()
+    (tmp_path / "recording.rrd").touch()
+    assert main(["view", str(tmp_path)]) == 2
+    err = capfd.readouterr().err
+    assert (
+        f"no display: DISPLAY and WAYLAND_DISPLAY are not set; open a browser with luxloop view {tmp_path} --web" in err
+    )
+    monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
+    viewer.require_display(tmp_path)
+
+
+@pytest.mark.parametrize("wanted", [False, True])
+def test_analytics_of_the_viewer_are_off_unless_wanted(wanted, tmp_path, monkeypatch):
+    """Asks the viewer itself, whose own settings allow them."""
+    own = tmp_path / "rerun" / "analytics.json"
+    own.parent.mkdir()
+    own.write_text(json.dumps({"analytics_enabled": True, "analytics_id": "1", "metadata": {},
+                               "config_file_path": str(own), "data_dir_path": str(tmp_path)}))  # fmt: skip
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with viewer.viewer_environment(wanted) as environment:
+        command = [sys.executable, "-m", "rerun", "analytics", "config"]
+        shown = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+    assert json.loads(shown)["analytics_enabled"] is wanted
+    assert json.loads(own.read_text())["analytics_enabled"] is True
 
 
 def test_real_viewer_opens_at_the_time(tmp_path):

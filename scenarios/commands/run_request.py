@@ -1,0 +1,91 @@
+"""What `luxloop run` was asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.commands.arguments import overrides
+from scenarios.errors import InputError
+
+if TYPE_CHECKING:
+    from scenarios.execute import ExecutedRun
+    from scenarios.files.scenario import Scenario
+    from scenarios.oracle.stage import Stage
+    from scenarios.run.device import DeviceFactory
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """Options of `luxloop run`, apart from seeds and output."""
+
+    scenario: str
+    duration_s: float | None
+    settings: Sequence[str]
+    out: Path | None
+    tracker: str | None
+    stages: "Sequence[Stage]"
+    record: bool
+    record_scans: bool
+    dataset_to: Path | None
+    step_timeout_s: float
+
+    @cached_property
+    def device(self) -> "DeviceFactory":
+        """The device under test, loaded once.
+
+        Raises
+        ------
+        DeviceError
+            It cannot be loaded.
+        """
+        from scenarios.oracle.device_choice import choose
+
+        return choose(self.tracker, self.stages)
+
+    def load(self, seed: int | None) -> "Scenario":
+        """Return the scenario with the options' keys.
+
+        Raises
+        ------
+        InputError
+            The file or a key is invalid.
+        """
+        from scenarios.files import shipped
+        from scenarios.files.scenario import Scenario
+
+        return Scenario.load(shipped.find(self.scenario), overrides(seed, self.duration_s), self.settings)
+
+    def require_own_folders(self) -> None:
+        """Check that several runs do not write to one folder.
+
+        Raises
+        ------
+        InputError
+            A data set was asked for.
+        """
+        if self.dataset_to:
+            raise InputError("--seeds and --dataset are both given; omit one, a data set is of one run")
+
+    def execute(self, seed: int | None, *, several: bool = False) -> "ExecutedRun":
+        """Run the scenario with a seed; one of several runs gets a folder inside `--out`.
+
+        Raises
+        ------
+        Exception
+            As `scenarios.execute.execute`.
+        """
+        from scenarios.execute import default_folder, execute
+
+        scenario, device = self.load(seed), self.device
+        default = default_folder(scenario, self.stages, self.tracker)
+        return execute(
+            scenario,
+            device,
+            self.out / default.name if self.out and several else self.out or default,
+            record=self.record,
+            record_scans=self.record_scans,
+            dataset_to=self.dataset_to,
+            step_timeout_s=self.step_timeout_s,
+        )

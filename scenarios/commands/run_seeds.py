@@ -1,0 +1,76 @@
+"""Runs of `luxloop run --seeds`."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from scenarios.commands.error_line import print_early_end, print_error
+from scenarios.errors import ContractError
+
+if TYPE_CHECKING:
+    from scenarios.commands.run_request import RunRequest
+    from scenarios.execute import ExecutedRun
+
+BROKEN_TRACKER = 4
+
+
+@dataclass(slots=True)
+class SeedRuns:
+    """Runs of one scenario with several seeds."""
+
+    done: dict[int, "ExecutedRun"] = field(default_factory=dict)
+    """Runs with a folder, by seed."""
+    errors: dict[int, str] = field(default_factory=dict)
+    """Messages of the runs in which the tracker broke its contract, by seed."""
+    code: int = 0
+    """Exit code of the worst run."""
+
+    @property
+    def verdicts(self) -> dict[int, str]:
+        """Verdict by seed, in their order."""
+        found = {seed: run.verdict for seed, run in self.done.items()} | dict.fromkeys(self.errors, "broken tracker")
+        return dict(sorted(found.items()))
+
+    def document(self) -> dict[str, Any]:
+        """Return the JSON document of all runs."""
+        from scenarios.report.seed_table import summary
+        from scenarios.run import run_folder
+
+        runs = [{**run_folder.document(run.result, run.checks), "out": str(run.out)} for run in self.done.values()]
+        errors = [{"seed": seed, "error": message} for seed, message in self.errors.items()]
+        found = summary([run.result for run in self.done.values()])
+        return {"exit_code": self.code, "runs": runs, "errors": errors, "summary": found}
+
+
+def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], None]) -> SeedRuns:
+    """Run a scenario with each seed; a broken contract ends the run of one seed only.
+
+    Parameters
+    ----------
+    seeds
+        Seeds, in this order.
+    request
+        The scenario and the options of its runs.
+    say
+        Takes a line about each run that has ended.
+    """
+    found = SeedRuns()
+    for seed in seeds:
+        try:
+            outcome = request.execute(seed, several=True)
+        except ContractError as error:
+            found.errors[seed] = str(error)
+            found.code = max(found.code, print_error(f"seed {seed}: {error}", BROKEN_TRACKER))
+            continue
+        found.done[seed] = outcome
+        say(f"seed {seed}: {outcome.verdict}; the results are in {outcome.out}")
+        found.code = max(found.code, code_of(outcome))
+    return found
+
+
+def code_of(outcome: "ExecutedRun") -> int:
+    """Return the exit code of a run, and print why it ended early, if it did."""
+    result = outcome.result
+    if not result.complete:
+        return print_early_end(result, f"the {result.frames} frames until then are in {outcome.out}, marked incomplete")
+    return 0 if outcome.verdict == "passed" else 1
