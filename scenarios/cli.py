@@ -16,6 +16,7 @@ from scenarios.commands import (
     import_,
     list_scenarios,
     mcap,
+    paper,
     realism,
     report,
     run,
@@ -37,8 +38,8 @@ app = typer.Typer(
 )
 app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
-    run.run, view.view, report.report, blame.blame, compare.compare, baseline.baseline, trends.trends, grade.grade,
-    check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
+    run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
+    grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command(cls=PlainHelp)(command)
 app.command("import", cls=PlainHelp)(import_.import_)

@@ -56,6 +56,9 @@ Scheduler = Annotated[
 ]
 DEFAULT_STEP_TIMEOUT_S = 60.0
 """`scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
+Figures = Annotated[
+    str | None, typer.Option(metavar="FORMAT,...", help="Also write the figures as files: svg, pdf, png.")
+]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else.")]
 

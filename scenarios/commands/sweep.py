@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet, Scheduler, StudyName, Tracker, Workers, worker_count
+from scenarios.commands.arguments import AsJson, Figures, Quiet, Scheduler, StudyName, Tracker, Workers, worker_count
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ def sweep(
         str | None, typer.Option(metavar="FIRST-LAST", help="Seeds instead of those of the study, e.g. 1-6.")
     ] = None,
     retry_errors: Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")] = False,
+    figures: Figures = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
@@ -35,18 +36,20 @@ def sweep(
     require("sweep", "sweeps")
     import json
 
+    from scenarios.report.figure_files import parse_formats
     from scenarios.run.device import SHIPPED, absolute
     from scenarios.run.progress import hidden
     from scenarios.study.study_file import Study, find
     from scenarios.study.study_page import report
     from scenarios.study.sweep_runs import sweep as run_study
 
+    formats = parse_formats(figures)
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
     loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
     with hidden(quiet):
         done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
-    report(done, out)
+    report(done, out, formats)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))
     elif not quiet:

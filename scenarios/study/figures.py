@@ -1,7 +1,6 @@
 """Figures of a study: curves with confidence intervals, and heat maps over two parameters."""
 
-import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.errors import OutputError
-from scenarios.files import atomic_file
 from scenarios.grading.metric_names import REGISTRY
+from scenarios.report import figure_files
+from scenarios.report.figure_files import FigureFile
 from scenarios.report.html.palette import INK, PAGE, SERIES
-from scenarios.report.html.svg_figure import STYLE, Figure, draw, note
+from scenarios.report.html.svg_figure import Figure, draw, note
 from scenarios.study.curves import estimates, is_binary, levels
 from scenarios.study.study_file import Curve, Study
 
@@ -28,9 +27,6 @@ WIDE_IN = 6.0
 """[inch] Figures wider than this span the page."""
 CELL_IN = (0.62, 0.42)
 """[inch] Width and height of a cell of a map."""
-PIXELS_PER_INCH = 110
-LETTERS_PER_INCH = 11
-"""Line length of the title, per inch of figure width."""
 DODGE = 0.012
 """Horizontal offset between neighbouring curves, as a fraction of the axis length."""
 MAP_COLORS = "cividis"
@@ -52,31 +48,15 @@ class Picture:
         """Return the figure as SVG, for a page."""
         return draw(self.name, self.title, self.caption, self.size_in, self.paint, wide=self.size_in[0] > WIDE_IN)
 
-    def save(self, folder: Path) -> Path:
-        """Write the figure as `<name>.png`.
+    def save(self, folder: Path, formats: Sequence[str] = ("png",)) -> list[Path]:
+        """Write the figure in each of these formats.
 
         Raises
         ------
         OutputError
             The folder cannot be written.
         """
-        path = folder / f"{self.name}.png"
-        import matplotlib
-        from matplotlib.figure import Figure as Canvas
-
-        with matplotlib.rc_context(STYLE):
-            canvas = Canvas(figsize=self.size_in, layout="constrained", facecolor=PAGE)
-            self.paint(canvas)
-            heading = textwrap.fill(self.title, int(LETTERS_PER_INCH * self.size_in[0]))
-            canvas.suptitle(heading, x=0.01, ha="left", fontsize=10)
-            try:
-                with atomic_file.create(path) as partial:
-                    canvas.savefig(partial, dpi=PIXELS_PER_INCH, format="png", metadata={"Software": None})
-            except OSError as error:
-                raise OutputError(
-                    f"{path}: cannot write there ({error.strerror}); free some space, or choose another folder"
-                ) from error
-        return path
+        return figure_files.save(FigureFile(self.name, self.title, self.size_in, self.paint), folder, formats)
 
 
 def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Picture:

@@ -1,10 +1,11 @@
 """Report of a sweep: one self-contained HTML page, and each of its figures as a PNG file."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from scenarios.errors import OutputError
+from scenarios.report import figure_files
 from scenarios.report.html import pages
 from scenarios.report.html.page_tables import Cell, PageTable, Row
 from scenarios.study.curves import LEVELS, differences, estimates, measured
@@ -21,8 +22,8 @@ MOST_FAILED = 100
 """Maximum number of failed runs listed on the page; the rows hold all of them."""
 
 
-def report(sweep: Sweep, folder: Path) -> Path:
-    """Write `report.html` and `pictures/*.png` into a folder; return the page.
+def report(sweep: Sweep, folder: Path, formats: Sequence[str] = ()) -> Path:
+    """Write `report.html` and `pictures/*.png` into a folder, pictures also in further formats; return the page.
 
     Raises
     ------
@@ -31,12 +32,9 @@ def report(sweep: Sweep, folder: Path) -> Path:
     """
     study, rows = sweep.study, measured(sweep.rows)
     pictures = [_picture(study, rows, curve, _file_name(number, curve)) for number, curve in enumerate(study.curve, 1)]
-    try:
-        (folder / PICTURES).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder") from error
+    figure_files.make_folder(folder / PICTURES)
     for one in pictures:
-        one.save(folder / PICTURES)
+        one.save(folder / PICTURES, list(dict.fromkeys(["png", *formats])))
     pages.write(folder / REPORT, page(sweep, pictures))
     return folder / REPORT
 

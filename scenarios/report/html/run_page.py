@@ -1,12 +1,14 @@
 """HTML report of one run."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 from scenarios.report import emergence_rows, paper_tables
 from scenarios.report import fit_tables as printed_fits
 from scenarios.report import tables as printed
 from scenarios.report import track_tables as printed_tracks
+from scenarios.report.figure_files import FigureFile
 from scenarios.report.html.birdseye import birdseye
 from scenarios.report.html.fit_figures import COVARIATES, errors_against, heading_distribution, observations
 from scenarios.report.html.page_tables import PageTable, page_table
@@ -28,18 +30,49 @@ def run_page(folder: Path) -> str:
         The folder has no run.
     """
     run = ReportedRun.read(folder)
+    return page_of(run, RunFigures.of(run))
+
+
+def page_of(run: ReportedRun, figures: "RunFigures") -> str:
+    """Return the page of a run with these figures."""
     return render(
         "run.html.j2",
         run=run,
-        pictures=birdseye(run.result, run.result.scenario, run.unmet),
-        fit_figures=fit_figures(run.result),
+        pictures=figures.pictures,
+        fit_figures=figures.fits,
         fit_tables=fit_tables(run.result),
-        track_figures=[track_figure(run.result)],
-        model_figures=[model_probabilities(run.result.tables["tracks"])],
+        track_figures=figures.tracks,
+        model_figures=figures.models,
         model_tables=model_tables(run.result),
         stage_tables=stage_tables(run.result),
         config=json.dumps(run.result.config, indent=2, ensure_ascii=False),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class RunFigures:
+    """Figures of a run by section of its page."""
+
+    pictures: list[Figure]
+    fits: list[Figure]
+    tracks: list[Figure]
+    models: list[Figure]
+
+    @classmethod
+    def of(cls, run: ReportedRun) -> "RunFigures":
+        """Draw the figures of a run."""
+        return cls(
+            pictures=birdseye(run.result, run.result.scenario, run.unmet),
+            fits=fit_figures(run.result),
+            tracks=[track_figure(run.result)],
+            models=[model_probabilities(run.result.tables["tracks"])],
+        )
+
+    @property
+    def files(self) -> list[FigureFile]:
+        """All figures, to be written as files."""
+        shown = [*self.pictures, *self.fits, *self.tracks, *self.models]
+        return [FigureFile(one.name, one.title, one.size_in, one.paint) for one in shown if one.paint]
 
 
 def fit_figures(result: Result) -> list[Figure]:
@@ -52,6 +85,11 @@ def fit_figures(result: Result) -> list[Figure]:
 def track_figure(result: Result) -> Figure:
     """Return the figure of timelines."""
     return timelines(result.tables["truth"], result.config["grading"]["hidden_fraction_max"])
+
+
+def tables_of(result: Result) -> list[PageTable]:
+    """Return all tables of a run."""
+    return [*fit_tables(result), *model_tables(result), *stage_tables(result)]
 
 
 def fit_tables(result: Result) -> list[PageTable]:

@@ -41,7 +41,8 @@ class Section:
         """Read a run and draw its pictures."""
         run = ReportedRun.read(folder)
         pictures = birdseye(run.result, name, run.unmet, most=PICTURES[run.verdict])
-        return cls(name, replace(run, result=replace(run.result, tables={})), pictures)
+        drawn = [replace(picture, paint=None) for picture in pictures]  # paint refers to the tables
+        return cls(name, replace(run, result=replace(run.result, tables={})), drawn)
 
 
 def find_runs(folder: Path) -> list[Path]:

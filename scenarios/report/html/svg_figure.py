@@ -49,6 +49,10 @@ class Figure:
     svg: Markup
     wide: bool = False
     """True if the figure takes the page's whole width; on a narrow screen it scrolls in its box."""
+    size_in: tuple[float, float] = (0.0, 0.0)
+    """Width and height [inch]."""
+    paint: "Callable[[Canvas], None] | None" = None
+    """Draws the figure again, for a file; None where its data are no longer needed."""
 
 
 def draw(
@@ -84,7 +88,7 @@ def draw(
             axes.set_facecolor("none")
         text = io.StringIO()
         canvas.savefig(text, format="svg", metadata={"Date": None})
-    return Figure(name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide)
+    return Figure(name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide, size_in, on)
 
 
 def note(axes: "Axes", text: str) -> None:
