@@ -12,6 +12,7 @@ from scenarios.commands import (
     blame,
     check_tracker,
     compare,
+    compile_kernels,
     grade,
     import_,
     list_scenarios,
@@ -42,6 +43,7 @@ for command in (
     grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
 ):  # fmt: skip
     app.command(cls=PlainHelp)(command)
+app.command("warm-up", cls=PlainHelp)(compile_kernels.warm_up)
 app.command("import", cls=PlainHelp)(import_.import_)
 app.command(cls=PlainHelp)(track.track)
 

@@ -39,7 +39,10 @@ def pair(base: Side, head: Side) -> Pairs:
     incomparable = {b.key: why for b, h in common if (why := _why_incomparable(b, h))}
     compared = [Pair(b, h) for b, h in common if b.key not in incomparable]
     if not compared:
-        why = "; ".join(f"{key}: {reason}" for key, reason in incomparable.items())
+        reasons: dict[str, list[Key]] = {}
+        for key, reason in incomparable.items():
+            reasons.setdefault(reason, []).append(key)
+        why = "; ".join(f"{listed(keys)}: {reason}" for reason, keys in reasons.items())
         raise InputError(
             f"{base.path} and {head.path}: nothing to compare, "
             + (why or "no scenario was run with the same seed in both; run the same scenarios with the same seeds")

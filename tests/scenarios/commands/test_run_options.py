@@ -161,3 +161,11 @@ def test_part_of_a_file_name_is_short_without_separators_and_unique():
     assert "/" not in file_name("../x")
     assert len(file_name("x" * 500)) < 64
     assert file_name("x" * 500) != file_name("x" * 501)
+
+
+def test_warm_up_compiles_and_writes_nothing(capfd):
+    assert main(["warm-up", "short.toml"]) == 0
+    assert "The kernels are ready, after " in capfd.readouterr().out
+    assert sorted(path.name for path in Path().iterdir()) == ["short.toml"]
+    assert main(["warm-up", "short.toml", "--quiet"]) == 0
+    assert capfd.readouterr() == ("", "")

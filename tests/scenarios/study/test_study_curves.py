@@ -183,6 +183,14 @@ def test_every_figure_is_written_as_a_non_blank_png(study, rows, tmp_path):
         assert np.ptp(imread(file)[..., :3]) > 0.5
 
 
+def test_figures_are_also_written_in_the_formats_asked_for(study, rows, tmp_path):
+    report(Sweep(study, rows, 13), tmp_path, ["svg", "pdf"])
+    names = sorted(path.name for path in (tmp_path / "pictures").iterdir())
+    stems = sorted({path.stem for path in (tmp_path / "pictures").iterdir()})
+    assert len(stems) == len(study.curve)
+    assert names == sorted(f"{stem}.{suffix}" for stem in stems for suffix in ("pdf", "png", "svg"))
+
+
 def test_a_caption_describes_the_interval(study, rows):
     error, _, panels = (picture(study, measured(rows), curve, "name") for curve in study.curve)
     assert "Student's t, over seeds" in error.caption

@@ -1,0 +1,25 @@
+"""`luxloop warm-up`."""
+
+from scenarios.commands.arguments import Quiet, ScenarioName, Tracker
+
+SCENARIO = "sumo-crossing"
+"""Uses the kernels of traffic, sensor and tracker."""
+SIMULATED_S = 0.8
+"""Long enough for tracks."""
+
+
+def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Quiet = False) -> None:
+    """Compile the numba kernels into their cache, so that parallel runs do not each compile them; writes no run."""
+    import time
+
+    from scenarios.files import shipped
+    from scenarios.files.scenario import Scenario
+    from scenarios.run import device, loop
+    from scenarios.run.progress import hidden
+
+    loaded = Scenario.load(shipped.find(scenario), {"duration_s": SIMULATED_S})
+    make_device, began = device.load(tracker or device.SHIPPED), time.monotonic()
+    with hidden(quiet):
+        loop.run(loaded, make_device)
+    if not quiet:
+        print(f"The kernels are ready, after {time.monotonic() - began:.1f} s")

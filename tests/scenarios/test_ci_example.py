@@ -1,0 +1,87 @@
+"""The example repository: its files are valid, and the commands of its workflow run in this order."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support.paths import EXAMPLES
+
+from scenarios.files.scenario import Scenario
+
+REPOSITORY = EXAMPLES / "ci"
+yaml = pytest.importorskip("yaml", reason="PyYAML comes with the documentation's packages")
+
+
+@pytest.fixture(scope="module")
+def steps():
+    workflow = yaml.safe_load((REPOSITORY / ".github" / "workflows" / "tracker.yml").read_text(encoding="utf-8"))
+    return workflow["jobs"]["cases"]["steps"]
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """A copy of the repository, without the caches of editors and interpreters."""
+    shutil.copytree(REPOSITORY, tmp_path / "clone", ignore=shutil.ignore_patterns("__pycache__", ".pytest_cache"))
+    return tmp_path / "clone"
+
+
+def shell(line, folder):
+    """Run a command of the workflow with the commands of this environment."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "GITHUB_"))}
+    environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    environment["GITHUB_STEP_SUMMARY"] = str(folder / "summary.md")
+    done = subprocess.run(
+        ["bash", "-ec", line], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout + done.stderr
+
+
+def commands(steps, *programs):
+    return [step["run"] for step in steps if step.get("run", "").split()[:1] and step["run"].split()[0] in programs]
+
+
+def test_every_case_is_a_valid_scenario_with_needs():
+    cases = sorted((REPOSITORY / "cases").glob("*.toml"))
+    assert len(cases) >= 2
+    for case in cases:
+        scenario = Scenario.load(case)
+        assert scenario.expect
+        assert all(limit.need for limit in scenario.expect.values())
+
+
+def test_the_tracker_is_the_one_of_the_documentation():
+    assert (REPOSITORY / "my_tracker.py").read_bytes() == (EXAMPLES / "nearest.py").read_bytes()
+
+
+def test_the_cache_has_kernels_and_packages_in_one_entry(steps):
+    (cache,) = [step["with"] for step in steps if step.get("uses", "").startswith("actions/cache@")]
+    assert cache["path"].split() == [".venv", ".numba"]
+    assert "hashFiles('pyproject.toml')" in cache["key"]
+
+
+def test_commands_of_the_workflow_run_and_the_second_push_is_the_same(steps, clone):
+    warm_up, tests, compare, summary = commands(steps, "luxloop", "pytest", "cat")
+    assert shell(warm_up, clone)[0] == 0
+    code, said = shell(tests, clone)
+    assert code == 0, said
+    assert "6 passed" in said
+    assert "The report is in luxloop.html" in said
+    assert shell("luxloop baseline runs --out baseline.jsonl", clone)[0] == 0
+    code, said = shell(compare, clone)
+    assert code == 0, said
+    assert shell(summary, clone)[0] == 0
+    assert (clone / "summary.md").read_text(encoding="utf-8").startswith("### luxloop compare: same")
+
+
+def test_folders_of_failed_runs_are_kept(steps, clone):
+    case = clone / "cases" / "braking-ahead.toml"
+    case.write_text(case.read_text(encoding="utf-8").replace("max = 30", "max = -1"), encoding="utf-8")
+    assert shell("pytest -n 0", clone)[0] == 1
+    (keep,) = [step["run"] for step in steps if step.get("if") == "failure()"]
+    assert shell(keep, clone)[0] == 0
+    kept = [json.loads(path.read_text(encoding="utf-8")) for path in (clone / "failed").rglob("result.json")]
+    assert [(run["scenario"], run["verdict"]) for run in kept] == [("braking-ahead", "failed")]
