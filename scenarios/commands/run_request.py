@@ -1,4 +1,4 @@
-"""What `luxloop run` was asked for."""
+"""Options of one `luxloop run`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -23,6 +23,7 @@ def track(
     """Run a tracker over recorded scans: tracks, a report with pictures, and a recording for the viewer."""
     import json
 
+    from scenarios.execute import file_name
     from scenarios.files.expect import verdict
     from scenarios.recordings.recording import Recording
     from scenarios.recordings.recording_rules import rules_of
@@ -32,7 +33,8 @@ def track(
 
     scans = Recording(recording)
     name = tracker or device.SHIPPED
-    out = out or Path("runs") / f"{scans.name}-tracks"
+    other = "" if name == device.SHIPPED else f"-{file_name(device.short_name(name))}"
+    out = out or Path("runs") / f"{scans.name}-tracks{other}"
     scans.refuse_to_write_to(out)
     tracked = track_recording(
         scans,

@@ -2,15 +2,12 @@
 
 import json
 import math
-from collections.abc import Iterator
-from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-Json = dict[str, Any]
-Key = tuple[str | int, ...]
+from scenarios.files.schema_lookup import Json, Key, choices, known_keys, value_at
 
 UNKNOWN_KEY = {"extra_forbidden", "unexpected_keyword_argument"}
 MISSING = {"missing", "union_tag_not_found"}
@@ -53,9 +50,9 @@ def _explain(errors: list[ErrorDetails], document: Json, schema: Json) -> str:
     first = _most_specific(errors)
     key, kind = _key(first, document), first["type"]
     if kind in MISSING:
-        return f"{_dotted(key)} is missing; add it{_choices(key, document, schema)}"
+        return f"{_dotted(key)} is missing; add it{choices(key, document, schema)}"
     if kind in UNKNOWN_KEY:
-        return f"{_dotted(key)} = {_short(first['input'])}: unknown key; {_known(key, document, schema)}"
+        return f"{_dotted(key)} = {_short(first['input'])}: unknown key; {known_keys(key, document, schema)}"
     if kind == "union_tag_invalid":
         remedy = f"should be one of {first['ctx']['expected_tags']}"
     elif kind == "literal_error":  # each alternative of a union expects another value
@@ -65,7 +62,7 @@ def _explain(errors: list[ErrorDetails], document: Json, schema: Json) -> str:
         remedy = str(first["ctx"]["error"])
     else:
         remedy = first["msg"].removeprefix("Input ").replace("an object", "a table")
-    value = _value(document, key)
+    value = value_at(document, key)
     # A rule over several keys fails for their table as a whole; its message names the keys.
     return f"{_dotted(key)}: {remedy}" if isinstance(value, dict) else f"{_dotted(key)} = {_short(value)}: {remedy}"
 
@@ -93,7 +90,7 @@ def _choice(error: ErrorDetails, document: Json) -> Key:
     """Return the key of the error, or that of a union whose alternatives each have errors."""
     key: Key = ()
     for step in error["loc"]:
-        value = _value(document, key)
+        value = value_at(document, key)
         if _has(value, step):
             key = (*key, step)
         elif not (isinstance(value, dict) and value.get("kind") == step):  # not the name of the only alternative meant
@@ -110,7 +107,7 @@ def _key(error: ErrorDetails, document: Json) -> Key:
     """Return the key of the error in the file: pydantic's location without the names of union alternatives."""
     key: Key = ()
     for step in error["loc"]:
-        if _has(_value(document, key), step):
+        if _has(value_at(document, key), step):
             key = (*key, step)
     if error["type"] == "missing":
         return (*key, error["loc"][-1])
@@ -123,12 +120,6 @@ def _has(value: Any, step: str | int) -> bool:
     if isinstance(step, int):
         return isinstance(value, list) and step < len(value)
     return isinstance(value, dict) and step in value
-
-
-def _value(document: Any, key: Key) -> Any:
-    for step in key:
-        document = document[step]
-    return document
 
 
 def _dotted(key: Key) -> str:
@@ -145,51 +136,3 @@ def _dotted(key: Key) -> str:
 def _short(value: Any) -> str:
     text = json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
-
-
-def _known(key: Key, document: Json, schema: Json) -> str:
-    """Return the most similar known keys, or else all known keys."""
-    known = sorted({name for table in _tables(key[:-1], document, schema) for name in table["properties"]})
-    close = get_close_matches(str(key[-1]), known, n=3)
-    return f"did you mean {' or '.join(close)}?" if close else f"known here: {', '.join(known)}"
-
-
-def _choices(key: Key, document: Json, schema: Json) -> str:
-    """Return the allowed values of a missing key, if they are fixed."""
-    properties = [table["properties"].get(key[-1], {}) for table in _tables(key[:-1], document, schema)]
-    values = [json.dumps(choice["const"]) for choice in properties if "const" in choice]
-    return f": one of {', '.join(values)}" if values else ""
-
-
-def _tables(key: Key, document: Json, schema: Json) -> list[Json]:
-    """Return the schemas of the tables allowed at `key`, restricted to the `kind` in the document."""
-    nodes = [schema]
-    for depth, step in enumerate((*key, None)):
-        nodes = [table for node in nodes for table in _alternatives(node, schema["$defs"])]
-        nodes = [node for node in nodes if _is_kind(node, _value(document, key[:depth]))]
-        if step is not None:
-            nodes = [child for node in nodes for child in _below(node, step)]
-    return [node for node in nodes if "properties" in node]
-
-
-def _alternatives(node: Json, definitions: Json) -> Iterator[Json]:
-    """Resolve references and unions to plain schemas."""
-    if "$ref" in node:
-        yield from _alternatives(definitions[node["$ref"].rpartition("/")[2]], definitions)
-    elif options := node.get("oneOf") or node.get("anyOf"):
-        for option in options:
-            yield from _alternatives(option, definitions)
-    else:
-        yield node
-
-
-def _is_kind(node: Json, value: Any) -> bool:
-    kind = node.get("properties", {}).get("kind", {}).get("const")
-    return kind is None or not isinstance(value, dict) or value.get("kind", kind) == kind
-
-
-def _below(node: Json, step: str | int) -> list[Json]:
-    """Return the schema of one key or item, if it has one."""
-    child = node.get("items") if isinstance(step, int) else node.get("properties", {}).get(step)
-    child = child or node.get("additionalProperties")
-    return [child] if isinstance(child, dict) else []

@@ -169,3 +169,18 @@ def test_warm_up_compiles_and_writes_nothing(capfd):
     assert sorted(path.name for path in Path().iterdir()) == ["short.toml"]
     assert main(["warm-up", "short.toml", "--quiet"]) == 0
     assert capfd.readouterr() == ("", "")
+
+
+def test_brackets_in_every_text_of_a_scenario_are_printed_as_written(capfd):
+    limit = (
+        '"track.hota" = { min = 2.0, need = "limits are in [/docs/x.md]", known_failure = "0.5: [red]why[/red] [/x]" }'
+    )
+    text = short_run.TEXT.replace("[bold]", "[/bold] :car:") + f"[expect]\n{limit}\n"
+    short_run.write(Path(), text)
+    run()
+    out = " ".join(capfd.readouterr().out.split())
+    assert "standing ego [/bold] :car:" in out
+    assert "[red]why[/red] [/x]" in out
+    assert main(["report", "runs/short-seed4"]) == 0
+    page = Path("runs/short-seed4.html").read_text(encoding="utf-8")
+    assert "limits are in [/docs/x.md]" in page
