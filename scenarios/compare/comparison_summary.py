@@ -53,15 +53,14 @@ def sentence(comparison: Comparison) -> str:
     """Return the verdict in one sentence."""
     percent = f"{100.0 * comparison.loss:g} %"
     found = statements(comparison)
-    losses = [
-        f"{len(found[heading])} {what}"
-        for heading, what in (
-            ("Newly incomplete", "newly incomplete"),
-            ("Newly failed", "newly failed"),
-            ("Worse", "worse"),
-        )
-        if heading in found
-    ]
+    metrics = sum(change.verdict in ("worse", "lost") for change in comparison.changes)
+    counts = {
+        "run{s} newly incomplete": len(found.get("Newly incomplete", [])),
+        "expectation{s} newly failed": len(found.get("Newly failed", [])),
+        "metric{s} worse": metrics,
+        "scenario{s} worse alone": len(comparison.scenario_losses),
+    }
+    losses = [f"{count} {what.format(s='' if count == 1 else 's')}" for what, count in counts.items() if count]
     if losses:
         return f"HEAD is worse than BASE: {', '.join(losses)}"
     if comparison.outcome == "cannot tell":

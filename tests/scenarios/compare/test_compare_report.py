@@ -69,7 +69,9 @@ def test_page_at_1280_pixels_shows_everything_without_scrolling(chromium, page):
         assert shown.evaluate("document.documentElement.scrollWidth") == 1280
         assert shown.locator("h1 .badge").inner_text() == "worse"
         assert (
-            shown.locator("header").inner_text().count("HEAD is worse than BASE: 1 newly incomplete, 1 newly failed")
+            shown.locator("header")
+            .inner_text()
+            .count("HEAD is worse than BASE: 1 run newly incomplete, 1 expectation newly failed, 1 metric worse")
             == 1
         )
         headings = shown.locator("#summary h3").all_inner_texts()
@@ -98,7 +100,7 @@ def test_page_has_the_numbers_of_the_comparison(compared, page):
 
 def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables(compared):
     text = markdown(compared, "base.jsonl", "runs")
-    order = ["### luxloop compare: worse", "**HEAD is worse than BASE: 1 newly incomplete", "**Newly incomplete**",
+    order = ["### luxloop compare: worse", "**HEAD is worse than BASE: 1 run newly incomplete", "**Newly incomplete**",
              "**Newly failed**", "**Worse**", "- `fit.best.heading_abs_mean_deg`:", "**Better**",
              "- `track.id_switch_rate`:", "<details><summary>Metrics</summary>", INTERVALS.split(":")[0]]  # fmt: skip
     assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
