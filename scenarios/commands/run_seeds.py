@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from scenarios.commands.error_line import print_early_end, print_error
-from scenarios.errors import ContractError
+from scenarios.errors import ContractError, Interrupted
 
 if TYPE_CHECKING:
     from scenarios.commands.run_request import RunRequest
@@ -53,6 +53,11 @@ def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], 
         The scenario and the options of its runs.
     say
         Takes a line about each run that has ended.
+
+    Raises
+    ------
+    Interrupted
+        Ctrl-C after the first run.
     """
     found = SeedRuns()
     for seed in seeds:
@@ -62,6 +67,11 @@ def run_seeds(seeds: Sequence[int], request: "RunRequest", say: Callable[[str], 
             found.errors[seed] = str(error)
             found.code = max(found.code, print_error(f"seed {seed}: {error}", BROKEN_TRACKER))
             continue
+        except KeyboardInterrupt as error:
+            if not found.done:
+                raise
+            kept = ", ".join(map(str, found.done))
+            raise Interrupted(f"interrupted at seed {seed}; the runs of seeds {kept} are kept") from error
         found.done[seed] = outcome
         say(f"seed {seed}: {outcome.verdict}; the results are in {outcome.out}")
         found.code = max(found.code, code_of(outcome))

@@ -118,6 +118,16 @@ def test_the_worst_seed_sets_the_exit_code_and_the_others_are_kept(capfd):
     assert {Path(run["out"]).name for run in document["runs"]} == {"short-seed1-Tracker", "short-seed3-Tracker"}
 
 
+def test_ctrl_c_names_the_seeds_that_are_kept(capfd):
+    broken = 'raise ValueError("broken")'
+    assert broken in BROKEN_AT_SEED_2
+    interrupted = BROKEN_AT_SEED_2.replace(broken, "signal.raise_signal(signal.SIGINT)")
+    Path("stopped.py").write_text("import signal\n" + interrupted)
+    assert run("--seeds", "1-3", "--tracker", "stopped.py:Tracker") == 130
+    assert capfd.readouterr().err == "luxloop: error: interrupted at seed 2; the runs of seeds 1 are kept\n"
+    assert [path.name for path in Path("runs").iterdir()] == ["short-seed1-Tracker"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
