@@ -1,7 +1,7 @@
 """Interval of a median from order statistics, which needs no assumption on the distribution.
 
-The number of values below the median is binomial, whatever the distribution (Thompson 1936, Annals of Mathematical
-Statistics 7, 122). Interpolation between two order statistics brings the coverage close to the nominal one
+The number of values below the median is binomial for any distribution (Thompson 1936, Annals of Mathematical Statistics
+7, 122). Interpolation between two order statistics brings the coverage close to the nominal one
 (Hettmansperger and Sheather 1986, Statistics and Probability Letters 4, 75). A mean has no such interval: a few seeds
 rarely contain the rare large values that dominate it.
 """

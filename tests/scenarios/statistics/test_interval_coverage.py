@@ -33,7 +33,8 @@ def test_every_interval_of_a_study_covers_at_least_nine_in_ten():
         for kind in one.kinds:
             found = seed_coverage(one.rows, kind, 8, 300, np.random.default_rng(1))
             assert found.share >= 0.9, (one.name, kind)
-            assert found.share <= 0.98 or one.rows["value"].nunique() < 12, (one.name, kind)
+            common = one.rows["value"].value_counts(normalize=True).max()
+            assert found.share <= 0.98 or common > 0.5, (one.name, kind)  # most seeds are equal
 
 
 def test_the_committed_table_is_within_the_target():
