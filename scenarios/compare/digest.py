@@ -14,8 +14,8 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.result import Result
 from scenarios.run import run_folder
 
-PROSE = ("description", "reason", "suite")
-"""Keys of a scenario without influence on its runs."""
+PROSE = ("description", "reason", "suite", "metric")
+"""Keys of a scenario without influence on its runs, or on the compared metrics."""
 LIMITS = "expect"
 """Key of the expectations."""
 

@@ -4,18 +4,17 @@ from typing import Any, Literal
 
 import pandas as pd
 
-from scenarios.grading.metric_names import REGISTRY
 from scenarios.statistics.confidence import FEWEST_SEEDS
 from scenarios.study.seed_estimate import is_binary
 
 Kind = Literal["share", "count", "quantity"]
 
 
-def kind_of(rows: pd.DataFrame, metric: str) -> Kind:
+def kind_of(rows: pd.DataFrame, metric: str, unit: str) -> Kind:
     """Return the kind of a metric: a share of runs, a count, or any other quantity."""
     if is_binary(rows[metric]):
         return "share"
-    return "count" if REGISTRY[metric].unit == "count" else "quantity"
+    return "count" if unit == "count" else "quantity"
 
 
 def estimate_head(kind: Kind) -> list[str]:

@@ -11,7 +11,6 @@ import pandas as pd
 
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file
-from scenarios.grading.metric_names import REGISTRY
 from scenarios.report.html.palette import INK, PAGE, SERIES
 from scenarios.report.html.svg_figure import STYLE, Figure, draw, note
 from scenarios.study.curves import estimates, levels
@@ -117,21 +116,21 @@ def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Pictur
                 axes.set_title(f"{label(study, curve.panels)}: {text(level)}")
         grid[0].set_ylabel(label(study, curve.by if curve.kind == "map" and curve.by else curve.metric))
         if curve.kind == "curve":
-            _set_limits(grid[0], curve.metric, found, dots)
+            _set_limits(grid[0], definition.unit if definition else "", found, dots)
             if curve.by:
                 canvas.legend(
                     *grid[0].get_legend_handles_labels(), title=label(study, curve.by), loc="outside right upper"
                 )
 
-    title = curve.title or REGISTRY[curve.metric].meaning
+    definition = study.definition(curve.metric)
+    title = curve.title or (definition.meaning if definition else curve.metric)
     return Picture(name, title[0].upper() + title[1:], _caption(study, rows, curve), _size(curve, rows, columns), paint)
 
 
 def label(study: Study, key: str) -> str:
     """Return the axis label of a parameter or a metric, with its unit."""
-    if key in REGISTRY:
-        unit = REGISTRY[key].unit
-        return key if unit == "1" else f"{key} [{unit}]"
+    if definition := study.definition(key):
+        return key if definition.unit == "1" else f"{key} [{definition.unit}]"
     return next((parameter.label for parameter in study.vary if parameter.key == key), "") or key
 
 
@@ -175,11 +174,11 @@ def _curve(axes: "Axes", x: pd.Series, line: pd.DataFrame, n: int, name: str) ->
     axes.plot(x[partial], line["value"][partial], marker, color=color, mfc=PAGE, ms=4.5)
 
 
-def _set_limits(axes: "Axes", metric: str, found: pd.DataFrame, dots: pd.DataFrame) -> None:
+def _set_limits(axes: "Axes", unit: str, found: pd.DataFrame, dots: pd.DataFrame) -> None:
     """Start the vertical axis at zero, and end it at one for fractions."""
     if dots["value"].min() < 0.0:
         return
-    is_share = REGISTRY[metric].unit == "1" and dots["value"].max() <= 1.0
+    is_share = unit == "1" and dots["value"].max() <= 1.0
     top = max(float(dots["value"].max()), float(found[["value", "high"]].max().max()))
     axes.set_ylim(*((-0.02, 1.02) if is_share else (-0.02 * top, 1.06 * top or 1.0)))
 

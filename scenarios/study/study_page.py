@@ -72,7 +72,8 @@ def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
         head, lines = survival_lines(study, rows, curve)
         return _table(f"Numbers: {label(study, curve.metric)}", head, lines, left=len(curve.keys))
     found = estimates(rows, curve.metric, curve.keys)
-    kind = kind_of(rows, curve.metric)
+    definition = study.definition(curve.metric)
+    kind = kind_of(rows, curve.metric, definition.unit if definition else "")
     head = [*(label(study, key) for key in curve.keys), *estimate_head(kind)]
     cells = [[*(text(row[key]) for key in curve.keys), *estimate_cells(row, kind)] for row in found.to_dict("records")]
     if curve.by and 0 < rows[curve.by].nunique() <= LEVELS and study.samples is None:
