@@ -9,6 +9,8 @@ Statistical Association 56, 223). Without any 1 in n values its upper limit is 1
 of three.
 """
 
+import functools
+
 import numpy as np
 import scipy
 
@@ -33,6 +35,7 @@ def bounded_mean_interval(values: Floats, low: float = 0.0, high: float = 1.0) -
     return float(first), float(last)
 
 
+@functools.cache
 def mid_p_interval(successes: int, trials: int) -> Interval:
     """Return the mid-p interval of a proportion."""
 
