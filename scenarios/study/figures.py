@@ -32,7 +32,7 @@ CELL_IN = (0.62, 0.42)
 PIXELS_PER_INCH = 110
 LETTERS_PER_INCH = 11
 """Line length of the title, per inch of figure width."""
-DOT, FAINT_DOT = 4.0, 0.45
+DOT, FAINT_DOT = 7.0, 0.5
 """[points] Size and opacity of the dots of single seeds."""
 DODGE = 0.012
 """Horizontal offset between neighbouring curves, as a fraction of the axis length."""
@@ -150,8 +150,8 @@ def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame, dots:
         n = order.index(level)
         offset = step * (n - 0.5 * (len(order) - 1))
         single = dots if curve.by is None else dots[dots[curve.by] == level]
-        axes.plot(_at(single[curve.against], by_number) + offset, single["value"], ".", color=SERIES[n % len(SERIES)],
-                  ms=DOT, alpha=FAINT_DOT, mew=0.0)  # fmt: skip
+        beside = _at(single[curve.against], by_number) + offset - 0.4 * step
+        axes.plot(beside, single["value"], ".", color=SERIES[n % len(SERIES)], ms=DOT, alpha=FAINT_DOT, mew=0.0)
         _curve(axes, _at(line[curve.against], by_number) + offset, line, n, text(level))
     if not by_number:
         axes.set_xticks(range(len(names)), [text(name) for name in names])
