@@ -8,7 +8,7 @@
 
 Arguments are run folders or contain them; other scenarios and seeds in them are left out. Each run takes one to three
 minutes. The tables are printed and written between `<!-- table 1 -->` ... `<!-- table 4 -->` and `<!-- end -->`. Seed 1
-is graded alone, the others together; intervals resample whole vehicles.
+is graded alone, the others together; intervals are over whole vehicles.
 """
 
 import argparse

@@ -4,6 +4,7 @@
     - `ScenarioError`: the scenario file
     - `StudyError`: the study file
     - `DeviceError`: the tracker named by --tracker; `ContractError`, exit code 4: it runs and breaks its contract
+    - `MetricError`: a function of the `[[metric]]` tables
     - `OutputError`: the folder of results
     - `TracksError`: a file of tracks
 """
@@ -27,6 +28,10 @@ class DeviceError(InputError):
 
 class ContractError(DeviceError):
     """The tracker raised an exception, took too long, or returned invalid tracks."""
+
+
+class MetricError(InputError):
+    """A metric of the scenario file cannot be imported, fails, or returns no number."""
 
 
 class OutputError(InputError):

@@ -20,7 +20,7 @@ class Metric:
     """Observations behind the value."""
     reason: str = ""
     interval: tuple[float, float] | None = None
-    """95 % confidence interval, by a bootstrap over vehicles; None for counts and for too few vehicles."""
+    """95 % confidence interval over vehicles; None for counts, and for too few vehicles."""
 
     @property
     def not_reported(self) -> bool:

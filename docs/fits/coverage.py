@@ -9,8 +9,8 @@ from fits.league import FEWEST
 from fits.league_tables import markdown
 from fits.observations import groups
 
-from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.metric_names import COVERAGES
+from scenarios.statistics.jackknife import SHARE, ratio_interval
 
 
 def table(observed: pd.DataFrame) -> str:
@@ -23,14 +23,13 @@ def table(observed: pd.DataFrame) -> str:
 
 
 def _rows(boxed: pd.DataFrame) -> Iterator[tuple[object, ...]]:
-    bootstrap = Bootstrap(boxed["vehicle"].to_numpy())
     for name, group in groups(boxed):
         if len(group) >= FEWEST:
-            yield (name, len(group), *(_share(group, percent, bootstrap) for percent in COVERAGES))
+            yield (name, len(group), *(_share(group, percent) for percent in COVERAGES))
 
 
-def _share(group: pd.DataFrame, percent: int, bootstrap: Bootstrap) -> str:
+def _share(group: pd.DataFrame, percent: int) -> str:
     inside = (group["deviation"].to_numpy() <= NormalDist().inv_cdf(0.5 + 0.005 * percent)).astype(np.float64)
-    interval = bootstrap.of_ratio(group["vehicle"].to_numpy(), inside, np.ones(len(inside)))
+    interval = ratio_interval(group["vehicle"].to_numpy(), inside, np.ones(len(inside)), SHARE)
     ends = f" [{100 * interval[0]:.1f}, {100 * interval[1]:.1f}]" if interval else ""
     return f"{100 * inside.mean():.1f} %{ends}"

@@ -6,15 +6,14 @@ import numpy as np
 import pandas as pd
 from fits.observations import groups
 
-from scenarios.grading.bootstrap import Bootstrap, Interval
+from scenarios.statistics.confidence import Interval
+from scenarios.statistics.jackknife import ANY, ratio_interval
 from tracker.records import METHODS
 
 CRITERIA = tuple(method for method in METHODS if method != "refined")
 """Candidates of the comparison; `refined` is fitted from them, and mostly equals `best`."""
 FEWEST = 20
 """Observations of a group that is compared."""
-FEWEST_VEHICLES = 4
-"""Vehicles of a group that has intervals: resamples of fewer have few different means."""
 
 
 class Difference(NamedTuple):
@@ -23,7 +22,7 @@ class Difference(NamedTuple):
     method: str
     mean: float
     interval: Interval | None
-    """95 %, resampled by vehicle; None with fewer than `FEWEST_VEHICLES`."""
+    """95 %, over vehicles; None with too few of them."""
 
 
 class Standing(NamedTuple):
@@ -56,12 +55,11 @@ class Standing(NamedTuple):
 
 def standings(observed: pd.DataFrame, scenario: str) -> list[Standing]:
     """Compare in all observations, and in those of each view and band that has enough."""
-    bootstrap = Bootstrap(observed["vehicle"].to_numpy())
-    return [_standing(scenario, name, group, bootstrap) for name, group in groups(observed) if len(group) >= FEWEST]
+    return [_standing(scenario, name, group) for name, group in groups(observed) if len(group) >= FEWEST]
 
 
-def _standing(scenario: str, name: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Standing:
-    compared = [_difference(method, group, bootstrap) for method in CRITERIA if group[method].notna().any()]
+def _standing(scenario: str, name: str, group: pd.DataFrame) -> Standing:
+    compared = [_difference(method, group) for method in CRITERIA if group[method].notna().any()]
     return Standing(
         scenario=scenario,
         group=name,
@@ -72,10 +70,8 @@ def _standing(scenario: str, name: str, group: pd.DataFrame, bootstrap: Bootstra
     )
 
 
-def _difference(method: str, group: pd.DataFrame, bootstrap: Bootstrap) -> Difference:
+def _difference(method: str, group: pd.DataFrame) -> Difference:
     """Compare over the observations that have a rectangle of both."""
     both = group[group[method].notna()]
     gap, vehicle = (both["best"] - both[method]).to_numpy(), both["vehicle"].to_numpy()
-    enough = len(np.unique(vehicle)) >= FEWEST_VEHICLES
-    interval = bootstrap.of_ratio(vehicle, gap, np.ones(len(gap))) if enough else None
-    return Difference(method, float(gap.mean()), interval)
+    return Difference(method, float(gap.mean()), ratio_interval(vehicle, gap, np.ones(len(gap)), ANY))

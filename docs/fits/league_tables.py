@@ -4,8 +4,9 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from fits.league import FEWEST_VEHICLES, Standing
+from fits.league import Standing
 
+from scenarios.statistics.confidence import FEWEST_CLUSTERS
 from tracker.records import METHODS
 
 SHOWN = (*METHODS, "best", "oracle")
@@ -37,7 +38,7 @@ def summary(standings: Sequence[Standing]) -> str:
     count = Counter(one.verdict for one in standings)
     parts = [f"{count[verdict]} {verdict}" for verdict in ("wins", "ties", "loses")]
     few = count["too few vehicles"]
-    alone = f"; {few} have fewer than {FEWEST_VEHICLES} vehicles and no interval" if few else ""
+    alone = f"; {few} have fewer than {FEWEST_CLUSTERS} vehicles and no interval" if few else ""
     return f"Of {len(standings)} groups, best: {', '.join(parts)}{alone}."
 
 

@@ -12,7 +12,7 @@ from twin.labels import load_cars, load_views
 from twin.recording import load_frame
 from twin.tables import SURE_DEG
 
-from scenarios.grading.bootstrap import Bootstrap
+from scenarios.statistics.jackknife import POSITIVE, ratio_interval
 from tracker.records import METHODS
 
 BEST, ORACLE = "best", "oracle"
@@ -41,7 +41,7 @@ def _labelled(folder: Path) -> Iterator[Case]:
 
 def table(cases: list[Case]) -> str:
     """Return a row per method: mean with its 95 % interval over the cars, median, and the largest error [deg]."""
-    bootstrap, car = Bootstrap(np.arange(len(cases))), np.arange(len(cases))
+    car = np.arange(len(cases))
     errors = np.abs([case.errors for case in cases])
     columns = {
         **dict(zip(METHODS, errors.T, strict=True)),
@@ -51,7 +51,7 @@ def table(cases: list[Case]) -> str:
     rows = []
     for name, column in columns.items():
         known = np.isfinite(column)
-        interval = bootstrap.of_ratio(car[known], column[known], np.ones(int(known.sum())))
+        interval = ratio_interval(car[known], column[known], np.ones(int(known.sum())), POSITIVE)
         ends = f" [{interval[0]:.2f}, {interval[1]:.2f}]" if interval else ""
         quantiles = np.quantile(column[known], (0.5, 0.9, 1.0))
         rows.append((name, f"{column[known].mean():.2f}{ends}", *(f"{value:.2f}" for value in quantiles)))

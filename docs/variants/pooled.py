@@ -7,7 +7,6 @@ import pandas as pd
 
 from scenarios.errors import OutputError
 from scenarios.grading import dataset_statistics, fit_metrics, frame_tables, mma_metrics
-from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.result import Metric, Result
@@ -40,7 +39,7 @@ def pooled(results: Sequence[Result]) -> Pooled:
     table = {name: _joined(results, name) for name in TABLES}
     observations = table["truth"][table["truth"]["graded"]]
     models = frame_tables.models_of(table["tracks"])
-    sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
+    sheet = MetricSheet()
     dataset_statistics.grade(sheet, observations, sum(result.frames for result in results))
     fit_metrics.grade(sheet, table["fits"], len(observations), WHY_NONE)
     confidence = GradingConfig(**results[0].config["grading"]).nees_confidence

@@ -14,8 +14,8 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.result import Result
 from scenarios.run import run_folder
 
-PROSE = ("description", "reason", "suite", "set")
-"""Keys of a run's configuration without influence of their own; those that `--set` sets have it."""
+PROSE = ("description", "reason", "suite", "set", "metric")
+"""Keys of a run's configuration without influence on its compared metrics; those that `--set` sets have it."""
 LIMITS = "expect"
 """Key of the expectations."""
 

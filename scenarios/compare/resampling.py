@@ -1,9 +1,7 @@
-"""Intervals and p-values of differences between BASE and HEAD by paired resampling of vehicles.
+"""Intervals and p-values of differences between BASE and HEAD over paired vehicles.
 
-Intervals: vehicles are drawn with replacement, each with its frames in BASE and in HEAD (paired cluster bootstrap,
-Davison and Hinkley 1997, Bootstrap Methods and their Application, section 3.8; percentiles). Percentiles of few
-vehicles are too narrow; both ends are moved away from the difference by the ratio of Student's to the normal quantile
-(after Hesterberg 2015, What Teachers Should Know About the Bootstrap, section 5.1).
+Intervals: each vehicle is left out in turn, with its frames in BASE and in HEAD (paired jackknife, by
+`scenarios.statistics`). Resamples with replacement would be too narrow for few vehicles.
 
 P-values: under the null hypothesis, the labels BASE and HEAD of a vehicle are exchangeable. Random exchanges give the
 distribution of every difference (paired randomisation test, Fisher 1935, The Design of Experiments, section 21), which
@@ -16,11 +14,10 @@ Testing).
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from scenarios.arrays import Floats
 from scenarios.compare.compared_metrics import ComparedMetric, values
-from scenarios.grading.bootstrap import QUANTILES
+from scenarios.statistics.jackknife import effective_clusters, standard_error, student
 
 RESAMPLES = 2000
 SEED = 0
@@ -56,36 +53,33 @@ def differences(base: Floats, head: Floats, metrics: tuple[ComparedMetric, ...])
     """
     rng = np.random.default_rng(SEED)
     units = len(base)
-    drawn = rng.multinomial(units, np.full(units, 1.0 / units), size=RESAMPLES).astype(np.float64)
-    resampled = values(drawn @ head, metrics) - values(drawn @ base, metrics)
+    without = values(head.sum(axis=0) - head, metrics) - values(base.sum(axis=0) - base, metrics)
     swapped = rng.integers(2, size=(RESAMPLES, units)).astype(np.float64) @ (base - head)
     null = values(head.sum(axis=0) + swapped, metrics) - values(base.sum(axis=0) - swapped, metrics)
     before, after = (values(sums.sum(axis=0, keepdims=True), metrics)[0] for sums in (base, head))
     p = _adjusted_p(after - before, null)
     found = []
     for m, metric in enumerate(metrics):
-        observing = int((metric.observations(base) + metric.observations(head) > 0.0).sum())
-        interval = _widened(_percentiles(resampled[:, m]), float(after[m] - before[m]), observing)
+        weight = metric.observations(base) + metric.observations(head)
+        interval = difference_interval(float(after[m] - before[m]), without[:, m], weight)
         found.append(Difference(float(before[m]), float(after[m]), interval, float(p[m])))
     return found
 
 
-def _percentiles(resampled: Floats) -> tuple[float, float]:
-    """Return the interval over the resamples (R,) with observations."""
-    seen = resampled[np.isfinite(resampled)]
-    low, high = np.quantile(seen, QUANTILES) if len(seen) else (np.nan, np.nan)
-    return float(low), float(high)
+def difference_interval(difference: float, without: Floats, weight: Floats) -> tuple[float, float]:
+    """Return Student's interval of a difference from those without each unit (U,), of `weight` (U,) observations.
 
-
-def _widened(interval: tuple[float, float], difference: float, units: int) -> tuple[float, float]:
-    """Return the interval of a difference, widened for few units with observations."""
-    if difference == 0.0 and interval == (0.0, 0.0):
-        return interval
-    if units < 2:
+    NaN if a single unit has observations, unless it does not differ.
+    """
+    seen = weight > 0.0
+    if not np.isfinite(difference):
         return np.nan, np.nan
-    student, normal = stdtrit(units - 1, QUANTILES[1]), ndtri(QUANTILES[1])
-    wider = float(student / normal) * (units / (units - 1)) ** 0.5
-    return difference + wider * (interval[0] - difference), difference + wider * (interval[1] - difference)
+    if difference == 0.0 and (without[seen & np.isfinite(without)] == 0.0).all():
+        return 0.0, 0.0  # no unit differs
+    if seen.sum() < 2:
+        return np.nan, np.nan
+    half = student(effective_clusters(weight[seen])) * standard_error(difference, without[seen])
+    return difference - half, difference + half
 
 
 def _adjusted_p(difference: Floats, null: Floats) -> Floats:

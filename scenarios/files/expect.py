@@ -8,6 +8,7 @@ from typing import Literal
 
 from scenarios.files import known_failure
 from scenarios.grading.metric_names import METRICS
+from scenarios.grading.own_metric import PREFIX, OwnMetric, definitions_of
 from scenarios.result import Metric
 
 RunVerdict = Literal["passed", "failed", "incomplete"]
@@ -113,34 +114,54 @@ class Check:
 
 
 def metric_name(name: str) -> str:
-    """Return `name` if it is the name of a metric.
+    """Return `name` if it is the name of a shipped metric, or begins like that of an own one.
 
     Raises
     ------
     ValueError
         It is not; the message names the closest metrics.
     """
-    if name not in METRICS:
+    if name not in METRICS and not name.startswith(PREFIX):
         close = get_close_matches(name, METRICS, n=3, cutoff=0.5)
         hint = f"did you mean {', '.join(close)}?" if close else "see scenarios/grading/metric_names.py for all names"
         raise ValueError(f"unknown metric; {hint}")
     return name
 
 
-def check_unit(name: str, limit: Limit) -> None:
+def unit_of(name: str, own: Iterable[OwnMetric]) -> str:
+    """Return the unit of a shipped or own metric.
+
+    Raises
+    ------
+    ValueError
+        No `[[metric]]` has this name.
+    """
+    if name in METRICS:
+        return METRICS[name]
+    known = definitions_of(own)
+    if name not in known:
+        there = f"name one of {', '.join(known)}, or add it" if known else "add it"
+        raise ValueError(f"{name}: no [[metric]] of this file has this name; {there}")
+    return known[name].unit
+
+
+def check_unit(name: str, limit: Limit, own: Iterable[OwnMetric] = ()) -> None:
     """Check that a limit's unit, if given, is the unit of the metric.
 
     Raises
     ------
     ValueError
-        The units differ.
+        The units differ, or the metric is not defined.
     """
-    if limit.unit and limit.unit != METRICS[name]:
-        raise ValueError(f'"{name}".unit = "{limit.unit}": the metric is in "{METRICS[name]}"; convert the limit')
+    unit = unit_of(name, own)
+    if limit.unit and limit.unit != unit:
+        raise ValueError(f'"{name}".unit = "{limit.unit}": the metric is in "{unit}"; convert the limit')
 
 
 def absent(name: str) -> Metric:
-    """Return the metric of a motion model that is not in the filter bank of the run."""
+    """Return the metric of a motion model that is not in the filter bank of the run, or of another scenario file."""
+    if name not in METRICS:
+        return Metric(None, "", 0, "the run has no such metric; run the scenario again")
     return Metric(None, METRICS[name], 0, "the run's filter bank has no such model")
 
 

@@ -27,6 +27,7 @@ from scenarios.files.expect import Limit, check_unit, metric_name
 from scenarios.files.settings import applied as set_keys
 from scenarios.files.validation_message import explain, implausible
 from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.own_metric import OwnMetric, definitions_of
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.sensor_config import SensorConfig
 from sim.highway.highway_config import HighwayTraffic
@@ -88,6 +89,8 @@ class Scenario(BaseModel):
     """Speed controller of the ego, requires `traffic.ego_control = true`; if left out, the simulator drives the ego."""
     grading: GradingConfig = GradingConfig()
     """Conditions under which vehicles and tracks are graded."""
+    metric: list[OwnMetric] = []
+    """Metrics of one's own, beside the shipped ones."""
     expect: dict[Annotated[str, AfterValidator(metric_name)], Limit] = {}
     """Limits by metric; a run that violates one fails."""
 
@@ -102,11 +105,18 @@ class Scenario(BaseModel):
             raise ValueError('the ego cannot be controlled; set traffic.kind = "sumo" and ego_control = true')
         return control
 
+    @field_validator("metric")
+    @classmethod
+    def _require_distinct_names(cls, metric: list[OwnMetric]) -> list[OwnMetric]:
+        definitions_of(metric)
+        return metric
+
     @field_validator("expect")
     @classmethod
-    def _require_metric_units(cls, expect: dict[str, Limit]) -> dict[str, Limit]:
-        for name, limit in expect.items():
-            check_unit(name, limit)
+    def _require_metric_units(cls, expect: dict[str, Limit], others: ValidationInfo) -> dict[str, Limit]:
+        if "metric" in others.data:  # absent if it is itself invalid
+            for name, limit in expect.items():
+                check_unit(name, limit, others.data["metric"])
         return expect
 
     @classmethod

@@ -22,7 +22,6 @@ from scenarios.grading import (
     track_metrics,
 )
 from scenarios.grading.body_points import Ranging
-from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.emergence_log import EmergenceLog
 from scenarios.grading.emergence_table import emergence_table
 from scenarios.grading.frame_grade import FrameGrade
@@ -168,7 +167,7 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     observations = truth[truth["graded"]]
     no_vehicle = track_metrics.NO_TRUTH if traced else NO_TRACE
     no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
-    sheet = MetricSheet(Bootstrap(observations["actor_id"].to_numpy()))
+    sheet = MetricSheet()
     dataset_statistics.grade(sheet, observations, frames)
     fit_metrics.grade(sheet, table["fits"], len(observations) if traced else 0, no_segment)
     segmentation_metrics.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)

@@ -5,25 +5,20 @@ import math
 import numpy as np
 
 from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.bootstrap import Bootstrap, Interval
 from scenarios.grading.metric_names import METRICS
+from scenarios.grading.metric_range import possible_range
 from scenarios.result import Metric
+from scenarios.statistics.confidence import Interval
+from scenarios.statistics.jackknife import ratio_interval, std_interval
 
 Values = Floats | Bools
 
 
 class MetricSheet:
-    """Metrics of one run, entered family by family.
+    """Metrics of one run, entered family by family."""
 
-    Parameters
-    ----------
-    bootstrap
-        Resamples of the run's vehicles; without it no metric has an interval.
-    """
-
-    def __init__(self, bootstrap: Bootstrap | None = None) -> None:
+    def __init__(self) -> None:
         self.metrics: dict[str, Metric] = {}
-        self._bootstrap = bootstrap
 
     def write(self, name: str, value: float | None, n: int, why_none: str, interval: Interval | None = None) -> None:
         """Enter a metric.
@@ -64,15 +59,15 @@ class MetricSheet:
     def ratio(self, name: str, part: Floats, whole: Floats, why_none: str, vehicle: Ints | None = None) -> None:
         """Enter sum `part` (n,) over sum `whole` (n,), with an interval if their vehicles (n,) are given."""
         interval = None
-        if vehicle is not None and self._bootstrap:
-            interval = self._bootstrap.of_ratio(vehicle, part, whole)
+        if vehicle is not None:
+            interval = ratio_interval(vehicle, part, whole, possible_range(name))
         self.write(name, float(part.sum() / whole.sum()) if len(part) else None, len(part), why_none, interval)
 
     def std(self, name: str, values: Floats, why_none: str, vehicle: Ints | None = None) -> None:
         """Enter the standard deviation (divided by n) of `values` (n,), with an interval if vehicles (n,) are given."""
         interval = None
-        if vehicle is not None and self._bootstrap:
-            interval = self._bootstrap.of_std(vehicle, values)
+        if vehicle is not None:
+            interval = std_interval(vehicle, values)
         self.write(name, float(np.std(values)) if len(values) else None, len(values), why_none, interval)
 
     def rate(self, name: str, part: int, whole: int, why_none: str) -> None:

@@ -1,15 +1,16 @@
-"""HOTA, CLEAR and Identity from sums per vehicle, and their bootstrap intervals.
+"""HOTA, CLEAR and Identity from sums per vehicle, and their intervals.
 
-The scores of any set of vehicles follow from their sums, so that vehicles can be resampled without another matching.
+The scores of any set of vehicles follow from their sums, so that vehicles can be left out without another matching.
 """
 
 import numpy as np
 
 from scenarios.arrays import Floats, Ints
-from scenarios.grading.bootstrap import Bootstrap, Interval, percentiles
+from scenarios.grading.metric_range import possible_range
 from scenarios.grading.tracking_scores import ALPHAS, VehicleScores
 from scenarios.grading.tracking_sequence import TrackingSequence
-from sensor_model.truth import NO_ACTOR
+from scenarios.statistics.confidence import Interval
+from scenarios.statistics.jackknife import jackknife_interval
 
 
 def reached(counts: Ints) -> Ints:
@@ -38,9 +39,9 @@ def hota(detections: Floats, matched: Floats, associated: Floats) -> Floats:
 
 
 def intervals(sequence: TrackingSequence, scores: VehicleScores, reported: Ints) -> dict[str, Interval]:
-    """Return the 95 % intervals of HOTA, MOTA and IDF1; none for fewer than two vehicles.
+    """Return the 95 % intervals of HOTA, MOTA and IDF1; none for too few vehicles.
 
-    The tracks on no graded vehicle are one more resampling unit, as in a comparison of runs.
+    The tracks on no graded vehicle are one more cluster, as in a comparison of runs.
 
     Parameters
     ----------
@@ -49,24 +50,42 @@ def intervals(sequence: TrackingSequence, scores: VehicleScores, reported: Ints)
     reported
         Actor id of each counted track in each frame, other ids for tracks on no graded vehicle.
     """
-    actor_ids = sequence["actor_ids"]
-    if len(actor_ids) < 2:
+    sums = _cluster_sums(sequence, scores, reported)
+    sums = sums[sums[:, :2].any(axis=1)]
+    total = sums.sum(axis=0)
+    if not total[1]:
         return {}
-    bootstrap = Bootstrap(np.append(NO_ACTOR, actor_ids))
+    value, without = _scores(total[None]), _scores(total - sums)
+    weight = sums[:, 0] + sums[:, 1]
+    found = {
+        name: jackknife_interval(float(value[name][0]), without[name], weight, possible_range(name)) for name in value
+    }
+    return {name: interval for name, interval in found.items() if interval is not None}
+
+
+def _cluster_sums(sequence: TrackingSequence, scores: VehicleScores, reported: Ints) -> Floats:
+    """(V + 1, 5 + 2 len(ALPHAS)) tracks, observations, hits, id switches, identified frames, and the sums of HOTA.
+
+    The first row holds the tracks on no graded vehicle.
+    """
+    actor_ids = sequence["actor_ids"]
     unit = np.where(np.isin(reported, actor_ids), np.searchsorted(actor_ids, reported) + 1, 0)
     observations = np.bincount(np.concatenate([[], *sequence["gt_ids"]]).astype(np.int64), minlength=len(actor_ids))
     counts = np.column_stack([observations, scores.hits, scores.id_switches, scores.identified])
     sums = np.hstack([np.vstack([np.zeros(counts.shape[1]), counts]), _hota_sums(observations, scores)])
-    drawn = bootstrap.times @ np.column_stack([np.bincount(unit, minlength=len(sums)), sums])
-    tracks, vehicles, hits, switches, identified = drawn[:, :5].T
-    matched, associated = np.split(drawn[:, 5:], 2, axis=1)
-    seen = vehicles > 0.0
-    values = {
-        "track.hota": hota(vehicles + tracks, matched, associated)[seen],
-        "track.mota": ((2.0 * hits - tracks - switches)[seen]) / vehicles[seen],
-        "track.idf1": (2.0 * identified)[seen] / (vehicles + tracks)[seen],
+    return np.column_stack([np.bincount(unit, minlength=len(sums)), sums])
+
+
+def _scores(sums: Floats) -> dict[str, Floats]:
+    """Return HOTA, MOTA and IDF1 (R,) of sums (R, 5 + 2 len(ALPHAS)); NaN without a vehicle."""
+    tracks, vehicles, hits, switches, identified = sums[:, :5].T
+    matched, associated = np.split(sums[:, 5:], 2, axis=1)
+    seen = np.where(vehicles > 0.0, vehicles, np.nan)
+    return {
+        "track.hota": hota(vehicles + tracks, matched, associated) + 0.0 * seen,
+        "track.mota": (2.0 * hits - tracks - switches) / seen,
+        "track.idf1": 2.0 * identified / (seen + tracks),
     }
-    return {name: percentiles(value) for name, value in values.items()}
 
 
 def _hota_sums(observations: Ints, scores: VehicleScores) -> Floats:

@@ -11,11 +11,12 @@ from scenarios.files.scenario import Scenario
 from scenarios.grading import grader
 from scenarios.grading.body_points import Ranging
 from scenarios.grading.metric_names import GRADED, TURNING
+from scenarios.grading.own_metric import PREFIX
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.offline.track_file import TrackFile
 from scenarios.result import Metric, Result
-from scenarios.run import versions, warm_up
+from scenarios.run import own_metrics, versions, warm_up
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import Guard, guarded
 from scenarios.run.stopwatch import Stopwatch
@@ -41,6 +42,7 @@ class Regrader:
         self._run = run
         self._grading = rules.grading
         self._expect = rules.expect
+        self._own = rules.metric
 
     def tables(self) -> Result:
         """Grade the tables of the run; timing and safety metrics are copied.
@@ -117,8 +119,11 @@ class Regrader:
             **run.config,
             "grading": asdict(self._grading),
             "expect": {name: asdict(limit) for name, limit in self._expect.items()},
+            "metric": [metric.model_dump(mode="json") for metric in self._own],
             "device": tracked_by,
         }
+        metrics = {name: metric for name, metric in metrics.items() if not name.startswith(PREFIX)}
+        metrics |= own_metrics.grade(self._own, tables, self._grading, run.frames)
         here = {name: version for name, version in versions.installed().items() if name not in SIMULATORS}
         return Result(
             scenario=run.scenario,

@@ -70,7 +70,7 @@ def _notes(comparison: Comparison) -> Text:
         f"{agreeing} of {len(judged)} figures agree: within 25 % of the real one or inside its quartiles; "
         "heading errors within 50 %.\n"
         "Ends are fronts and rears. Medians; shares inside and outside and heading errors are means.\n"
-        "Intervals resample whole vehicles.\n"
+        "Intervals are over whole vehicles.\n"
         f"{len(comparison.real)} real vehicles, each with its {NEAREST} nearest of {comparison.observations} simulated "
         f"observations: {len(comparison.vehicles)} of {actors} vehicles.\n"
         "Bands of height: all simulated vehicles.\n"

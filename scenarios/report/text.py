@@ -10,7 +10,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from scenarios.files.expect import Check, RunVerdict, verdict
-from scenarios.report import emergence_rows, fit_tables, paper_tables, tables, track_tables
+from scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables
 from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
@@ -48,6 +48,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         tables.metric_list("Stages of the tracker", result, STAGES),
         *track_tables.tracking(result),
         *emergence_rows.emergence(result),
+        *own_rows.own_metrics(result),
         *([tables.control(result)] if result.config["control"] else []),
         tables.speed(result),
         limits(result.config["grading"]),

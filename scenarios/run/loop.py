@@ -17,7 +17,7 @@ from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.grader import Grader
 from scenarios.recording.recorder import NullRecorder, Recorder
 from scenarios.result import Result
-from scenarios.run import device, progress, versions
+from scenarios.run import device, own_metrics, progress, versions
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import guarded
 from scenarios.run.stopwatch import RECORDING, Stopwatch
@@ -61,9 +61,12 @@ def run(
         The scenario names a file or object that does not exist, or a value out of range.
     SimulatorFailedError, TrafficEndedError
         The traffic failed or ended before the first frame. If it does later, the result is incomplete.
+    MetricError
+        A function of a `[[metric]]` cannot be imported, fails, or returns no number.
     ContractError
         The tracker failed, took too long, or returned invalid tracks.
     """
+    own_metrics.load(scenario.metric)  # a function that is not there is reported before the run
     rig = _rig(scenario)
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
     end: TrafficError | None = None
@@ -95,6 +98,7 @@ def run(
                     raise
                 end = error
     metrics, tables = grader.finish()
+    own = own_metrics.grade(scenario.metric, tables, scenario.grading, frames)
     drives, end_by_truth = _drives(scenario, rig, driver, frames)
     control_metrics, control_tables = safety.grade(drives)
     end = end or end_by_truth
@@ -105,7 +109,7 @@ def run(
         ended_early=" ".join(str(end).split()) if end else "",
         simulator_failed=isinstance(end, SimulatorFailedError),
         frames=frames,
-        metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt)},
+        metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt), **own},
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device),
         versions=versions.installed(),

@@ -155,10 +155,17 @@ def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
     if ":" in study.scenario:
         scene = _scene(study)
         name = study.scenario.partition(":")[2]
-        return (lambda values: _staged(study, scene, values)), study.path.with_name(f"{name}.toml").absolute()
+        place = study.path.with_name(f"{name}.toml").absolute()
+        return (lambda values: _with_metrics(study, _staged(study, scene, values))), place
     path = (study.path.parent / shipped.find(study.scenario)).absolute()  # relative paths start at the study file
     document = toml_file.read(path)
-    return (lambda values: with_values(document, values)), path
+    return (lambda values: _with_metrics(study, with_values(document, values))), path
+
+
+def _with_metrics(study: Study, document: Json) -> Json:
+    """Add the metrics of the study to those of the scenario; without any the document is unchanged."""
+    own = [metric.model_dump(mode="json", by_alias=True, exclude_defaults=True) for metric in study.metric]
+    return {**document, "metric": [*document.get("metric", []), *own]} if own else document
 
 
 def _scene(study: Study) -> Callable[..., Json]:

@@ -1,4 +1,4 @@
-"""Figures of a study: curves with confidence intervals, and heat maps over two parameters."""
+"""Figures of a study: curves with confidence intervals and single seeds, and heat maps over two parameters."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.metric_names import REGISTRY
 from scenarios.report import figure_files
 from scenarios.report.figure_files import FigureFile
 from scenarios.report.html.palette import INK, PAGE, SERIES
 from scenarios.report.html.svg_figure import Figure, draw, note
-from scenarios.study.curves import estimates, is_binary, levels
+from scenarios.study.curves import estimates, levels
+from scenarios.study.seed_dots import seed_dots, seed_warnings
+from scenarios.study.seed_estimate import is_binary
 from scenarios.study.study_file import Curve, Study
 
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ WIDE_IN = 6.0
 """[inch] Figures wider than this span the page."""
 CELL_IN = (0.62, 0.42)
 """[inch] Width and height of a cell of a map."""
+DOT, FAINT_DOT = 7.0, 0.5
+"""[points] Size and opacity of the dots of single seeds."""
 DODGE = 0.012
 """Horizontal offset between neighbouring curves, as a fraction of the axis length."""
 MAP_COLORS = "cividis"
@@ -75,6 +78,7 @@ def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Pictur
     """
     found = estimates(rows, curve.metric, curve.keys)
     found = found[found["n"] > 0]
+    dots = seed_dots(rows, curve.metric, curve.keys)
     panels = list(found.groupby(curve.panels, sort=True, observed=True)) if curve.panels else [("", found)]
     columns = max(1, len(panels))
 
@@ -84,26 +88,29 @@ def picture(study: Study, rows: pd.DataFrame, curve: Curve, name: str) -> Pictur
             return
         grid = canvas.subplots(1, columns, sharey=True, sharex=curve.kind == "curve", squeeze=False)[0]
         for axes, (level, shown) in zip(grid, panels, strict=False):
-            _map(axes, study, curve, shown) if curve.kind == "map" else _curves(axes, study, curve, shown)
+            if curve.kind == "map":
+                _map(axes, study, curve, shown)
+            else:
+                _curves(axes, study, curve, shown, dots if not curve.panels else dots[dots[curve.panels] == level])
             if curve.panels:
                 axes.set_title(f"{label(study, curve.panels)}: {text(level)}")
         grid[0].set_ylabel(label(study, curve.by if curve.kind == "map" and curve.by else curve.metric))
         if curve.kind == "curve":
-            _set_limits(grid[0], curve.metric, found)
+            _set_limits(grid[0], definition.unit if definition else "", found, dots)
             if curve.by:
                 canvas.legend(
                     *grid[0].get_legend_handles_labels(), title=label(study, curve.by), loc="outside right upper"
                 )
 
-    title = curve.title or REGISTRY[curve.metric].meaning
+    definition = study.definition(curve.metric)
+    title = curve.title or (definition.meaning if definition else curve.metric)
     return Picture(name, title[0].upper() + title[1:], _caption(study, rows, curve), _size(curve, rows, columns), paint)
 
 
 def label(study: Study, key: str) -> str:
     """Return the axis label of a parameter or a metric, with its unit."""
-    if key in REGISTRY:
-        unit = REGISTRY[key].unit
-        return key if unit == "1" else f"{key} [{unit}]"
+    if definition := study.definition(key):
+        return key if definition.unit == "1" else f"{key} [{definition.unit}]"
     return next((parameter.label for parameter in study.vary if parameter.key == key), "") or key
 
 
@@ -112,7 +119,7 @@ def text(level: object) -> str:
     return f"{level:g}" if isinstance(level, float | int) else str(level)
 
 
-def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> None:
+def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame, dots: pd.DataFrame) -> None:
     """Draw one curve per level of `by`, with a small horizontal offset so that their intervals do not overlap."""
     names = list(found[curve.against].cat.categories)
     by_number = all(isinstance(name, float | int) for name in names)
@@ -121,8 +128,11 @@ def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> No
     step = DODGE * (np.ptp(np.array(names, dtype=np.float64)) if by_number else len(names) - 1) * (not is_log)
     for level, line in found.groupby(curve.by, sort=True, observed=True) if curve.by else [("", found)]:
         n = order.index(level)
-        at = line[curve.against].astype(float) if by_number else line[curve.against].cat.codes
-        _curve(axes, at + step * (n - 0.5 * (len(order) - 1)), line, n, text(level))
+        offset = step * (n - 0.5 * (len(order) - 1))
+        single = dots if curve.by is None else dots[dots[curve.by] == level]
+        beside = _at(single[curve.against], by_number) + offset - 0.4 * step
+        axes.plot(beside, single["value"], ".", color=SERIES[n % len(SERIES)], ms=DOT, alpha=FAINT_DOT, mew=0.0)
+        _curve(axes, _at(line[curve.against], by_number) + offset, line, n, text(level))
     if not by_number:
         axes.set_xticks(range(len(names)), [text(name) for name in names])
     elif is_log:
@@ -130,36 +140,42 @@ def _curves(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> No
     axes.set_xlabel(label(study, curve.axis))
 
 
+def _at(level: pd.Series, by_number: bool) -> pd.Series:
+    """Return the places of levels on the horizontal axis."""
+    return level.astype(float) if by_number else level.cat.codes
+
+
 def _curve(axes: "Axes", x: pd.Series, line: pd.DataFrame, n: int, name: str) -> None:
     """Draw the n-th curve; points at which some runs have no value are hollow."""
     color, marker = SERIES[n % len(SERIES)], MARKERS[n % len(MARKERS)]
-    axes.plot(x, line["mean"], f"-{marker}", color=color, ms=4.5, label=name)
+    axes.plot(x, line["value"], f"-{marker}", color=color, ms=4.5, label=name)
     axes.vlines(x, line["low"], line["high"], color=color, lw=1.2)
     partial = line["n"] < line["runs"]
-    axes.plot(x[partial], line["mean"][partial], marker, color=color, mfc=PAGE, ms=4.5)
+    axes.plot(x[partial], line["value"][partial], marker, color=color, mfc=PAGE, ms=4.5)
 
 
-def _set_limits(axes: "Axes", metric: str, found: pd.DataFrame) -> None:
+def _set_limits(axes: "Axes", unit: str, found: pd.DataFrame, dots: pd.DataFrame) -> None:
     """Start the vertical axis at zero, and end it at one for fractions."""
-    if found["mean"].min() < 0.0:
+    if dots["value"].min() < 0.0:
         return
-    is_share = REGISTRY[metric].unit == "1" and found["mean"].max() <= 1.0
-    axes.set_ylim(*((-0.02, 1.02) if is_share else (0.0, 1.06 * found[["mean", "high"]].max().max() or 1.0)))
+    is_share = unit == "1" and dots["value"].max() <= 1.0
+    top = max(float(dots["value"].max()), float(found[["value", "high"]].max().max()))
+    axes.set_ylim(*((-0.02, 1.02) if is_share else (-0.02 * top, 1.06 * top or 1.0)))
 
 
 def _map(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> None:
-    """Draw a heat map with the mean written in each cell, in parentheses if some runs have no value."""
+    """Draw a heat map with the figure written in each cell, in parentheses if some runs have no value."""
     assert curve.by is not None
     table = found.set_index([curve.by, curve.against])
-    mean = table["mean"].unstack()
-    shade = axes.pcolormesh(np.ma.masked_invalid(mean.to_numpy()), cmap=MAP_COLORS, edgecolors=PAGE, lw=1.0)
+    value = table["value"].unstack()
+    shade = axes.pcolormesh(np.ma.masked_invalid(value.to_numpy()), cmap=MAP_COLORS, edgecolors=PAGE, lw=1.0)
     middle = float(np.mean(shade.get_clim()))
     for (upwards, right), cell in table.iterrows():
-        place = (mean.columns.get_loc(right) + 0.5, mean.index.get_loc(upwards) + 0.5)
-        shown = f"{cell['mean']:.3g}" if cell["n"] == cell["runs"] else f"({cell['mean']:.3g})"
-        axes.text(*place, shown, ha="center", va="center", fontsize=7.5, color=PAGE if cell["mean"] <= middle else INK)
-    axes.set_xticks(np.arange(len(mean.columns)) + 0.5, [text(name) for name in mean.columns])
-    axes.set_yticks(np.arange(len(mean.index)) + 0.5, [text(name) for name in mean.index])
+        place = (value.columns.get_loc(right) + 0.5, value.index.get_loc(upwards) + 0.5)
+        shown = f"{cell['value']:.3g}" if cell["n"] == cell["runs"] else f"({cell['value']:.3g})"
+        axes.text(*place, shown, ha="center", va="center", fontsize=7.5, color=PAGE if cell["value"] <= middle else INK)
+    axes.set_xticks(np.arange(len(value.columns)) + 0.5, [text(name) for name in value.columns])
+    axes.set_yticks(np.arange(len(value.index)) + 0.5, [text(name) for name in value.index])
     axes.set_xlabel(label(study, curve.axis))
     axes.grid(visible=False)
     axes.tick_params(length=0)
@@ -167,14 +183,17 @@ def _map(axes: "Axes", study: Study, curve: Curve, found: pd.DataFrame) -> None:
 
 def _caption(study: Study, rows: pd.DataFrame, curve: Curve) -> str:
     rest = [label(study, parameter.key) for parameter in study.vary if parameter.key not in curve.keys]
-    parts = [f"{label(study, curve.metric)}, mean over seeds" + (f" and over {', '.join(rest)}" if rest else "")]
+    binary = is_binary(rows[curve.metric])
+    parts = [f"{label(study, curve.metric)}, {'share of runs' if binary else 'median over seeds'}"]
+    if rest:
+        parts[0] += f", {'and' if binary else 'each the mean'} over {', '.join(rest)}"
     if curve.kind == "curve":
-        of = "Wilson, over runs" if is_binary(rows[curve.metric]) else "Student's t, over seeds"
-        parts.append(f"whiskers show the 95 % confidence interval ({of})")
+        of = "exact, over seeds" if binary else "order statistics of the seeds"
+        parts += [f"whiskers show the 95 % confidence interval ({of})", "dots show the single seeds"]
     if rows[curve.metric].isna().any():
         how = "hollow points" if curve.kind == "curve" else "in parentheses"
-        parts.append(f"{how}: some runs have no value and are not in the mean")
-    return "; ".join(parts) + "."
+        parts.append(f"{how}: some runs have no value and are not in the figure")
+    return "; ".join([*parts, *seed_warnings(rows, curve.metric, curve.keys)]) + "."
 
 
 def _size(curve: Curve, rows: pd.DataFrame, panels: int) -> tuple[float, float]:

@@ -22,6 +22,7 @@ import pyarrow.parquet as pq
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file
 from scenarios.grading.metric_names import METRICS
+from scenarios.grading.own_metric import PREFIX
 from scenarios.study import append_log
 from scenarios.study.worker import FIXED_COLUMNS, RunRow
 
@@ -39,6 +40,8 @@ class RowStore:
         The folder.
     parameters
         All values of each parameter, by key; each parameter is a column.
+    own
+        Names of the metrics of the study file, which are columns, too.
 
     Raises
     ------
@@ -46,10 +49,10 @@ class RowStore:
         The folder holds rows of a study with other parameters, or files that cannot be read.
     """
 
-    def __init__(self, folder: Path, parameters: dict[str, list[Any]]) -> None:
+    def __init__(self, folder: Path, parameters: dict[str, list[Any]], own: Collection[str] = ()) -> None:
         self._folder = folder
         texts = {key for key, values in parameters.items() if any(isinstance(value, bool | str) for value in values)}
-        columns = (*FIXED_COLUMNS[:4], *parameters, *FIXED_COLUMNS[4:], *METRICS)
+        columns = (*FIXED_COLUMNS[:4], *parameters, *FIXED_COLUMNS[4:], *METRICS, *own)
         self._schema = pa.schema([(name, _type(name, name in texts, name in parameters)) for name in columns])
         append_log.truncate_partial_line(self._folder / LOG)
         earlier = self._read().select(["key", "status", "inputs", "seed", "tracker", *parameters]).to_pylist()
@@ -60,7 +63,7 @@ class RowStore:
 
     @classmethod
     @contextmanager
-    def opened(cls, folder: Path, parameters: dict[str, list[Any]]) -> Iterator[Self]:
+    def opened(cls, folder: Path, parameters: dict[str, list[Any]], own: Collection[str] = ()) -> Iterator[Self]:
         """Yield the rows of a folder, locked against other writers; the folder is created if missing.
 
         Raises
@@ -69,7 +72,7 @@ class RowStore:
             Another process writes to the folder, it cannot be created, or as for the class.
         """
         with _locked(folder):
-            yield cls(folder, parameters)
+            yield cls(folder, parameters, own)
 
     def add(self, rows: list[RunRow]) -> None:
         """Append rows to the log and flush them to disk.
@@ -163,7 +166,7 @@ def _locked(folder: Path) -> BinaryIO:
 
 
 def _type(name: str, is_text: bool, is_parameter: bool) -> pa.DataType:
-    if name in METRICS:
+    if name in METRICS or (name.startswith(PREFIX) and not is_parameter):
         return pa.float64()
     if is_parameter:
         return pa.string() if is_text else pa.float64()

@@ -46,10 +46,16 @@ class Contents:
 
     def of(self, document: Json, folder: Path) -> RunContent:
         """Return the content of a scenario's run; relative paths in the scenario start from a folder."""
-        files = named_files(document, folder)
+        files = (*named_files(document, folder), *_functions(document))
         if files not in self._known:
             self._known[files] = RunContent(files, self._tracker, self._simulation, self._versions)
         return self._known[files]
+
+
+def _functions(document: Json) -> Digests:
+    """Return the digests of the source of the functions in `[[metric]]` tables, which `MODULE:FUNCTION` names."""
+    functions = [metric["function"] for metric in document.get("metric", []) if metric.get("function")]
+    return tuple((name, source_code.of_tracker(name)) for name in dict.fromkeys(functions))
 
 
 def inputs(document: Json, content: RunContent) -> Json:

@@ -7,10 +7,12 @@ from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_
 
 from scenarios.errors import ScenarioError, StudyError
 from scenarios.files import seed_range, shipped, toml_file
-from scenarios.files.expect import Limit, metric_name
+from scenarios.files.expect import Limit, metric_name, unit_of
 from scenarios.files.validation_message import explain
 from scenarios.grading.emergence_names import SURVIVAL, survival_measure
-from scenarios.grading.metric_names import METRICS
+from scenarios.grading.metric_definition import Definition
+from scenarios.grading.metric_names import METRICS, REGISTRY
+from scenarios.grading.own_metric import OwnMetric, definitions_of
 from scenarios.study.parameter import Parameter, Strict, distinct
 
 Json = dict[str, Any]
@@ -104,7 +106,7 @@ class Search(Strict):
     @property
     def limit(self) -> Limit:
         """The limit, as in a scenario's `[expect]`."""
-        return Limit(self.min, self.max, METRICS[self.metric], self.need)
+        return Limit(self.min, self.max, METRICS.get(self.metric, ""), self.need)
 
 
 class Study(Strict):
@@ -123,6 +125,8 @@ class Study(Strict):
     """Keys of the scenario file (or parameters of the scene) set to a constant value in the whole study."""
     vary: Annotated[list[Parameter], Field(min_length=1)]
     """Varied parameters."""
+    metric: list[OwnMetric] = Field(default_factory=list)
+    """Metrics of one's own, added to those of the scenario in every run; curves and the search may name them."""
     curve: list[Curve] = Field(default_factory=list)
     """Figures of the report."""
     search: Search | None = None
@@ -147,14 +151,20 @@ class Study(Strict):
         if isinstance(self.seeds, list):
             distinct(self.seeds)
         for curve in self.curve:
+            unit_of(curve.metric, self.metric)
             self._check_axes(curve, keys)
+        if self.search:
+            unit_of(self.search.metric, self.metric)
         return self
 
-    @staticmethod
-    def _check_axes(curve: Curve, keys: list[str]) -> None:
+    def definition(self, name: str) -> Definition | None:
+        """Return the definition of a shipped metric or one of this study; None for other names."""
+        return REGISTRY.get(name) or definitions_of(self.metric).get(name)
+
+    def _check_axes(self, curve: Curve, keys: list[str]) -> None:
         """Raise a ValueError if an axis is not a varied parameter, or (horizontal axis of curves only) a metric."""
         for key in curve.keys:
-            measured = key == curve.against and curve.kind == "curve" and key in METRICS
+            measured = key == curve.against and curve.kind == "curve" and self.definition(key) is not None
             if key not in keys and not measured:
                 raise ValueError(
                     f"curve over {key}: neither a varied parameter nor a metric; name one of {', '.join(keys)}"

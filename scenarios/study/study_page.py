@@ -9,6 +9,7 @@ from scenarios.report import figure_files
 from scenarios.report.html import pages
 from scenarios.report.html.page_tables import Cell, PageTable, Row
 from scenarios.study.curves import LEVELS, differences, estimates, measured
+from scenarios.study.estimate_cells import estimate_cells, estimate_head, interval_cells, kind_of
 from scenarios.study.figures import Picture, label, picture, text
 from scenarios.study.study_file import Curve, Study
 from scenarios.study.survival_picture import survival_picture
@@ -69,11 +70,10 @@ def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
         head, lines = survival_lines(study, rows, curve)
         return _table(f"Numbers: {label(study, curve.metric)}", head, lines, left=len(curve.keys))
     found = estimates(rows, curve.metric, curve.keys)
-    head = [*(label(study, key) for key in curve.keys), "mean", "95 %", "runs"]
-    cells = [
-        [*(text(row[key]) for key in curve.keys), *_mean_and_interval(row), _runs(row)]
-        for row in found.to_dict("records")
-    ]
+    definition = study.definition(curve.metric)
+    kind = kind_of(rows, curve.metric, definition.unit if definition else "")
+    head = [*(label(study, key) for key in curve.keys), *estimate_head(kind)]
+    cells = [[*(text(row[key]) for key in curve.keys), *estimate_cells(row, kind)] for row in found.to_dict("records")]
     if curve.by and 0 < rows[curve.by].nunique() <= LEVELS and study.samples is None:
         first = found[curve.by].cat.categories[0]
         change = differences(rows, curve.metric, curve.keys, curve.by, [parameter.key for parameter in study.vary])
@@ -81,7 +81,7 @@ def numbers(study: Study, rows: pd.DataFrame, curve: Curve) -> PageTable:
         head += [f"minus {text(first)}", "95 %"]
         for line, row in zip(cells, found.to_dict("records"), strict=True):
             group = tuple(row[key] for key in curve.keys)
-            line += _mean_and_interval(of[group]) if group in of else ["", ""]
+            line += interval_cells(of[group]) if group in of else ["", ""]
     return _table(f"Numbers: {label(study, curve.metric)}", head, cells, left=len(curve.keys))
 
 
@@ -101,17 +101,6 @@ def _table(title: str, head: list[str], lines: list[list[str]], left: int) -> Pa
     """Return a table with the first `left` columns left-aligned and the others right-aligned."""
     rows = [Row([Cell(cell, n >= left) for n, cell in enumerate(line)], "") for line in lines]
     return PageTable(title, [Cell(cell, n >= left) for n, cell in enumerate(head)], rows)
-
-
-def _mean_and_interval(row: dict[str, float]) -> list[str]:
-    """Return the mean and its confidence interval as text."""
-    if not row["n"]:
-        return ["-", ""]
-    return [f"{row['mean']:.3g}", f"{row['low']:.3g} to {row['high']:.3g}" if row["low"] == row["low"] else "one seed"]
-
-
-def _runs(row: dict[str, float]) -> str:
-    return f"{row['n']:g}" if row["n"] == row["runs"] else f"{row['n']:g} of {row['runs']:g}"
 
 
 def _values(rows: pd.DataFrame, key: str) -> list[object]:

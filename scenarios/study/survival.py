@@ -16,7 +16,8 @@ import scipy
 
 from scenarios.arrays import Bools, Floats
 from scenarios.grading.emergence_names import END, SURVIVAL, TARGET, survival_measure
-from scenarios.study.curves import CONFIDENCE, levels
+from scenarios.statistics.effective_binomial import binomial_interval, effective_number
+from scenarios.study.curves import levels
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,21 +77,10 @@ def _effective_runs(share: Floats, variance: Floats, runs: int, seeds: int, seed
     """(K,) number of independent runs with the same variance of the share, from 1 to the number of runs."""
     if seeds < 2:
         return np.full(len(share), np.nan)
-    few = (scipy.stats.t.ppf(0.975, runs - 1) / scipy.stats.t.ppf(0.975, seeds - 1)) ** 2
-    number = np.clip(few * share * (1.0 - share) / np.maximum(variance, 1e-12), 1.0, runs)
+    few = float(scipy.stats.t.ppf(0.975, runs - 1) / scipy.stats.t.ppf(0.975, seeds - 1))
+    number = np.clip(effective_number(share, variance, few), 1.0, runs)
     certain = (share <= 0.0) | (share >= 1.0)
     return np.where(certain, seeds_at_risk, number)
-
-
-def binomial_interval(share: Floats, number: Floats) -> tuple[Floats, Floats]:
-    """Return the exact interval of shares (K,) of a number of runs (K,), which need not be whole.
-
-    Clopper and Pearson 1934, Biometrika 26, 404.
-    """
-    tail, count = 0.5 * (1.0 - CONFIDENCE), share * number
-    low = scipy.stats.beta.ppf(tail, count, number - count + 1.0)
-    high = scipy.stats.beta.ppf(1.0 - tail, count + 1.0, number - count)
-    return np.where(share <= 0.0, 0.0 * number, low), np.where(share >= 1.0, 1.0 + 0.0 * number, high)
 
 
 def median(found: SurvivalCurve) -> tuple[float, float, float]:

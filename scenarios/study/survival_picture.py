@@ -10,6 +10,7 @@ from scenarios.arrays import Floats
 from scenarios.grading.emergence_names import STAGES, SURVIVAL, survival_measure
 from scenarios.report.html.palette import SERIES
 from scenarios.report.html.svg_figure import note
+from scenarios.statistics.seed_warnings import few_seeds
 from scenarios.study import survival
 from scenarios.study.figures import MARKERS, PANEL_IN, Picture, label, text
 from scenarios.study.study_file import Curve, Study
@@ -120,6 +121,8 @@ def _caption(study: Study, curve: Curve, stage: str, without: int) -> str:
         "bands show the 95 % confidence interval",
         "hollow marks: runs that never reach it, censored at their end",
     ]
+    if few := few_seeds(len(study.seed_list)):
+        parts.append(few)
     if without:
         parts.append(f"{without} runs without a value (no beam, or no meeting point) are not in the curves")
     return "; ".join(parts) + "."

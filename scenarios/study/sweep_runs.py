@@ -66,7 +66,7 @@ def sweep(
     device.load(tracker)  # an invalid tracker is reported once, not in every row
     keys = [run.key for run in wanted]
     values = {parameter.key: [run.parameters[parameter.key] for run in wanted] for parameter in study.vary}
-    with RowStore.opened(out, values) as rows:
+    with RowStore.opened(out, values, [metric.name for metric in study.metric]) as rows:
         failed = {key for key, row in rows.earlier.items() if row["status"] == "error"} if retry_errors else set()
         missing = {key: run for key, run in zip(keys, wanted, strict=True) if key not in rows.keys or key in failed}
         todo, taken_over = list(missing.values()), set(keys).difference(missing)

@@ -120,17 +120,3 @@ class BowedFaces:
             residual = np.concatenate([(measured - self.predicted(values)) / sigma, -prior @ values])
             values = values + np.linalg.lstsq(rows, residual, rcond=None)[0]
         return values[0]
-
-
-def resampled(bootstrap, vehicle, values):
-    """Mean and standard deviation of each resample of a bootstrap, with its observations collected one by one."""
-    means, stds = [], []
-    for times in bootstrap.times:
-        drawn = [
-            value
-            for known, count in zip(bootstrap.vehicles, times, strict=True)
-            for value in values[vehicle == known].tolist() * int(count)
-        ]
-        means.append(np.mean(drawn))
-        stds.append(np.std(drawn))
-    return means, stds

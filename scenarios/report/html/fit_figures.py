@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.grading.bootstrap import Bootstrap
 from scenarios.grading.metric_names import FIT_METHODS
 from scenarios.grading.plane_geometry import wrap
 from scenarios.report import paper_figures
 from scenarios.report.html.palette import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, RED, SKY
 from scenarios.report.html.svg_figure import Figure, draw, note
+from scenarios.statistics.jackknife import POSITIVE, ratio_interval
 from tracker.records import BASELINES
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def errors_against(observed: pd.DataFrame, covariate: Covariate) -> Figure:
         position.set_xticks(range(len(labels)), labels, fontsize=7.5)
         position.set_xlabel(covariate.label)
 
-    caption = "Mean absolute error of the selected fits; whiskers are 95 % by a bootstrap over vehicles, n counts fits."
+    caption = "Mean absolute error of the selected fits; whiskers are 95 % over vehicles, n counts fits."
     anchor = f"error-{covariate.name.split()[0]}"
     return draw(anchor, f"Error of fits against {covariate.name}", caption, (5.2, 3.9), on)
 
@@ -118,12 +118,11 @@ def _means(axes: "Axes", observed: pd.DataFrame, covariate: Covariate, error: pd
     """Draw the mean of each bin, and return the number of observations in each bin."""
     # The last bin includes its upper edge; graded observations are never beyond it.
     place = np.searchsorted(covariate.edges[1:-1], observed[covariate.column].to_numpy(), side="right")
-    bootstrap = Bootstrap(observed["actor_id"].to_numpy())
     counts = np.bincount(place, minlength=len(covariate.edges) - 1)
     for k in np.flatnonzero(counts).tolist():
         inside = place == k
         value, vehicle = error.to_numpy()[inside], observed["actor_id"].to_numpy()[inside]
-        interval = bootstrap.of_ratio(vehicle, value, np.ones_like(value))
+        interval = ratio_interval(vehicle, value, np.ones_like(value), POSITIVE)
         axes.plot(k, value.mean(), "o", color=color, ms=5)
         if interval:
             axes.plot([k, k], interval, "-", color=color, lw=1.2)

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.report import emergence_rows, paper_tables
+from scenarios.report import emergence_rows, own_rows, paper_tables
 from scenarios.report import fit_tables as printed_fits
 from scenarios.report import tables as printed
 from scenarios.report import track_tables as printed_tracks
@@ -117,6 +117,7 @@ def stage_tables(result: Result) -> list[PageTable]:
         *printed_tracks.tracking(result),
         *printed_tracks.by_band(result),
         *emergence_rows.emergence(result),
+        *own_rows.own_metrics(result),
         printed.metric_list("Stages of the tracker", result, STAGES),
         printed.outliers(result),
         *([printed.control(result)] if result.config["control"] else []),

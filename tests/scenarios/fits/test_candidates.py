@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from fits import coverage, observations
-from fits.league import FEWEST, FEWEST_VEHICLES, standings
+from fits.league import FEWEST, standings
 from fits.league_tables import summary, table
 from support import short_run
 from support.paths import ROOT
@@ -15,6 +15,7 @@ from support.scripts import load_script
 from scenarios.grading.metric_names import POINT_BANDS
 from scenarios.grading.track_metric_names import RANGE_BANDS, VIEWS
 from scenarios.run import run_folder
+from scenarios.statistics.confidence import FEWEST_CLUSTERS
 from tracker.records import METHODS
 
 candidates = load_script(ROOT / "docs" / "candidates.py")
@@ -94,15 +95,15 @@ def test_the_selection_wins_ties_and_loses():
 
 
 def test_few_vehicles_have_no_verdict_and_few_observations_no_row():
-    few = standings(made(FEWEST_VEHICLES - 1, 10, best=1.0, tlinkage=0.5), "one")[0]
+    few = standings(made(FEWEST_CLUSTERS - 1, 10, best=1.0, tlinkage=0.5), "one")[0]
     assert (few.verdict, few.differences[0].interval) == ("too few vehicles", None)
     assert standings(made(1, FEWEST - 1), "one") == []
 
 
 def test_observations_without_a_rectangle_of_a_candidate_do_not_count_for_it():
-    (standing, *_) = standings(made(4, 10, best=1.0, tlinkage=np.array([math.nan, 0.5, 0.5, 0.5])), "one")
+    (standing, *_) = standings(made(3, 10, best=1.0, tlinkage=np.array([math.nan, 0.5, 0.5])), "one")
     assert standing.means["tlinkage"] == pytest.approx(0.5)
-    assert standing.differences[0].interval is None  # three vehicles are left
+    assert standing.differences[0].interval is None  # two vehicles are left
 
 
 def test_tables_name_the_loss_and_the_least_error():

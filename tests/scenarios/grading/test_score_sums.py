@@ -1,10 +1,10 @@
-"""Intervals of HOTA, MOTA and IDF1: equal to the scores of resampled vehicles."""
+"""Intervals of HOTA, MOTA and IDF1: those of the scores without each vehicle."""
 
 import numpy as np
 import pytest
 from support.frames import Body, Estimate, Scripted, follow, grade_run
 
-from scenarios.grading.bootstrap import QUANTILES, Bootstrap
+from scenarios.statistics.jackknife import SHARE, jackknife_interval
 
 FRAMES = 8
 CARS = [Body(i, 4.0 * i, 8.0, yaw=1.57) for i in range(4)]
@@ -29,7 +29,7 @@ def of_pool(times):
     return hota, (2 * hits - tracks) / vehicles, 2 * hits / (vehicles + tracks)
 
 
-def test_intervals_are_those_of_pools_of_vehicles():
+def test_intervals_are_those_of_pools_without_a_vehicle():
     script = [
         [
             *(follow(car) for car in CARS if i in HIT[car.id]),
@@ -38,12 +38,14 @@ def test_intervals_are_those_of_pools_of_vehicles():
         for i in range(FRAMES)
     ]
     metrics = grade_run([CARS] * FRAMES, Scripted(script))[0]
-    pools = [of_pool(times) for times in Bootstrap(np.arange(5)).times.tolist()]
-    expected = np.quantile([pool for pool in pools if pool], QUANTILES, axis=0).T
-    names = ("track.hota", "track.mota", "track.idf1")
-    assert [metrics[name].value for name in names] == pytest.approx(of_pool([1] * 5))
-    for name, interval in zip(names, expected.tolist(), strict=True):
-        assert metrics[name].interval == pytest.approx(interval), name
+    everyone, names = np.ones(5), ("track.hota", "track.mota", "track.idf1")
+    value = of_pool(everyone.astype(int).tolist())
+    assert [metrics[name].value for name in names] == pytest.approx(value)
+    without = np.array([of_pool((everyone - row).astype(int).tolist()) for row in np.eye(5)]).T
+    weight = np.array([FALSE, *(FRAMES + len(HIT[car]) for car in range(4))], float)  # frames and tracks of each
+    for name, whole, rest in zip(names, value, without, strict=True):
+        within = (-np.inf, 1.0) if name == "track.mota" else SHARE
+        assert metrics[name].interval == pytest.approx(jackknife_interval(whole, rest, weight, within)), name
 
 
 def test_one_vehicle_has_no_interval():

@@ -20,6 +20,17 @@ BANDS = """\
 face,from_m,to_m,lower_quartile_m,median_m,upper_quartile_m,vehicles
 end,0.45,0.75,0.12,0.16,0.28,12
 """
+MORE = """
+[[traffic.actor]]
+x_m = 13
+y_m = -3
+yaw_deg = 20
+[[traffic.actor]]
+x_m = -8
+y_m = 5
+yaw_deg = 160
+"""
+"""Intervals need at least three vehicles."""
 BOXES = """
 [noise]
 ideal = true
@@ -31,7 +42,7 @@ layer_overlap.enabled = false
 def folder(tmp_path_factory):
     """A data set in `set`, of boxes without noise of the car, and tables of real vehicles."""
     made = tmp_path_factory.mktemp("realism")
-    scenario = short_run.write(made, short_run.TEXT + BOXES)
+    scenario = short_run.write(made, short_run.TEXT + MORE + BOXES)
     assert (
         main(["run", str(scenario), "--no-recording", "--out", str(made / "run"), "--dataset", str(made / "set")]) == 0
     )

@@ -7,10 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scenarios.study.curves import differences, estimates, levels, measured, student, wilson
+from scenarios.statistics.bounded_mean import mid_p_interval
+from scenarios.study.curves import differences, estimates, levels, measured
 from scenarios.study.figures import picture
+from scenarios.study.seed_dots import seed_dots
 from scenarios.study.study_file import Study
-from scenarios.study.study_page import REPORT, report
+from scenarios.study.study_page import REPORT, numbers, report
 from scenarios.study.sweep_runs import Sweep
 
 STUDY = """
@@ -41,10 +43,10 @@ panels = "occlusion_s"
 """
 
 ERRORS = {
-    (1.0, "keeps speed"): (1.0, 2.0, 3.0),
-    (1.0, "brakes"): (2.0, 3.5, 4.5),
-    (2.0, "keeps speed"): (4.0, 4.0, math.nan),
-    (2.0, "brakes"): (5.0, 7.0, 9.0),
+    (1.0, "keeps speed"): (1.0, 2.0, 3.0, 2.5, 90.0),
+    (1.0, "brakes"): (2.0, 3.5, 4.5, 2.0, 95.0),
+    (2.0, "keeps speed"): (4.0, 4.0, 6.0, 5.0, math.nan),
+    (2.0, "brakes"): (5.0, 7.0, 9.0, 6.0, 50.0),
 }
 """[m] Errors by parameters, one per seed."""
 
@@ -58,7 +60,7 @@ def study(tmp_path):
 
 @pytest.fixture
 def rows():
-    """Twelve runs, and one that failed."""
+    """Twenty runs, and one that failed."""
     found = [
         {"occlusion_s": time, "manoeuvre": manoeuvre, "seed": seed, "status": "passed", "error": "",
          "track.reappearance_error_m": error, "track.occlusion_survival": float(error < 4.0)}
@@ -68,7 +70,7 @@ def rows():
     crash = {
         "occlusion_s": 1.0,
         "manoeuvre": "brakes",
-        "seed": 4,
+        "seed": 6,
         "status": "error",
         "error": "KeyError: <b>'lane'</b>",
     }
@@ -76,60 +78,72 @@ def rows():
     return table.assign(index=range(len(table)), wall_s=1.5)
 
 
-def test_student_interval_agrees_with_a_textbook():
-    """1, 2, 3: mean 2, deviation 1; t(0.975, 2) = 4.3027 (t table), so 2 +- 4.3027 / sqrt(3)."""
-    assert student(np.array([1.0, 2.0, 3.0])) == pytest.approx((2 - 2.4842, 2 + 2.4842), abs=1e-4)
-    assert all(map(math.isnan, student(np.array([1.0]))))
-
-
-def test_wilson_interval_agrees_with_published_values():
-    """Newcombe 1998, Statistics in Medicine 17, table I, method 3: 81 of 263, 15 of 148, 0 of 20."""
-    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
-    assert wilson(15, 148) == pytest.approx((0.0624, 0.1605), abs=5e-5)
-    assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
-
-
-def test_a_point_is_the_mean_over_seeds_and_counts_missing_values(rows):
+def test_a_point_is_the_median_over_seeds_and_counts_missing_values(rows):
     found = estimates(measured(rows), "track.reappearance_error_m", ["manoeuvre", "occlusion_s"])
     assert found["manoeuvre"].tolist() == ["keeps speed"] * 2 + ["brakes"] * 2
     assert found["occlusion_s"].tolist() == [1.0, 2.0] * 2
-    assert found["mean"].tolist() == pytest.approx([2.0, 4.0, 10 / 3, 7.0])
-    assert found["n"].tolist() == [3, 2, 3, 3]
-    assert found["runs"].tolist() == [3, 3, 3, 3]
-    assert found["low"].tolist()[0] == pytest.approx(2 - 2.4842, abs=1e-4)
+    assert found["value"].tolist() == [2.5, 4.5, 3.5, 7.0]
+    assert found["mean"].tolist() == pytest.approx([98.5 / 5, 19 / 4, 107 / 5, 77 / 5])
+    assert found["n"].tolist() == [5, 4, 5, 5]
+    assert found["runs"].tolist() == [5] * 4
+    assert (found["low"][0], found["high"][0]) == (1.0, 90.0)  # of five values the extremes
+    assert math.isnan(found["low"][1])  # four seeds have no interval
 
 
 def test_runs_of_one_seed_count_once(rows):
-    """Over both times, 'brakes' has the seeds' means 3.5, 5.25 and 6.75: 5.1667 +- 4.3027 * 1.6266 / sqrt(3).
+    """Over both times, 'brakes' has the seeds' means 3.5, 5.25, 6.75, 4 and 72.5.
 
-    Fails if the six runs are treated as independent samples.
+    Fails if the ten runs are treated as independent samples.
     """
-    found = estimates(measured(rows), "track.reappearance_error_m", ["manoeuvre"]).set_index("manoeuvre")
-    brakes = found.loc["brakes"]
-    assert brakes["mean"] == pytest.approx(31 / 6)
-    assert brakes["high"] - brakes["mean"] == pytest.approx(4.3027 * 1.6266 / math.sqrt(3), abs=1e-3)
+    brakes = estimates(measured(rows), "track.reappearance_error_m", ["manoeuvre"]).set_index("manoeuvre").loc["brakes"]
+    assert (brakes["value"], brakes["low"], brakes["high"]) == (5.25, 3.5, 72.5)
+    assert (brakes["n"], brakes["seeds"]) == (10, 5)
 
 
-def test_a_binary_metric_has_a_wilson_interval_also_if_all_runs_agree(rows):
+def test_a_binary_metric_has_an_exact_interval_over_seeds_also_if_all_runs_agree(rows):
     found = estimates(measured(rows), "track.occlusion_survival", ["occlusion_s", "manoeuvre"])
-    first = found.iloc[0]
-    assert (first["mean"], first["low"], first["high"]) == pytest.approx((1.0, *wilson(3, 3)))
-    assert first["low"] < 0.5
+    last = found.iloc[-1]  # none of five survives: at most 1 - 0.05**(1/5)
+    assert (last["value"], last["low"]) == (0.0, 0.0)
+    assert last["high"] == pytest.approx(1 - 0.05**0.2)
+    assert found.iloc[0]["value"] == pytest.approx(0.8)
+
+
+def test_runs_of_one_seed_are_one_trial_of_a_binary_metric(rows):
+    """Fails if ten runs of five seeds are ten trials."""
+    agreeing = measured(rows).assign(**{"track.occlusion_survival": lambda table: (table["seed"] > 1).astype(float)})
+    once = estimates(agreeing, "track.occlusion_survival", ["manoeuvre", "occlusion_s"]).iloc[0]
+    twice = estimates(agreeing, "track.occlusion_survival", ["manoeuvre"]).iloc[0]
+    assert (twice["low"], twice["high"]) == (once["low"], once["high"])
+    assert (twice["n"], once["n"]) == (10, 5)
 
 
 def test_differences_pair_runs_that_differ_in_the_curve_only(rows):
-    """At 1 s: 1, 1.5 and 1.5, so 1.3333 +- 4.3027 * 0.28868 / sqrt(3) = 0.7171: a third of either curve's.
-
-    At 2 s the third seed has no partner: 1 and 3, so 2 +- 12.706 * 1.4142 / sqrt(2).
-    """
+    """At 1 s: 1, 1.5, 1.5, -0.5 and 5. At 2 s the last seed has no partner."""
     found = differences(
         measured(rows), "track.reappearance_error_m", ["manoeuvre", "occlusion_s"], "manoeuvre",
         ["occlusion_s", "manoeuvre"],
     )  # fmt: skip
     assert found["manoeuvre"].tolist() == ["brakes"] * 2
-    assert found["mean"].tolist() == pytest.approx([4 / 3, 2.0])
-    assert (found["high"] - found["mean"]).tolist() == pytest.approx([0.7171, 12.706], abs=1e-3)
-    assert found["n"].tolist() == [3, 2]
+    assert found["value"].tolist() == [1.5, 2.0]
+    assert (found["low"][0], found["high"][0]) == (-0.5, 5.0)
+    assert found["n"].tolist() == [5, 4]
+
+
+def test_differences_of_shares_stay_within_their_range(rows):
+    found = differences(
+        measured(rows), "track.occlusion_survival", ["manoeuvre", "occlusion_s"], "manoeuvre",
+        ["occlusion_s", "manoeuvre"],
+    )  # fmt: skip
+    assert found["value"].tolist() == pytest.approx([-0.2, 0.0])
+    assert found["low"].between(-1.0, 0.0).all()
+    assert (found["high"] > 0.0).all()  # seeds that agree do not make the difference certain
+
+
+def test_dots_are_the_single_seeds(rows):
+    dots = seed_dots(measured(rows), "track.reappearance_error_m", ["manoeuvre", "occlusion_s"])
+    assert len(dots) == 19
+    both = seed_dots(measured(rows), "track.reappearance_error_m", ["manoeuvre"])
+    assert both[both["manoeuvre"] == "brakes"]["value"].tolist() == [3.5, 5.25, 6.75, 4.0, 72.5]
 
 
 def test_many_distinct_numbers_are_binned_by_quantiles():
@@ -155,18 +169,19 @@ class Page(HTMLParser):
 
 
 def test_the_report_page_contains_all_figures_numbers_and_failures(study, rows, tmp_path):
-    path = report(Sweep(study, rows, 14), tmp_path / "out")
+    path = report(Sweep(study, rows, 22), tmp_path / "out")
     assert path == tmp_path / "out" / REPORT
     page = Page(path.read_text(encoding="utf-8"))
     assert page.tags.count("svg") == 3
     assert all(link.startswith("#") for link in page.links)
-    assert "13 of 14" in page.text
+    assert "21 of 22" in page.text
     assert "How long, and at which speed & <manner>." in page.text
     assert "KeyError: <b>'lane'</b>" in page.text
     assert "b" not in page.tags
-    assert "2 of 3" in page.text
+    assert "4 of 5" in page.text
     assert "minus keeps speed" in page.text
-    assert "0.616 to 2.05" in page.text
+    assert "-0.5 to 5" in page.text
+    assert "fewer than 5 seeds" in page.text
 
 
 def test_every_figure_is_written_as_a_non_blank_png(study, rows, tmp_path):
@@ -193,9 +208,13 @@ def test_figures_are_also_written_in_the_formats_asked_for(study, rows, tmp_path
 
 def test_a_caption_describes_the_interval(study, rows):
     error, _, panels = (picture(study, measured(rows), curve, "name") for curve in study.curve)
-    assert "Student's t, over seeds" in error.caption
+    assert "median over seeds" in error.caption
+    assert "order statistics" in error.caption
     assert "hollow" in error.caption
-    assert "Wilson, over runs" in panels.caption
+    assert "only 5 seeds" in error.caption
+    assert "in 3 of 4 points one seed has more than half of the sum" in error.caption
+    assert "share of runs" in panels.caption
+    assert "exact, over seeds" in panels.caption
     assert panels.title == "Panels"
 
 
@@ -218,3 +237,23 @@ def test_shipped_studies_are_valid_and_small_enough():
         assert loaded.curve
         runs = design.runs(loaded, "tracker.tracker:Tracker")
         assert len(runs) * seconds[loaded.scenario.rpartition(":")[2]] / 2 < 600.0
+
+
+def test_counts_have_the_share_of_seeds_with_any(study, rows):
+    counted = measured(rows).assign(**{"track.id_switches": 0.0})
+    counted.loc[counted["seed"] == 2, "track.id_switches"] = [0.0, 3.0, 0.0, 0.0]
+    curve = study.curve[0].model_copy(update={"metric": "track.id_switches", "by": None})
+    table = numbers(study, counted, curve)
+    assert [cell.text for cell in table.head] == [
+        "hidden [s]",
+        "median",
+        "95 %",
+        "mean",
+        "seeds with any",
+        "95 %",
+        "runs",
+    ]
+    first, second = ([cell.text for cell in row.cells] for row in table.rows)
+    low, high = mid_p_interval(1, 5)
+    assert first[1:] == ["0", "0 to 1.5", "0.3", "20%", f"{low:.0%} to {high:.0%}", "10"]
+    assert second[1:] == ["0", "0 to 0", "0", "0%", "at most 45%", "10"]

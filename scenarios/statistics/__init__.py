@@ -1,0 +1,1 @@
+"""Confidence intervals for few seeds or vehicles: one method for reports, comparisons and studies."""
