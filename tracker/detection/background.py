@@ -1,78 +1,130 @@
-"""Background model: cells where an object too long for a vehicle was seen.
+"""Background model: cells where a wall was seen.
 
 A wall is recognised by its length while most of it is visible. When traffic occludes parts of it, the rest may have the
-size of a truck. Cells that a wall once covered are therefore stored, in the odometry frame.
+size of a truck. Cells that a wall covers are therefore stored, in the odometry frame, as an occupancy grid in log-odds
+(Moravec and Elfes 1985; increments of Hornung et al. 2013). A cell is forgotten when beams pass it, and in time.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.segmentation import by_segment, keep_only
-from tracker.records import Segments
+from tracker.detection.cell_memory import CellMemory
+from tracker.detection.seen_through import seen_through
+from tracker.detection.segmentation import SegmentationConfig, by_segment, keep_only
+from tracker.detection.straight_runs import RunConfig
+from tracker.detection.walls import extent, split
+from tracker.records import NOT_USED, Segments
+
+EGO: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class BackgroundConfig:
-    """Memory of walls."""
+    """Shape and memory of walls."""
 
     length_min_m: float = 20.0
-    """Segments longer than this are background [m]; an articulated bus measures 17.9."""
+    """Segments longer than this contain background [m]; an articulated bus measures 17.9."""
     cell_m: float = 0.5
     """Size of a cell [m]."""
     share_max: float = 0.5
     """A segment with a larger share of its points in background cells is background."""
+    hit_log_odds: float = 0.85
+    """Evidence of a wall in a cell per scan, log-odds: a probability of 0.7 (Hornung et al. 2013)."""
+    passed_log_odds: float = 0.4
+    """Evidence against it if all beams pass the cell, log-odds: a probability of 0.4 (same source)."""
+    log_odds_max: float = 3.5
+    """Limit of the evidence, log-odds (same source): a cell is forgotten when beams pass it for 0.7 s."""
+    log_odds_min: float = 0.4
+    """Cells with less evidence are forgotten, log-odds."""
+    memory_s: float = 60.0
+    """Time in which the evidence of an unseen cell decreases by a factor of e [s]; waiting traffic may hide a wall for
+    as long."""
+    unit_offset_m: float = 2.5
+    """Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units."""
 
     def __post_init__(self) -> None:
-        if self.length_min_m <= 0 or self.cell_m <= 0:
-            raise ValueError("length_min_m and cell_m must be above 0")
+        for name in ("length_min_m", "cell_m", "hit_log_odds", "memory_s"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
+        for name in ("passed_log_odds", "unit_offset_m"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} is {getattr(self, name)}; give 0 or more")
+        if not 0.0 < self.log_odds_min <= min(self.hit_log_odds, self.log_odds_max):
+            raise ValueError(
+                f"log_odds_min is {self.log_odds_min}; give a value above 0 and at most hit_log_odds and log_odds_max, "
+                "or walls are forgotten at once"
+            )
 
 
 class Background:
-    """Sorted set of background cells."""
+    """Removal of walls. Its memory is the occupancy of the cells where walls were seen."""
 
-    def __init__(self, config: BackgroundConfig) -> None:
+    def __init__(
+        self,
+        config: BackgroundConfig,
+        walls: RunConfig | None = None,
+        segmentation: SegmentationConfig | None = None,
+    ) -> None:
         self._config = config
-        self._cells: Ints = np.empty(0, dtype=np.int64)
+        self._walls = walls or RunConfig()
+        self._segmentation = segmentation or SegmentationConfig()
+        self._memory = CellMemory(config.cell_m)
+        self._time: float | None = None
 
-    def remove(self, points_odom: Floats, segments: Segments) -> Segments:
-        """Add the walls among segments of points (N, 2) [m], and return the segments that are not background."""
+    def forget(self, time: float, points_odom: Floats, ego_odom: npt.ArrayLike = EGO) -> None:
+        """Weaken the cells that the scan's beams pass, and all cells with time.
+
+        Parameters
+        ----------
+        time
+            Of the scan [s].
+        points_odom
+            (N, 2) all of its points [m], also on the ground and on the ego.
+        ego_odom
+            (2,) centre of the ego [m].
+        """
+        config, memory = self._config, self._memory
+        factor = 1.0 if self._time is None else math.exp(-max(0.0, time - self._time) / config.memory_s)
+        self._time = time
+        ego = np.asarray(ego_odom)
+        passed = seen_through(memory.centers() - ego, points_odom - ego, config.unit_offset_m, 2.0 * config.cell_m)
+        memory.weaken(config.passed_log_odds * passed, factor, config.log_odds_min)
+
+    def remove(self, points_odom: Floats, segments: Segments, ego_odom: npt.ArrayLike = EGO) -> Segments:
+        """Return the segments of points (N, 2) [m] without walls, which are stored.
+
+        Segments that are too long for a vehicle are split into walls and vehicles; the latter are numbered last.
+        """
         order, offset = by_segment(segments)
         if not len(order):
             return segments
-        label, points = segments.label[order], points_odom[order]
-        cells = self._cell(points)
-        wall = extent(points, offset) > self._config.length_min_m
-        self._add(np.unique(cells[wall[label]]))
-        on_wall = np.add.reduceat(self._contains(cells).astype(np.int64), offset[:-1])
-        return keep_only(segments, on_wall <= self._config.share_max * np.diff(offset))
+        points = points_odom[order]
+        long = np.flatnonzero(extent(points, offset) > self._config.length_min_m)
+        segments = self._without_walls(
+            points_odom, segments, [order[offset[s] : offset[s + 1]] for s in long], ego_odom
+        )
+        used = np.flatnonzero(segments.label != NOT_USED)
+        label = segments.label[used]
+        known = self._memory.contains(self._memory.cell(points_odom[used]))
+        size, on_wall = (np.bincount(label, weights, segments.count) for weights in (None, known))
+        return keep_only(segments, (size > 0) & (on_wall <= self._config.share_max * size))
 
-    def _add(self, cells: Ints) -> None:
-        """Insert sorted cells (N,)."""
-        new = cells[~self._contains(cells)]
-        self._cells = np.insert(self._cells, np.searchsorted(self._cells, new), new)
-
-    def _contains(self, cells: Ints) -> Bools:
-        """(N,) mask of cells in the set; a binary search, because a long drive adds very many."""
-        place = np.searchsorted(self._cells, cells)
-        known = np.zeros(len(cells), np.bool_)
-        inside = place < len(self._cells)
-        known[inside] = self._cells[place[inside]] == cells[inside]
-        return known
-
-    def _cell(self, points_odom: Floats) -> Ints:
-        """(N,) cell number of each point: column in the high half, row in the low half."""
-        column, row = np.floor(points_odom / self._config.cell_m).astype(np.int64).T
-        return np.asarray((column << 32) + row)
-
-
-def extent(points: Floats, offset: Ints) -> Floats:
-    """(S,) largest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
-
-    At most 2 % below the diameter of the segment.
-    """
-    angle = np.arange(0.0, np.pi, np.pi / 8)
-    along = points @ np.array([np.cos(angle), np.sin(angle)])
-    low, high = np.minimum.reduceat(along, offset[:-1]), np.maximum.reduceat(along, offset[:-1])
-    return np.asarray(np.max(high - low, axis=1))
+    def _without_walls(
+        self, points_odom: Floats, segments: Segments, long: list[Ints], ego_odom: npt.ArrayLike
+    ) -> Segments:
+        """Store the walls in `long` segments, given by their points, and replace these segments by their vehicles."""
+        label, count = segments.label.copy(), segments.count
+        config, ego = self._config, np.asarray(ego_odom)
+        wall: Bools = np.zeros(len(label), np.bool_)
+        for members in long:
+            on_wall, part = split(points_odom[members] - ego, config.length_min_m, self._walls, self._segmentation)
+            wall[members] = on_wall
+            label[members] = np.where(part == NOT_USED, NOT_USED, part + count)
+            count += int(part.max(initial=NOT_USED)) + 1
+        cells = np.unique(self._memory.cell(points_odom[wall]))
+        self._memory.strengthen(cells, config.hit_log_odds, config.log_odds_max)
+        return Segments(label=label, count=count)
