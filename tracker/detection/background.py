@@ -37,9 +37,11 @@ class BackgroundConfig:
     passed_log_odds: float = 0.4
     """Evidence against it if all beams pass the cell, log-odds: a probability of 0.4 (same source)."""
     log_odds_max: float = 3.5
-    """Limit of the evidence, log-odds (same source): a cell is forgotten when beams pass it for 0.7 s."""
+    """Limit of the evidence, log-odds (same source): a cell is forgotten when beams pass it for 2 s."""
     log_odds_min: float = 0.4
     """Cells with less evidence are forgotten, log-odds."""
+    interval_s: float = 0.25
+    """Time between two tests for passing beams [s]: successive scans show the same and are no independent evidence."""
     memory_s: float = 60.0
     """Time in which the evidence of an unseen cell decreases by a factor of e [s]; waiting traffic may hide a wall for
     as long."""
@@ -50,7 +52,7 @@ class BackgroundConfig:
         for name in ("length_min_m", "cell_m", "hit_log_odds", "memory_s"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
-        for name in ("passed_log_odds", "unit_offset_m"):
+        for name in ("passed_log_odds", "interval_s", "unit_offset_m"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give 0 or more")
         if not 0.0 < self.log_odds_min <= min(self.hit_log_odds, self.log_odds_max):
@@ -88,8 +90,12 @@ class Background:
             (2,) centre of the ego [m].
         """
         config, memory = self._config, self._memory
-        factor = 1.0 if self._time is None else math.exp(-max(0.0, time - self._time) / config.memory_s)
+        if self._time is not None and time - self._time < config.interval_s:
+            return
+        factor = 1.0 if self._time is None else math.exp(-(time - self._time) / config.memory_s)
         self._time = time
+        if not len(memory.cells):
+            return
         ego = np.asarray(ego_odom)
         passed = seen_through(memory.centers() - ego, points_odom - ego, config.unit_offset_m, 2.0 * config.cell_m)
         memory.weaken(config.passed_log_odds * passed, factor, config.log_odds_min)
@@ -103,28 +109,25 @@ class Background:
         if not len(order):
             return segments
         points = points_odom[order]
-        long = np.flatnonzero(extent(points, offset) > self._config.length_min_m)
-        segments = self._without_walls(
-            points_odom, segments, [order[offset[s] : offset[s + 1]] for s in long], ego_odom
-        )
-        used = np.flatnonzero(segments.label != NOT_USED)
-        label = segments.label[used]
-        known = self._memory.contains(self._memory.cell(points_odom[used]))
-        size, on_wall = (np.bincount(label, weights, segments.count) for weights in (None, known))
-        return keep_only(segments, (size > 0) & (on_wall <= self._config.share_max * size))
+        cells = self._memory.cell(points)
+        known = self._memory.contains(cells)
+        long = extent(points, offset) > self._config.length_min_m
+        own = np.flatnonzero(long[segments.label[order]])
+        label = segments.label[order]
+        if len(own):
+            wall, part = self._split(points[own] - np.asarray(ego_odom), label[own], cells[own], known[own])
+            label[own] = np.where(part == NOT_USED, NOT_USED, part + segments.count)
+            known[own] = wall
+        used = label != NOT_USED
+        count = label.max(initial=NOT_USED) + 1
+        size, on_wall = (np.bincount(label[used], weights, count) for weights in (None, known[used]))
+        whole = np.full(len(segments.label), NOT_USED)
+        whole[order] = label
+        return keep_only(Segments(whole, int(count)), (size > 0) & (on_wall <= self._config.share_max * size))
 
-    def _without_walls(
-        self, points_odom: Floats, segments: Segments, long: list[Ints], ego_odom: npt.ArrayLike
-    ) -> Segments:
-        """Store the walls in `long` segments, given by their points, and replace these segments by their vehicles."""
-        label, count = segments.label.copy(), segments.count
-        config, ego = self._config, np.asarray(ego_odom)
-        wall: Bools = np.zeros(len(label), np.bool_)
-        for members in long:
-            on_wall, part = split(points_odom[members] - ego, config.length_min_m, self._walls, self._segmentation)
-            wall[members] = on_wall
-            label[members] = np.where(part == NOT_USED, NOT_USED, part + count)
-            count += int(part.max(initial=NOT_USED)) + 1
-        cells = np.unique(self._memory.cell(points_odom[wall]))
-        self._memory.strengthen(cells, config.hit_log_odds, config.log_odds_max)
-        return Segments(label=label, count=count)
+    def _split(self, points: Floats, segment: Ints, cells: Ints, known: Bools) -> tuple[Bools, Ints]:
+        """Split long segments as `walls.split` does, and store the cells (P,) of the walls."""
+        config = self._config
+        wall, part = split(points, segment, known, config.length_min_m, self._walls, self._segmentation)
+        self._memory.strengthen(np.unique(cells[wall]), config.hit_log_odds, config.log_odds_max)
+        return wall, part

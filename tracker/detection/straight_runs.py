@@ -27,19 +27,17 @@ class RunConfig:
     """Minimum length of a straight part of a wall [m]; the flank of a van is shorter."""
     half_width_m: float = 0.25
     """Maximum distance of its points from the line [m]: range noise, calibration errors, pilasters."""
-    touch_m: float = 0.3
-    """A thin part this near to a wall belongs to it [m]: facets too short for a run, and niches."""
+    extension_m: float = 3.0
+    """Longer parts beside a remembered wall may extend it [m]; shorter ones are not searched for walls."""
     beam_rad: float = math.radians(0.5)
     """Angle between beams of one layer [rad]; three of them, on a surface seen at a grazing angle, are no gap."""
     gap_m: float = 0.25
     """Maximum gap on a surface that is seen frontally [m]."""
 
     def __post_init__(self) -> None:
-        for name in ("length_min_m", "half_width_m", "beam_rad", "gap_m"):
+        for name in ("length_min_m", "half_width_m", "extension_m", "beam_rad", "gap_m"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
-        if not self.touch_m >= 0.0:
-            raise ValueError(f"touch_m is {self.touch_m}; give a distance in metres, or 0 for none")
 
 
 def straight_runs(points: Floats, config: RunConfig, segmentation: SegmentationConfig) -> Ints:
@@ -61,7 +59,8 @@ def straight_runs(points: Floats, config: RunConfig, segmentation: SegmentationC
         left &= ~near
         on_line = np.flatnonzero((found == NOT_USED) & (np.abs(points @ line[:2] - line[2]) <= config.half_width_m))
         run = unbroken(points[on_line], line, config, segmentation)
-        found[on_line] = np.where(run == NOT_USED, NOT_USED, run + found.max(initial=NOT_USED) + 1)
+        run[run != NOT_USED] += found.max(initial=NOT_USED) + 1
+        found[on_line] = run
     return found
 
 
@@ -116,5 +115,6 @@ def unbroken(points: Floats, line: Floats, config: RunConfig, segmentation: Segm
     start = np.searchsorted(piece, np.arange(piece[-1] + 1))
     length = np.maximum.reduceat(along, start) - along[start]
     run = np.empty(len(points), dtype=np.int64)
-    run[order] = np.where(length[piece] >= config.length_min_m, piece, NOT_USED)
+    long = length >= config.length_min_m
+    run[order] = np.where(long, np.cumsum(long) - 1, NOT_USED)[piece]
     return run

@@ -1,17 +1,18 @@
-"""Walls in a segment that is too long for a vehicle: straight runs of points, apart from the vehicles chained to them.
+"""Walls in a segment that is too long for a vehicle, apart from the vehicles chained to them.
 
-A wall is a thin structure without gaps that is longer than any vehicle, straight or in straight parts. A queue of
+A wall is a thin structure without gaps that is longer than any vehicle, straight or of straight parts. A queue of
 vehicles is as long, but has gaps between its flanks, and each flank is shorter than a part of a wall. A vehicle beside
 a wall lies off its line.
 """
 
-import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import scipy
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.detection.kernels.nearness import any_within
 from tracker.detection.segmentation import SegmentationConfig, connect
 from tracker.detection.straight_runs import RunConfig, straight_runs
 from tracker.records import NOT_USED
@@ -21,13 +22,24 @@ TIGHT = 0.5
 apart, and adjacent points on a wall are nearer."""
 
 
-def split(points: Floats, length_min_m: float, runs: RunConfig, segmentation: SegmentationConfig) -> tuple[Bools, Ints]:
-    """Split a segment that is too long for a vehicle into walls and other objects.
+ANGLES = np.arange(0.0, np.pi, np.pi / 8)
+DIRECTIONS = np.array([np.cos(ANGLES), np.sin(ANGLES)])
+
+
+def split(
+    points: Floats, segment: Ints, known: Bools, length_min_m: float, runs: RunConfig, segmentation: SegmentationConfig
+) -> tuple[Bools, Ints]:
+    """Split segments that are too long for a vehicle into walls and other objects.
 
     Parameters
     ----------
     points
         (P, 2) relative to the ego's centre [m].
+    segment
+        (P,) segment of each point.
+    known
+        (P,) mask of points where a wall is remembered. Other walls are searched for only if the rest may be a part of
+        one.
     length_min_m
         Structures longer than this are walls [m].
 
@@ -38,48 +50,50 @@ def split(points: Floats, length_min_m: float, runs: RunConfig, segmentation: Se
     label
         (P,) number of the other object that each point belongs to, `NOT_USED` for walls and for small parts.
     """
-    run = straight_runs(points, runs, segmentation)
-    straight = np.flatnonzero(run != NOT_USED)
-    wall = np.zeros(len(points), np.bool_)
-    chain = chained(points[straight], run[straight], tight(segmentation))
-    wall[straight] = extents(points[straight], chain)[chain] > length_min_m
+    wall = known.copy()
+    rest, part = others(points, wall, segmentation)
+    near = touching(points, wall, rest, part, segmentation)
+    size = extents(points[rest], part)
+    large = near & (size > runs.extension_m) | (size > length_min_m)
+    searched = np.union1d(np.setdiff1d(segment, segment[known]), segment[rest[large[part]]])
+    for number in searched:
+        own = np.flatnonzero(segment == number)
+        wall[own] |= chains_of_runs(points[own], length_min_m, runs, segmentation)
+    if len(searched):
+        rest, part = others(points, wall, segmentation)
+        part = halved(points[rest], part, length_min_m, segmentation)
+        near = touching(points, wall, rest, part, segmentation)
+        size = extents(points[rest], part)
+    hedge = size > length_min_m  # long without gaps, but not straight
+    wall[rest[hedge[part]]] = True
+    facet = near & (extents(points[rest], part, np.min) <= 2.0 * runs.half_width_m)
+    kept = ~hedge & ~facet & (np.bincount(part, minlength=len(size)) >= segmentation.points_min)
+    label = np.full(len(points), NOT_USED)
+    label[rest] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[part]
+    return wall, label
+
+
+def others(points: Floats, wall: Bools, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
+    """Return the points (R,) not on the `wall` (P,) in connected parts that are not too small, and their parts."""
     rest = np.flatnonzero(~wall)
     part = parts(points[rest], segmentation)
-    long = extents(points[rest], part)[part] > length_min_m
-    part[long] = parts(points[rest[long]], tight(segmentation)) + len(rest)
-    part = np.unique(part, return_inverse=True)[1]
-    wall[rest] = extents(points[rest], part)[part] > length_min_m
-    label = np.full(len(points), NOT_USED)
-    label[rest] = np.where(wall[rest], NOT_USED, part)
-    return wall, facets_dropped(points, wall, label, runs, segmentation.points_min)
+    kept = (np.bincount(part) >= segmentation.points_min)[part]
+    return rest[kept], numbered(part[kept])
 
 
-def facets_dropped(points: Floats, wall: Bools, label: Ints, runs: RunConfig, points_min: int) -> Ints:
-    """Return the labels (P,), numbered from 0, without parts that are too small and thin ones that touch the `wall`.
-
-    These are the short facets of a wall, and points of its rough surface.
-    """
-    label = label.copy()
-    used = np.flatnonzero(label != NOT_USED)
-    if not len(used):
-        return label
-    distance = (
-        scipy.spatial.cKDTree(points[wall]).query(points[used])[0] if wall.any() else np.full(len(used), math.inf)
-    )
-    for number in np.unique(label[used]):
-        own = label[used] == number
-        touches = distance[own].min() <= runs.touch_m and thickness(points[used[own]]) <= 2 * runs.half_width_m
-        if own.sum() < points_min or touches:
-            label[used[own]] = NOT_USED
-    used = label != NOT_USED
-    label[used] = np.unique(label[used], return_inverse=True)[1]
-    return label
+def halved(points: Floats, part: Ints, length_min_m: float, segmentation: SegmentationConfig) -> Ints:
+    """(R,) parts of points (R, 2), of which those that are too long for a vehicle are split at the tight radius."""
+    long = extents(points, part)[part] > length_min_m
+    part = part.copy()
+    part[long] = parts(points[long], tight(segmentation)) + len(part)
+    return numbered(part)
 
 
-def thickness(points: Floats) -> float:
-    """Smallest extent of points (P, 2) over directions 11.25 degrees apart [m]."""
-    angle = np.arange(0.0, np.pi, np.pi / 16)
-    return float(np.ptp(points @ np.array([np.cos(angle), np.sin(angle)]), axis=0).min())
+def touching(points: Floats, wall: Bools, rest: Ints, part: Ints, segmentation: SegmentationConfig) -> Bools:
+    """(max part + 1,) mask of parts of the `rest` (R,) that follow a wall without a gap."""
+    close = tight(segmentation)
+    radius = close.radius_m + close.radius_per_m * np.hypot(*points[rest].T)
+    return np.bincount(part, any_within(points[rest], points[wall], radius)) > 0
 
 
 def tight(segmentation: SegmentationConfig) -> SegmentationConfig:
@@ -87,9 +101,20 @@ def tight(segmentation: SegmentationConfig) -> SegmentationConfig:
     return replace(segmentation, radius_m=TIGHT * segmentation.radius_m, radius_per_m=TIGHT * segmentation.radius_per_m)
 
 
+def chains_of_runs(points: Floats, length_min_m: float, runs: RunConfig, segmentation: SegmentationConfig) -> Bools:
+    """(P,) mask of points (P, 2) in chains of straight runs longer than `length_min_m` [m]."""
+    run = straight_runs(points, runs, segmentation)
+    straight = np.flatnonzero(run != NOT_USED)
+    found = np.zeros(len(points), np.bool_)
+    if len(straight):
+        chain = chained(points[straight], run[straight], tight(segmentation))
+        found[straight] = extents(points[straight], chain)[chain] > length_min_m
+    return found
+
+
 def chained(points: Floats, run: Ints, segmentation: SegmentationConfig) -> Ints:
     """(P,) number of the chain of runs that each point is in: runs of which points are connected form a chain."""
-    if not len(points):
+    if run.max() == 0:
         return run
     part = parts(points, segmentation) + run.max() + 1
     links = scipy.sparse.coo_array((np.ones(len(run)), (run, part)), shape=(part.max() + 1,) * 2)
@@ -98,27 +123,27 @@ def chained(points: Floats, run: Ints, segmentation: SegmentationConfig) -> Ints
 
 def parts(points: Floats, segmentation: SegmentationConfig) -> Ints:
     """(P,) number of the connected part of each point (P, 2) [m]."""
-    return np.asarray(np.unique(connect(points, segmentation), return_inverse=True)[1], dtype=np.int64)
+    return numbered(connect(points, segmentation))
 
 
-def extents(points: Floats, part: Ints) -> Floats:
-    """(max part + 1,) largest extent of each part of points (P, 2) [m], at most 2 % below its diameter."""
+def numbered(names: Ints) -> Ints:
+    """(P,) names renumbered from 0 without gaps, in their order."""
+    return np.asarray(np.unique(names, return_inverse=True)[1], dtype=np.int64)
+
+
+def extents(points: Floats, part: Ints, over: Callable[..., Floats] = np.max) -> Floats:
+    """(max part + 1,) largest or smallest extent of each part of points (P, 2) [m]; parts are numbered without gaps."""
     if not len(points):
         return np.zeros(0)
     order = np.argsort(part, kind="stable")
-    start = np.searchsorted(part[order], np.arange(part.max() + 1))
-    filled = np.flatnonzero(np.diff(start, append=len(part)))
-    found = np.zeros(len(start))
-    found[filled] = extent(points[order], np.append(start[filled], len(part)))
-    return found
+    return extent(points[order], np.searchsorted(part[order], np.arange(part.max() + 2)), over)
 
 
-def extent(points: Floats, offset: Ints) -> Floats:
-    """(S,) largest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
+def extent(points: Floats, offset: Ints, over: Callable[..., Floats] = np.max) -> Floats:
+    """(S,) largest or smallest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
 
-    At most 2 % below the diameter of the segment.
+    The largest is at most 2 % below the diameter of the segment.
     """
-    angle = np.arange(0.0, np.pi, np.pi / 8)
-    along = points @ np.array([np.cos(angle), np.sin(angle)])
+    along = points @ DIRECTIONS
     low, high = np.minimum.reduceat(along, offset[:-1]), np.maximum.reduceat(along, offset[:-1])
-    return np.asarray(np.max(high - low, axis=1))
+    return np.asarray(over(high - low, axis=1))
