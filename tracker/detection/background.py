@@ -42,6 +42,8 @@ class BackgroundConfig:
     """Cells with less evidence are forgotten, log-odds."""
     interval_s: float = 0.25
     """Time between two tests for passing beams [s]: successive scans show the same and are no independent evidence."""
+    search_s: float = 1.0
+    """Time between two searches for walls that include the remembered ones [s]: only what is found strengthens them."""
     memory_s: float = 60.0
     """Time in which the evidence of an unseen cell decreases by a factor of e [s]; waiting traffic may hide a wall for
     as long."""
@@ -52,7 +54,7 @@ class BackgroundConfig:
         for name in ("length_min_m", "cell_m", "hit_log_odds", "memory_s"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
-        for name in ("passed_log_odds", "interval_s", "unit_offset_m"):
+        for name in ("passed_log_odds", "interval_s", "search_s", "unit_offset_m"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give 0 or more")
         if not 0.0 < self.log_odds_min <= min(self.hit_log_odds, self.log_odds_max):
@@ -75,10 +77,11 @@ class Background:
         self._walls = walls or RunConfig()
         self._segmentation = segmentation or SegmentationConfig()
         self._memory = CellMemory(config.cell_m)
-        self._time: float | None = None
+        self._time = self._searched = -math.inf
+        self._search = True
 
     def forget(self, time: float, points_odom: Floats, ego_odom: npt.ArrayLike = EGO) -> None:
-        """Weaken the cells that the scan's beams pass, and all cells with time.
+        """Begin a scan: weaken the cells that its beams pass, and all cells with time.
 
         Parameters
         ----------
@@ -90,9 +93,11 @@ class Background:
             (2,) centre of the ego [m].
         """
         config, memory = self._config, self._memory
-        if self._time is not None and time - self._time < config.interval_s:
+        self._search = time - self._searched >= config.search_s
+        self._searched = time if self._search else self._searched
+        if time - self._time < config.interval_s:
             return
-        factor = 1.0 if self._time is None else math.exp(-(time - self._time) / config.memory_s)
+        factor = math.exp(-(time - self._time) / config.memory_s)
         self._time = time
         if not len(memory.cells):
             return
@@ -128,6 +133,8 @@ class Background:
     def _split(self, points: Floats, segment: Ints, cells: Ints, known: Bools) -> tuple[Bools, Ints]:
         """Split long segments as `walls.split` does, and store the cells (P,) of the walls."""
         config = self._config
-        wall, part = split(points, segment, known, config.length_min_m, self._walls, self._segmentation)
-        self._memory.strengthen(np.unique(cells[wall]), config.hit_log_odds, config.log_odds_max)
-        return wall, part
+        remembered = known & (not self._search)
+        wall, part = split(points, segment, remembered, config.length_min_m, self._walls, self._segmentation)
+        found = np.unique(cells[wall & ~remembered])
+        self._memory.strengthen(found, config.hit_log_odds, config.log_odds_max)
+        return wall | known, part

@@ -40,13 +40,16 @@ class RunConfig:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
 
 
-def straight_runs(points: Floats, config: RunConfig, segmentation: SegmentationConfig) -> Ints:
-    """(P,) straight run of each point (P, 2), relative to the ego's centre [m]; `NOT_USED` for points on none."""
-    found = np.full(len(points), NOT_USED)
+def straight_runs(points: Floats, config: RunConfig, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
+    """Return the straight run (P,) of each point, `NOT_USED` for points on none, and the line (P,) of that run.
+
+    Points (P, 2) are relative to the ego's centre [m]. A line may have several runs, with gaps between them.
+    """
+    found, line_of = np.full(len(points), NOT_USED), np.full(len(points), NOT_USED)
     cells = thinned(points, config.half_width_m)
     left = np.ones(len(cells), np.bool_)
     needed = 0.5 * config.length_min_m / config.half_width_m  # half of a run's cells
-    for _ in range(TRIALS):
+    for trial in range(TRIALS):
         candidates = np.flatnonzero(left)
         if len(candidates) < needed:
             break
@@ -61,7 +64,8 @@ def straight_runs(points: Floats, config: RunConfig, segmentation: SegmentationC
         run = unbroken(points[on_line], line, config, segmentation)
         run[run != NOT_USED] += found.max(initial=NOT_USED) + 1
         found[on_line] = run
-    return found
+        line_of[on_line[run != NOT_USED]] = trial
+    return found, line_of
 
 
 def thinned(points: Floats, pitch: float) -> Floats:

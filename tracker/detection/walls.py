@@ -102,13 +102,17 @@ def tight(segmentation: SegmentationConfig) -> SegmentationConfig:
 
 
 def chains_of_runs(points: Floats, length_min_m: float, runs: RunConfig, segmentation: SegmentationConfig) -> Bools:
-    """(P,) mask of points (P, 2) in chains of straight runs longer than `length_min_m` [m]."""
-    run = straight_runs(points, runs, segmentation)
+    """(P,) mask of points (P, 2) in chains of straight runs longer than `length_min_m` [m].
+
+    Other runs on their lines belong to the same wall, which is occluded between them.
+    """
+    run, line = straight_runs(points, runs, segmentation)
     straight = np.flatnonzero(run != NOT_USED)
     found = np.zeros(len(points), np.bool_)
     if len(straight):
         chain = chained(points[straight], run[straight], tight(segmentation))
-        found[straight] = extents(points[straight], chain)[chain] > length_min_m
+        long = extents(points[straight], chain)[chain] > length_min_m
+        found[straight] = np.isin(line[straight], line[straight[long]])
     return found
 
 
