@@ -15,7 +15,7 @@ from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.cell_memory import CellMemory
 from tracker.detection.seen_through import seen_through
 from tracker.detection.segmentation import SegmentationConfig, by_segment, keep_only
-from tracker.detection.straight_runs import RunConfig
+from tracker.detection.straight_runs import WallConfig
 from tracker.detection.walls import extent, split
 from tracker.records import NOT_USED, Segments
 
@@ -70,11 +70,11 @@ class Background:
     def __init__(
         self,
         config: BackgroundConfig,
-        walls: RunConfig | None = None,
+        walls: WallConfig | None = None,
         segmentation: SegmentationConfig | None = None,
     ) -> None:
         self._config = config
-        self._walls = walls or RunConfig()
+        self._walls = walls or WallConfig()
         self._segmentation = segmentation or SegmentationConfig()
         self._memory = CellMemory(config.cell_m)
         self._time = self._searched = -math.inf
@@ -102,8 +102,8 @@ class Background:
         if not len(memory.cells):
             return
         ego = np.asarray(ego_odom)
-        passed = seen_through(memory.centers() - ego, points_odom - ego, config.unit_offset_m, 2.0 * config.cell_m)
-        memory.weaken(config.passed_log_odds * passed, factor, config.log_odds_min)
+        free = seen_through(memory.centers() - ego, points_odom - ego, config.unit_offset_m, 2.0 * config.cell_m)
+        memory.weaken(np.where(free, config.passed_log_odds, 0.0), factor, config.log_odds_min)
 
     def remove(self, points_odom: Floats, segments: Segments, ego_odom: npt.ArrayLike = EGO) -> Segments:
         """Return the segments of points (N, 2) [m] without walls, which are stored.

@@ -17,7 +17,7 @@ from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RectangleConfig
 from tracker.detection.segmentation import SegmentationConfig
 from tracker.detection.selection import SelectionConfig
-from tracker.detection.straight_runs import RunConfig
+from tracker.detection.straight_runs import WallConfig
 from tracker.detection.suppression import SuppressionConfig, in_shadow
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.detection.truncation import TruncationConfig
@@ -38,7 +38,7 @@ class DetectorConfig:
     sweep: DeskewConfig = field(default_factory=DeskewConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
-    walls: RunConfig = field(default_factory=RunConfig)
+    walls: WallConfig = field(default_factory=WallConfig)
     union: MergeConfig = field(default_factory=MergeConfig)
     ends: TruncationConfig = field(default_factory=TruncationConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)

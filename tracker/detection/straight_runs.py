@@ -20,7 +20,7 @@ TRIALS = 8
 
 
 @dataclass(frozen=True, slots=True)
-class RunConfig:
+class WallConfig:
     """Shape of straight parts of walls."""
 
     length_min_m: float = 6.0
@@ -40,7 +40,7 @@ class RunConfig:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
 
 
-def straight_runs(points: Floats, config: RunConfig, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
+def straight_runs(points: Floats, config: WallConfig, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
     """Return the straight run (P,) of each point, `NOT_USED` for points on none, and the line (P,) of that run.
 
     Points (P, 2) are relative to the ego's centre [m]. A line may have several runs, with gaps between them.
@@ -104,7 +104,7 @@ def fitted(cells: Floats, band: Ints, half_width: float) -> Floats:
     return line
 
 
-def unbroken(points: Floats, line: Floats, config: RunConfig, segmentation: SegmentationConfig) -> Ints:
+def unbroken(points: Floats, line: Floats, config: WallConfig, segmentation: SegmentationConfig) -> Ints:
     """(P,) run of each point on a line: parts without gaps that are long enough, numbered along the line."""
     if not len(points):
         return np.empty(0, dtype=np.int64)

@@ -14,7 +14,7 @@ import scipy
 from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.kernels.nearness import any_within
 from tracker.detection.segmentation import SegmentationConfig, connect
-from tracker.detection.straight_runs import RunConfig, straight_runs
+from tracker.detection.straight_runs import WallConfig, straight_runs
 from tracker.records import NOT_USED
 
 TIGHT = 0.5
@@ -27,7 +27,12 @@ DIRECTIONS = np.array([np.cos(ANGLES), np.sin(ANGLES)])
 
 
 def split(
-    points: Floats, segment: Ints, known: Bools, length_min_m: float, runs: RunConfig, segmentation: SegmentationConfig
+    points: Floats,
+    segment: Ints,
+    known: Bools,
+    length_min_m: float,
+    walls: WallConfig,
+    segmentation: SegmentationConfig,
 ) -> tuple[Bools, Ints]:
     """Split segments that are too long for a vehicle into walls and other objects.
 
@@ -52,25 +57,42 @@ def split(
     """
     wall = known.copy()
     rest, part = others(points, wall, segmentation)
-    near = touching(points, wall, rest, part, segmentation)
-    size = extents(points[rest], part)
-    large = near & (size > runs.extension_m) | (size > length_min_m)
-    searched = np.union1d(np.setdiff1d(segment, segment[known]), segment[rest[large[part]]])
+    searched = unexplained(points, segment, wall, rest, part, length_min_m, walls, segmentation)
     for number in searched:
         own = np.flatnonzero(segment == number)
-        wall[own] |= chains_of_runs(points[own], length_min_m, runs, segmentation)
+        wall[own] |= chains_of_runs(points[own], length_min_m, walls, segmentation)
     if len(searched):
         rest, part = others(points, wall, segmentation)
         part = halved(points[rest], part, length_min_m, segmentation)
-        near = touching(points, wall, rest, part, segmentation)
-        size = extents(points[rest], part)
+    size = extents(points[rest], part)
     hedge = size > length_min_m  # long without gaps, but not straight
-    wall[rest[hedge[part]]] = True
-    facet = near & (extents(points[rest], part, np.min) <= 2.0 * runs.half_width_m)
+    facet = extents(points[rest], part, np.min) <= 2.0 * walls.half_width_m
+    facet &= touching(points, wall, rest, part, segmentation)
     kept = ~hedge & ~facet & (np.bincount(part, minlength=len(size)) >= segmentation.points_min)
+    wall[rest[hedge[part]]] = True
     label = np.full(len(points), NOT_USED)
     label[rest] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[part]
     return wall, label
+
+
+def unexplained(
+    points: Floats,
+    segment: Ints,
+    known: Bools,
+    rest: Ints,
+    part: Ints,
+    length_min_m: float,
+    walls: WallConfig,
+    segmentation: SegmentationConfig,
+) -> Ints:
+    """Return the segments that may contain a wall that is not known.
+
+    Their rest (R,), in connected parts (R,), is too long for a vehicle, or a long part beside a known wall; or nothing
+    in them is known.
+    """
+    size = extents(points[rest], part)
+    large = (size > walls.extension_m) & touching(points, known, rest, part, segmentation) | (size > length_min_m)
+    return np.union1d(np.setdiff1d(segment, segment[known]), segment[rest[large[part]]])
 
 
 def others(points: Floats, wall: Bools, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
@@ -101,12 +123,12 @@ def tight(segmentation: SegmentationConfig) -> SegmentationConfig:
     return replace(segmentation, radius_m=TIGHT * segmentation.radius_m, radius_per_m=TIGHT * segmentation.radius_per_m)
 
 
-def chains_of_runs(points: Floats, length_min_m: float, runs: RunConfig, segmentation: SegmentationConfig) -> Bools:
+def chains_of_runs(points: Floats, length_min_m: float, walls: WallConfig, segmentation: SegmentationConfig) -> Bools:
     """(P,) mask of points (P, 2) in chains of straight runs longer than `length_min_m` [m].
 
     Other runs on their lines belong to the same wall, which is occluded between them.
     """
-    run, line = straight_runs(points, runs, segmentation)
+    run, line = straight_runs(points, walls, segmentation)
     straight = np.flatnonzero(run != NOT_USED)
     found = np.zeros(len(points), np.bool_)
     if len(straight):

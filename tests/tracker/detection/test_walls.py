@@ -6,7 +6,7 @@ import pytest
 from tracker.detection.background import Background, BackgroundConfig
 from tracker.detection.kernels.nearness import any_within
 from tracker.detection.segmentation import SegmentationConfig, segment
-from tracker.detection.straight_runs import RunConfig, straight_runs
+from tracker.detection.straight_runs import WallConfig, straight_runs
 from tracker.records import NOT_USED
 
 BEAM = np.radians(0.25)
@@ -77,7 +77,7 @@ def test_a_car_parked_beside_a_wall_within_the_connection_radius_is_kept(gap):
 
 
 def test_a_car_that_touches_a_wall_with_its_front_is_kept():
-    across = car(0.0, 0.0)[:, ::-1] + np.array([4.0, 8.0 - 2.3 - 0.1])
+    across = car(0.0, 0.0)[:, ::-1] + np.array([3.0, 8.0 - 2.3 - 0.1])
     (wall, parked), _, _ = Drive().see(WALL, across, scans=10)
     assert wall <= 0.02
     assert parked >= 0.8
@@ -119,7 +119,7 @@ def test_a_wall_that_traffic_hides_for_a_while_stays_known():
     drive = Drive()
     drive.see(WALL, scans=10)
     lorries = [car(x, 4.0, 12.0, 2.5) for x in (-13.0, 13.0)]
-    (wall, *vehicles), left, owner = drive.see(WALL, car(0.0, 4.0), *lorries, scans=100)
+    (wall, *vehicles), _, owner = drive.see(WALL, car(0.0, 4.0), *lorries, scans=100)
     assert np.mean(owner == 0) < 0.25
     assert wall <= 0.02
     assert min(vehicles) >= 0.9
@@ -162,7 +162,7 @@ def test_a_wall_is_forgotten_in_time():
 def test_straight_runs_have_no_gaps_and_are_longer_than_a_van():
     x = np.arange(0.0, 30.0, 0.1)
     x = x[(x < 8.0) | ((x > 9.5) & (x < 15.0)) | (x > 16.5)]  # 8.0, 5.5 and 13.4 m
-    run, line = straight_runs(np.stack([x - 15.0, np.full(len(x), 5.0)], axis=1), RunConfig(), SegmentationConfig())
+    run, line = straight_runs(np.stack([x - 15.0, np.full(len(x), 5.0)], axis=1), WallConfig(), SegmentationConfig())
     assert ((run != NOT_USED) == ((x < 8.0) | (x > 16.0))).all()
     assert len(set(run[x < 8.0])) == len(set(run[x > 16.0])) == 1
     assert run[0] != run[-1]
@@ -185,8 +185,8 @@ def test_nearness_equals_all_distances():
         (BackgroundConfig, "memory_s", 0.0),
         (BackgroundConfig, "passed_log_odds", -0.1),
         (BackgroundConfig, "log_odds_min", 1.0),
-        (RunConfig, "half_width_m", 0.0),
-        (RunConfig, "beam_rad", -1.0),
+        (WallConfig, "half_width_m", 0.0),
+        (WallConfig, "beam_rad", -1.0),
     ],
 )
 def test_bad_settings_name_key_value_and_remedy(make, key, value):
