@@ -27,21 +27,19 @@ class WallConfig:
     """Minimum length of a straight part of a wall [m]; the flank of a van is shorter."""
     half_width_m: float = 0.25
     """Maximum distance of its points from the line [m]: range noise, calibration errors, pilasters."""
-    extension_m: float = 3.0
-    """Longer parts beside a remembered wall may extend it [m]; shorter ones are not searched for walls."""
     beam_rad: float = math.radians(0.5)
     """Angle between beams of one layer [rad]; three of them, on a surface seen at a grazing angle, are no gap."""
     gap_m: float = 0.25
     """Maximum gap on a surface that is seen frontally [m]."""
 
     def __post_init__(self) -> None:
-        for name in ("length_min_m", "half_width_m", "extension_m", "beam_rad", "gap_m"):
+        for name in ("length_min_m", "half_width_m", "beam_rad", "gap_m"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
 
 
 def straight_runs(points: Floats, config: WallConfig, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
-    """Return the straight run (P,) of each point, `NOT_USED` for points on none, and the line (P,) of that run.
+    """Return the straight run (P,) and the line (P,) of each point, `NOT_USED` for points on none.
 
     Points (P, 2) are relative to the ego's centre [m]. A line may have several runs, with gaps between them.
     """
@@ -64,7 +62,7 @@ def straight_runs(points: Floats, config: WallConfig, segmentation: Segmentation
         run = unbroken(points[on_line], line, config, segmentation)
         run[run != NOT_USED] += found.max(initial=NOT_USED) + 1
         found[on_line] = run
-        line_of[on_line[run != NOT_USED]] = trial
+        line_of[on_line] = trial
     return found, line_of
 
 

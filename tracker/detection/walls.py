@@ -53,54 +53,40 @@ def split(
     wall
         (P,) mask of points on walls.
     label
-        (P,) number of the other object that each point belongs to, `NOT_USED` for walls and for small parts.
+        (P,) number of the other object that each point belongs to, `NOT_USED` for walls and for small parts; some
+        numbers may be unused.
     """
+    wall, label = part_objects(points, known, length_min_m, walls, segmentation)
+    searched = np.union1d(np.setdiff1d(segment, segment[known]), segment[label != NOT_USED])
+    if not len(searched):
+        return wall, label
     wall = known.copy()
-    rest, part = others(points, wall, segmentation)
-    searched = unexplained(points, segment, wall, rest, part, length_min_m, walls, segmentation)
     for number in searched:
         own = np.flatnonzero(segment == number)
         wall[own] |= chains_of_runs(points[own], length_min_m, walls, segmentation)
-    if len(searched):
-        rest, part = others(points, wall, segmentation)
-        part = halved(points[rest], part, length_min_m, segmentation)
-    size = extents(points[rest], part)
-    hedge = size > length_min_m  # long without gaps, but not straight
-    facet = extents(points[rest], part, np.min) <= 2.0 * walls.half_width_m
-    facet &= touching(points, wall, rest, part, segmentation)
-    kept = ~hedge & ~facet & (np.bincount(part, minlength=len(size)) >= segmentation.points_min)
-    wall[rest[hedge[part]]] = True
-    label = np.full(len(points), NOT_USED)
-    label[rest] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[part]
+    wall, label = part_objects(points, wall, length_min_m, walls, segmentation)
+    used = np.flatnonzero(label != NOT_USED)
+    hedge = used[(extents(points[used], label[used]) > length_min_m)[label[used]]]  # without gaps, but not straight
+    wall[hedge], label[hedge] = True, NOT_USED
     return wall, label
 
 
-def unexplained(
-    points: Floats,
-    segment: Ints,
-    known: Bools,
-    rest: Ints,
-    part: Ints,
-    length_min_m: float,
-    walls: WallConfig,
-    segmentation: SegmentationConfig,
-) -> Ints:
-    """Return the segments that may contain a wall that is not known.
+def part_objects(
+    points: Floats, wall: Bools, length_min_m: float, walls: WallConfig, segmentation: SegmentationConfig
+) -> tuple[Bools, Ints]:
+    """Part the points (P, 2) not on a known `wall` (P,) into objects, and return what `split` does.
 
-    Their rest (R,), in connected parts (R,), is too long for a vehicle, or a long part beside a known wall; or nothing
-    in them is known.
+    Thin parts that touch the wall belong to it: facets too short for a run, and points of a rough surface.
     """
-    size = extents(points[rest], part)
-    large = (size > walls.extension_m) & touching(points, known, rest, part, segmentation) | (size > length_min_m)
-    return np.union1d(np.setdiff1d(segment, segment[known]), segment[rest[large[part]]])
-
-
-def others(points: Floats, wall: Bools, segmentation: SegmentationConfig) -> tuple[Ints, Ints]:
-    """Return the points (R,) not on the `wall` (P,) in connected parts that are not too small, and their parts."""
     rest = np.flatnonzero(~wall)
-    part = parts(points[rest], segmentation)
-    kept = (np.bincount(part) >= segmentation.points_min)[part]
-    return rest[kept], numbered(part[kept])
+    part = halved(points[rest], parts(points[rest], segmentation), length_min_m, segmentation)
+    more = extents(points[rest], part, np.min) <= 2.0 * walls.half_width_m
+    more &= touching(points, wall, rest, part, segmentation)
+    kept = ~more & (np.bincount(part, minlength=len(more)) >= segmentation.points_min)
+    wall, label = wall.copy(), np.full(len(points), NOT_USED)
+    wall[rest[more[part]]] = True
+    label[rest] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[part]
+    return wall, label
 
 
 def halved(points: Floats, part: Ints, length_min_m: float, segmentation: SegmentationConfig) -> Ints:
@@ -126,7 +112,8 @@ def tight(segmentation: SegmentationConfig) -> SegmentationConfig:
 def chains_of_runs(points: Floats, length_min_m: float, walls: WallConfig, segmentation: SegmentationConfig) -> Bools:
     """(P,) mask of points (P, 2) in chains of straight runs longer than `length_min_m` [m].
 
-    Other runs on their lines belong to the same wall, which is occluded between them.
+    Other points on their lines belong to the same walls: the beams are far apart on a wall at a grazing angle, and
+    traffic occludes parts of it.
     """
     run, line = straight_runs(points, walls, segmentation)
     straight = np.flatnonzero(run != NOT_USED)
@@ -134,7 +121,7 @@ def chains_of_runs(points: Floats, length_min_m: float, walls: WallConfig, segme
     if len(straight):
         chain = chained(points[straight], run[straight], tight(segmentation))
         long = extents(points[straight], chain)[chain] > length_min_m
-        found[straight] = np.isin(line[straight], line[straight[long]])
+        found = np.isin(line, line[straight[long]])
     return found
 
 
