@@ -113,22 +113,20 @@ class Background:
         order, offset = by_segment(segments)
         if not len(order):
             return segments
-        points = points_odom[order]
+        points, label = points_odom[order], segments.label[order]
         cells = self._memory.cell(points)
         known = self._memory.contains(cells)
         long = extent(points, offset) > self._config.length_min_m
-        own = np.flatnonzero(long[segments.label[order]])
-        label = segments.label[order]
+        own = np.flatnonzero(long[label])
         if len(own):
-            wall, part = self._split(points[own] - np.asarray(ego_odom), label[own], cells[own], known[own])
+            known[own], part = self._split(points[own] - np.asarray(ego_odom), label[own], cells[own], known[own])
             label[own] = np.where(part == NOT_USED, NOT_USED, part + segments.count)
-            known[own] = wall
-        used = label != NOT_USED
-        count = label.max(initial=NOT_USED) + 1
-        size, on_wall = (np.bincount(label[used], weights, count) for weights in (None, known[used]))
         whole = np.full(len(segments.label), NOT_USED)
         whole[order] = label
-        return keep_only(Segments(whole, int(count)), (size > 0) & (on_wall <= self._config.share_max * size))
+        count = int(label.max()) + 1
+        used = label != NOT_USED
+        size, on_wall = (np.bincount(label[used], weights, count) for weights in (None, known[used]))
+        return keep_only(Segments(whole, count), (size > 0) & (on_wall <= self._config.share_max * size))
 
     def _split(self, points: Floats, segment: Ints, cells: Ints, known: Bools) -> tuple[Bools, Ints]:
         """Split long segments as `walls.split` does, and store the cells (P,) of the walls."""

@@ -78,12 +78,14 @@ def part_objects(
 
     Thin parts that touch the wall belong to it: facets too short for a run, and points of a rough surface.
     """
+    wall, label = wall.copy(), np.full(len(points), NOT_USED)
     rest = np.flatnonzero(~wall)
+    if len(rest) < segmentation.points_min:
+        return wall, label
     part = halved(points[rest], parts(points[rest], segmentation), length_min_m, segmentation)
     more = extents(points[rest], part, np.min) <= 2.0 * walls.half_width_m
     more &= touching(points, wall, rest, part, segmentation)
     kept = ~more & (np.bincount(part, minlength=len(more)) >= segmentation.points_min)
-    wall, label = wall.copy(), np.full(len(points), NOT_USED)
     wall[rest[more[part]]] = True
     label[rest] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[part]
     return wall, label
