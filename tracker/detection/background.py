@@ -129,10 +129,17 @@ class Background:
         return keep_only(Segments(whole, count), (size > 0) & (on_wall <= self._config.share_max * size))
 
     def _split(self, points: Floats, segment: Ints, cells: Ints, known: Bools) -> tuple[Bools, Ints]:
-        """Split long segments as `walls.split` does, and store the cells (P,) of the walls."""
+        """Split long segments as `walls.split` does, and store the cells (P,) of the walls.
+
+        A search that includes remembered walls weakens the cells where it finds something else.
+        """
         config = self._config
         remembered = known & (not self._search)
         wall, part = split(points, segment, remembered, config.length_min_m, self._walls, self._segmentation)
         found = np.unique(cells[wall & ~remembered])
         self._memory.strengthen(found, config.hit_log_odds, config.log_odds_max)
-        return wall | known, part
+        if self._search:
+            refuted = np.isin(self._memory.cells, np.setdiff1d(cells[~wall], found))
+            loss = np.where(refuted, config.hit_log_odds, 0.0)
+            self._memory.weaken(loss, 1.0, config.log_odds_min)
+        return wall | self._memory.contains(cells), part

@@ -12,8 +12,8 @@ from tracker.records import NOT_USED
 ANGLES = np.arange(0.0, math.pi, math.radians(3.0))
 """Directions of the normals of lines [rad]; the fit that follows finds the angle between two of them."""
 
-FITS = 2
-"""Fits of a line to the points in its band: the band of the first one is too short on a long wall."""
+FITS = 3
+"""Fits of a line to the points in its band: the bands of the first ones leave out the ends of a long wall."""
 
 TRIALS = 8
 """Lines to try in one segment."""

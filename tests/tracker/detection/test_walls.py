@@ -83,9 +83,9 @@ def test_a_car_that_touches_a_wall_with_its_front_is_kept():
     assert parked >= 0.8
 
 
-def queue(y=4.0):
-    """Five cars 0.6 m apart, 25.4 m in all."""
-    return [car(5.2 * (number - 2), y) for number in range(5)]
+def queue(y=4.0, gap=0.6):
+    """Five cars, 25.4 m in all by default."""
+    return [car((4.6 + gap) * (number - 2), y) for number in range(5)]
 
 
 def test_a_queue_of_cars_is_no_wall():
@@ -113,6 +113,13 @@ def test_a_car_is_seen_in_few_frames_where_a_tram_longer_than_any_vehicle_stood(
     assert drive.see(far, car(2.0, 5.65))[0][1] == 0.0  # in its cells, which are still remembered
     drive.see(far, scans=30)
     assert drive.see(far, car(2.0, 5.65))[0][1] >= 0.9
+
+
+def test_a_queue_is_seen_where_a_tram_stood_although_no_beam_passes_its_cells():
+    drive = Drive()
+    drive.see(car(0.0, 6.0, 32.0, 2.5), scans=20)
+    assert max(drive.see(*queue(5.65, 0.45))[0]) == 0.0
+    assert min(drive.see(*queue(5.65, 0.45), scans=40)[0]) >= 0.9
 
 
 def test_a_wall_that_traffic_hides_for_a_while_stays_known():
