@@ -46,7 +46,7 @@ def straight_runs(points: Floats, config: WallConfig, segmentation: Segmentation
     found, line_of = np.full(len(points), NOT_USED), np.full(len(points), NOT_USED)
     cells = thinned(points, config.half_width_m)
     left = np.ones(len(cells), np.bool_)
-    needed = 0.5 * config.length_min_m / config.half_width_m  # half of a run's cells
+    needed = max(2.0, 0.5 * config.length_min_m / config.half_width_m)  # half of a run's cells
     for trial in range(TRIALS):
         candidates = np.flatnonzero(left)
         if len(candidates) < needed:
@@ -93,7 +93,8 @@ def fitted(cells: Floats, band: Ints, half_width: float) -> Floats:
     line = np.zeros(3)
     for _ in range(FITS):
         mean = cells[band].mean(axis=0)
-        line[:2] = np.linalg.eigh(np.cov((cells[band] - mean).T))[1][:, 0]
+        away = cells[band] - mean
+        line[:2] = np.linalg.eigh(away.T @ away)[1][:, 0]
         line[2] = line[:2] @ mean
         inside = np.flatnonzero(np.abs(cells @ line[:2] - line[2]) <= half_width)
         if len(inside) < len(band):
