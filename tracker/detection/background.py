@@ -1,78 +1,145 @@
-"""Background model: cells where an object too long for a vehicle was seen.
+"""Background model: cells where a wall was seen.
 
 A wall is recognised by its length while most of it is visible. When traffic occludes parts of it, the rest may have the
-size of a truck. Cells that a wall once covered are therefore stored, in the odometry frame.
+size of a truck. Cells that a wall covers are therefore stored, in the odometry frame, as an occupancy grid in log-odds
+(Moravec and Elfes 1985; increments of Hornung et al. 2013). A cell is forgotten when beams pass it, and in time.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.segmentation import by_segment, keep_only
-from tracker.records import Segments
+from tracker.detection.cell_memory import CellMemory
+from tracker.detection.seen_through import seen_through
+from tracker.detection.segmentation import SegmentationConfig, by_segment, keep_only
+from tracker.detection.straight_runs import WallConfig
+from tracker.detection.walls import extent, split
+from tracker.records import NOT_USED, Segments
+
+EGO: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class BackgroundConfig:
-    """Memory of walls."""
+    """Shape and memory of walls."""
 
     length_min_m: float = 20.0
-    """Segments longer than this are background [m]; an articulated bus measures 17.9."""
+    """Segments longer than this contain background [m]; an articulated bus measures 17.9."""
     cell_m: float = 0.5
     """Size of a cell [m]."""
     share_max: float = 0.5
     """A segment with a larger share of its points in background cells is background."""
+    hit_log_odds: float = 0.85
+    """Evidence of a wall in a cell per scan, log-odds: a probability of 0.7 (Hornung et al. 2013)."""
+    passed_log_odds: float = 0.4
+    """Evidence against it if all beams pass the cell, log-odds: a probability of 0.4 (same source)."""
+    log_odds_max: float = 3.5
+    """Limit of the evidence, log-odds (same source): a cell is forgotten when beams pass it for 2 s."""
+    log_odds_min: float = 0.4
+    """Cells with less evidence are forgotten, log-odds."""
+    interval_s: float = 0.25
+    """Time between two tests for passing beams [s]: successive scans show the same and are no independent evidence."""
+    search_s: float = 1.0
+    """Time between two searches for walls that include the remembered ones [s]: only what is found strengthens them."""
+    memory_s: float = 60.0
+    """Time in which the evidence of an unseen cell decreases by a factor of e [s]; waiting traffic may hide a wall for
+    as long."""
+    unit_offset_m: float = 2.5
+    """Maximum distance of a unit from the ego's centre [m], the margin for statements on the view of all units."""
 
     def __post_init__(self) -> None:
-        if self.length_min_m <= 0 or self.cell_m <= 0:
-            raise ValueError("length_min_m and cell_m must be above 0")
+        for name in ("length_min_m", "cell_m", "hit_log_odds", "memory_s"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} is {getattr(self, name)}; give a value above 0")
+        for name in ("passed_log_odds", "interval_s", "search_s", "unit_offset_m"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} is {getattr(self, name)}; give 0 or more")
+        if not 0.0 < self.log_odds_min <= min(self.hit_log_odds, self.log_odds_max):
+            raise ValueError(
+                f"log_odds_min is {self.log_odds_min}; give a value above 0 and at most hit_log_odds and log_odds_max, "
+                "or walls are forgotten at once"
+            )
 
 
 class Background:
-    """Sorted set of background cells."""
+    """Removal of walls. Its memory is the occupancy of the cells where walls were seen."""
 
-    def __init__(self, config: BackgroundConfig) -> None:
+    def __init__(
+        self,
+        config: BackgroundConfig,
+        walls: WallConfig | None = None,
+        segmentation: SegmentationConfig | None = None,
+    ) -> None:
         self._config = config
-        self._cells: Ints = np.empty(0, dtype=np.int64)
+        self._walls = walls or WallConfig()
+        self._segmentation = segmentation or SegmentationConfig()
+        self._memory = CellMemory(config.cell_m)
+        self._time = self._searched = -math.inf
+        self._search = True
 
-    def remove(self, points_odom: Floats, segments: Segments) -> Segments:
-        """Add the walls among segments of points (N, 2) [m], and return the segments that are not background."""
+    def forget(self, time: float, points_odom: Floats, ego_odom: npt.ArrayLike = EGO) -> None:
+        """Begin a scan: weaken the cells that its beams pass, and all cells with time.
+
+        Parameters
+        ----------
+        time
+            Of the scan [s].
+        points_odom
+            (N, 2) all of its points [m], also on the ground and on the ego.
+        ego_odom
+            (2,) centre of the ego [m].
+        """
+        config, memory = self._config, self._memory
+        self._search = time - self._searched >= config.search_s
+        self._searched = time if self._search else self._searched
+        if time - self._time < config.interval_s:
+            return
+        factor = math.exp(-(time - self._time) / config.memory_s)
+        self._time = time
+        if not len(memory.cells):
+            return
+        ego = np.asarray(ego_odom)
+        free = seen_through(memory.centers() - ego, points_odom - ego, config.unit_offset_m, 2.0 * config.cell_m)
+        memory.weaken(np.where(free, config.passed_log_odds, 0.0), factor, config.log_odds_min)
+
+    def remove(self, points_odom: Floats, segments: Segments, ego_odom: npt.ArrayLike = EGO) -> Segments:
+        """Return the segments of points (N, 2) [m] without walls, which are stored.
+
+        Segments that are too long for a vehicle are split into walls and vehicles; the latter are numbered last.
+        """
         order, offset = by_segment(segments)
         if not len(order):
             return segments
-        label, points = segments.label[order], points_odom[order]
-        cells = self._cell(points)
-        wall = extent(points, offset) > self._config.length_min_m
-        self._add(np.unique(cells[wall[label]]))
-        on_wall = np.add.reduceat(self._contains(cells).astype(np.int64), offset[:-1])
-        return keep_only(segments, on_wall <= self._config.share_max * np.diff(offset))
+        points, label = points_odom[order], segments.label[order]
+        cells = self._memory.cell(points)
+        known = self._memory.contains(cells)
+        long = extent(points, offset) > self._config.length_min_m
+        own = np.flatnonzero(long[label])
+        if len(own):
+            known[own], part = self._split(points[own] - np.asarray(ego_odom), label[own], cells[own], known[own])
+            label[own] = np.where(part == NOT_USED, NOT_USED, part + segments.count)
+        whole = np.full(len(segments.label), NOT_USED)
+        whole[order] = label
+        count = int(label.max()) + 1
+        used = label != NOT_USED
+        size, on_wall = (np.bincount(label[used], weights, count) for weights in (None, known[used]))
+        return keep_only(Segments(whole, count), (size > 0) & (on_wall <= self._config.share_max * size))
 
-    def _add(self, cells: Ints) -> None:
-        """Insert sorted cells (N,)."""
-        new = cells[~self._contains(cells)]
-        self._cells = np.insert(self._cells, np.searchsorted(self._cells, new), new)
+    def _split(self, points: Floats, segment: Ints, cells: Ints, known: Bools) -> tuple[Bools, Ints]:
+        """Split long segments as `walls.split` does, and store the cells (P,) of the walls.
 
-    def _contains(self, cells: Ints) -> Bools:
-        """(N,) mask of cells in the set; a binary search, because a long drive adds very many."""
-        place = np.searchsorted(self._cells, cells)
-        known = np.zeros(len(cells), np.bool_)
-        inside = place < len(self._cells)
-        known[inside] = self._cells[place[inside]] == cells[inside]
-        return known
-
-    def _cell(self, points_odom: Floats) -> Ints:
-        """(N,) cell number of each point: column in the high half, row in the low half."""
-        column, row = np.floor(points_odom / self._config.cell_m).astype(np.int64).T
-        return np.asarray((column << 32) + row)
-
-
-def extent(points: Floats, offset: Ints) -> Floats:
-    """(S,) largest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
-
-    At most 2 % below the diameter of the segment.
-    """
-    angle = np.arange(0.0, np.pi, np.pi / 8)
-    along = points @ np.array([np.cos(angle), np.sin(angle)])
-    low, high = np.minimum.reduceat(along, offset[:-1]), np.maximum.reduceat(along, offset[:-1])
-    return np.asarray(np.max(high - low, axis=1))
+        A search that includes remembered walls weakens the cells where it finds something else.
+        """
+        config = self._config
+        remembered = known & (not self._search)
+        wall, part = split(points, segment, remembered, config.length_min_m, self._walls, self._segmentation)
+        found = np.unique(cells[wall & ~remembered])
+        self._memory.strengthen(found, config.hit_log_odds, config.log_odds_max)
+        if self._search:
+            refuted = np.isin(self._memory.cells, np.setdiff1d(cells[~wall], found))
+            loss = np.where(refuted, config.hit_log_odds, 0.0)
+            self._memory.weaken(loss, 1.0, config.log_odds_min)
+        return wall | self._memory.contains(cells), part

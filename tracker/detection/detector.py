@@ -17,6 +17,7 @@ from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RectangleConfig
 from tracker.detection.segmentation import SegmentationConfig
 from tracker.detection.selection import SelectionConfig
+from tracker.detection.straight_runs import WallConfig
 from tracker.detection.suppression import SuppressionConfig, in_shadow
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.detection.truncation import TruncationConfig
@@ -37,6 +38,7 @@ class DetectorConfig:
     sweep: DeskewConfig = field(default_factory=DeskewConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     background: BackgroundConfig = field(default_factory=BackgroundConfig)
+    walls: WallConfig = field(default_factory=WallConfig)
     union: MergeConfig = field(default_factory=MergeConfig)
     ends: TruncationConfig = field(default_factory=TruncationConfig)
     linkage: LinkageConfig = field(default_factory=LinkageConfig)
@@ -78,7 +80,7 @@ class Detector:
     def __init__(self, config: DetectorConfig | None = None) -> None:
         self.config = config or DetectorConfig()
         self._ego_motion = EgoMotion(self.config.sweep)
-        self._background = Background(self.config.background)
+        self._background = Background(self.config.background, self.config.walls, self.config.segmentation)
         self._time = -math.inf
 
     def check(self, scan: Scan) -> None:
@@ -126,7 +128,9 @@ class Detector:
         """Group the points to `keep` (N,) into segments; remove walls and merge the pieces of long vehicles."""
         segments = segmentation.segment(scan.points_ego, keep, self.config.segmentation)
         points_odom = into_odom(scan)
-        segments = self._background.remove(points_odom, segments)
+        ego_odom = scan.ego_pose_odom[:2]
+        self._background.forget(scan.time, points_odom, ego_odom)
+        segments = self._background.remove(points_odom, segments, ego_odom)
         return segments if long is None else merging.merge_segments(points_odom, segments, long, self.config.union)
 
     def link(self, scan: Scan, segments: Segments) -> Linkage:

@@ -1,0 +1,164 @@
+"""Walls in a segment that is too long for a vehicle, apart from the vehicles chained to them.
+
+A wall is a thin structure without gaps that is longer than any vehicle, straight or of straight parts. A queue of
+vehicles is as long, but has gaps between its flanks, and each flank is shorter than a part of a wall. A vehicle beside
+a wall lies off its line.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+from tracker.arrays import Bools, Floats, Ints
+from tracker.detection.kernels.nearness import any_within
+from tracker.detection.segmentation import SegmentationConfig, connect
+from tracker.detection.straight_runs import WallConfig, straight_runs
+from tracker.records import NOT_USED
+
+TIGHT = 0.5
+"""Share of the segmentation's radius within which parts of one wall follow one another: queued vehicles are farther
+apart, and adjacent points on a wall are nearer."""
+
+
+ANGLES = np.arange(0.0, np.pi, np.pi / 8)
+DIRECTIONS = np.array([np.cos(ANGLES), np.sin(ANGLES)])
+
+
+def split(
+    points: Floats,
+    segment: Ints,
+    known: Bools,
+    length_min_m: float,
+    walls: WallConfig,
+    segmentation: SegmentationConfig,
+) -> tuple[Bools, Ints]:
+    """Split segments that are too long for a vehicle into walls and other objects.
+
+    Parameters
+    ----------
+    points
+        (P, 2) relative to the ego's centre [m].
+    segment
+        (P,) segment of each point.
+    known
+        (P,) mask of points where a wall is remembered. Other walls are searched for only if the rest may be a part of
+        one.
+    length_min_m
+        Structures longer than this are walls [m].
+
+    Returns
+    -------
+    wall
+        (P,) mask of points on walls.
+    label
+        (P,) number of the other object that each point belongs to, `NOT_USED` for walls and for small parts; some
+        numbers may be unused.
+    """
+    wall, label = part_objects(points, known, length_min_m, walls, segmentation)
+    searched = np.union1d(np.setdiff1d(segment, segment[known]), segment[label != NOT_USED])
+    if not len(searched):
+        return wall, label
+    wall = known.copy()
+    for number in searched:
+        own = np.flatnonzero(segment == number)
+        wall[own] |= chains_of_runs(points[own], length_min_m, walls, segmentation)
+    wall, label = part_objects(points, wall, length_min_m, walls, segmentation)
+    used = np.flatnonzero(label != NOT_USED)
+    hedge = used[(extents(points[used], label[used]) > length_min_m)[label[used]]]  # without gaps, but not straight
+    wall[hedge], label[hedge] = True, NOT_USED
+    return wall, label
+
+
+def part_objects(
+    points: Floats, wall: Bools, length_min_m: float, walls: WallConfig, segmentation: SegmentationConfig
+) -> tuple[Bools, Ints]:
+    """Part the points (P, 2) not on a known `wall` (P,) into objects, and return what `split` does.
+
+    Thin parts that touch the wall belong to it: facets too short for a run, and points of a rough surface.
+    """
+    wall, label = wall.copy(), np.full(len(points), NOT_USED)
+    rest = np.flatnonzero(~wall)
+    if len(rest) < segmentation.points_min:
+        return wall, label
+    part = halved(points[rest], parts(points[rest], segmentation), length_min_m, segmentation)
+    more = extents(points[rest], part, np.min) <= 2.0 * walls.half_width_m
+    more &= touching(points, wall, rest, part, segmentation)
+    kept = ~more & (np.bincount(part, minlength=len(more)) >= segmentation.points_min)
+    wall[rest[more[part]]] = True
+    label[rest] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[part]
+    return wall, label
+
+
+def halved(points: Floats, part: Ints, length_min_m: float, segmentation: SegmentationConfig) -> Ints:
+    """(R,) parts of points (R, 2), of which those that are too long for a vehicle are split at the tight radius."""
+    long = extents(points, part)[part] > length_min_m
+    part = part.copy()
+    part[long] = parts(points[long], tight(segmentation)) + len(part)
+    return numbered(part)
+
+
+def touching(points: Floats, wall: Bools, rest: Ints, part: Ints, segmentation: SegmentationConfig) -> Bools:
+    """(max part + 1,) mask of parts of the `rest` (R,) that follow a wall without a gap."""
+    close = tight(segmentation)
+    radius = close.radius_m + close.radius_per_m * np.hypot(*points[rest].T)
+    return np.bincount(part, any_within(points[rest], points[wall], radius)) > 0
+
+
+def tight(segmentation: SegmentationConfig) -> SegmentationConfig:
+    """Return the segmentation with the radius within which parts of one wall follow one another."""
+    return replace(segmentation, radius_m=TIGHT * segmentation.radius_m, radius_per_m=TIGHT * segmentation.radius_per_m)
+
+
+def chains_of_runs(points: Floats, length_min_m: float, walls: WallConfig, segmentation: SegmentationConfig) -> Bools:
+    """(P,) mask of points (P, 2) in chains of straight runs longer than `length_min_m` [m].
+
+    Other points on their lines belong to the same walls: the beams are far apart on a wall at a grazing angle, and
+    traffic occludes parts of it.
+    """
+    run, line = straight_runs(points, walls, segmentation)
+    straight = np.flatnonzero(run != NOT_USED)
+    found = np.zeros(len(points), np.bool_)
+    if len(straight):
+        chain = chained(points[straight], run[straight], tight(segmentation))
+        long = extents(points[straight], chain)[chain] > length_min_m
+        found = np.isin(line, line[straight[long]])
+    return found
+
+
+def chained(points: Floats, run: Ints, segmentation: SegmentationConfig) -> Ints:
+    """(P,) number of the chain of runs that each point is in: runs of which points are connected form a chain."""
+    if run.max() == 0:
+        return run
+    part = parts(points, segmentation) + run.max() + 1
+    links = scipy.sparse.coo_array((np.ones(len(run)), (run, part)), shape=(part.max() + 1,) * 2)
+    return np.asarray(scipy.sparse.csgraph.connected_components(links, directed=False)[1][run], dtype=np.int64)
+
+
+def parts(points: Floats, segmentation: SegmentationConfig) -> Ints:
+    """(P,) number of the connected part of each point (P, 2) [m]."""
+    return numbered(connect(points, segmentation))
+
+
+def numbered(names: Ints) -> Ints:
+    """(P,) names renumbered from 0 without gaps, in their order."""
+    return np.asarray(np.unique(names, return_inverse=True)[1], dtype=np.int64)
+
+
+def extents(points: Floats, part: Ints, over: Callable[..., Floats] = np.max) -> Floats:
+    """(max part + 1,) largest or smallest extent of each part of points (P, 2) [m]; parts are numbered without gaps."""
+    if not len(points):
+        return np.zeros(0)
+    order = np.argsort(part, kind="stable")
+    return extent(points[order], np.searchsorted(part[order], np.arange(part.max() + 2)), over)
+
+
+def extent(points: Floats, offset: Ints, over: Callable[..., Floats] = np.max) -> Floats:
+    """(S,) largest or smallest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
+
+    The largest is at most 2 % below the diameter of the segment.
+    """
+    along = points @ DIRECTIONS
+    low, high = np.minimum.reduceat(along, offset[:-1]), np.maximum.reduceat(along, offset[:-1])
+    return np.asarray(over(high - low, axis=1))
