@@ -63,6 +63,9 @@ class Scan:
     sweep_limits: Floats32 | None = None
     """(U, L, 2) time offsets of the first and the last beam of each layer of each unit, the edges of its field of view
     [s]; NaN for layers that a unit lacks. None if they are unknown."""
+    unit_positions_ego: Floats | None = None
+    """(U, 2) positions of the units [m], which tell from where a face was seen. None if they are unknown: the views are
+    then those from the ego's centre."""
 
     def __len__(self) -> int:
         return len(self.unit)

@@ -83,6 +83,7 @@ def build(
     candidates: Candidates,
     cut_off: Bools,
     config: BoxConfig,
+    viewpoints: Floats | None = None,
 ) -> Boxes:
     """Return the boxes of segments whose best rectangle has the size of a vehicle.
 
@@ -99,7 +100,6 @@ def build(
     """
     rectangles = vehicle_sized(candidates, config)
     kept, center, heading, size = rectangles.segment, rectangles.center, rectangles.heading, rectangles.size
-    corner, sign = nearest_corner(center, heading, size)
     of_box = np.append(np.isin(np.arange(segments.count), kept), False)[segments.label]  # unused points have label -1
     used = np.flatnonzero((linkage.line >= 0) & of_box)
     used = used[np.argsort(segments.label[used], kind="stable")]
@@ -113,6 +113,9 @@ def build(
     members = np.flatnonzero(of_box)  # with outliers
     owner = np.searchsorted(kept, segments.label[members])
     member_points = np.asarray(points_ego[members, :2], dtype=np.float64)
+    viewpoint = np.zeros_like(center) if viewpoints is None else _means(viewpoints[members], owner)
+    corner, sign = nearest_corner(center - viewpoint, heading, size)
+    corner = corner + viewpoint
     larger = strays(rectangles.into_frame(member_points, owner), owner, size, config)
     return Boxes(
         segment=kept,
@@ -129,7 +132,7 @@ def build(
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
         cut=cut,
-        flat=flat(corner, sign, heading, size, cut, config) | larger,
+        flat=flat(corner - viewpoint, sign, heading, size, cut, config) | larger,
     )
 
 
