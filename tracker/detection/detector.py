@@ -143,8 +143,8 @@ class Detector:
 
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
         """Make boxes of the best rectangles of vehicle size; `cut_off` (N,) is the mask of points at truncated ends."""
-        origins = scan.unit_positions_ego
-        viewpoints = None if origins is None else origins[scan.unit]
+        units = scan.unit_positions_ego
+        viewpoints = None if units is None else units[scan.unit]
         fitted = boxes.build(
             scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes, viewpoints
         )
