@@ -63,6 +63,7 @@ class Lidar:
         self._relief_scale = sensor.relief_scale
         self._time_offset = self.beams.time_offset * sensor.sweep
         self._sweep_limits = sweep_limits(self.beams) if sensor.sweep else None
+        self._unit_positions_ego = self.beams.units.origin_ego[:, :2].copy()
         self._draws = Draws(seed, self.beams)
         self._mounts = true_mounts(noise.calibration, self.beams.units, self._draws)
         self._attitude = Attitude(noise.attitude, self._draws)
@@ -132,6 +133,7 @@ class Lidar:
             echo_pulse_width=width.astype(np.float32),
             flags=returns.flags | returns.transparent | self._wrong_flags(returns, place, index),
             sweep_limits=self._sweep_limits,
+            unit_positions_ego=self._unit_positions_ego,
         )
 
     def _wrong_flags(self, returns: Returns, place: Ints, frame: int) -> npt.NDArray[np.uint16]:

@@ -21,6 +21,11 @@ class MergeConfig:
     """Minimum speed of pieces [m/s]: slower vehicles may follow each other as closely."""
     headway_max_s: float = 0.35
     """Maximum time gap between pieces [s]; half a second is the minimum headway of drivers."""
+    speed_change_min_mps: float = 3.0
+    """Minimum change of speed in which pieces of a slower vehicle keep their gap [m/s]: by the minimum headway of
+    drivers, the gap between two vehicles changes by 1.5 m meanwhile."""
+    gap_change_max_m: float = 0.5
+    """Maximum change of the gap between pieces [m], from the visible ends of both."""
     speed_difference_max_mps: float = 1.0
     """Maximum difference of speed [m/s], due to filter errors only."""
     turn_max_rad: float = 0.09
@@ -61,21 +66,34 @@ def hull(pieces: Pieces, a: int, b: int) -> tuple[Floats, Floats]:
     return 0.5 * low, 0.5 * high
 
 
-def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
-    """Return True if two tracks are pieces of one vehicle."""
-    velocity = pieces.velocity[[a, b]]
-    speed = float(np.hypot(*velocity.T).min())
-    if speed < config.speed_min_mps or pieces.hits[[a, b]].min() < config.hits_min:
-        return False
-    if np.hypot(*(velocity[1] - velocity[0])) > config.speed_difference_max_mps:
-        return False
-    if abs(np.sin(2 * (pieces.heading[b] - pieces.heading[a]))) > 2 * config.turn_max_rad:
-        return False
+def gap(pieces: Pieces, a: int, b: int) -> float:
+    """Return the gap between two pieces along the heading of the first [m]."""
     low, high = hull(pieces, a, b)
-    length, width = high - low
-    gap = length - pieces.size[[a, b], 0].sum()
-    fits = length <= config.length_max_m and width <= config.width_max_m
-    return bool(fits and gap <= config.headway_max_s * speed)
+    return float((high - low)[0] - pieces.size[[a, b], 0].sum())
+
+
+def may_be_one(pieces: Pieces, config: MergeConfig) -> list[tuple[int, int]]:
+    """Return the pairs of pieces that together have the shape of one vehicle."""
+    near = np.hypot(*(pieces.center[:, None] - pieces.center).T) < config.length_max_m
+    turn = np.abs(np.sin(2 * (pieces.heading[:, None] - pieces.heading)))
+    known = pieces.hits >= config.hits_min
+    pairs = np.argwhere(np.triu(near & (turn <= 2 * config.turn_max_rad) & known & known[:, None], 1))
+    return [(a, b) for a, b in pairs.tolist() if _fits(pieces, a, b, config)]
+
+
+def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
+    """Return True if a pair of `may_be_one` is equally fast and has a gap below any headway."""
+    speed = float(np.hypot(*pieces.velocity[[a, b]].T).min())
+    if speed < config.speed_min_mps:
+        return False
+    same = np.hypot(*(pieces.velocity[b] - pieces.velocity[a])) <= config.speed_difference_max_mps
+    return bool(same) and gap(pieces, a, b) <= config.headway_max_s * speed
+
+
+def _fits(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
+    """Return True if the box around two pieces has the size of a vehicle."""
+    length, width = np.subtract(*hull(pieces, a, b)[::-1])
+    return bool(length <= config.length_max_m and width <= config.width_max_m)
 
 
 def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Segments:

@@ -63,6 +63,8 @@ class Scan:
     sweep_limits: Floats32 | None = None
     """(U, L, 2) time offsets of the first and the last beam of each layer of each unit, the edges of its field of view
     [s]; NaN for layers that a unit lacks. None if they are unknown."""
+    unit_positions_ego: Floats | None = None
+    """(U, 2) x and y of the units [m]. None if they are unknown: faces are then seen from the ego's centre."""
 
     def __len__(self) -> int:
         return len(self.unit)
@@ -119,6 +121,8 @@ class Scan:
             _require(name, getattr(self, name), count, "f" if dtype.kind == "f" else "iu")
         if self.sweep_limits is not None:
             self._check_sweep_limits(self.sweep_limits)
+        if self.unit_positions_ego is not None:
+            self._check_unit_positions(self.unit_positions_ego)
 
     def _check_sweep_limits(self, limits: Floats32) -> None:
         """Raise ValueError for fields of view (U, L, 2) that lack a unit or a layer of the points."""
@@ -129,6 +133,17 @@ class Scan:
                     f"sweep_limits has {size} {name}s and a point is of {name} {column.max()}; give the limits of all "
                     "units and layers, or None"
                 )
+
+    def _check_unit_positions(self, positions: Floats) -> None:
+        """Raise ValueError for positions (U, 2) that are not finite or lack a unit of the points."""
+        _require("unit_positions_ego", positions, (*np.shape(positions)[:1], 2), "f")
+        if not np.isfinite(positions).all():
+            raise ValueError("unit_positions_ego has a value that is not finite; give x and y of all units, or None")
+        if len(self) and self.unit.max() >= len(positions):
+            raise ValueError(
+                f"unit_positions_ego has {len(positions)} units and a point is of unit {self.unit.max()}; give the "
+                "positions of all units, or None"
+            )
 
 
 def _require(name: str, values: object, shape: tuple[int, ...], kinds: str) -> None:

@@ -35,7 +35,10 @@ def rows_of(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) 
 
 
 def records_of(
-    rows: dict[str, Values], units: int, sweep_limits: Floats32 | None = None
+    rows: dict[str, Values],
+    units: int,
+    sweep_limits: Floats32 | None = None,
+    unit_positions_ego: Floats | None = None,
 ) -> tuple[WorldFrame, Scan, ScanTruth]:
     """Return the records of the rows of one frame: the exact inverse of `rows_of`.
 
@@ -47,6 +50,8 @@ def records_of(
         Number of LIDARs of the rig.
     sweep_limits
         Fields of view of its layers, see `Scan.sweep_limits`; the rows do not contain them.
+    unit_positions_ego
+        Positions of the units, see `Scan.unit_positions_ego`; the rows do not contain them.
     """
     scans, points, labels = rows["scans"], rows["points"], rows["labels"]
     frame = WorldFrame(int(scans["frame"][0]), float(scans["time_s"][0]), _ego(scans), _actors(labels))
@@ -61,6 +66,7 @@ def records_of(
         echo_pulse_width=points["echo_pulse_width_m"],
         flags=points["flags"],
         sweep_limits=sweep_limits,
+        unit_positions_ego=unit_positions_ego,
     )
     truth = ScanTruth(
         actor_id=points["actor_id"],

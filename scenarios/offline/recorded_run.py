@@ -75,8 +75,10 @@ class RecordedRun:
         OutputError
             As for `RecordedScans`.
         """
-        limits = sweep_limits(beam_table(self.rig)) if self.scenario.sensor.sweep else None
-        return RecordedScans(self.folder, self.result.frames, len(self.rig.mounts), limits)
+        beams = beam_table(self.rig)
+        limits = sweep_limits(beams) if self.scenario.sensor.sweep else None
+        positions = beams.units.origin_ego[:, :2]
+        return RecordedScans(self.folder, self.result.frames, len(self.rig.mounts), limits, positions)
 
 
 def _restore(folder: Path, result: Result, name: str, schema: Schema) -> pd.DataFrame:

@@ -34,6 +34,8 @@ class RecordedScans:
         Number of LIDARs of its rig.
     sweep_limits
         Fields of view of their layers, see `tracker.scan.Scan.sweep_limits`; they are not recorded.
+    unit_positions_ego
+        Positions of the units, see `tracker.scan.Scan.unit_positions_ego`; they are not recorded.
 
     Raises
     ------
@@ -41,8 +43,16 @@ class RecordedScans:
         The run has no scans, or not all of them.
     """
 
-    def __init__(self, run: Path, frames: int, units: int, sweep_limits: Floats32 | None = None) -> None:
-        self._folder, self._units, self._sweep_limits = run / run_folder.SCANS, units, sweep_limits
+    def __init__(
+        self,
+        run: Path,
+        frames: int,
+        units: int,
+        sweep_limits: Floats32 | None = None,
+        unit_positions_ego: Floats | None = None,
+    ) -> None:
+        self._folder, self._units = run / run_folder.SCANS, units
+        self._sweep_limits, self._unit_positions_ego = sweep_limits, unit_positions_ego
         if not self._folder.is_dir():
             raise OutputError(f"{run}: has no recorded scans; run the scenario again with --record-scans")
         with _readable(self._folder):
@@ -63,7 +73,7 @@ class RecordedScans:
         for frame in range(len(self)):
             with _readable(self._folder):
                 rows = {name: file.of(frame) for name, file in files.items()}
-            yield records_of(rows, self._units, self._sweep_limits)
+            yield records_of(rows, self._units, self._sweep_limits, self._unit_positions_ego)
 
 
 class FrameRows:

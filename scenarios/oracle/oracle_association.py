@@ -62,6 +62,7 @@ class OracleTrackManagement:
         flow = shipped.flow(tracks, forward)
         shipped.orient(tracks, flow)
         shipped.settle(tracks)
+        shipped.couple(tracks)
         for group in self._by_actor(tracks):
             shipped.merge(group)
         self._remove_duplicates(tracks)

@@ -220,6 +220,15 @@ def test_times_of_a_sweep_are_within_its_limits():
     assert ((first <= result.time_offset) & (result.time_offset <= last)).all()
 
 
+def test_a_scan_states_the_nominal_positions_of_its_units():
+    """Calibration errors move the true units by centimetres; the tracker knows the rig file only."""
+    wrong = replace(EXACT, calibration=CalibrationError(True, 0.0, 0.0, 0.0, xy_sigma_m=0.2, z_sigma_m=0.0))
+    nominal = [(LUX_RIG.rear_axle_x_m + mount.x_m, mount.y_m) for mount in LUX_RIG.mounts]
+    for noise in (EXACT, wrong):
+        result, _ = scan(ActorSpec(20.0, 0.0), noise=noise)
+        np.testing.assert_allclose(result.unit_positions_ego, nominal)
+
+
 def test_points_displaced_by_the_ego_rotation_are_doubled():
     """Units that fire 10 ms early or late, a yaw rate of 0.6 rad/s, a parked car 25 m away: displaced by 15 cm."""
     noise = replace(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracker.merging import MergeConfig, Pieces, hull, merge_segments, one_vehicle
+from tracker.merging import MergeConfig, Pieces, hull, may_be_one, merge_segments, one_vehicle
 from tracker.records import Segments
 from tracker.tracking.footprint import Footprint
 
@@ -26,15 +26,20 @@ def pieces(*boxes, speed=15.0, hits=20):
 CAB, TRAILER = (14.0, 3.0, 0.0, 2.4, 2.5), (5.0, 3.0, 0.0, 10.0, 2.5)
 
 
+def are_one(both):
+    """Return True if both pieces are one vehicle at this instant."""
+    return (0, 1) in may_be_one(both, CONFIG) and one_vehicle(both, 0, 1, CONFIG)
+
+
 def test_a_tractor_and_its_trailer_are_one_vehicle():
     both = pieces(CAB, TRAILER)
-    assert one_vehicle(both, 0, 1, CONFIG)
+    assert are_one(both)
     low, high = hull(both, 0, 1)
     np.testing.assert_allclose(both.center[0] + [low, high], [[0.0, 1.75], [15.2, 4.25]])
 
 
 def test_a_side_and_a_rear_that_meet_in_a_blind_corner_are_one_vehicle():
-    assert one_vehicle(pieces((2.0, 2.3, 0.0, 5.8, 0.2), (-2.9, 3.4, np.pi / 2, 2.3, 0.1), speed=12.0), 0, 1, CONFIG)
+    assert are_one(pieces((2.0, 2.3, 0.0, 5.8, 0.2), (-2.9, 3.4, np.pi / 2, 2.3, 0.1), speed=12.0))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +56,7 @@ def test_a_side_and_a_rear_that_meet_in_a_blind_corner_are_one_vehicle():
     ids=["slow queue", "another speed", "few observations", "next lane", "20 m", "half a second", "articulated"],
 )
 def test_separate_vehicles_are_not_merged(other):
-    assert not one_vehicle(other, 0, 1, CONFIG)
+    assert not are_one(other)
 
 
 def test_segments_inside_a_vehicle_are_merged():

@@ -94,3 +94,20 @@ def test_fields_of_view_may_have_more_units_and_layers_than_the_points():
 def test_invalid_fields_of_view_raise_a_named_error(limits, columns, message):
     with pytest.raises(ValueError, match=message):
         limited(limits, **columns).check()
+
+
+@pytest.mark.parametrize(
+    ("positions", "message"),
+    [
+        (np.zeros((2, 2)), "unit_positions_ego has 2 units and a point is of unit 2; give the positions of all units"),
+        (np.zeros((3, 3)), r"unit_positions_ego is float64 \(3, 3\); give an array \(3, 2\) of floats"),
+        (np.full((3, 2), np.nan), "unit_positions_ego has a value that is not finite"),
+        ([[0.0, 0.0]] * 3, "unit_positions_ego is list"),
+    ],
+)
+def test_invalid_unit_positions_raise_a_named_error(positions, message):
+    scan = Scan.from_points(0.0, POINTS, unit=2)
+    assert scan.unit_positions_ego is None
+    replace(scan, unit_positions_ego=np.zeros((3, 2))).check()
+    with pytest.raises(ValueError, match=message):
+        replace(scan, unit_positions_ego=positions).check()

@@ -8,11 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import QUARTER, rotate
+from tracker.detection.box_covariance import corner_covariance, side_covariance
+from tracker.geometry import rotate
 from tracker.records import Boxes, Candidates, Linkage, Segments
-
-HEADING_PRIOR_STD = QUARTER / math.sqrt(12.0)
-"""Standard deviation of a heading with a uniform distribution over a quarter turn, the prior without points [rad]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +81,7 @@ def build(
     candidates: Candidates,
     cut_off: Bools,
     config: BoxConfig,
+    viewpoints: Floats | None = None,
 ) -> Boxes:
     """Return the boxes of segments whose best rectangle has the size of a vehicle.
 
@@ -96,20 +95,26 @@ def build(
         (N,) time of each point minus time of the scan [s].
     cut_off
         (N,) mask of points at truncated ends.
+    viewpoints
+        (N, 2) position of the unit of each point [m]; the ego's centre if None.
     """
     rectangles = vehicle_sized(candidates, config)
     kept, center, heading, size = rectangles.segment, rectangles.center, rectangles.heading, rectangles.size
-    corner, sign = nearest_corner(center, heading, size)
     of_box = np.append(np.isin(np.arange(segments.count), kept), False)[segments.label]  # unused points have label -1
     used = np.flatnonzero((linkage.line >= 0) & of_box)
     used = used[np.argsort(segments.label[used], kind="stable")]
     box = np.searchsorted(kept, segments.label[used])
     support = np.bincount(box, minlength=len(kept))
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
-    cut = cut_ends(rectangles.into_frame(points, box)[cut_off[used]], box[cut_off[used]], size, config)
+    from_center = rectangles.into_frame(points, box)
+    along = runs_along(from_center, box, linkage.line[used], len(kept)) | (size < config.depth_min_m)[box]
+    truncated = cut_off[used]
+    cut = cut_ends(from_center[truncated], box[truncated], along[truncated], size, config)
     members = np.flatnonzero(of_box)  # with outliers
     owner = np.searchsorted(kept, segments.label[members])
     member_points = np.asarray(points_ego[members, :2], dtype=np.float64)
+    viewpoint = np.zeros_like(center) if viewpoints is None else _means(viewpoints[members], owner)
+    corner, sign = nearest_corner(center, heading, size, viewpoint)
     larger = strays(rectangles.into_frame(member_points, owner), owner, size, config)
     return Boxes(
         segment=kept,
@@ -119,22 +124,39 @@ def build(
         corner_ego=corner,
         corner_sign=sign,
         covariance=(
-            covariance(points - corner[box], box, heading, config)
+            side_covariance(points - corner[box], box, heading, config.noise_std_m, config.end_std_m)
             if candidates.covariance is None
-            else corner_covariance(candidates.covariance[kept], corner - _means(member_points, owner), config)
+            else corner_covariance(candidates.covariance[kept], corner - _means(member_points, owner), config.end_std_m)
         ),
         support=support,
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
         cut=cut,
-        flat=flat(corner, sign, heading, size, cut, config) | larger,
+        flat=flat(corner - viewpoint, sign, heading, size, cut, config) | larger,
     )
 
 
-def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
-    """(B, 2, 2) mask of ends, low and high, with a truncated point; points (P, 2) are in the frames of their boxes."""
+def runs_along(from_center: Floats, box: Ints, line: Ints, boxes: int) -> Bools:
+    """(P, 2) mask of the axis, along or across the heading, that the line of each point runs along.
+
+    Points (P, 2) are in the frames of their boxes (P,); `line` (P,) is 0 for the dominant line of the segment.
+    """
+    of_line = 2 * box + (line > 0)
+    low, high = np.full((2 * boxes, 2), np.inf), np.full((2 * boxes, 2), -np.inf)
+    np.minimum.at(low, of_line, from_center)
+    np.maximum.at(high, of_line, from_center)
+    extent = (high - low)[of_line]
+    return np.asarray(extent >= extent.max(axis=1, keepdims=True))
+
+
+def cut_ends(from_center: Floats, box: Ints, along: Bools, size: Floats, config: BoxConfig) -> Bools:
+    """(B, 2, 2) mask of ends, low and high, with a truncated point.
+
+    Points (P, 2) are in the frames of their boxes; `along` (P, 2) is the axis of the side they are on, whose end they
+    truncate.
+    """
     cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
     for end, sign in enumerate((-1, 1)):
-        point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
+        point, axis = np.nonzero(along & (sign * from_center >= 0.5 * size[box] - config.cut_margin_m))
         cut[box[point], axis, end] = True
     return cut
 
@@ -151,10 +173,13 @@ def strays(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> B
     return np.asarray(np.any(high - low > np.maximum(size + config.stray_m, config.shorter_max_m), axis=1))
 
 
-def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
-    """(B,) mask of boxes with a single side and an end that is not truncated, where the ego would see a second side."""
-    to_ego = rotate(-corner, -heading)
-    beyond = np.hypot(*corner.T)[:, None] * math.sin(config.end_view_min_rad)
+def flat(from_view: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
+    """(B,) mask of boxes with a single side and an end that is not truncated, where the ego would see a second side.
+
+    `from_view` (B, 2) is the nearest corner relative to the viewpoint [m].
+    """
+    to_ego = rotate(-from_view, -heading)
+    beyond = np.hypot(*from_view.T)[:, None] * math.sin(config.end_view_min_rad)
     faces_ego = sign * to_ego > np.maximum(beyond, config.unit_offset_m)
     each = np.arange(len(size))[:, None]
     open_end = ~cut[each, np.arange(2), (sign > 0).astype(np.int64)]
@@ -162,47 +187,16 @@ def flat(corner: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, 
     return np.asarray(np.any(faces_ego & open_end & beside & (size > config.depth_min_m), axis=1))
 
 
-def nearest_corner(center: Floats, heading: Floats, size: Floats) -> tuple[Floats, Ints]:
-    """Return the corner (B, 2) nearest to the ego [m], and its signs (B, 2) in the box's frame.
+def nearest_corner(
+    center: Floats, heading: Floats, size: Floats, viewpoint: Floats | float = 0.0
+) -> tuple[Floats, Ints]:
+    """Return the corner (B, 2) nearest to the viewpoint (B, 2) [m], and its signs (B, 2) in the box's frame.
 
-    A side without depth has two corners at one place; the box extends away from the ego.
+    A side without depth has two corners at one place; the box extends away from the viewpoint. The units of a rig are
+    around the ego, so the rear of a vehicle beside it may be visible although its front is nearer to the ego's centre.
     """
-    sign = np.where(rotate(center, -heading) > 0.0, -1, 1)
+    sign = np.where(rotate(center - viewpoint, -heading) > 0.0, -1, 1)
     return center + rotate(0.5 * sign * size, heading), sign
-
-
-def covariance(from_corner: Floats, box: Ints, heading: Floats, config: BoxConfig) -> Floats:
-    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, by least squares on both sides.
-
-    In the box's frame, with its origin at the corner: when the box moves by (dx, dy) and turns about the corner, the
-    residual of a point at (u, 0) on one side changes by dy + u * dheading, that of a point at (0, v) on the other side
-    by dx - v * dheading. The sum of the outer products of these rows over the noise, plus the prior, is the information
-    matrix.
-    """
-    u, v = rotate(from_corner, -heading[box]).T
-    lies_along, one, none = np.abs(v) <= np.abs(u), np.ones_like(u), np.zeros_like(u)
-    row = np.where(lies_along, [none, one, u], [one, none, -v]).T / config.noise_std_m
-    products = (row[:, :, None] * row[:, None, :]).reshape(-1, 9)
-    sums = np.stack([np.bincount(box, product, len(heading)) for product in products.T], axis=1)
-    prior = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
-    information = prior + sums.reshape(-1, 3, 3)
-    turn = np.zeros_like(information)
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(heading)
-    turn[:, 1, 0], turn[:, 0, 1], turn[:, 2, 2] = np.sin(heading), -np.sin(heading), 1.0
-    return np.asarray(turn @ np.linalg.inv(information) @ turn.transpose(0, 2, 1))
-
-
-def corner_covariance(covariance: Floats, from_mean: Floats, config: BoxConfig) -> Floats:
-    """(B, 3, 3) covariance of corner x, y [m] and heading [rad], ego frame, from that of fitted bodies.
-
-    A corner at `from_mean` (B, 2) from the mean of the points moves when the body turns about the mean. The end of a
-    side without points on the adjacent side has the prior `end_std_m`.
-    """
-    moved = np.tile(np.eye(3), (len(covariance), 1, 1))
-    moved[:, 0, 2], moved[:, 1, 2] = -from_mean[:, 1], from_mean[:, 0]
-    of_corner = moved @ covariance @ moved.transpose(0, 2, 1)
-    prior = np.diag([config.end_std_m**-2, config.end_std_m**-2, HEADING_PRIOR_STD**-2])
-    return np.asarray(np.linalg.inv(np.linalg.inv(of_corner) + prior))
 
 
 def _means(points: Floats, box: Ints) -> Floats:

@@ -147,8 +147,10 @@ class Detector:
 
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
         """Make boxes of the best rectangles of vehicle size; `cut_off` (N,) is the mask of points at truncated ends."""
+        units = scan.unit_positions_ego
+        viewpoints = None if units is None else units[scan.unit]
         fitted = boxes.build(
-            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes
+            scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes, viewpoints
         )
         return fitted.subset(~in_shadow(fitted, self.config.shadow))
 

@@ -1,18 +1,18 @@
 """Track management: status, merging of pieces, removal of duplicates, and new tracks."""
 
 from collections.abc import Sequence
-from itertools import combinations
 from typing import Protocol
 
 import numpy as np
 
 from tracker.arrays import Bools, Ints
-from tracker.merging import MergeConfig, hull, one_vehicle
+from tracker.merging import MergeConfig, hull, may_be_one, one_vehicle
 from tracker.records import NO_TRACK, Status
 from tracker.tracking import orientation, track_arrays
 from tracker.tracking.hypotheses import HypothesisConfig
 from tracker.tracking.model_selection import ModelSelection
 from tracker.tracking.observations import Observations
+from tracker.tracking.rigid_pairs import RigidPairs
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
 from tracker.tracking.track_arrays import from_corners, pieces, within
@@ -56,6 +56,7 @@ class DefaultTrackManagement:
         self._merging = merging
         self._hypotheses = hypotheses
         self._track = track
+        self._rigid = RigidPairs(merging)
         self._next_id = 0
 
     def manage(
@@ -65,6 +66,7 @@ class DefaultTrackManagement:
         flow = self.flow(tracks, forward)
         self.orient(tracks, flow)
         self.settle(tracks)
+        self.couple(tracks)
         self.merge(tracks)
         self.remove_duplicates(tracks)
         return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, flow, models)]
@@ -84,14 +86,19 @@ class DefaultTrackManagement:
         for track in tracks:
             track.settle()
 
+    def couple(self, tracks: Sequence[Track]) -> None:
+        """Observe which tracks move as one rigid body."""
+        visible = [track for track in tracks if track.seen]
+        self._rigid.observe([track.id for track in visible], pieces(visible))
+
     def merge(self, tracks: Sequence[Track]) -> None:
         """Merge tracks that follow pieces of one vehicle; the track with more observations stays."""
-        fast = [t for t in tracks if t.seen and np.hypot(*t.corner.velocity) >= self._merging.speed_min_mps]
-        ranked = sorted(fast, key=lambda track: (not track.confirmed_now, -track.hits))
+        ranked = sorted((t for t in tracks if t.seen), key=lambda track: (not track.confirmed_now, -track.hits))
         seen = pieces(ranked)
-        for a, b in combinations(range(len(ranked)), 2):
+        for a, b in may_be_one(seen, self._merging):
             alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
-            if alive and ranked[a].confirmed_now and one_vehicle(seen, a, b, self._merging):
+            together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(ranked[a].id, ranked[b].id)
+            if alive and ranked[a].confirmed_now and together:
                 ranked[a].absorb(*hull(seen, a, b))
                 ranked[b].status = Status.DEAD
                 seen = pieces(ranked)

@@ -75,7 +75,7 @@ def test_the_tracker_gives_the_same_trace_on_recorded_scans(sumo):
     assert trace_hash.hexdigest() == result.trace_hash
 
 
-def test_recorded_scans_have_the_fields_of_view_of_their_run(scripted):
+def test_recorded_scans_have_the_fields_of_view_and_the_units_of_their_run(scripted):
     """The lower layers of a LUX cover 50 to -50 degrees, the upper ones 34.75 to -59.75, at 4500 degrees per second."""
     out, result, live = scripted
     for (_, scan, _), (_, simulated, _) in zip(RecordedRun.open(out).scans(), live, strict=True):
@@ -83,8 +83,10 @@ def test_recorded_scans_have_the_fields_of_view_of_their_run(scripted):
         np.testing.assert_array_equal(scan.sweep_limits, simulated.sweep_limits)
         np.testing.assert_allclose(scan.sweep_limits[0, :2] * 4500.0, [[-50.0, 50.0]] * 2, atol=1e-3)
         np.testing.assert_allclose(scan.sweep_limits[0, 2:] * 4500.0, [[-34.75, 59.75]] * 2, atol=1e-3)
+        np.testing.assert_array_equal(scan.unit_positions_ego, simulated.unit_positions_ego)
     _, unlimited, _ = next(iter(RecordedScans(out, result.frames, UNITS)))
     assert unlimited.sweep_limits is None
+    assert unlimited.unit_positions_ego is None
 
 
 def test_recorded_arrays_are_writeable_and_contiguous_like_live_ones(scripted):

@@ -10,6 +10,7 @@ from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import fit_points, off_quarter, one_segment
 
 from tracker.detection import boxes
+from tracker.detection.box_covariance import side_covariance
 from tracker.detection.boxes import BoxConfig, strays
 from tracker.detection.selection import SelectionConfig
 from tracker.records import Candidates, Linkage, Segments
@@ -52,6 +53,23 @@ def test_corner_is_the_nearest_of_four(x, y, heading, length, width):
     np.testing.assert_allclose(corner[0] - rotation(heading) @ (0.5 * sign[0] * size[0]), center[0], atol=1e-9)
 
 
+def test_the_body_lies_behind_the_face_as_seen_from_the_unit():
+    """The rear of a lorry beside the ego, 1 m behind its centre, is seen by a unit at its rear bumper, 2.3 m behind."""
+    face = (np.array([[-1.0, -3.5]]), np.zeros(1), np.array([[0.0, 2.5]]))
+    corner, sign = boxes.nearest_corner(*face, np.array([[-2.3, -0.5]]))
+    assert sign.tolist() == [[-1, 1]]  # the lorry extends forwards
+    np.testing.assert_allclose(corner, [[-1.0, -2.25]])
+    assert boxes.nearest_corner(*face)[1].tolist() == [[1, 1]]
+
+
+def test_boxes_use_the_position_of_the_unit_that_saw_them():
+    points = np.column_stack([np.full(41, -1.0), np.linspace(-4.7, -2.3, 41)])
+    for unit_x, along in ((-2.3, 1.0), (2.3, -1.0)):
+        built = fit_points(points, segments=one_segment(41), viewpoints=np.full((41, 2), [unit_x, 0.0])).boxes
+        into_body = rotation(built.heading[0]) @ (-built.corner_sign[0] * (built.size[0] < 0.5))
+        assert np.sign(into_body[0]) == along
+
+
 def test_corner_of_a_car_ahead_on_the_left():
     """Seen from behind and from the right: its rear right corner, signs (-1, -1)."""
     built = fit_block(4.7, 1.8, center=(20.0, 10.0), heading=0.1)  # at 0, a small error is modulo a quarter turn
@@ -69,6 +87,17 @@ def test_an_end_is_truncated_where_its_points_are():
         cut = built.cut[0, axis].tolist()
         along = np.array([np.cos(built.heading[0] + axis * np.pi / 2), np.sin(built.heading[0] + axis * np.pi / 2)])
         assert (cut if along[0] > 0 else cut[::-1]) == ends
+
+
+def test_a_truncated_rear_does_not_truncate_the_side():
+    """A car ahead, rear and side visible: an occluder beside its rear hides width, and says nothing on its length."""
+    rear = np.column_stack([np.full(31, 10.0), np.linspace(6.8, 5.0, 31)])
+    side = np.column_stack([np.linspace(10.0, 14.5, 61)[1:], np.full(60, 5.0)])
+    points = np.vstack([rear, side])
+    built = fit_points(points, segments=one_segment(91), cut_off=np.arange(91) == 0).boxes
+    along, across = np.argsort(-built.size[0])
+    assert built.cut[0, across].any()
+    assert not built.cut[0, along].any()
 
 
 @pytest.mark.parametrize(
@@ -97,7 +126,8 @@ def test_a_wall_beside_a_corner_is_not_taken_for_a_window(depth_m, stray):
 
 def covariance(points, corner, heading, **config):
     index = np.zeros(len(points), dtype=np.int64)
-    return boxes.covariance(points - corner, index, np.array([heading]), BoxConfig(**config))[0]
+    config = BoxConfig(**config)
+    return side_covariance(points - corner, index, np.array([heading]), config.noise_std_m, config.end_std_m)[0]
 
 
 def test_heading_variance_of_one_side_by_hand():

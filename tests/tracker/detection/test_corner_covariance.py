@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 from support.shapes import l_shape, rotation
 from support.stages import fit_points
 
-from tracker.detection import boxes
+from tracker.detection import box_covariance
 from tracker.detection.boxes import BoxConfig
 from tracker.records import Segments
 
 
 def corner_covariance(body, from_mean, **config):
-    return boxes.corner_covariance(np.array([body]), np.array([from_mean]), BoxConfig(**config))[0]
+    end_std_m = BoxConfig(**config).end_std_m
+    return box_covariance.corner_covariance(np.array([body]), np.array([from_mean]), end_std_m)[0]
 
 
 def test_the_corner_of_a_body_moves_when_it_turns():
