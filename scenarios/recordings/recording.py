@@ -45,6 +45,8 @@ class Recording:
             raise OutputError(f"{folder}: holds no recording; give a folder that luxloop import wrote")
         with _readable(folder):
             self.summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+            origins = [mount["origin_ego_m"] for mount in self.summary["mounts"]]
+            self._units: Floats = np.reshape(np.array(origins, dtype=np.float64), (-1, 3))[:, :2]
             scans = pq.read_table(folder / "scans.parquet")
             self.time_s: Floats = scans["time_s"].to_numpy()
             """(F,) times of the scans [s]."""
@@ -106,6 +108,7 @@ class Recording:
                     echo=points["echo"],
                     echo_pulse_width=points["echo_pulse_width_m"],
                     flags=points["flags"],
+                    unit_positions_ego=self._units,
                 ),
                 rows.get("labels", empty),
             )
