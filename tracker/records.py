@@ -121,6 +121,8 @@ class Boxes:
     flat: Bools
     """(B,) mask of boxes with a single side where a vehicle would show a second one, or that are a part of a larger
     object."""
+    viewpoint_ego: Floats
+    """(B, 2) mean position of the units that saw the box [m]."""
 
     def __len__(self) -> int:
         return len(self.segment)
@@ -139,6 +141,7 @@ class Boxes:
             self.time_offset[index],
             self.cut[index],
             self.flat[index],
+            self.viewpoint_ego[index],
         )
 
 

@@ -31,6 +31,7 @@ BOX_ARRAYS: dict[str, tuple[tuple[int | str, ...], str]] = {
     "boxes.time_offset": ((), "f"),
     "boxes.cut": ((2, 2), "b"),
     "boxes.flat": ((), "b"),
+    "boxes.viewpoint_ego": ((2,), "f"),
     "track_id": ((), "iu"),
 }
 """The same for B boxes."""

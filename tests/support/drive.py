@@ -159,6 +159,7 @@ def _fits(place_ego: Floats, size: Floats) -> Boxes:
         time_offset=np.zeros(count),
         cut=np.zeros((count, 2, 2), dtype=np.bool_),
         flat=np.zeros(count, dtype=np.bool_),
+        viewpoint_ego=np.zeros((count, 2)),
     )
 
 

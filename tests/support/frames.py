@@ -183,6 +183,7 @@ def trace_of(frame, truth, label=None, turn_deg=STRAIGHT, line=None, best=2):
         time_offset=np.zeros(count),
         cut=np.zeros((count, 2, 2), dtype=np.bool_),
         flat=np.zeros(count, dtype=np.bool_),
+        viewpoint_ego=np.zeros((count, 2)),
     )
     line = np.zeros(n, dtype=np.int64) if line is None else np.array(line, dtype=np.int64)
     return StepTrace(segments, Linkage(line, heading), candidates, boxes, np.arange(count))

@@ -44,5 +44,5 @@ def observe_boxes(
         flat=np.zeros(len(poses), dtype=np.bool_),
         time_offset=np.full(len(poses), time_offset),
         cut=np.tile(np.array(cut, dtype=bool), (len(poses), 1)),
-        sensor=np.asarray(ego, dtype=float),
+        sensor=np.tile(np.asarray(ego, dtype=float), (len(poses), 1)),
     )

@@ -106,10 +106,7 @@ def build(
     box = np.searchsorted(kept, segments.label[used])
     support = np.bincount(box, minlength=len(kept))
     points = np.asarray(points_ego[used, :2], dtype=np.float64)
-    from_center = rectangles.into_frame(points, box)
-    along = runs_along(from_center, box, linkage.line[used], len(kept)) | (size < config.depth_min_m)[box]
-    truncated = cut_off[used]
-    cut = cut_ends(from_center[truncated], box[truncated], along[truncated], size, config)
+    cut = cut_ends(rectangles.into_frame(points, box)[cut_off[used]], box[cut_off[used]], size, config)
     members = np.flatnonzero(of_box)  # with outliers
     owner = np.searchsorted(kept, segments.label[members])
     member_points = np.asarray(points_ego[members, :2], dtype=np.float64)
@@ -132,31 +129,15 @@ def build(
         time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
         cut=cut,
         flat=flat(corner - viewpoint, sign, heading, size, cut, config) | larger,
+        viewpoint_ego=viewpoint,
     )
 
 
-def runs_along(from_center: Floats, box: Ints, line: Ints, boxes: int) -> Bools:
-    """(P, 2) mask of the axis, along or across the heading, that the line of each point runs along.
-
-    Points (P, 2) are in the frames of their boxes (P,); `line` (P,) is 0 for the dominant line of the segment.
-    """
-    of_line = 2 * box + (line > 0)
-    low, high = np.full((2 * boxes, 2), np.inf), np.full((2 * boxes, 2), -np.inf)
-    np.minimum.at(low, of_line, from_center)
-    np.maximum.at(high, of_line, from_center)
-    extent = (high - low)[of_line]
-    return np.asarray(extent >= extent.max(axis=1, keepdims=True))
-
-
-def cut_ends(from_center: Floats, box: Ints, along: Bools, size: Floats, config: BoxConfig) -> Bools:
-    """(B, 2, 2) mask of ends, low and high, with a truncated point.
-
-    Points (P, 2) are in the frames of their boxes; `along` (P, 2) is the axis of the side they are on, whose end they
-    truncate.
-    """
+def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
+    """(B, 2, 2) mask of ends, low and high, with a truncated point; points (P, 2) are in the frames of their boxes."""
     cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
     for end, sign in enumerate((-1, 1)):
-        point, axis = np.nonzero(along & (sign * from_center >= 0.5 * size[box] - config.cut_margin_m))
+        point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
         cut[box[point], axis, end] = True
     return cut
 

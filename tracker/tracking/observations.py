@@ -31,7 +31,7 @@ class Observations:
     time_offset: Floats
     """(B,) time of the box minus time of the scan [s]."""
     sensor: Floats
-    """(2,) position of the ego [m]."""
+    """(B, 2) mean position of the units that saw the box [m]."""
 
     def __len__(self) -> int:
         return len(self.heading)
@@ -67,5 +67,5 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
         cut=np.concatenate([boxes.cut[:, :, 1], boxes.cut[:, :, 0]], axis=1),
         flat=boxes.flat,
         time_offset=boxes.time_offset,
-        sensor=ego_pose_odom[:2],
+        sensor=boxes.viewpoint_ego @ turn[:2, :2].T + ego_pose_odom[:2],
     )

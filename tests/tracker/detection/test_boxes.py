@@ -89,17 +89,6 @@ def test_an_end_is_truncated_where_its_points_are():
         assert (cut if along[0] > 0 else cut[::-1]) == ends
 
 
-def test_a_truncated_rear_does_not_truncate_the_side():
-    """A car ahead, rear and side visible: an occluder beside its rear hides width, and says nothing on its length."""
-    rear = np.column_stack([np.full(31, 10.0), np.linspace(6.8, 5.0, 31)])
-    side = np.column_stack([np.linspace(10.0, 14.5, 61)[1:], np.full(60, 5.0)])
-    points = np.vstack([rear, side])
-    built = fit_points(points, segments=one_segment(91), cut_off=np.arange(91) == 0).boxes
-    along, across = np.argsort(-built.size[0])
-    assert built.cut[0, across].any()
-    assert not built.cut[0, along].any()
-
-
 @pytest.mark.parametrize(
     ("start", "end", "cut_at", "flat"),
     [

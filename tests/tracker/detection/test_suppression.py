@@ -26,6 +26,7 @@ def boxes(*rectangles):
         time_offset=np.zeros(count),
         cut=np.zeros((count, 2, 2), dtype=np.bool_),
         flat=np.zeros(count, dtype=np.bool_),
+        viewpoint_ego=np.zeros((count, 2)),
     )
 
 
