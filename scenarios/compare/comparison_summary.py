@@ -11,8 +11,8 @@ from scenarios.compare.single_scenarios import ScenarioLoss
 from scenarios.report.cells import NONE
 
 INTERVALS = (
-    "The 95 % interval of a change holds the middle 95 % of the changes that random draws of the same vehicles, with "
-    "replacement, give: an interval that contains 0 is no evidence of a change."
+    "The 95 % interval of a change follows from its spread as each vehicle is left out in turn: an interval that "
+    "contains 0 is no evidence of a change."
 )
 """Explanation of the intervals."""
 
