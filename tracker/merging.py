@@ -78,7 +78,7 @@ def may_be_one(pieces: Pieces, config: MergeConfig) -> list[tuple[int, int]]:
     turn = np.abs(np.sin(2 * (pieces.heading[:, None] - pieces.heading)))
     known = pieces.hits >= config.hits_min
     pairs = np.argwhere(np.triu(near & (turn <= 2 * config.turn_max_rad) & known & known[:, None], 1))
-    return [(a, b) for a, b in pairs.tolist() if _fits(pieces, a, b, config)]
+    return [(a, b) for a, b in pairs.tolist() if fits(pieces, a, b, config)]
 
 
 def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
@@ -90,7 +90,7 @@ def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     return bool(same) and gap(pieces, a, b) <= config.headway_max_s * speed
 
 
-def _fits(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
+def fits(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     """Return True if the box around two pieces has the size of a vehicle."""
     length, width = np.subtract(*hull(pieces, a, b)[::-1])
     return bool(length <= config.length_max_m and width <= config.width_max_m)

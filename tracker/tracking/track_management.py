@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker.arrays import Bools, Ints
-from tracker.merging import MergeConfig, hull, may_be_one, one_vehicle
+from tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
 from tracker.records import NO_TRACK, Status
 from tracker.tracking import orientation, track_arrays
 from tracker.tracking.hypotheses import HypothesisConfig
@@ -98,7 +98,8 @@ class DefaultTrackManagement:
         for a, b in may_be_one(seen, self._merging):
             alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
             together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(ranked[a].id, ranked[b].id)
-            if alive and ranked[a].confirmed_now and together:
+            still_fits = fits(seen, a, b, self._merging)  # pieces that were merged before have grown
+            if alive and ranked[a].confirmed_now and together and still_fits:
                 ranked[a].absorb(*hull(seen, a, b))
                 ranked[b].status = Status.DEAD
                 seen = pieces(ranked)
