@@ -1,0 +1,32 @@
+"""Merging of the tracks of pieces: several pieces together stay within the length of a vehicle."""
+
+import numpy as np
+from support.one_track import CONFIG, DT, follow, start
+
+from tracker.merging import MergeConfig
+from tracker.records import Status
+from tracker.tracking.hypotheses import HypothesisConfig
+from tracker.tracking.track_management import DefaultTrackManagement
+
+SPEED_MPS, PIECE_M, PITCH_M = 20.0, np.array([6.0, 2.5]), 8.0
+"""Pieces of 6 m with gaps of 2 m: two are 14 m long, three 22 m."""
+
+
+def piece(track_id, x, frames):
+    """A confirmed track of a piece that ends at `x` after its frames."""
+    places = [(x - SPEED_MPS * DT * before, 5.0, 0.0) for before in range(frames, -1, -1)]
+    track = start(places[0], size=PIECE_M)
+    follow(track, places[1:], size=PIECE_M)
+    track.id, track.status = track_id, Status.CONFIRMED
+    return track
+
+
+def test_a_piece_takes_one_neighbour_but_not_both():
+    """The middle one is the oldest and fits either of the others."""
+    tracks = [piece(0, 0.0, 30), piece(1, PITCH_M, 20), piece(2, -PITCH_M, 20)]
+    management = DefaultTrackManagement(MergeConfig(), HypothesisConfig(), CONFIG)
+    management.couple(tracks)
+    management.merge(tracks)
+    assert [track.status for track in tracks].count(Status.DEAD) == 1
+    assert tracks[0].status is Status.CONFIRMED
+    assert 13.0 < tracks[0].seen_size[0] < 15.0
