@@ -21,7 +21,7 @@ from tracker.detection.boxes import BoxConfig
 from tracker.detection.preprocess import PreprocessConfig
 from tracker.detection.rectangles import RANGE_STD
 from tracker.detection.tlinkage import LinkageConfig
-from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.existence import MemoryConfig, existence
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.mma import MmaConfig
 from tracker.tracking.vehicle_sizes import SIZE_CLASSES
@@ -103,5 +103,6 @@ def test_facts_of_the_own_car_agree(fact):
 
 
 def test_the_requirement_on_memory_is_the_graders():
-    """The grader follows an occluded vehicle for the 3 s that scenarios require; the tracker coasts at least so."""
-    assert TrackLifeConfig().coast_s >= GradingConfig().memory_s
+    """The grader follows an occluded vehicle for the 3 s that scenarios require; the tracker's memory is longer."""
+    memory = MemoryConfig()
+    assert existence(GradingConfig().memory_s, 1.0, memory) > memory.existence_min

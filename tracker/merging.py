@@ -21,6 +21,8 @@ class MergeConfig:
     """Minimum speed of pieces [m/s]: slower vehicles may follow each other as closely."""
     headway_max_s: float = 0.35
     """Maximum time gap between pieces [s]; half a second is the minimum headway of drivers."""
+    gap_max_m: float = 6.0
+    """Maximum gap between pieces of a fast vehicle [m]: what units leave blind beside the ego."""
     speed_change_min_mps: float = 3.0
     """Minimum change of speed in which pieces of a slower vehicle keep their gap [m/s]: by the minimum headway of
     drivers, the gap between two vehicles changes by 1.5 m meanwhile."""
@@ -87,7 +89,7 @@ def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     if speed < config.speed_min_mps:
         return False
     same = np.hypot(*(pieces.velocity[b] - pieces.velocity[a])) <= config.speed_difference_max_mps
-    return bool(same) and gap(pieces, a, b) <= config.headway_max_s * speed
+    return bool(same) and gap(pieces, a, b) <= min(config.headway_max_s * speed, config.gap_max_m)
 
 
 def fits(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:

@@ -10,11 +10,12 @@ from tracker.detection.deskew import Movers
 from tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
 from tracker.records import NO_TRACK, Status, StepTrace, Tracks
 from tracker.scan import Scan
-from tracker.tracking import joint_correction, joint_prediction, track_arrays
+from tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
 from tracker.tracking.association import AssociationConfig
 from tracker.tracking.associator import Associator, HungarianAssociator
 from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.corner_error import CornerConfig
+from tracker.tracking.existence import MemoryConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig, motion
 from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
@@ -41,6 +42,7 @@ class TrackerConfig(DetectorConfig):
     orientation: OrientationConfig = field(default_factory=OrientationConfig)
     corner: CornerConfig = field(default_factory=CornerConfig)
     life: TrackLifeConfig = field(default_factory=TrackLifeConfig)
+    memory: MemoryConfig = field(default_factory=MemoryConfig)
 
     def __post_init__(self) -> None:
         if self.mma.method == "imm" and len(self.filters.models) < 2:
@@ -52,7 +54,7 @@ class TrackerConfig(DetectorConfig):
 
 def track_config(config: TrackerConfig) -> TrackConfig:
     """Return the sections that one track uses."""
-    return TrackConfig(config.filters, config.extent, config.orientation, config.corner, config.life)
+    return TrackConfig(config.filters, config.extent, config.orientation, config.corner, config.life, config.memory)
 
 
 class Tracker:
@@ -96,7 +98,7 @@ class Tracker:
 
         A scan without points, or whose points form no vehicle (a single point, or all at one place), updates no track:
         tracks coast. Collinear points are a side of a vehicle. A point with a non-finite position or time is ignored.
-        After a gap between scans, tracks that coasted for longer than `TrackLifeConfig` allows are terminated; the
+        After a gap between scans, tracks that probably do not exist any more (`MemoryConfig`) are terminated; the
         others continue at their predicted positions.
 
         Raises
@@ -116,6 +118,7 @@ class Tracker:
         pairs = self._associator.associate(tracks, predictions, hypotheses, seen)
         observations = [track_observation(hypotheses, seen, t, b) for t, b in pairs]
         joint_correction.update([tracks[t] for t, _ in pairs], observations)
+        memory.terminate_lost(tracks, scan, self.config.memory)
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
         self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)

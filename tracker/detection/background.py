@@ -13,11 +13,11 @@ import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.cell_memory import CellMemory
-from tracker.detection.seen_through import seen_through
 from tracker.detection.segmentation import SegmentationConfig, by_segment, keep_only
 from tracker.detection.straight_runs import WallConfig
 from tracker.detection.walls import extent, split
 from tracker.records import NOT_USED, Segments
+from tracker.seen_through import seen_through
 
 EGO: tuple[float, float] = (0.0, 0.0)
 

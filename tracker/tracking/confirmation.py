@@ -39,10 +39,6 @@ class TrackLifeConfig:
     """A tentative track is terminated if it was not seen for longer than this before the last scan [s]."""
     gap_s: float = 0.25
     """A confirmed track stays confirmed through gaps up to this length [s] and coasts after it."""
-    coast_s: float = 3.0
-    """A confirmed track coasts for this long before it is terminated [s]."""
-    coast_std_max_m: float = 3.0
-    """A coasting track is terminated earlier if its position has a larger standard deviation [m]."""
     heading_gate_sigma: float = 4.0
     """Gate on the heading innovation, in standard deviations."""
     heading_rejections_max: int = 8
@@ -61,12 +57,16 @@ class Confirmation:
         self._config = config
         self._least = math.log(config.confirm_probability / (1.0 - config.confirm_probability))
         self._prior = math.log(config.vehicle_prior / (1.0 - config.vehicle_prior))
-        self._birthplace = birthplace
+        self._birthplace: Footprint | None = birthplace
+        """Place to leave; None until the next observation."""
         self._ends: dict[tuple[int, int], Floats] = {}
         """Tracked corner [m] when the end of an axis and a sign was first visible."""
         self._moved_views = 0
         """Successive observations in which a visible end was away from its first place."""
         self._left = False
+        self._moved_before_hidden = False
+        self._moving_views = 0
+        """Successive observations with a speed, since the vehicle was hidden."""
         self._shape_sum, self._views = 0.0, 0
 
     @property
@@ -91,11 +91,28 @@ class Confirmation:
         self._shape_sum += min(max(shape, -config.view_log_odds_max), config.vehicle_log_odds_max)
         self._views += 1
 
-    def check_motion(self, seen: TrackObservation, footprint: Footprint, corner: Floats) -> None:
-        """Check if the object has left its first place; its tracked corner is at (2,) [m].
+    def reacquire(self, same: float) -> None:
+        """Begin again with an object that is, with a probability, the vehicle that was hidden.
 
-        A single truncated face seems to slide along itself when its occluder moves, so only its motion across counts.
+        Another object is a vehicle with the prior probability of new tracks. Motion counts again as soon as the object
+        moves, as the vehicle did.
         """
+        vehicle = same / (1.0 + math.exp(-self.log_odds)) + (1.0 - same) * self._config.vehicle_prior
+        vehicle = min(vehicle, CERTAIN)
+        self._prior = math.log(vehicle / (1.0 - vehicle))
+        self._moved_before_hidden |= self._left
+        self._left, self._moved_views, self._moving_views, self._birthplace = False, 0, 0, None
+        self._shape_sum, self._views = 0.0, 0
+        self._ends.clear()
+
+    def check_motion(self, seen: TrackObservation, footprint: Footprint, corner: Floats, moving: bool) -> None:
+        """Check if the object has left its first place, or is `moving` on as before it was hidden.
+
+        Its tracked corner is at (2,) [m]. A single truncated face seems to slide along itself when its occluder moves,
+        so only its motion across counts.
+        """
+        config = self._config
+        self._birthplace = self._birthplace or footprint
         faces = seen.size[::-1] > FACE_MIN_M
         self._left = self._left or bool(((seen.whole | faces) & footprint.clear_of(self._birthplace)).any())
         moves = False
@@ -104,12 +121,17 @@ class Confirmation:
             shift = rotate_one(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
             moves |= abs(shift) > LEFT_MARGIN_M
         self._moved_views = self._moved_views + 1 if moves else 0
-        self._left |= self._moved_views >= self._config.moved_views_min
+        self._moving_views = self._moving_views + 1 if moving else 0
+        self._left |= self._moved_views >= config.moved_views_min
+        self._left |= self._moved_before_hidden and self._moving_views >= config.moved_views_min
 
     def turn(self) -> None:
         """Forget the ends of the object, whose names change when its heading is turned by quarters."""
         self._ends.clear()
 
+
+CERTAIN = 1.0 - 1e-9
+"""Largest probability of a vehicle, for finite log-odds."""
 
 FACE_MIN_M = 0.6
 """Minimum visible extent of a side [m]; corners are rounded by 0.25 to 0.4."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tracker.arrays import Floats, Ints
-from tracker.geometry import rotate_one
+from tracker.geometry import mahalanobis, rotate_one
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
@@ -137,6 +137,13 @@ class CornerEstimator:
         self.bank.inflate(each)
         self.independent.inflate(each)
         return replace(seen, misfit=seen.misfit + (self._first_offset - seen.time_offset) * velocity)
+
+    def density(self, seen: TrackObservation, heading: float) -> float:
+        """Return the predicted density of an observation at its place, over all models [1/m^2]."""
+        innovation = self.bank.filters.covariance[:, :2, :2] + seen.covariance + self.offset_covariance(heading)
+        squared, determinant = mahalanobis(seen.misfit, innovation)
+        each = np.exp(-0.5 * squared) / (2.0 * np.pi * np.sqrt(determinant))
+        return float(self.bank.probability @ each)
 
     def observe(self, seen: TrackObservation, heading: float) -> None:
         """Update the filters and the time-correlated error by one observation."""

@@ -8,6 +8,7 @@ from tracker.records import Status
 from tracker.tracking import extent, orientation
 from tracker.tracking.confirmation import Confirmation
 from tracker.tracking.corner_estimator import CornerEstimator
+from tracker.tracking.existence import existence, same_vehicle
 from tracker.tracking.filter_bank import FilterBank
 from tracker.tracking.filters import Motion
 from tracker.tracking.footprint import Footprint
@@ -148,7 +149,7 @@ class Track:
         return Footprint(middle, self.heading, self.seen_size)
 
     def predict(self, motion: Motion) -> None:
-        """Move on by one time step; terminate the track if it has coasted for too long."""
+        """Move on by one time step; terminate the track if it was not seen for too long."""
         self.corner.predict(*self.advance(motion))
 
     def advance(self, motion: Motion) -> tuple[Motion, Motion]:
@@ -165,11 +166,7 @@ class Track:
         of_bank = self._bank_motion(motion)
         self.unseen_s += motion.dt
         self.age_s += motion.dt
-        life = self._config.life
-        tentative = self.status is Status.TENTATIVE
-        missed_s = self.unseen_s - motion.dt if tentative else self.unseen_s
-        if missed_s > (life.tentative_coast_s if tentative else life.coast_s):
-            self.status = Status.DEAD
+        self._wait(missed_s=self.unseen_s - motion.dt)
         return motion, of_bank
 
     def update(self, seen: TrackObservation) -> None:
@@ -179,7 +176,14 @@ class Track:
         self.follow(seen)
 
     def admit(self, seen: TrackObservation) -> TrackObservation:
-        """Return an observation for the corner; the second one of a track shows its speed."""
+        """Return an observation for the corner; the second one of a track shows its speed.
+
+        After a track has coasted, the observation may be of another object.
+        """
+        if self.status is Status.COASTING and not self.seen:
+            density = self.corner.density(seen, self.heading)
+            same = same_vehicle(self.unseen_s, density, self._config.memory)
+            self._confirmation.reacquire(same)
         return self.corner.start(seen, self.unseen_s) if self.hits == 1 else seen
 
     def follow(self, seen: TrackObservation) -> None:
@@ -195,7 +199,8 @@ class Track:
             )
             self._heading.shift(offset)
         self._confirmation.count(seen)
-        self._confirmation.check_motion(seen, self.footprint, self.corner.position)
+        moving = self._course is not None
+        self._confirmation.check_motion(seen, self.footprint, self.corner.position, moving)
         self._turn(self._heading.turns_to_front(self._course, self.corner.position, self.seen_size))
 
     def orient(self, flow: TrafficFlow) -> None:
@@ -225,21 +230,27 @@ class Track:
         self._size.extend(high - low)
 
     def settle(self) -> None:
-        """Update the status at the end of a frame: confirm, coast or terminate the track."""
-        if self.status is Status.DEAD:
+        """Update the status after an observation: confirm or refute the track, or terminate one that is too large."""
+        if self.status is Status.DEAD or not self.seen:
             return
-        if self.seen:
-            sure = self._axis_log_odds >= self._config.orientation.turn_log_odds
-            if sure and self._confirmation.confirms(self.hits):
-                self.status = Status.CONFIRMED
-            elif self._confirmation.refutes:
-                self.status = Status.TENTATIVE
-            if extent.too_large(self.seen_size, self._config.extent):
+        sure = self._axis_log_odds >= self._config.orientation.turn_log_odds
+        if sure and self._confirmation.confirms(self.hits):
+            self.status = Status.CONFIRMED
+        elif self._confirmation.refutes:
+            self.status = Status.TENTATIVE
+        if extent.too_large(self.seen_size, self._config.extent):
+            self.status = Status.DEAD
+
+    def _wait(self, missed_s: float) -> None:
+        """Let a track coast that was not seen for a while, `missed_s` before this scan; terminate it in the end."""
+        life, memory = self._config.life, self._config.memory
+        if self.status is Status.TENTATIVE:
+            if missed_s > life.tentative_coast_s:
                 self.status = Status.DEAD
-        elif self.status is not Status.TENTATIVE:
-            lost = np.trace(self.covariance) > 2 * self._config.life.coast_std_max_m**2
-            if lost or self.unseen_s > self._config.life.gap_s:
-                self.status = Status.DEAD if lost else Status.COASTING
+        elif existence(self.unseen_s, 1.0, memory) < memory.existence_min:
+            self.status = Status.DEAD
+        elif self.unseen_s > life.gap_s:
+            self.status = Status.COASTING
 
     def _bank_motion(self, motion: Motion) -> Motion:
         """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.corner_error import CornerConfig
+from tracker.tracking.existence import MemoryConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.orientation import OrientationConfig
@@ -18,3 +19,4 @@ class TrackConfig:
     orientation: OrientationConfig
     corner: CornerConfig
     life: TrackLifeConfig
+    memory: MemoryConfig

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tracker.detection.cell_memory import CellMemory
-from tracker.detection.seen_through import BINS, COVERED, seen_through
+from tracker.seen_through import BINS, COVERED, seen_through
 
 OFFSET_M = 2.5
 

@@ -106,7 +106,7 @@ def moved(seen, corners, size=(0.0, 0.0)):
     """Return True if an object whose tracked corner is at each of `corners` (K, 2) [m] has left its first place."""
     judged = Confirmation(TrackLifeConfig(vehicle_prior=0.5), place(size))
     for corner in np.asarray(corners, dtype=float):
-        judged.check_motion(seen, Footprint(corner, 0.0, np.asarray(size, dtype=float)), corner)
+        judged.check_motion(seen, Footprint(corner, 0.0, np.asarray(size, dtype=float)), corner, moving=False)
     return judged.log_odds == LIFE.motion_log_odds
 
 
@@ -140,7 +140,7 @@ def test_another_end_has_its_own_first_place():
     judged, seen = confirmation(), [view((4.6, 1.8), sign=(sign, -1)) for sign in (-1, 1)]
     for k in range(20):
         corner = np.array([4.6 * (k % 2) - 2.3, -0.9])
-        judged.check_motion(seen[k % 2], place((4.6, 1.8)), corner)
+        judged.check_motion(seen[k % 2], place((4.6, 1.8)), corner, moving=False)
     assert judged.log_odds == 0.0
 
 

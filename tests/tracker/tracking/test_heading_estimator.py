@@ -9,6 +9,7 @@ from support.seen import observe_boxes
 from tracker.tracking import orientation
 from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.corner_error import CornerConfig
+from tracker.tracking.existence import MemoryConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig
 from tracker.tracking.heading_estimator import HeadingEstimator
@@ -19,7 +20,9 @@ from tracker.tracking.track_observation import first_observation
 
 CAR = np.array([4.6, 1.8])
 ORIGIN, WHOLE = np.zeros(2), np.ones(2, dtype=np.bool_)
-CONFIG = TrackConfig(FilterConfig(), ExtentConfig(), OrientationConfig(), CornerConfig(), TrackLifeConfig())
+CONFIG = TrackConfig(
+    FilterConfig(), ExtentConfig(), OrientationConfig(), CornerConfig(), TrackLifeConfig(), MemoryConfig()
+)
 ONE_VIEW = orientation.shape_log_odds(CAR, WHOLE, CONFIG.orientation)
 """Log-odds of one view of the whole car that its length is its length."""
 

@@ -4,6 +4,7 @@ from support.one_track import CAR, DT, LIFE, flow_of, follow, start, straight
 from support.seen import observe_boxes
 
 from tracker.records import MODELS, Status
+from tracker.tracking.existence import MemoryConfig
 from tracker.tracking.filters import FilterConfig, Filters, motion
 from tracker.tracking.mma import MmaConfig
 from tracker.tracking.output import report
@@ -60,9 +61,9 @@ def test_status_from_tentative_to_dead():
         track.predict(motion(DT, FilterConfig()))
         track.settle()
         waited += 1
-        assert waited < 100
-    assert waited * DT == pytest.approx(LIFE.coast_s, abs=DT) or waited * DT < LIFE.coast_s
-    assert waited * DT > 1.0
+        assert waited * DT < 20.0
+    memory = MemoryConfig()
+    assert waited * DT == pytest.approx(-memory.course_s * np.log(memory.existence_min), abs=DT)
 
 
 def test_a_tentative_track_is_terminated_early():

@@ -1,0 +1,45 @@
+"""Memory of hidden vehicles: termination of coasting tracks whose predicted places are seen to be free."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tracker.arrays import Floats
+from tracker.geometry import rotate
+from tracker.records import Status
+from tracker.scan import Scan
+from tracker.seen_through import seen_through
+from tracker.tracking.existence import MemoryConfig, existence
+from tracker.tracking.track import Track
+from tracker.tracking.track_arrays import boxes
+
+QUANTILES = np.array([-1.2816, -0.5244, 0.0, 0.5244, 1.2816])
+"""Standard normal quantiles of 10, 30, 50, 70 and 90 %: middles of five equally likely parts."""
+
+ALONG = np.array([-0.35, 0.0, 0.35])
+"""Places along a vehicle that beams cannot pass, in lengths from its centre."""
+
+
+def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) -> None:
+    """Terminate the coasting tracks that probably do not exist any more, after the updates by a scan."""
+    coasting = [track for track in tracks if track.status is Status.COASTING and not track.seen]
+    if not coasting:
+        return
+    places = predicted_places(coasting) - scan.ego_pose_odom[:2]
+    returns = rotate(scan.points_ego[np.isfinite(scan.points_ego).all(axis=1), :2], scan.ego_pose_odom[2])
+    free = seen_through(places.reshape(-1, 2), returns, config.unit_offset_m, config.free_margin_m)
+    share = 1.0 - free.reshape(places.shape[:-1]).any(axis=2).mean(axis=1)
+    for track, hidden in zip(coasting, share.tolist(), strict=True):
+        vague = np.trace(track.covariance) > 2.0 * config.std_max_m**2
+        if vague or existence(track.unseen_s, hidden, config) < config.existence_min:
+            track.status = Status.DEAD
+
+
+def predicted_places(tracks: Sequence[Track]) -> Floats:
+    """(T, K, A, 2) places along each of the T vehicles at K equally likely positions, odometry frame [m]."""
+    center, heading, size = boxes(tracks)
+    value, vector = np.linalg.eigh(np.reshape([track.covariance for track in tracks], (-1, 2, 2)))
+    spread = np.stack(np.meshgrid(QUANTILES, QUANTILES), axis=-1).reshape(-1, 1, 2) * np.sqrt(value)[:, None, None]
+    position = center[:, None] + np.einsum("tij,tkj->tki", vector, spread[:, :, 0])
+    along = rotate(np.outer(size[:, 0], ALONG)[:, :, None] * np.array([1.0, 0.0]), heading[:, None])
+    return np.asarray(position[:, :, None] + along[:, None])
