@@ -15,7 +15,7 @@ from scenarios.grading.snapshots import CONFIRMATION_S
 from tracker.records import MODELS
 
 Row = Mapping[str, Any]
-"""A row of a table by column, and its `badness`."""
+"""A row of a table by column, its `badness`, and the name of its `vehicle` if it has an `actor_id`."""
 
 NEW_VEHICLE_WEIGHT = 0.01
 """Badness of a vehicle without a track that was first graded less than `CONFIRMATION_S` ago."""
@@ -47,7 +47,9 @@ def fits(table: pd.DataFrame, view: Sequence[str], method: str, measure: str) ->
     if measure.startswith("iou"):
         return RatedRows(rows, 1.0 - rows["iou"], lambda row: f"{_rectangle(row)} overlaps it by {row['iou']:.2f}")
     error = rows["heading_error_deg"].abs()
-    return RatedRows(rows, error, lambda row: f"{_rectangle(row)} is {row['heading_error_deg']:+.1f} deg off")
+    return RatedRows(
+        rows, error, lambda row: f"{_rectangle(row)} is {row['heading_error_deg']:+.1f} deg off in its fit heading"
+    )
 
 
 def _rectangle(row: Row) -> str:
@@ -55,11 +57,15 @@ def _rectangle(row: Row) -> str:
 
 
 def _vehicle(row: Row) -> str:
-    return f"on vehicle {row['actor_id']} ({row['view'].replace('_', ' ')}, {row['range_m']:.0f} m)"
+    return f"on vehicle {row['vehicle']} ({row['view'].replace('_', ' ')}, {row['range_m']:.0f} m)"
 
 
 def _track(row: Row) -> str:
-    return f"track {row['track_id']} on vehicle {row['actor_id']}"
+    return f"track {row['track_id']} on vehicle {row['vehicle']}"
+
+
+def _model(row: Row) -> str:
+    return "" if pd.isna(row["model"]) else f", the model is {row['model']}"
 
 
 def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> RatedRows:
@@ -70,7 +76,7 @@ def positions(tracks: pd.DataFrame, estimate: str, target: str, axes: str) -> Ra
     error = np.sqrt(sum(rows[f"{estimate}_{axis}_error_m"] ** 2 for axis in axes))
 
     def describe(row: Row) -> str:
-        return f"{_track(row)} is {row['badness']:.2f} m off by {estimate}, the model is {row['model']}"
+        return f"{_track(row)} is {row['badness']:.2f} m off by {estimate}{_model(row)}"
 
     return RatedRows(rows, error, describe)
 
@@ -83,7 +89,7 @@ def predictions(truth: pd.DataFrame, tracks: pd.DataFrame, estimate: str, measur
     error = pd.Series(prediction_metrics.errors(rows, truth, estimate, label), index=rows.index)
 
     def describe(row: Row) -> str:
-        return f"{_track(row)} is predicted {row['badness']:.2f} m off by {estimate}, the model is {row['model']}"
+        return f"{_track(row)} is predicted {row['badness']:.2f} m off by {estimate}{_model(row)}"
 
     return RatedRows(rows, error, describe)
 
@@ -110,7 +116,9 @@ def headings(tracks: pd.DataFrame) -> RatedRows:
     """Rate the headings of tracks on moving vehicles."""
     rows = tracks[tracks["judged"] & (tracks["true_mode"] != MODELS[0])]
     error = rows["heading_error_deg"]
-    return RatedRows(rows, error.abs(), lambda row: f"{_track(row)} points {row['heading_error_deg']:+.1f} deg off")
+    return RatedRows(
+        rows, error.abs(), lambda row: f"{_track(row)} is {row['heading_error_deg']:+.1f} deg off in its track heading"
+    )
 
 
 def overlaps(tracks: pd.DataFrame) -> RatedRows:
@@ -125,7 +133,7 @@ def split(truth: pd.DataFrame) -> RatedRows:
 
     def describe(row: Row) -> str:
         share = row["largest_segment_share"]
-        return f"{share:.0%} of the {row['points']} points of vehicle {row['actor_id']} are in its largest segment"
+        return f"{share:.0%} of the {row['points']} points of vehicle {row['vehicle']} are in its largest segment"
 
     return RatedRows(rows, 1.0 - rows["largest_segment_share"], describe)
 
@@ -172,7 +180,7 @@ def identities(truth: pd.DataFrame) -> RatedRows:
     changed = rows["before"].notna() & (rows["before"] != rows["track_id"])
 
     def describe(row: Row) -> str:
-        return f"vehicle {row['actor_id']} goes from track {row['before']:.0f} to track {row['track_id']}"
+        return f"vehicle {row['vehicle']} goes from track {row['before']:.0f} to track {row['track_id']}"
 
     return RatedRows(rows, changed.astype(float), describe)
 

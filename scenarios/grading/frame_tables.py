@@ -179,6 +179,9 @@ OUTLIERS: Schema = {
 """A row per cause: points in the segments of graded vehicles, the number of them removed by T-linkage, and the number
 of clean points removed in segments with points of this cause."""
 
+BLOCKERS: Schema = {"actor_id": np.int64, "blocker_id": np.int64, "points": np.int64}
+"""A row per hidden vehicle, frame and blocker: the points on what the beams hit instead, see `blockers.BlockerLog`."""
+
 SCHEMAS: Mapping[str, Schema] = {
     "truth": TRUTH,
     "tracks": TRACKS,

@@ -98,9 +98,10 @@ class Snapshots:
         changed = []
         for row in np.flatnonzero(frame_truth.graded & (follower != NO_TRACK)).tolist():
             actor, track = int(frame_truth.actors.id[row]), int(follower[row])
+            name = frame_truth.actors.name[row]
             before = self._follower.get(actor, track)
             if before != track:
-                changed.append((row, f"vehicle {actor} goes from track {before} to track {track}"))
+                changed.append((row, f"vehicle {name} goes from track {before} to track {track}"))
             self._follower[actor] = track
         if changed:
             rows, words = zip(*changed, strict=True)
@@ -119,7 +120,8 @@ def _track_heading(frame_truth: FrameTruth, matches: TrackMatches, tracks: Track
     if len(error):
         worst = np.abs(error).argmax()
         actor, track = row[moving][worst], tracks.id[judged][moving][worst]
-        what = f"track {track} on vehicle {frame_truth.actors.id[actor]} points {error[worst]:+.1f}° off"
+        name = frame_truth.actors.name[actor]
+        what = f"track {track} on vehicle {name} is {error[worst]:+.1f}° off in its track heading"
         place = frame_truth.boxes_ego[actor, :2]
         yield Snapshot("track_heading", abs(float(error[worst])), what, place, frame_truth)
 
@@ -130,8 +132,9 @@ def _fit_heading(frame_truth: FrameTruth, box_actor: Ints, box_error: Floats) ->
     if len(owned):
         worst = owned[np.abs(box_error[owned]).argmax()]
         error = np.degrees(box_error[worst])
-        place = frame_truth.boxes_ego[frame_truth.actors.id == box_actor[worst], :2][0]
-        what = f"the box fitted to vehicle {box_actor[worst]} is {error:+.1f}° off"
+        actor = int(np.flatnonzero(frame_truth.actors.id == box_actor[worst])[0])
+        place, name = frame_truth.boxes_ego[actor, :2], frame_truth.actors.name[actor]
+        what = f"the rectangle fitted to vehicle {name} is {error:+.1f}° off in its fit heading"
         yield Snapshot("fit_heading", abs(float(error)), what, place, frame_truth)
 
 

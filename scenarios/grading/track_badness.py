@@ -14,7 +14,7 @@ ESTIMATES = {
     "speed_mean_mps": VELOCITY,
     "standing_speed_mean_mps": ("speed_mps", "m/s fast"),
     "acceleration_abs_mean_mps2": ("acceleration_error_mps2", "m/s^2 off in its acceleration"),
-    "standing_heading_abs_mean_deg": ("standing_heading_error_deg", "deg off in its heading"),
+    "standing_heading_abs_mean_deg": ("standing_heading_error_deg", "deg off in its track heading"),
     **dict.fromkeys(("length_mean_m", "length_abs_mean_m"), ("length_error_m", "m off in its length")),
     **dict.fromkeys(("width_mean_m", "width_abs_mean_m"), ("width_error_m", "m off in its width")),
 }
@@ -31,6 +31,6 @@ def estimates(truth: pd.DataFrame, tracks: pd.DataFrame, measure: str) -> RatedR
         rows = rows[rows["standing"] == measure.startswith("standing")]
 
     def describe(row: Row) -> str:
-        return f"track {row['track_id']} on vehicle {row['actor_id']} is {row[column]:+.2f} {words}"
+        return f"track {row['track_id']} on vehicle {row['vehicle']} is {row[column]:+.2f} {words}"
 
     return RatedRows(rows, np.abs(rows[column]), describe)

@@ -10,6 +10,7 @@ from scenarios.grading.frame_badness import RatedRows
 from scenarios.grading.metric_names import DRIVERS
 from scenarios.grading.track_badness import ESTIMATES
 from scenarios.result import Result
+from sensor_model.truth import NO_ACTOR
 
 IDENTITIES = ("id_switches", "id_switches_in_view", "fragments", "occlusion_survival", "hidden_2s_survival")
 """Metrics `track.*` about identities; they are bad where a vehicle goes from one track to another."""
@@ -22,6 +23,8 @@ class WorstFrame(NamedTuple):
     frame: int
     time_s: float
     what: str
+    actor_id: int = NO_ACTOR
+    """The vehicle with the error; `NO_ACTOR` if the error is not that of one vehicle."""
 
     def __str__(self) -> str:
         return f"frame {self.frame} ({self.time_s:.2f} s): {self.what}"
@@ -37,9 +40,20 @@ def worst_frames(result: Result, metric: str, count: int = 3) -> list[WorstFrame
     if rated is None:
         return []
     rows = rated.rows.assign(badness=rated.badness.fillna(0.0))
+    if "actor_id" in rows:
+        rows = rows.assign(vehicle=rows["actor_id"].map(vehicle_names(result.tables["truth"])))
     bad = rows[rows["badness"] > 0].sort_values(["badness", "frame"], ascending=[False, True], kind="stable")
     worst = bad.drop_duplicates("frame").head(count)
-    return [WorstFrame(row["frame"], row["time_s"], rated.describe(row)) for row in worst.to_dict("records")]
+    return [
+        WorstFrame(row["frame"], row["time_s"], rated.describe(row), row.get("actor_id", NO_ACTOR))
+        for row in worst.to_dict("records")
+    ]
+
+
+def vehicle_names(truth: pd.DataFrame) -> dict[int, str]:
+    """Return the names of the actors by id, from the truth table: the only names of vehicles that users see."""
+    first = truth.drop_duplicates("actor_id")
+    return {int(actor): str(name) for actor, name in zip(first["actor_id"], first["name"], strict=True)}
 
 
 def _rated(tables: Mapping[str, pd.DataFrame], metric: str) -> RatedRows | None:

@@ -50,7 +50,7 @@ BACKGROUND = 16
 PLOTS = {
     "plots/models_moving": MODEL_COLORS,
     "plots/models_standing": MODEL_COLORS,
-    "plots/heading_error": {"fits (mod 90)": YELLOW, "tracks (mod 360)": GREEN},
+    "plots/heading_error": {"fit heading (mod 90)": YELLOW, "track heading (mod 360)": GREEN},
     "plots/counts": {"graded vehicles": WHITE, "confirmed tracks": GREEN, "coasting tracks": BLUE},
     "plots/points": {"all": CAUSES[Cause.CLEAN], "noise": CAUSES[Cause.RANGE_OUTLIER]},
 }
@@ -88,13 +88,13 @@ def layout(*, controlled: bool = False) -> "rrb.Blueprint":
 
     probability, degrees = rrb.ScalarAxis(range=(0.0, 1.0)), rrb.ScalarAxis(range=(0.0, 10.0))
     columns = rrb.TextLogColumns(text_log_columns=["loglevel", "body"])
-    scenes = rrb.Tabs(_scene("Points by cause"), _scene("Points by unit", "unit"), _scene("Points by layer", "layer"))
+    scenes = rrb.Tabs(scene("Points by cause"), scene("Points by unit", "unit"), scene("Points by layer", "layer"))
     control = [plot("Ego: speeds [m/s] and gap [m]", CONTROL)] if controlled else []
     figures = rrb.Vertical(
         rrb.TextDocumentView(origin="legend", name="Legend"),
         plot("Model probability [0 to 1], mean over tracks of moving vehicles", "plots/models_moving", probability),
         plot("Model probability [0 to 1], mean over tracks of standing vehicles", "plots/models_standing", probability),
-        plot("Heading error, median absolute [0 to 10 deg]", "plots/heading_error", degrees),
+        plot("Heading errors of fits and tracks, median absolute [0 to 10 deg]", "plots/heading_error", degrees),
         rrb.Tabs(
             *control,
             rrb.TextLogView(origin="events", name="Events", columns=columns),
@@ -103,6 +103,13 @@ def layout(*, controlled: bool = False) -> "rrb.Blueprint":
         ),
         row_shares=[1.1, 1, 1, 1, 1.3],
     )
+    return arranged(scenes, figures)
+
+
+def arranged(scenes: "rrb.Container | rrb.View", figures: "rrb.Container") -> "rrb.Blueprint":
+    """Return a layout with the scene on the left and figures on the right; panels are collapsed."""
+    import rerun.blueprint as rrb
+
     return rrb.Blueprint(
         rrb.Horizontal(scenes, figures, column_shares=[1.7, 1]),
         rrb.TimePanel(timeline="sim_time", state="collapsed"),
@@ -111,7 +118,7 @@ def layout(*, controlled: bool = False) -> "rrb.Blueprint":
     )
 
 
-def _scene(name: str, color_by: str | None = None) -> "rrb.Spatial3DView":
+def scene(name: str, color_by: str | None = None) -> "rrb.Spatial3DView":
     """Return a bird's-eye view that rotates with the ego; `color_by` selects another colouring of the points."""
     import rerun as rr
     import rerun.blueprint as rrb

@@ -6,12 +6,15 @@ SUMO's coordinates can be large. `world/ego` and `world/odom` are the ego frame 
 Rerun is imported lazily inside the functions, because its import takes half a second.
 """
 
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
 
 from scenarios.arrays import Bools, Floats
 from scenarios.control.cruise import Decision
+from scenarios.errors import OutputError
 from scenarios.grading.articulated import parts
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.recording import blueprint
@@ -24,11 +27,29 @@ from sim.world import Actors, Ego, Obstacles, WorldFrame
 from tracker.records import Boxes, StepTrace, Tracks
 from tracker.scan import Scan
 
+LEAST_FREE_BYTES = 4 * 2**20
+"""Free space that a recording needs at least [bytes]; a short one has 0.3 MB."""
+FLUSH_S = 60.0
+"""Longest wait for the last frames [s]."""
+
+
+def _require_space(folder: Path) -> None:
+    """Raise an OutputError on a disk that is almost full, on which rerun would wait for ever when it opens its file."""
+    if shutil.disk_usage(folder).free < LEAST_FREE_BYTES:
+        needed = f"a recording needs {LEAST_FREE_BYTES // 2**20} MB"
+        raise OutputError(
+            f"{folder}: cannot write there (No space left on device: {needed}); free some space, choose another "
+            "folder with --out, or run with --no-recording"
+        )
+
 
 class NullRecorder:
     """Recorder of runs without a recording."""
 
     def log(self, *records: object) -> None:
+        """Do nothing."""
+
+    def finish(self) -> None:
         """Do nothing."""
 
     def close(self) -> None:
@@ -51,8 +72,11 @@ class Recorder:
     """
 
     def __init__(self, path: Path, scenario: str, obstacles: Obstacles, *, controlled: bool = False) -> None:
+        os.environ.setdefault("RUST_LOG", "off")  # before the import: rerun prints errors that `finish` raises
         import rerun as rr
 
+        _require_space(path.parent)
+        self._path = path
         self._obstacles = obstacles
         self._origin_world: Floats | None = None
         self._track_layer = TrackLayer()
@@ -103,6 +127,22 @@ class Recorder:
         self._log_events(frame, tracks, grade)
         if decision is not None:
             self._log_control(frame.ego, decision)
+
+    def finish(self) -> None:
+        """Wait until all frames are in the file.
+
+        Raises
+        ------
+        OutputError
+            The file cannot be written: rerun writes it in a thread of its own, which ends at the first error.
+        """
+        try:
+            self._stream.flush(timeout_sec=FLUSH_S)
+        except (RuntimeError, ValueError) as error:
+            raise OutputError(
+                f"{self._path}: the recording cannot be written ({error}); the disk may be full: free some space, or "
+                "run with --no-recording"
+            ) from error
 
     def close(self) -> None:
         """Flush and close the file. A second call has no effect."""

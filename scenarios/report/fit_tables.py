@@ -29,7 +29,7 @@ def emphasis(method: str) -> str:
 
 def heading_by_band(result: Result) -> Table:
     """Return mean absolute heading errors by range and by number of points."""
-    title = "Mean absolute heading error by range and by points of the segment [deg]"
+    title = "Mean absolute fit heading error by range and by points of the segment [deg]"
     table = table_of(title, "method", *(name.replace("points", "pts") for name in BANDS))
     for method in methods_of(result):
         metrics = [result.metrics[f"fit.{method}.heading_abs_mean_deg.{band}"] for band in BANDS.values()]
@@ -42,7 +42,13 @@ def heading_by_band(result: Result) -> Table:
 def selection(result: Result) -> Table:
     """Return the regret of the selection, the coverage of the headings' intervals, and the ratio to the bound."""
     columns = (*(f"in {percent} %" for percent in COVERAGES), "over bound", "n")
-    table = table_of("Selected fits: regret [deg], true headings inside intervals", "", "regret", "95 %", *columns)
+    table = table_of(
+        "Selected fits: regret of the fit heading [deg], true headings inside its intervals",
+        "",
+        "regret",
+        "95 %",
+        *columns,
+    )
     for name, scope in SCOPES.items():
         regret, ratio, *coverage = (
             result.metrics[f"fit.{scope}best.{figure}"]

@@ -30,7 +30,7 @@ def dataset(result: Result) -> Table:
 def heading_error(result: Result) -> Table:
     """Return table II: heading errors by method, with the intervals of the mean absolute errors."""
     columns = ("mean", "STD", "mean |e|", "95 %", "STD |e|", "n")
-    table = table_of("Heading error by method, modulo 90 degrees [deg]", "method", *columns)
+    table = table_of("Fit heading error by method, modulo 90 degrees [deg]", "method", *columns)
     for method in methods_of(result):
         metrics = [
             result.metrics[f"fit.{method}.heading_{name}_deg"] for name in ("mean", "std", "abs_mean", "abs_std")
@@ -50,7 +50,7 @@ def heading_distribution(result: Result) -> Table:
 
     The paper's column of zero errors shows that it rounded headings to whole degrees; here it has errors below 0.5.
     """
-    title = "Share of heading errors of at most, with its 95 % interval; = 0 in whole degrees"
+    title = "Share of fit heading errors of at most, with its 95 % interval; = 0 in whole degrees"
     table = table_of(title, "method", "= 0", *(f"{limit} deg" for limit in range(1, 6)))
     for method in methods_of(result):
         zero = percent_of(result.metrics[f"fit.{method}.rounded_to_0deg"])
@@ -67,7 +67,7 @@ def heading_by_view(result: Result) -> Table:
     """Return heading errors by view of the vehicle."""
     counts = {view: result.metrics[f"fit.{view}.best.heading_abs_mean_deg"].n for view in VIEWS.values()}
     columns = (f"{view.replace('_', '-')}, n = {count}" for view, count in counts.items())
-    table = table_of("Mean absolute heading error by view [deg]", "method", *columns)
+    table = table_of("Mean absolute fit heading error by view [deg]", "method", *columns)
     for method in methods_of(result):
         metrics = [result.metrics[f"fit.{view}.{method}.heading_abs_mean_deg"] for view in counts]
         table.add_row(method, *map(value_of, metrics), style=emphasis(method))

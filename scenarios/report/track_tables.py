@@ -13,7 +13,7 @@ from scenarios.result import Result
 TABLES: dict[str, tuple[Iterable[Definition], ...]] = {
     "Tracking": (names.SCORES, names.OCCLUSION),
     "Found and missed vehicles, false tracks": (names.CONFIRMATION, names.MISSED, names.FALSE, names.GOSPA),
-    "Motion, heading and size of tracks": (names.MOTION, names.HEADING, names.SIZE),
+    "Motion, track heading and size": (names.MOTION, names.HEADING, names.SIZE),
 }
 """Groups of metrics by the titles of their tables."""
 
@@ -27,11 +27,11 @@ BANDED_TABLES = {
         "track.width_mean_m": "width [m]",
         "track.width_abs_mean_m": "|e|",
     },
-    "Motion and heading by range, class and view [m/s, m/s^2, deg]": {
+    "Motion and track heading by range, class and view [m/s, m/s^2, deg]": {
         "track.moving_velocity_abs_mean_mps": "velocity",
         "track.standing_speed_mean_mps": "standing",
         "track.acceleration_abs_mean_mps2": "acceleration",
-        "track.heading_abs_mean_deg": "heading",
+        "track.heading_abs_mean_deg": "track heading",
         "track.heading_flip_rate": "flips",
     },
 }

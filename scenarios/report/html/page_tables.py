@@ -7,10 +7,11 @@ from rich.table import Table
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Text of a cell, and True if it is right-aligned."""
+    """Text of a cell, True if it is right-aligned, and the target of its link, if any."""
 
     text: str
     right: bool
+    href: str = ""
 
 
 @dataclass(frozen=True, slots=True)

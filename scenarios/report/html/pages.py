@@ -1,9 +1,15 @@
 """Rendering of templates, and writing of pages."""
 
+import base64
+import hashlib
+import re
+from functools import cache
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file
@@ -22,7 +28,25 @@ def render(template: str, **values: Any) -> str:
         lstrip_blocks=True,
     )
     environment.globals.update(tones=TONES, registry=REGISTRY, with_unit=with_unit, interval=interval)
+    environment.filters["breakable"] = breakable
+    environment.globals.update(script=script, script_hash=script_hash)
     return environment.get_template(template).render(**values)
+
+
+def breakable(name: str) -> Markup:
+    """Return the name of a metric that a narrow column may break after its points and underscores."""
+    return Markup(re.sub(r"(?<=[a-z])([._])(?=\w)", r"\1<wbr>", str(escape(name))))
+
+
+@cache
+def script() -> Markup:
+    """Return the script of the frame player, the only one of any page."""
+    return Markup((resources.files("scenarios.report.html") / "templates" / "player.js").read_text(encoding="utf-8"))
+
+
+def script_hash() -> str:
+    """Return the source expression of a content security policy that allows this script and no other one."""
+    return "sha256-" + base64.b64encode(hashlib.sha256(script().encode()).digest()).decode()
 
 
 def write(out: Path, page: str, option: str = "--out") -> None:

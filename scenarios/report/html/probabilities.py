@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from scenarios.grading.frame_tables import models_of
+from scenarios.grading.worst_frames import vehicle_names
 from scenarios.report.html.palette import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 from scenarios.report.html.svg_figure import Figure, draw, note
 from tracker.records import MODEL_NAMES, MODELS
@@ -17,14 +18,17 @@ if TYPE_CHECKING:
 VEHICLES = 4
 """Number of vehicles shown."""
 COLORS = dict(zip(MODEL_NAMES, (ORANGE, BLUE, GREEN, PURPLE, RED, SKY), strict=True))
+STRIP = (-0.2, -0.06)
+"""Lower and upper edge of the strip with the true mode, below the probabilities."""
 FRAMES_MIN = 12
 """Least number of frames in which a shown vehicle is followed."""
 
 
-def model_probabilities(tracks: pd.DataFrame) -> Figure:
+def model_probabilities(tracks: pd.DataFrame, truth: pd.DataFrame) -> Figure:
     """Draw the model probabilities over time, for the vehicles with most changes of the true mode."""
     judged = tracks[tracks["judged"]].sort_values(["actor_id", "frame"], kind="stable")
     chosen = most_mode_changes(judged)
+    names = vehicle_names(truth)
     colors = {model: COLORS[model] for model in models_of(tracks)}
 
     def on(canvas: "Canvas") -> None:
@@ -34,16 +38,18 @@ def model_probabilities(tracks: pd.DataFrame) -> Figure:
         rows = canvas.subplots(max(len(chosen), 1), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
         for axes, actor in zip(rows, chosen, strict=False):
             _draw(axes, judged[judged["actor_id"] == actor])
-            axes.set_title(f"vehicle {actor}", fontsize=8)
+            axes.set_title(f"vehicle {names[actor]}", fontsize=8)
         if not chosen:
             note(rows[0], "no confirmed track followed a graded vehicle for long")
-        rows[-1].set(xlabel="time [s]", ylim=(-0.02, 1.02))
+        rows[-1].set(xlabel="time [s]", ylim=(STRIP[0] - 0.02, 1.02))
         lines = [Line2D([], [], color=color, label=f"probability of {model}") for model, color in colors.items()]
-        patches = [Patch(facecolor=COLORS[mode], alpha=0.22, label=f"truly {mode}") for mode in MODELS]
-        canvas.legend(handles=[*lines, *patches], loc="outside upper left", ncols=6)
+        patches = [Patch(facecolor=COLORS[mode], label=f"truly {mode}") for mode in MODELS]
+        canvas.legend(handles=[*lines, *patches], loc="outside upper left", ncols=4)
 
-    caption = "Equation (12), for the vehicles with most changes of the true mode; the background shows the true mode."
-    size = (12.0, 0.9 + 1.25 * max(len(chosen), 1))
+    caption = (
+        "Equation (12), for the vehicles with most changes of the true mode; strip and background show the true mode."
+    )
+    size = (10.0, 0.9 + 1.25 * max(len(chosen), 1))
     return draw("probabilities", "Probability of each motion model", caption, size, on, wide=True)
 
 
@@ -67,4 +73,6 @@ def _draw(axes: "Axes", rows: pd.DataFrame) -> None:
             axes.plot(time[part], rows[f"probability_{model}"].to_numpy()[part], color=color, lw=1.3)
     changes = np.union1d(np.flatnonzero(mode[1:] != mode[:-1]) + 1, gaps)
     for part in np.split(np.arange(len(time)), changes):
-        axes.axvspan(time[part[0]], time[part[-1]] + step, color=COLORS[mode[part[0]]], alpha=0.22, lw=0)
+        begin, end, color = time[part[0]], time[part[-1]] + step, COLORS[mode[part[0]]]
+        axes.axvspan(begin, end, color=color, alpha=0.22, lw=0)
+        axes.fill_between([begin, end], *STRIP, color=color, lw=0)

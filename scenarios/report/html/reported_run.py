@@ -20,7 +20,7 @@ SUITE_METRICS = {
     "track.missed": "missed",
     "track.false": "false",
     "track.id_switches": "id switches",
-    "fit.best.heading_abs_mean_deg": "heading error",
+    "fit.best.heading_abs_mean_deg": "fit heading",
     "perf.realtime_factor": "x real time",
 }
 """Main metrics of a run, with short names."""
@@ -37,6 +37,10 @@ OUTCOME_ORDER: tuple[ExpectationOutcome, ...] = (
 IS_DEVICE = re.compile(r"oracle: .*|process:.*|.*\.py:[\w.]+|[\w.]+:[\w.]+")
 """Devices that `luxloop run` accepts. Other names are files of tracks."""
 
+SHOWN, SEARCHED = 3, 200
+"""Worst frames of a metric on a page, and among how many they are chosen."""
+APART_S = 1.0
+"""Least time between two of them [s]."""
 LATER = "the run was made by an earlier version; run the scenario again"
 
 
@@ -63,7 +67,9 @@ class ReportedRun:
         expect = {name: Limit(**limit) for name, limit in result.config["expect"].items()}
         checks = check(result.metrics, expect, result.config["device"])
         worst = {
-            check.name: [] if check.holds or check.metric.not_reported else worst_frames(result, check.name)
+            check.name: []
+            if check.holds or check.metric.not_reported
+            else apart(worst_frames(result, check.name, SEARCHED))
             for check in checks
         }
         return cls(folder, result, checks, worst)
@@ -121,6 +127,15 @@ class ReportedRun:
     def ranked(self) -> list[Check]:
         """Expectations in the order of `OUTCOME_ORDER`."""
         return sorted(self.checks, key=lambda check: OUTCOME_ORDER.index(check.outcome))
+
+
+def apart(frames: list[WorstFrame]) -> list[WorstFrame]:
+    """Return the first `SHOWN` frames that are `APART_S` apart, so that they show different situations."""
+    kept: list[WorstFrame] = []
+    for frame in frames:
+        if len(kept) < SHOWN and all(abs(frame.time_s - other.time_s) >= APART_S for other in kept):
+            kept.append(frame)
+    return kept
 
 
 def with_later(result: Result) -> Result:

@@ -9,16 +9,23 @@ from scenarios.report import fit_tables as printed_fits
 from scenarios.report import tables as printed
 from scenarios.report import track_tables as printed_tracks
 from scenarios.report.figure_files import FigureFile
-from scenarios.report.html.birdseye import birdseye
-from scenarios.report.html.fit_figures import COVARIATES, errors_against, heading_distribution, observations
+from scenarios.report.html.birdseye import anchors, birdseye
+from scenarios.report.html.error_figures import COVARIATES, errors_against, errors_by_class, observations
+from scenarios.report.html.fit_figures import heading_distribution
+from scenarios.report.html.frame_player import Player, near, player
+from scenarios.report.html.frame_points import frame_points
 from scenarios.report.html.page_tables import PageTable, page_table
 from scenarios.report.html.pages import render
 from scenarios.report.html.probabilities import model_probabilities
 from scenarios.report.html.reported_run import ReportedRun
+from scenarios.report.html.shown_frames import ego_poses, shown_frames
 from scenarios.report.html.svg_figure import Figure
 from scenarios.report.html.timelines import timelines
 from scenarios.report.text import STAGES
 from scenarios.result import Result
+
+PICTURES, PICTURES_MOST = 8, 14
+"""Number of bird's-eye pictures, and the largest one if many metrics failed."""
 
 
 def run_page(folder: Path) -> str:
@@ -39,9 +46,13 @@ def page_of(run: ReportedRun, figures: "RunFigures") -> str:
         "run.html.j2",
         run=run,
         pictures=figures.pictures,
+        anchors=anchors(figures.pictures),
+        player=figures.player,
         fit_figures=figures.fits,
         fit_tables=fit_tables(run.result),
         track_figures=figures.tracks,
+        track_tables=track_tables(run.result),
+        band_tables=band_tables(run.result),
         model_figures=figures.models,
         model_tables=model_tables(run.result),
         stage_tables=stage_tables(run.result),
@@ -54,6 +65,7 @@ class RunFigures:
     """Figures of a run by section of its page."""
 
     pictures: list[Figure]
+    player: Player
     fits: list[Figure]
     tracks: list[Figure]
     models: list[Figure]
@@ -61,11 +73,15 @@ class RunFigures:
     @classmethod
     def of(cls, run: ReportedRun) -> "RunFigures":
         """Draw the figures of a run."""
+        shown, ego = shown_frames(run.result, run.worst, PICTURES, PICTURES_MOST), ego_poses(run.result)
+        points = frame_points(run.folder, run.result, near(shown, ego))
+        marked = list(shown.values())
         return cls(
-            pictures=birdseye(run.result, run.result.scenario, run.unmet),
+            pictures=birdseye([run.result], run.result.scenario, marked, points),
+            player=player({"tracks": run.result}, ego, marked, points),
             fits=fit_figures(run.result),
             tracks=[track_figure(run.result)],
-            models=[model_probabilities(run.result.tables["tracks"])],
+            models=[model_probabilities(run.result.tables["tracks"], run.result.tables["truth"])],
         )
 
     @property
@@ -79,7 +95,7 @@ def fit_figures(result: Result) -> list[Figure]:
     """Return the figures of fit errors."""
     observed = observations(result.tables["fits"], result.tables["truth"])
     against = [errors_against(observed, covariate) for covariate in COVARIATES]
-    return [heading_distribution(result.tables["fits"]), *against]
+    return [heading_distribution(result.tables["fits"]), *against, errors_by_class(observed)]
 
 
 def track_figure(result: Result) -> Figure:
@@ -89,7 +105,13 @@ def track_figure(result: Result) -> Figure:
 
 def tables_of(result: Result) -> list[PageTable]:
     """Return all tables of a run."""
-    return [*fit_tables(result), *model_tables(result), *stage_tables(result)]
+    return [
+        *fit_tables(result),
+        *model_tables(result),
+        *track_tables(result),
+        *band_tables(result),
+        *stage_tables(result),
+    ]
 
 
 def fit_tables(result: Result) -> list[PageTable]:
@@ -111,11 +133,19 @@ def model_tables(result: Result) -> list[PageTable]:
     return [page_table(table(result)) for table in (paper_tables.position_error, printed.modes, printed.consistency)]
 
 
+def track_tables(result: Result) -> list[PageTable]:
+    """Return the tables of the tracks over the whole run."""
+    return [page_table(table) for table in printed_tracks.tracking(result)]
+
+
+def band_tables(result: Result) -> list[PageTable]:
+    """Return the tables of the tracks by range, class and view."""
+    return [page_table(table) for table in printed_tracks.by_band(result)]
+
+
 def stage_tables(result: Result) -> list[PageTable]:
-    """Return the tables of tracking, the other stages, and speed."""
+    """Return the tables of the other stages, and speed."""
     tables = [
-        *printed_tracks.tracking(result),
-        *printed_tracks.by_band(result),
         *emergence_rows.emergence(result),
         *own_rows.own_metrics(result),
         printed.metric_list("Stages of the tracker", result, STAGES),

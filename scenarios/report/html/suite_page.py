@@ -8,9 +8,11 @@ from pathlib import Path
 
 from scenarios.errors import OutputError
 from scenarios.files.expect import RunVerdict
-from scenarios.report.html.birdseye import birdseye
+from scenarios.report.html.birdseye import anchors, birdseye
+from scenarios.report.html.frame_points import frame_points
 from scenarios.report.html.pages import render
 from scenarios.report.html.reported_run import SUITE_METRICS, ReportedRun
+from scenarios.report.html.shown_frames import shown_frames
 from scenarios.report.html.svg_figure import Figure
 from scenarios.run import run_folder
 
@@ -35,14 +37,18 @@ class Section:
     """Folder of the run, relative to the common parent of all runs."""
     run: ReportedRun
     pictures: list[Figure]
+    anchors: dict[int, str]
+    """Anchors of the pictures by frame."""
 
     @classmethod
     def read(cls, folder: Path, name: str) -> "Section":
         """Read a run and draw its pictures."""
         run = ReportedRun.read(folder)
-        pictures = birdseye(run.result, name, run.unmet, most=PICTURES[run.verdict])
+        count = PICTURES[run.verdict]
+        shown = shown_frames(run.result, run.worst, count, count)
+        pictures = birdseye([run.result], name, shown.values(), frame_points(folder, run.result, shown))
         drawn = [replace(picture, paint=None) for picture in pictures]  # paint refers to the tables
-        return cls(name, replace(run, result=replace(run.result, tables={})), drawn)
+        return cls(name, replace(run, result=replace(run.result, tables={})), drawn, anchors(drawn))
 
 
 def find_runs(folder: Path) -> list[Path]:

@@ -51,6 +51,8 @@ class Figure:
     """True if the figure takes the page's whole width; on a narrow screen it scrolls in its box."""
     size_in: tuple[float, float] = (0.0, 0.0)
     """Width and height [inch]."""
+    frame: int | None = None
+    """Number of the frame of a bird's-eye picture."""
     paint: "Callable[[Canvas], None] | None" = None
     """Draws the figure again, for a file; None where its data are no longer needed."""
 
@@ -62,6 +64,7 @@ def draw(
     size_in: tuple[float, float],
     on: "Callable[[Canvas], None]",
     wide: bool = False,
+    frame: int | None = None,
 ) -> Figure:
     """Draw a figure.
 
@@ -75,8 +78,8 @@ def draw(
         Width and height [inch], at 72 pixels per inch.
     on
         Draws on an empty canvas.
-    wide
-        See `Figure.wide`.
+    wide, frame
+        See `Figure`.
     """
     import matplotlib
     from matplotlib.figure import Figure as Canvas
@@ -88,7 +91,9 @@ def draw(
             axes.set_facecolor("none")
         text = io.StringIO()
         canvas.savefig(text, format="svg", metadata={"Date": None})
-    return Figure(name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide, size_in, on)
+    return Figure(
+        name, title, caption, _embed(text.getvalue(), f"{title}. {caption}", size_in), wide, size_in, frame, on
+    )
 
 
 def note(axes: "Axes", text: str) -> None:

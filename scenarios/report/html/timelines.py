@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from scenarios.report.html.palette import FAINT, INK, LINE, PAGE, RED, SERIES
+from scenarios.grading.worst_frames import vehicle_names
+from scenarios.report.html.palette import FAINT, INK, MUTED, PAGE, RED, TEXT_SERIES
 from scenarios.report.html.svg_figure import Figure, draw, note
 
 if TYPE_CHECKING:
@@ -33,7 +34,12 @@ class Period(NamedTuple):
     """Id of the track, or `MISSED`, `HIDDEN`, `OUT`."""
 
 
-def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
+def timelines(
+    truth: pd.DataFrame,
+    hidden_fraction_max: float,
+    name: str = "timelines",
+    title: str = "Tracks of each vehicle",
+) -> Figure:
     """Draw a line for each of the vehicles graded the longest, in the order of appearance.
 
     Parameters
@@ -42,11 +48,14 @@ def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
         The truth table.
     hidden_fraction_max
         As in `GradingConfig`.
+    name, title
+        Anchor and title of the figure.
     """
     graded = truth[truth["graded"]]
     seen = graded.groupby("actor_id")["time_s"].agg(["size", "min"])
     chosen = seen.sort_values("size", ascending=False, kind="stable").head(VEHICLES).sort_values("min", kind="stable")
     rows = truth.groupby("actor_id")
+    names = vehicle_names(truth)
     lines = {int(actor): list(periods(rows.get_group(actor), hidden_fraction_max)) for actor in chosen.index}
 
     def on(canvas: "Canvas") -> None:
@@ -57,13 +66,13 @@ def timelines(truth: pd.DataFrame, hidden_fraction_max: float) -> Figure:
         if not lines:
             note(axes, "no vehicle was graded")
         axes.set(xlabel="time [s]", ylabel="vehicle", xlim=(0, max(span_s, 0.1)), ylim=(len(lines) - 0.4, -0.6))
-        axes.set_yticks(range(len(lines)), [str(actor) for actor in lines], fontsize=7.5)
+        axes.set_yticks(range(len(lines)), [names[actor] for actor in lines], fontsize=7.5)
         axes.grid(visible=False, axis="y")
         canvas.legend(handles=_legend(), loc="outside upper left", ncols=5)
 
     shown = f"{len(lines)} of {len(seen)} vehicles, those graded the longest"
     caption = f"{shown}. A bar is a graded vehicle; its colour and number show the track that follows it."
-    return draw("timelines", "Tracks of each vehicle", caption, (12.0, 0.9 + 0.22 * max(len(lines), 3)), on, wide=True)
+    return draw(name, title, caption, (10.0, 0.9 + 0.22 * max(len(lines), 3)), on, wide=True)
 
 
 def periods(vehicle: pd.DataFrame, hidden_fraction_max: float) -> Iterator[Period]:
@@ -86,7 +95,7 @@ def _draw(axes: "Axes", row: int, line: list[Period], label_s: float) -> None:
     for begin, end, state in line:
         across = (begin, end - begin)
         if state >= 0:
-            axes.broken_barh([across], (row - 0.36, 0.72), facecolor=SERIES[state % len(SERIES)])
+            axes.broken_barh([across], (row - 0.36, 0.72), facecolor=TEXT_SERIES[state % len(TEXT_SERIES)])
             if end - begin > label_s:
                 axes.text(begin + 0.2 * label_s, row, str(state), color=PAGE, fontsize=7, va="center", clip_on=True)
             if before not in (MISSED, state):
@@ -95,7 +104,7 @@ def _draw(axes: "Axes", row: int, line: list[Period], label_s: float) -> None:
         elif state == MISSED:
             axes.broken_barh([across], (row - 0.36, 0.72), facecolor="none", edgecolor=RED, linewidth=1.2)
         else:
-            color, width = (FAINT, 3.2) if state == HIDDEN else (LINE, 1.0)
+            color, width = (FAINT, 3.2) if state == HIDDEN else (MUTED, 0.6)
             axes.plot([begin, end], [row, row], color=color, lw=width, solid_capstyle="butt")
 
 
@@ -104,9 +113,9 @@ def _legend() -> "list[Patch | Line2D]":
     from matplotlib.patches import Patch
 
     return [
-        Patch(facecolor=SERIES[0], label="followed (colour and number: track)"),
+        Patch(facecolor=TEXT_SERIES[0], label="followed (colour and number: track)"),
         Patch(facecolor="none", edgecolor=RED, linewidth=1.2, label="graded, no track"),
         Line2D([], [], color=FAINT, lw=3.2, label="hidden"),
-        Line2D([], [], color=LINE, lw=1.0, label="too few points, or out of range"),
+        Line2D([], [], color=MUTED, lw=0.6, label="too few points, or out of range"),
         Line2D([], [], color=INK, marker="v", lw=0, ms=6, label="id switch"),
     ]

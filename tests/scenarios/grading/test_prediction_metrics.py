@@ -143,7 +143,7 @@ def test_the_worst_frame_is_that_of_the_largest_error():
     rated = frame_badness.predictions(tables["truth"], tables["tracks"], "mma", "prediction_1s_abs_mean_m")
     worst = rated.rows.assign(badness=rated.badness).sort_values("badness").dropna(subset="badness").iloc[-1]
     assert (worst["frame"], worst["badness"]) == (7, pytest.approx(3.0, abs=1e-6))
-    assert "predicted 3.00 m off by mma" in rated.describe(worst)
+    assert "predicted 3.00 m off by mma" in rated.describe({**worst, "vehicle": "car0"})
     near = frame_badness.predictions(
         tables["truth"], tables["tracks"], "mma", "prediction_1s_abs_mean_m_around_changes"
     )

@@ -68,11 +68,11 @@ def test_id_switch_is_kept(result):
 
 def test_position_is_that_of_the_named_vehicle(result):
     """Fails when the position or the ego's pose belongs to another frame or vehicle."""
-    truth = result.tables["truth"].set_index(["frame", "actor_id"])
+    truth = result.tables["truth"].set_index(["frame", "name"])
     named = result.tables["snapshots"].query("kind != 'detection'")
     assert len(named) >= 3
     for row in named.to_dict("records"):
-        actor = truth.loc[(row["frame"], int(re.search(r"vehicle (\d+)", row["what"])[1]))]
+        actor = truth.loc[(row["frame"], re.search(r"vehicle (\S+)", row["what"])[1])]
         turn, x, y = row["ego_yaw_world_rad"], row["x_ego_m"], row["y_ego_m"]
         assert row["ego_x_world_m"] + np.cos(turn) * x - np.sin(turn) * y == pytest.approx(actor["x_world_m"])
         assert row["ego_y_world_m"] + np.sin(turn) * x + np.cos(turn) * y == pytest.approx(actor["y_world_m"])

@@ -34,7 +34,7 @@ def worst(metric, **tables):
 
 def empty():
     return {
-        "truth": table(TRUTH, []),
+        "truth": table(TRUTH, [{"actor_id": 7, "name": "car.7"}]),
         "tracks": table(TRACKS, []),
         "fits": table(FITS, [], **FIT_ERRORS),
         "segments": table(SEGMENTS, []),
@@ -63,14 +63,14 @@ def test_fits(metric, errors, expected):
     found = worst(metric, fits=table(FITS, rows, **FIT_ERRORS))
     assert [frame for frame, _ in found] == [frame for frame, _ in expected]
     for (_, what), (_, words) in zip(found, expected, strict=True):
-        assert what.startswith("the area rectangle on vehicle 7 (rear, 12 m)")
+        assert what.startswith("the area rectangle on vehicle car.7 (rear, 12 m)")
         assert words in what
 
 
 def test_coverage_is_worst_at_observations_without_a_rectangle():
     rows = [{**FIT, "best": True, "heading_error_deg": error} for error in (5.0, float("nan"))]
     found = worst("fit.best.coverage", fits=table(FITS, rows, **FIT_ERRORS))
-    assert found == [(1, "no rectangle on vehicle 7 (rear, 12 m)")]
+    assert found == [(1, "no rectangle on vehicle car.7 (rear, 12 m)")]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_coverage_is_worst_at_observations_without_a_rectangle():
         ("mma.stationary_accuracy", [{}, {"model": "stationary"}], [1], "is stationary, truly cv"),
         ("mma.nees_in_band", [{"nees": 2.0}, {"nees": 20.0}, {"nees": 0.02}], [2, 1], "a nees of 0.02, expected 2"),
         ("mma.ca.nis_mean", [{"ca_nis": 2.0, "cv_nis": 99.0}, {"ca_nis": 20.0, "cv_nis": 2.0}], [1], "ca nis of 20"),
-        ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], "points -170.0 deg off"),
+        ("track.heading_abs_mean_deg", [{"heading_error_deg": -170.0}], [0], "is -170.0 deg off in its track heading"),
         ("track.heading_flip_rate", [{"heading_error_deg": 9.0, "true_mode": "stationary"}], [], ""),
         ("track.loca", [{"iou": 0.8}, {"iou": 0.5}], [1, 0], "overlaps it by 0.50"),
     ],
@@ -99,15 +99,17 @@ def test_tracks(metric, rows, frames, words):
     tracks = table(TRACKS, [{**TRACK, "nees": 2.0, "ca_nis": 2.0, "iou": 1.0, **row} for row in rows])
     found = worst(metric, tracks=tracks)
     assert [frame for frame, _ in found] == frames
-    assert all(what.startswith("track 3 on vehicle 7") for _, what in found)
+    assert all(what.startswith("track 3 on vehicle car.7") for _, what in found)
     assert words in "".join(what for _, what in found)
     assert not worst(metric, tracks=tracks.assign(judged=False))
 
 
 def test_segments():
-    truth = table(TRUTH, [{"graded": True, "actor_id": 7, "points": 20, "largest_segment_share": 0.4}, {}])
+    truth = table(
+        TRUTH, [{"graded": True, "actor_id": 7, "name": "car.7", "points": 20, "largest_segment_share": 0.4}, {}]
+    )
     segments = table(SEGMENTS, [{}, {"segment": 5, "points": 40, "second_share": 0.3}])
-    expected = "40% of the 20 points of vehicle 7 are in its largest segment"
+    expected = "40% of the 20 points of vehicle car.7 are in its largest segment"
     assert worst("segmentation.over_rate", truth=truth, segments=segments) == [(0, expected)]
     assert worst("segmentation.missed_rate", truth=truth, segments=segments) == [(0, expected)]
     expected = "30% of the 40 points of segment 5 belong to another object"
@@ -136,14 +138,14 @@ def test_control():
 
 
 def test_identities_and_detections():
-    seen = {"graded": True, "actor_id": 7}
+    seen = {"graded": True, "actor_id": 7, "name": "car.7"}
     rows = [{**seen, "track_id": 3}, {**seen, "track_id": -1}, {**seen, "track_id": 5}, {**seen, "track_id": 5}]
     truth, tracks = (
         table(TRUTH, rows),
         table(TRACKS, [{"frame": 1, "verdict": "false"}, {"frame": 3, "verdict": "false"}]),
     )
     for metric in ("track.id_switches", "track.occlusion_survival", "track.hidden_2s_survival", "track.fragments"):
-        assert worst(metric, truth=truth, tracks=tracks) == [(2, "vehicle 7 goes from track 3 to track 5")]
+        assert worst(metric, truth=truth, tracks=tracks) == [(2, "vehicle car.7 goes from track 3 to track 5")]
     missed, false = (f"{n} graded vehicles without a track, 1 false tracks" for n in (1, 0))
     assert worst("track.hota", truth=truth, tracks=tracks) == [(1, missed), (3, false)]
 

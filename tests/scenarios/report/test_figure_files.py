@@ -62,7 +62,12 @@ def test_files_of_many_runs_are_refused(run, capfd):
 
 
 def test_paper_prints_one_table_or_all(run, capfd):
-    titles = ["Data set", "Heading error by method", "Share of heading errors", "Absolute error of the tracked corner"]
+    titles = [
+        "Data set",
+        "Fit heading error by method",
+        "Share of fit heading errors",
+        "Absolute error of the tracked corner",
+    ]
     for number, title in enumerate(titles, start=1):
         assert main(["paper", str(run), "--table", str(number)]) == 0
         out = capfd.readouterr().out

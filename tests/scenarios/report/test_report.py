@@ -53,8 +53,8 @@ def test_heading_table_shows_metrics_and_the_papers_figures():
     )
     text = text_of(result)
     expected = ["-0.250", "1.500", "1.125", "0.875-1.500", "0.750", "77"]
-    assert row(text, "Heading error by method", "best") == expected
-    assert row(text, "Heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
+    assert row(text, "Fit heading error by method", "best") == expected
+    assert row(text, "Fit heading error by method", "paper: variance") == ["-0.152", "2.187", "1.476", "1.616"]
 
 
 def test_enabled_baseline_is_shown():
@@ -62,8 +62,8 @@ def test_enabled_baseline_is_shown():
     assert "jlinkage" not in text_of(short_run.result())
     names = [f"fit.jlinkage.{name}" for name in ("heading_mean_deg", "heading_abs_mean_deg", "rounded_to_0deg")]
     text = text_of(with_metrics(**{name.replace(".", "__"): Metric(0.5, "deg", 9) for name in names}))
-    assert row(text, "Heading error by method", "jlinkage")[0] == "0.500"
-    assert row(text, "Share of heading errors", "jlinkage")[0] == "50.0%"
+    assert row(text, "Fit heading error by method", "jlinkage")[0] == "0.500"
+    assert row(text, "Share of fit heading errors", "jlinkage")[0] == "50.0%"
 
 
 def test_distribution_table_shows_metrics_and_the_papers_figures():
@@ -71,8 +71,15 @@ def test_distribution_table_shows_metrics_and_the_papers_figures():
     shares["fit__area__rounded_to_0deg"] = Metric(0.05, "1", 9)
     text = text_of(with_metrics(**shares))
     expected = ["5.0%", "10.0%", "0-20", "20.0%", "0-40", "30.0%", "0-60", "40.0%", "0-80", "50.0%", "0-100"]
-    assert row(text, "Share of heading errors", "area") == expected
-    assert row(text, "Share of heading errors", "paper: best") == ["23.4%", "60.0%", "86.9%", "96.5%", "96.5%", "99.3%"]
+    assert row(text, "Share of fit heading errors", "area") == expected
+    assert row(text, "Share of fit heading errors", "paper: best") == [
+        "23.4%",
+        "60.0%",
+        "86.9%",
+        "96.5%",
+        "96.5%",
+        "99.3%",
+    ]
 
 
 def test_fit_tables_show_metrics_by_band_and_by_view():
@@ -89,7 +96,7 @@ def test_fit_tables_show_metrics_by_band_and_by_view():
         "fit.rear.best.corner_across_abs_mean_m": Metric(0.175, "m", 40),
     }
     text = text_of(with_metrics(**{name.replace(".", "__"): metric for name, metric in changed.items()}))
-    by_band = row(text, "Mean absolute heading error by range", "variance")
+    by_band = row(text, "Mean absolute fit heading error by range", "variance")
     assert (by_band[1], by_band[5]) == ("1.500", "0.250")
     selected = row(text, "Selected fits: regret", "rear")
     assert selected == ["0.750", "0.500-1.000", "51.0%", "88.0%", "97.0%", "2.500", "40"]
@@ -248,6 +255,6 @@ def test_every_track_metric_has_a_row_with_its_interval():
     text = text_of(with_metrics(**changed, track__length_mean_m=Metric(-0.5, "m", 9, interval=(-0.75, 0.25))))
     assert row(text, "Tracking", "track.hota")[:3] == ["0.500", "0.250-0.750", "9"]
     assert row(text, "Tracking", "track.idf1")[:3] == ["0.500", "0.250-0.750", "9"]
-    assert row(text, "Motion, heading", "track.length_mean_m")[:4] == ["-0.500", "-0.750", "to", "0.250"]
+    assert row(text, "Motion, track heading", "track.length_mean_m")[:4] == ["-0.500", "-0.750", "to", "0.250"]
     for definition in OVERALL:
         assert f"\n{definition.name} " in text
