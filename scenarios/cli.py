@@ -13,10 +13,12 @@ from scenarios.commands import (
     check_tracker,
     compare,
     compile_kernels,
+    full_disk,
     grade,
     import_,
     list_scenarios,
     mcap,
+    occlusions,
     paper,
     realism,
     report,
@@ -24,6 +26,7 @@ from scenarios.commands import (
     schema,
     search,
     sweep,
+    thresholds,
     track,
     trends,
     view,
@@ -31,7 +34,8 @@ from scenarios.commands import (
 from scenarios.commands.error_line import print_error
 from scenarios.commands.plain_help import PlainHelp
 from scenarios.errors import Interrupted
-from scenarios.run import versions
+from scenarios.files import completed
+from scenarios.run import termination, versions
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
@@ -40,7 +44,8 @@ app = typer.Typer(
 app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
     run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
-    grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism, sweep.sweep, search.search, schema.schema,
+    grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism,
+    occlusions.occlusions, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
 ):  # fmt: skip
     app.command(cls=PlainHelp)(command)
 app.command("warm-up", cls=PlainHelp)(compile_kernels.warm_up)
@@ -49,6 +54,8 @@ app.command(cls=PlainHelp)(track.track)
 
 INTERRUPTED = 130
 """Exit code of Ctrl-C, as typer's."""
+SHOWN = 3
+"""Largest number of paths in the message of Ctrl-C."""
 
 BROKEN_TRACKER = 4
 
@@ -60,11 +67,16 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code; a program gives no arguments.
 
     0 passed, 1 failed or ended early, 2 bad input, 3 the simulator failed, 4 the tracker broke its contract,
-    130 Ctrl-C.
+    130 Ctrl-C, 143 SIGTERM, 129 SIGHUP.
 
     Known errors are printed as one line on standard error. Others keep their traceback: they are defects of luxloop.
     """
-    code = _carry_out(arguments)
+    completed.forget()
+    with termination.as_interrupts() as received:
+        code = _carry_out(arguments)
+    if code == INTERRUPTED:
+        code = received.exit_code
+        termination.clear_unhandled()
     if code == BROKEN_TRACKER and arguments is None and threading.active_count() > 1:
         sys.stdout.flush()
         sys.stderr.flush()
@@ -76,17 +88,28 @@ def _carry_out(arguments: list[str] | None) -> int:
     """Run a command and print its error, if any, on one line."""
     try:
         code: int = app(arguments or sys.argv[1:] or ["--help"], prog_name="luxloop", standalone_mode=False) or 0
+        full_disk.flush_output()
     except typer.TyperException as error:
         return print_error(error.format_message(), error.exit_code)
     except Interrupted as error:
         return print_error(str(error), INTERRUPTED)
     except Exception as error:
+        if isinstance(error, OSError) and full_disk.is_full(error):
+            full_disk.drop_output()
+            return print_error(full_disk.message(error), 2)
         code = _exit_code(error)
         if code == UNKNOWN:
             raise
         if code != INTERRUPTED:
             return print_error(str(error), code)
-    return print_error("interrupted; nothing was written", code) if code == INTERRUPTED else code
+    return print_error(f"interrupted; {_kept()}", code) if code == INTERRUPTED else code
+
+
+def _kept() -> str:
+    """Return the part of the message of Ctrl-C that names the results written before it."""
+    whole = [str(path) for path in completed.listed()]
+    more = [f"{len(whole) - SHOWN} more"] if len(whole) > SHOWN else []
+    return f"complete and kept: {', '.join([*whole[:SHOWN], *more])}" if whole else "nothing was written"
 
 
 def _print_versions(wanted: bool) -> None:

@@ -136,7 +136,9 @@ class Raycaster:
         """Cast rays from origins (G, 3) along directions (G, 3) up to a reach (G,), each when its beam (G,) fires."""
         time = self._time[beam] + context.time_jitter[self._unit[beam]]
         static = _static_scene(walls, context)
-        return Mirrored(*cast_rays(origins_ego, directions_ego, time, reach, _solids(bodies), static))
+        # Indexed rows may come in either memory order; one order only is compiled.
+        origin, direction = np.ascontiguousarray(origins_ego), np.ascontiguousarray(directions_ego)
+        return Mirrored(*cast_rays(origin, direction, time, reach, _solids(bodies), static))
 
     def _timed(self, context: ScanContext) -> records.Beams:
         return records.Beams(self._direction, self._beams.gain, context.threshold, self.firing_time(context))

@@ -1,24 +1,44 @@
 """Atomic file write."""
 
-import os
-import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from scenarios.files import completed, owner_lock
+from scenarios.files.disk_flush import flush_file, flush_folder
 
 
 @contextmanager
 def create(path: Path) -> Iterator[Path]:
     """Yield the path of a temporary file beside `path`; rename it to `path` at the end, or delete it on any error.
 
+    It is flushed to the disk before the rename. Temporary files of killed processes are removed.
+
     Raises
     ------
     OSError
         The file cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
+    for left, _ in owner_lock.abandoned(path, "partial"):
+        left.unlink(missing_ok=True)
+    temporary, lock = _made(path)
     try:
         yield temporary
+        flush_file(temporary)
+        completed.announce(path, temporary)
         temporary.replace(path)
+        flush_folder(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
+        owner_lock.release(lock)
+
+
+def _made(path: Path) -> tuple[Path, int | None]:
+    """Make an empty temporary file and lock it; return its path and its lock."""
+    while True:
+        temporary = owner_lock.beside(path, "partial")
+        temporary.touch(exist_ok=False)
+        try:
+            return temporary, owner_lock.acquire(temporary)
+        except (BlockingIOError, FileNotFoundError):  # another process removes it before it is locked
+            continue

@@ -1,22 +1,23 @@
 """Atomic write of a folder of results."""
 
 import os
-import platform
 import re
-import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from scenarios.errors import OutputError
+from scenarios.files import completed, owner_lock
+from scenarios.files.disk_flush import flush_folder, flush_tree
 
 
 @contextmanager
 def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[Path]:
     """Yield a temporary folder beside `out`; rename it to `out` at the end, or delete it on any error.
 
-    An earlier folder at `out` is replaced unless `refuse` raises. Missing parent folders are made.
+    An earlier folder at `out` is replaced unless `refuse` raises. Missing parent folders are made. All files are
+    flushed to the disk before the rename.
 
     Parameters
     ----------
@@ -32,25 +33,31 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
     OutputError
         `out` cannot be written, or must not be replaced.
     """
-    out = Path(os.path.realpath(out))
-    temporary = _beside(out, "partial")
     missing: list[Path] = []
     try:
+        out = Path(os.path.realpath(out))
         refuse(out)
         _remove_leftovers(out)
         missing = [folder for folder in out.parents if not folder.exists()]
-        temporary.mkdir(parents=True)
-    except OSError as error:
+        temporary, lock = _made(out)
+    except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
         _remove_empty(missing)
         raise cannot_write(out, option, error) from error
     try:
         yield temporary
         refuse(out)  # again: another process may have written there meanwhile
-        _move_into_place(temporary, out)
+        try:
+            flush_tree(temporary)
+            completed.announce(out, temporary)
+            _move_into_place(temporary, out)
+        except OSError as error:
+            raise cannot_write(out, option, error) from error
     except BaseException:
         shutil.rmtree(temporary, ignore_errors=True)
         _remove_empty(missing)
         raise
+    finally:
+        owner_lock.release(lock)
 
 
 def is_unfinished(folder: Path) -> bool:
@@ -58,56 +65,49 @@ def is_unfinished(folder: Path) -> bool:
     return bool(re.fullmatch(r"\..*-\d{1,9}-[0-9a-f]{8}\.partial", Path(os.path.realpath(folder)).name))
 
 
-def cannot_write(folder: Path, option: str, error: OSError) -> OutputError:
+def cannot_write(folder: Path, option: str, error: OSError | ValueError) -> OutputError:
     """Return the error for a folder that cannot be written, with its reason and remedy."""
-    return OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder with {option}")
+    reason = getattr(error, "strerror", None) or error
+    return OutputError(f"{folder}: cannot write there ({reason}); choose another folder with {option}")
+
+
+def _made(out: Path) -> tuple[Path, int | None]:
+    """Make a temporary folder and lock it; return its path and its lock."""
+    while True:
+        temporary = owner_lock.beside(out, "partial")
+        temporary.mkdir(parents=True)
+        try:
+            return temporary, owner_lock.acquire(temporary)
+        except (BlockingIOError, FileNotFoundError):  # another process removes it before it is locked
+            continue
 
 
 def _move_into_place(temporary: Path, out: Path) -> None:
-    """Replace `out` by two renames, and restore the earlier folder if the second one fails."""
+    """Replace `out` by two renames, and restore the earlier folder if the second one does not take place."""
     if not out.exists():
         temporary.rename(out)
+        flush_folder(out.parent)
         return
-    earlier = _beside(out, "earlier")
-    out.rename(earlier)
-    try:
-        temporary.rename(out)
-    except OSError:
-        earlier.rename(out)
-        raise
-    shutil.rmtree(earlier)
-
-
-def _beside(out: Path, purpose: str) -> Path:
-    """Return an unused path beside `out` that names the host and process that own it."""
-    return out.with_name(f".{out.name}.{platform.node()}-{os.getpid()}-{secrets.token_hex(4)}.{purpose}")
+    earlier = owner_lock.beside(out, "earlier")
+    with owner_lock.held(out):
+        try:
+            out.rename(earlier)
+            temporary.rename(out)
+        except BaseException:
+            if earlier.exists() and not out.exists():
+                earlier.rename(out)
+            raise
+        flush_folder(out.parent)
+        shutil.rmtree(earlier, ignore_errors=True)
 
 
 def _remove_leftovers(out: Path) -> None:
     """Remove folders of killed processes, and restore an earlier folder that was renamed and not yet replaced."""
-    pattern = re.compile(rf"\.{re.escape(out.name)}\.(.*)-(\d{{1,9}})-[0-9a-f]{{8}}\.(partial|earlier)")
-    for path in list(out.parent.iterdir()) if out.parent.is_dir() else ():
-        if (match := pattern.fullmatch(path.name)) and _is_dead(host=match[1], pid=int(match[2])):
-            if match[3] == "earlier" and not out.exists():
-                path.rename(out)
-            else:
-                shutil.rmtree(path, ignore_errors=True)
-
-
-def _is_dead(host: str, pid: int) -> bool:
-    """Return True if a process has ended.
-
-    A process of another host may be alive, as may any on Windows, where `os.kill` would end it.
-    """
-    if host != platform.node() or os.name != "posix":
-        return False
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    except PermissionError:
-        return False  # alive, of another user
-    return False
+    for path, purpose in owner_lock.abandoned(out, "partial", "earlier"):
+        if purpose == "earlier" and not out.exists():
+            path.rename(out)
+        else:
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def _remove_empty(folders: list[Path]) -> None:

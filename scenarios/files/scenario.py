@@ -6,6 +6,7 @@ Each stage has its own dataclass of settings. pydantic validates a file against 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -155,7 +156,7 @@ class Scenario(BaseModel):
             # In strict mode, JSON may give lists for tuples and texts for paths, but not "12" for 12.
             scenario = cls.model_validate_json(json.dumps(document, default=str))
         except ValidationError as error:
-            raise ScenarioError(f"{path}: {explain(error, document, cls.model_json_schema())}") from error
+            raise ScenarioError(f"{path}: {explain(error, document, _schema(cls))}") from error
         scenario._path = path
         return scenario
 
@@ -182,6 +183,12 @@ class Scenario(BaseModel):
     def folder(self) -> Path:
         """Folder that relative paths in the file start from."""
         return self._path.parent
+
+
+@cache
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON schema of a model, whose generation takes longer than a validation."""
+    return model.model_json_schema()
 
 
 def schema_text(model: type[BaseModel] = Scenario) -> str:

@@ -74,7 +74,8 @@ def implausible(value: Any, key: Key = ()) -> str:
         return next((wrong for step, child in children if (wrong := implausible(child, (*key, step)))), "")
     if not isinstance(value, int | float) or value == 0 or SMALLEST <= abs(value) <= LARGEST:
         return ""
-    size = f"0, or a number from {SMALLEST:g} to {LARGEST:g} in size" if math.isfinite(value) else "a finite number"
+    finite = isinstance(value, int) or math.isfinite(value)  # an integer may be too large for a float
+    size = f"0, or a number from {SMALLEST:g} to {LARGEST:g} in size" if finite else "a finite number"
     return f"{_dotted(key)} = {_short(value)}: should be {size}"
 
 

@@ -12,6 +12,7 @@ from scenarios.arrays import Floats, Floats32
 from scenarios.dataset.dataset_columns import FILES, Column, Values
 from scenarios.dataset.dataset_rows import records_of
 from scenarios.errors import OutputError
+from scenarios.offline.number_checks import require_actors, require_distinct, require_numbers
 from scenarios.run import run_folder
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
@@ -57,8 +58,9 @@ class RecordedScans:
             raise OutputError(f"{run}: has no recorded scans; run the scenario again with --record-scans")
         with _readable(self._folder):
             scans = pq.read_table(self._folder / "scans.parquet", columns=["frame", "time_s"])
-        self.time_s: Floats = scans["time_s"].to_numpy()
-        """(F,) times of the frames [s]."""
+            self.time_s: Floats = scans["time_s"].cast(pa.float64()).to_numpy()
+            """(F,) times of the frames [s]."""
+            require_numbers({"time_s": self.time_s})
         if scans["frame"].to_pylist() != list(range(frames)):
             raise OutputError(
                 f"{self._folder}: has {len(self.time_s)} frames, but the run has {frames}; run the scenario again"
@@ -73,6 +75,7 @@ class RecordedScans:
         for frame in range(len(self)):
             with _readable(self._folder):
                 rows = {name: file.of(frame) for name, file in files.items()}
+                _require_plausible(rows)
             yield records_of(rows, self._units, self._sweep_limits, self._unit_positions_ego)
 
 
@@ -99,11 +102,19 @@ class FrameRows:
         return rows
 
 
+def _require_plausible(rows: dict[str, Values]) -> None:
+    """Raise a ValueError for numbers that no scan has, and for tables of a frame that contradict each other."""
+    for values in rows.values():
+        require_numbers(values)
+    require_distinct(rows["labels"])
+    require_actors(rows["points"], rows["labels"])
+
+
 @contextmanager
 def _readable(folder: Path) -> Iterator[None]:
     """Raise errors of missing or damaged files as an OutputError of one line."""
     try:
         yield
-    except (OSError, pa.ArrowException, KeyError) as error:
+    except (OSError, pa.ArrowException, LookupError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
         raise OutputError(f"{folder}: cannot be read ({reason}); run the scenario again with --record-scans") from error

@@ -62,7 +62,8 @@ class Regrader:
                 )
         graded = grader.grade(run.result.tables, self._grading, run.result.frames)
         metrics = run.result.metrics | graded
-        return self._result(metrics, run.result.tables, run.result.trace_hash, run.result.config["device"])
+        tables = run.result.tables | grader.occlusions(run.result.tables, self._grading)
+        return self._result(metrics, tables, run.result.trace_hash, run.result.config["device"])
 
     def track_file(self, path: Path) -> Result:
         """Grade a file of tracks that another program produced from the run's scans.

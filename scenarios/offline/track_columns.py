@@ -73,7 +73,7 @@ def require(path: Path, cells: pd.Series, valid: Bools, remedy: str) -> None:
     if not valid.all():
         row = int(np.argmin(valid))
         cell = cells.iloc[row]
-        shown = "an empty cell" if pd.isna(cell) else cell
+        shown = "an empty cell" if pd.api.types.is_scalar(cell) and pd.isna(cell) else str(cell)[:60]
         raise TracksError(f"{path}: column {cells.name}, row {row + 1}: {shown}: {remedy}")
 
 

@@ -15,14 +15,19 @@ from scenarios.arrays import Floats
 from scenarios.dataset.dataset_columns import Values
 from scenarios.errors import OutputError
 from scenarios.files import atomic_folder
+from scenarios.offline.number_checks import require_distinct, require_numbers
 from scenarios.offline.recorded_scans import FrameRows
 from scenarios.recordings.import_options import EGO_SIZE_M
 from scenarios.recordings.recorded_truth import actors_of, scan_truth, world_frame
+from scenarios.recordings.recording_checks import require_summary
 from scenarios.recordings.recording_columns import FILES, LABELS
 from scenarios.recordings.recording_writer import SUMMARY, VERSION
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.scan import Scan
+
+NUMBERS = ("time_s", "odom_x_m", "odom_y_m", "odom_yaw_rad")
+"""Columns of `scans.parquet` that are read."""
 
 
 class Recording:
@@ -45,12 +50,17 @@ class Recording:
             raise OutputError(f"{folder}: holds no recording; give a folder that luxloop import wrote")
         with _readable(folder):
             self.summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+            require_summary(self.summary)
             origins = [mount["origin_ego_m"] for mount in self.summary["mounts"]]
             self._units: Floats = np.reshape(np.array(origins, dtype=np.float64), (-1, 3))[:, :2]
             scans = pq.read_table(folder / "scans.parquet")
-            self.time_s: Floats = scans["time_s"].to_numpy()
+            columns = {name: scans[name].cast(pa.float64()).to_numpy() for name in NUMBERS}
+            require_numbers(columns)
+            self.time_s: Floats = columns.pop("time_s")
             """(F,) times of the scans [s]."""
-            self._pose: Floats = np.column_stack([scans[name] for name in ("odom_x_m", "odom_y_m", "odom_yaw_rad")])
+            self._pose: Floats = np.column_stack(list(columns.values()))
+            if np.any(np.diff(self.time_s) <= 0.0):
+                raise ValueError("the times in scans.parquet should ascend")
             if scans["frame"].to_pylist() != list(range(self.summary["frames"])) or not len(self):
                 raise ValueError(f"scans.parquet has {len(self)} of {self.summary['frames']} scans")
 
@@ -96,6 +106,9 @@ class Recording:
         for frame in range(len(self)):
             with _readable(self.folder):
                 rows = {name: table.of(frame) for name, table in tables.items()}
+                for values in rows.values():
+                    require_numbers(values)
+                require_distinct(rows.get("labels", empty))
             points = rows["points"]
             yield (
                 Scan(

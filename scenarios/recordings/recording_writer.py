@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.dataset.dataset_columns import Values
-from scenarios.dataset.writer import FrameTable
+from scenarios.dataset.writer import close_tables, open_tables
 from scenarios.errors import OutputError
 from scenarios.files import atomic_folder
 from scenarios.recordings.recording_columns import FILES, readme
@@ -42,7 +42,7 @@ class RecordingWriter:
     def __init__(self, folder: Path, *, labelled: bool) -> None:
         self._folder = folder
         self._files = {name: columns for name, columns in FILES.items() if labelled or name != "labels"}
-        self._tables = {name: FrameTable(folder / f"{name}.parquet", columns) for name, columns in self._files.items()}
+        self._tables = open_tables(folder, self._files)
         self.frames = 0
 
     def add(self, scan: Scan, labels: Values | None) -> None:
@@ -75,8 +75,7 @@ class RecordingWriter:
 
     def close(self) -> None:
         """Close all files; further calls have no effect."""
-        for table in self._tables.values():
-            table.close()
+        close_tables(self._tables)
 
 
 @contextmanager

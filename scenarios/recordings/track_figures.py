@@ -8,7 +8,7 @@ import pandas as pd
 
 from scenarios.arrays import Floats
 from scenarios.grading.plane_geometry import CORNER_SIGNS, corner, turned
-from scenarios.report.html.palette import FAINT, INK, LINE, MUTED, SERIES
+from scenarios.report.html.palette import FAINT, INK, MUTED, TEXT_SERIES
 from scenarios.report.html.svg_figure import Figure, draw, note
 from sim.world import WorldFrame
 from tracker.scan import Scan
@@ -56,10 +56,10 @@ def whole_drive(drive: Drive, tracks: pd.DataFrame) -> Figure:
 
     def on(canvas: "Canvas") -> None:
         axes = _map(canvas)
-        _dots(axes, GRID_M * np.unique(np.round(np.vstack(drive.points) / GRID_M), axis=0), LINE, 1.0)
+        _dots(axes, GRID_M * np.unique(np.round(np.vstack(drive.points) / GRID_M), axis=0), FAINT, 0.8)
         axes.plot(*np.array(drive.ego)[:, :2].T, color=INK, lw=1.6)
         for track, rows in confirmed.groupby("track_id"):
-            color = SERIES[int(track) % len(SERIES)]
+            color = TEXT_SERIES[int(track) % len(TEXT_SERIES)]
             axes.plot(rows["x_odom_m"], rows["y_odom_m"], color=color, lw=1.2)
             _box(axes, rows[BOX].to_numpy(np.float64)[-1], color, 1.4, str(track))
         _true_paths(axes, drive)
@@ -92,7 +92,7 @@ def _scan(drive: Drive, confirmed: pd.DataFrame, frame: int) -> Figure:
         for box in drive.truth[frame]:
             _box(axes, box, INK, 1.0, "")
         for track, *box in shown[["track_id", *BOX]].to_numpy(np.float64):
-            _box(axes, np.array(box), SERIES[int(track) % len(SERIES)], 2.0, f"{track:.0f}")
+            _box(axes, np.array(box), TEXT_SERIES[int(track) % len(TEXT_SERIES)], 2.0, f"{track:.0f}")
         axes.plot(ego[0], ego[1], "o", color=INK, ms=5)
         ahead = ego[:2] + 4.0 * np.array([np.cos(ego[2]), np.sin(ego[2])])
         axes.plot(*np.column_stack([ego[:2], ahead]), color=INK, lw=2.0)
@@ -112,7 +112,7 @@ def track_lives(tracks: pd.DataFrame) -> Figure:
         above, below = canvas.subplots(2, 1, sharex=True)
         for row, track in enumerate(order):
             rows = confirmed[confirmed["track_id"] == track]
-            color = SERIES[int(track) % len(SERIES)]
+            color = TEXT_SERIES[int(track) % len(TEXT_SERIES)]
             above.plot(rows["time_s"], np.full(len(rows), row), ".", color=color, ms=4)
             below.plot(rows["time_s"], rows["speed_mps"], color=color)
         if not order:

@@ -92,6 +92,7 @@ def track_recording(
 
         with closing(recorder):
             result = run_tracker(recording, make_device, rules, name, observe, step_timeout_s)
+            recorder.finish()
         checks = check(result.metrics, rules.expect, result.config["device"])
         tracks = rows.table()
         report = track_page.printed(recording, result, tracks)

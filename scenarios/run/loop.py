@@ -71,8 +71,9 @@ def run(
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
     end: TrafficError | None = None
     with closing(_source(scenario, rig)) as source:
+        _require_scan_period(scenario, rig, source.dt)
         obstacles = _reset(source, scenario)
-        lidar = _lidar(rig, scenario, source.dt, obstacles)
+        lidar = _lidar(rig, scenario, obstacles)
         with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
             warm_up(rig, scenario.noise, scenario.sensor, unused)
         grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise))
@@ -97,6 +98,7 @@ def run(
                 if not frames:
                     raise
                 end = error
+            recorder.finish()
     metrics, tables = grader.finish()
     own = own_metrics.grade(scenario.metric, tables, scenario.grading, frames)
     drives, end_by_truth = _drives(scenario, rig, driver, frames)
@@ -162,13 +164,20 @@ def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles) 
     return Recorder(record_to, scenario.name, obstacles, controlled=scenario.control is not None)
 
 
-def _lidar(rig: Rig, scenario: Scenario, dt: float, obstacles: Obstacles) -> Lidar:
-    """Mount the LIDARs. They scan once per frame, so the time step of the traffic must be the scan period."""
+def _require_scan_period(scenario: Scenario, rig: Rig, dt: float) -> None:
+    """Check, before the traffic starts, that its time step is the scan period: the LIDARs scan once per frame.
+
+    The buffers of the truth layer last a time, so that a tiny step would fill the memory.
+    """
     if not math.isclose(dt * rig.scan_rate_hz, 1.0):
         raise ScenarioError(
             f"{scenario.path}: traffic steps {dt} s, but rig {scenario.rig} scans at {rig.scan_rate_hz} Hz; "
             f"step {1.0 / rig.scan_rate_hz!r} s (traffic.dt_s), or choose another rig"
         )
+
+
+def _lidar(rig: Rig, scenario: Scenario, obstacles: Obstacles) -> Lidar:
+    """Mount the LIDARs."""
     try:
         return Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, obstacles)
     except ValueError as error:

@@ -25,7 +25,7 @@ MetricFunction = Callable[[dict[str, pd.DataFrame]], float | None]
 """A function of the user: from tables by name, as in `scenarios.grading.frame_tables`, to a number, or None if the
 metric does not apply."""
 
-OF_ACTORS = ("tracks", "overlaps", "fits", "segments", "emergence")
+OF_ACTORS = ("tracks", "overlaps", "fits", "segments", "emergence", "occlusions", "blockers")
 """Tables of which the rows of other actors are left out."""
 
 

@@ -21,6 +21,7 @@ from scenarios.errors import OutputError
 from scenarios.files import atomic_folder
 from scenarios.files.expect import Check, verdict
 from scenarios.result import Metric, Result
+from scenarios.run.table_checks import require_table
 
 RESULT = "result.json"
 REPORT = "report.txt"
@@ -115,13 +116,13 @@ def read(folder: Path) -> Result:
             simulator_failed=document["simulator_failed"],
             frames=document["frames"],
             metrics={name: _read_metric(metric) for name, metric in document["metrics"].items()},
-            tables={path.stem: pd.read_parquet(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
+            tables={path.stem: _read_table(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
             config=document["config"],
             versions=document["versions"],
         )
     except FileNotFoundError as error:
         raise _not_a_run(folder) from error
-    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         # Malformed JSON and Parquet raise a ValueError.
         why = "the run in it is damaged, or of another version of luxloop; run the scenario again"
         raise OutputError(f"{folder}: {why}") from error
@@ -161,6 +162,12 @@ def _metric(metric: Metric) -> dict[str, Any]:
 def _read_metric(document: dict[str, Any]) -> Metric:
     interval = document.get("interval")
     return Metric(**{**document, "interval": tuple(interval) if interval else None})
+
+
+def _read_table(path: Path) -> pd.DataFrame:
+    table = pd.read_parquet(path)
+    require_table(path.stem, table)
+    return table
 
 
 def _refuse_to_replace_other_files(out: Path) -> None:

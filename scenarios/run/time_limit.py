@@ -21,6 +21,8 @@ REPEAT_S = 0.5
 PATIENCE = 6
 """Number of interrupts after which the process ends."""
 EXIT_CODE = 4
+INTERRUPTS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that end a run in order, see `scenarios.run.termination`."""
 
 _end_process = os._exit
 """Bound on import: `containment` replaces `os._exit` while a tracker is in use."""
@@ -36,7 +38,7 @@ class Watch:
 
     alarms: int = 0
     interrupted: bool = False
-    """True after Ctrl-C, even if the tracker caught the KeyboardInterrupt."""
+    """True after Ctrl-C or a like signal, even if the tracker caught the KeyboardInterrupt."""
 
 
 def in_main_thread() -> bool:
@@ -64,15 +66,17 @@ def watched(limit_s: float, last_words: str) -> Iterator[Watch]:
 
     def on_interrupt(number: int, frame: FrameType | None) -> None:
         watch.interrupted = True
-        if callable(earlier_interrupt):
-            earlier_interrupt(number, frame)
+        if callable(handler := earlier_interrupt[number]):
+            handler(number, frame)
 
     earlier_alarm = signal.signal(signal.SIGALRM, on_alarm)
-    earlier_interrupt = signal.signal(signal.SIGINT, on_interrupt)
+    handled = [number for number in INTERRUPTS if callable(signal.getsignal(number))]
+    earlier_interrupt = {number: signal.signal(number, on_interrupt) for number in handled}
     earlier_timer = signal.setitimer(signal.ITIMER_REAL, limit_s, REPEAT_S)
     try:
         yield watch
     finally:
         signal.setitimer(signal.ITIMER_REAL, *earlier_timer)
         signal.signal(signal.SIGALRM, earlier_alarm or signal.SIG_DFL)
-        signal.signal(signal.SIGINT, earlier_interrupt or signal.SIG_DFL)
+        for number, handler in earlier_interrupt.items():
+            signal.signal(number, handler)

@@ -8,6 +8,9 @@ from typing import TypeVar
 
 _Record = TypeVar("_Record")
 
+LARGEST = 1e10
+"""Absolute value of a number, in any unit."""
+
 
 class RigError(Exception):
     """Missing or invalid rig or unit file; the message is one line: file, key, value, remedy."""
@@ -17,8 +20,10 @@ def read_table(path: Path) -> "Table":
     """Read a TOML file; raise RigError if that fails."""
     try:
         return Table(path, tomllib.loads(path.read_text(encoding="utf-8")))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
+    except (ValueError, OSError) as error:  # a ValueError also for a number of more than 4300 digits
         raise RigError(f"{path}: not readable as TOML ({error}); correct the file") from error
+    except RecursionError as error:
+        raise RigError(f"{path}: tables or lists are nested too deeply; remove the innermost") from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,20 +52,20 @@ class Table:
         """Read a finite number."""
         value = self._value(key, default)
         if not _is_number(value):
-            raise self.error(key, "give a number")
+            raise self.error(key, f"give a number, at most {LARGEST:g} in size")
         return float(value)  # type: ignore[arg-type]
 
     def numbers(self, key: str, default: list[float] | None = None) -> tuple[float, ...]:
         """Read a list of finite numbers."""
         value = self._value(key, default)
         if not isinstance(value, list) or not all(map(_is_number, value)):
-            raise self.error(key, "give a list of numbers")
+            raise self.error(key, f"give a list of numbers, at most {LARGEST:g} in size")
         return tuple(float(number) for number in value)
 
     def integer(self, key: str, default: int | None = None) -> int:
         """Read an integer."""
         value = self._value(key, default)
-        if not isinstance(value, int) or isinstance(value, bool):
+        if not isinstance(value, int) or not _is_number(value):
             raise self.error(key, "give a whole number")
         return value
 
@@ -102,4 +107,4 @@ class Table:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST

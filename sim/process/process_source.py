@@ -8,6 +8,7 @@ The process outlives its run and serves the next one, since Python, numba and li
 """
 
 import atexit
+import io
 import os
 import pickle
 import shutil
@@ -21,10 +22,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
 from sim.process.worker import Request, StartRun
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError, TrafficSource
 from sim.world import Obstacles, WorldFrame
 
+IDLE_PATIENCE_S = 10.0
+"""Longest wait for the reply of an idle process [s]; a new one takes its place."""
 AHEAD = 4
 """Frames computed in advance: they even out steps of different duration at negligible memory."""
 
@@ -40,14 +44,17 @@ class ProcessSource:
         Name of the simulator in messages.
     ahead
         Frames to compute in advance; 0 for a controlled ego, so that a command is effective from the next frame on.
+    patience_s
+        Longest wait for a reply of the process [s]; a stopped one is ended then.
     """
 
-    def __init__(self, source: TrafficSource, name: str, ahead: int = AHEAD):
+    def __init__(self, source: TrafficSource, name: str, ahead: int = AHEAD, patience_s: float = PATIENCE_S):
         self.dt = source.dt
         self.origin = np.zeros(2)
         self._source = source
         self._name = name
         self._ahead = ahead
+        self._patience_s = patience_s
         self._process: _Process | None = None
         self._reusable = True
         self._next = 0
@@ -57,7 +64,7 @@ class ProcessSource:
         self.close()
         self._reusable, self._next = True, 0
         try:
-            self._process = _Process.acquire()
+            self._process = _Process.acquire(self._patience_s)
         except OSError as error:
             raise SimulatorFailedError(f"{self._name}: cannot start its process ({error.strerror})") from error
         start = StartRun(pickle.dumps(self._source), seed, self._ahead, str(Path.cwd()), list(map(str, sys.path)))
@@ -89,7 +96,7 @@ class ProcessSource:
             process.send(Request.CLOSE)
             while process.receive() is not Request.CLOSE:
                 pass
-        except EOFError:  # the process died after its last reply, so the run is not affected
+        except (EOFError, StoppedError):  # it died or stopped after its last reply, so the run is not affected
             self._reusable = False
         except BaseException:
             process.terminate()
@@ -111,6 +118,12 @@ class ProcessSource:
             reason, remedy = process.exit_reason()
             self._drop(process)
             raise SimulatorFailedError(f"{self._name}'s process died ({reason}) {when}; {remedy}") from None
+        except StoppedError:
+            self._drop(process)
+            raise SimulatorFailedError(
+                f"{self._name}'s process gave no reply for {self._patience_s:g} s {when} and was ended; run it again, "
+                "and if this repeats, try the same input in the simulator itself"
+            ) from None
         except BaseException:  # such as Ctrl-C during a reply: the rest of it would be read as the next reply
             self._drop(process)
             raise
@@ -143,28 +156,34 @@ class _Process:
         )
         assert self._popen.stdin
         assert self._popen.stdout
-        self._requests, self._replies = self._popen.stdin, self._popen.stdout
+        self._requests = self._popen.stdin
+        self._pipe = ReplyPipe(self._popen.stdout.fileno())
+        self._replies = io.BufferedReader(self._pipe)
 
     @classmethod
-    def acquire(cls) -> "_Process":
-        """Return an idle process, or a new one.
+    def acquire(cls, patience_s: float) -> "_Process":
+        """Return an idle process, or a new one, whose replies are waited for at most `patience_s`.
 
         Idle processes that died meanwhile are discarded. So are those inherited by a fork: `poll` reports a process
         that is not a child as dead.
         """
         while cls.idle:
             process = cls.idle.pop()
+            process._pipe.patience_s = min(patience_s, IDLE_PATIENCE_S)
             if process._popen.poll() is None and process._is_alive():
+                process._pipe.patience_s = patience_s
                 return process
             process.terminate()
-        return cls()
+        process = cls()
+        process._pipe.patience_s = patience_s
+        return process
 
     def _is_alive(self) -> bool:
         """Return True if the process replies; `poll` may not report a process that was killed just now."""
         self.send(Request.PING)
         try:
             return self.receive() is Request.PING
-        except EOFError:
+        except (EOFError, StoppedError):
             return False
 
     def send(self, request: object) -> None:
@@ -180,9 +199,13 @@ class _Process:
         ------
         EOFError
             The process is dead.
+        StoppedError
+            It has not replied for a long time.
         """
         try:
             return pickle.load(self._replies)
+        except StoppedError:
+            raise
         except (OSError, pickle.UnpicklingError) as error:
             raise EOFError from error
 
@@ -206,6 +229,8 @@ class _Process:
         if os.getpid() == self._owner:
             shutil.rmtree(self._scratch, ignore_errors=True)
         self._replies.close()
+        if self._popen.stdout:
+            self._popen.stdout.close()
         self._stderr.close()
         with suppress(OSError):  # an unread request may remain in the buffer
             self._requests.close()

@@ -55,7 +55,9 @@ def serve(scratch: str) -> NoReturn:
     Temporary files go to a new folder `scratch`. The parent removes it; if the parent dies, this process does.
     """
     Path(scratch).mkdir(mode=0o700)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal sends Ctrl-C to both processes; the parent handles it
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # a terminal or a job scheduler signals all; the parent handles it
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     tempfile.tempdir = scratch
     replies = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # output of the simulator must not mix with the replies

@@ -3,6 +3,8 @@
 import math
 import warnings
 from collections.abc import Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 
 from sim.arrays import Floats
 from sim.obstacles import Prism
+from sim.replay.commonroad_checks import require_plausible_numbers
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
 
@@ -49,11 +52,21 @@ def read_commonroad(path: Path, types: Mapping[str, ReplayType]) -> Recording:
             from commonroad.common.file_reader import CommonRoadFileReader
     except ImportError as error:
         raise TrafficInputError("a CommonRoad file needs commonroad-io; install luxloop[commonroad]") from error
+    require_plausible_numbers(path)
     try:
-        scenario, _ = CommonRoadFileReader(path).open()
-    except Exception as error:  # the reader raises many types, including bare Exception
+        with warnings.catch_warnings(), redirect_stderr(StringIO()), redirect_stdout(StringIO()):
+            warnings.simplefilter("ignore")  # on names of scenarios and countries, also printed
+            scenario, _ = CommonRoadFileReader(path).open()
+        return _recording(scenario, types)
+    except TrafficInputError:
+        raise
+    except Exception as error:  # the reader and its records raise many types, including bare Exception
         reason = " ".join([type(error).__name__, *str(error).split()])
         raise TrafficInputError(f"commonroad-io cannot read it: {reason}") from error
+
+
+def _recording(scenario: Any, types: Mapping[str, ReplayType]) -> Recording:
+    """Convert a scenario of commonroad-io."""
     moving = [(obstacle, _states(obstacle)) for obstacle in scenario.dynamic_obstacles]
     steps = [state.time_step for _, states in moving for state in states]
     if not steps:
@@ -61,7 +74,7 @@ def read_commonroad(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     standing = [one for one in scenario.static_obstacles if _word(one) not in STREET_HEIGHT]
     always = range(min(steps), max(steps) + 1)
     tracks = [_track(obstacle, [(state.time_step, state) for state in states]) for obstacle, states in moving]
-    tracks += [_track(obstacle, [(step, obstacle.initial_state) for step in always]) for obstacle in standing]
+    tracks += [_standing(obstacle, always) for obstacle in standing]
     samples = np.concatenate(tracks)
     return Recording(
         users=[_road_user(obstacle, types) for obstacle in [*(one for one, _ in moving), *standing]],
@@ -95,6 +108,13 @@ def _track(obstacle: Any, states: list[tuple[int, Any]]) -> Floats:
         cos, sin = math.cos(yaw), math.sin(yaw)
         rows.append((step, x + forward * cos - aside * sin, y + forward * sin + aside * cos, yaw))
     return np.array(rows, dtype=np.float64)
+
+
+def _standing(obstacle: Any, steps: range) -> Floats:
+    """Return the same for an obstacle that stands during all these time steps."""
+    place = np.tile(_track(obstacle, [(0, obstacle.initial_state)]), (len(steps), 1))
+    place[:, 0] = steps
+    return place
 
 
 def _box(obstacle: Any) -> tuple[float, float, float, float]:

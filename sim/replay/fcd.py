@@ -4,18 +4,17 @@ The files contain the middle of the front bumper and an angle clockwise from nor
 box centre and yaw; the conversion needs the length.
 """
 
-import gzip
 import math
 import xml.etree.ElementTree as ET
-import zlib
 from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import BinaryIO
 
 import numpy as np
 
 from sim.arrays import Floats, Ints
+from sim.compressed import DAMAGED, open_gz
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
 
@@ -30,7 +29,7 @@ UserKey = tuple[bool, str]
 
 def open_xml(path: Path) -> BinaryIO:
     """Open an XML file, compressed by gzip or not."""
-    return cast(BinaryIO, gzip.open(path)) if path.suffix == ".gz" else path.open("rb")
+    return open_gz(path) if path.suffix == ".gz" else path.open("rb")
 
 
 def read_fcd(path: Path, types: Mapping[str, ReplayType]) -> Recording:
@@ -58,7 +57,7 @@ def read_fcd(path: Path, types: Mapping[str, ReplayType]) -> Recording:
             if user == len(type_of):
                 type_of.append(body.get("type", DEFAULT_TYPE[body.tag]))
             values.extend((user, time_s, *_place(body, time_s)))
-    except (ET.ParseError, OSError, EOFError, zlib.error) as error:
+    except (ET.ParseError, *DAMAGED) as error:
         raise TrafficInputError(f"not a complete XML file: {error}") from error
     if not values:
         raise TrafficInputError("has no vehicle and no person")

@@ -5,7 +5,9 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from sim.compressed import DAMAGED
 from sim.replay import commonroad, fcd
+from sim.replay.plausible import require_plausible
 from sim.replay.recording import Recording, ReplayType
 from sim.replay.track_tables import read_table
 from sim.source import TrafficInputError
@@ -37,14 +39,16 @@ def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
         raise TrafficInputError(f"no such file in {path.parent}; paths are relative to the scenario file")
     reader = _xml_reader(path) if path.name.endswith((".xml", ".xml.gz")) else read_table
-    return reader(path, types)
+    recording = reader(path, types)
+    require_plausible(recording)
+    return recording
 
 
 def _xml_reader(path: Path) -> Reader:
     try:
         with fcd.open_xml(path) as stream:
             root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
-    except (ET.ParseError, OSError, EOFError) as error:
+    except (ET.ParseError, *DAMAGED) as error:
         raise TrafficInputError(f"not XML: {error}") from error
     if root not in XML_READERS:
         raise TrafficInputError(f"its root is <{root}>; it should be one of {', '.join(XML_READERS)}")

@@ -1,6 +1,5 @@
 """Recordings in tables: CSV and Parquet files in the layout of docs/replay-files.md, one row per sample."""
 
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sim.arrays import Floats, Ints
+from sim.compressed import DAMAGED, open_gz
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
 from sim.world import Kind
@@ -18,6 +18,8 @@ OPTIONAL = ("yaw_deg", *SIZES, "kind", "reflectivity")
 """Cells of sizes, kind and reflectivity may be empty, or the columns missing. All other columns are ignored."""
 
 DEFAULT_KIND = "car"
+MOST_ROWS = 10_000_000
+"""More would take more than a gigabyte of memory. A small file of equal rows may hold billions."""
 
 
 def read_table(path: Path, types: Mapping[str, ReplayType]) -> Recording:
@@ -37,7 +39,7 @@ def read_table(path: Path, types: Mapping[str, ReplayType]) -> Recording:
     """
     try:
         table = _parquet(path) if path.suffix == ".parquet" else _csv(path)
-    except (ValueError, OSError, EOFError, zlib.error) as error:
+    except (ValueError, *DAMAGED) as error:
         raise TrafficInputError(f"not a table: {' '.join(str(error).split())}") from error
     if not len(table):
         raise TrafficInputError("has no rows; each row is one road user at one time")
@@ -51,22 +53,28 @@ def _csv(path: Path) -> Any:
     """Read a CSV file; empty cells become NaN, ids and kinds remain text."""
     import pandas as pd
 
-    columns = _require_columns([str(name).strip() for name in pd.read_csv(path, nrows=0).columns])
     text = dict.fromkeys(("id", "kind"), str)
-    # pandas' markers of missing values, such as "NA" and "None", are valid ids
-    table = pd.read_csv(path, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
-    return table.rename(columns=str.strip)[columns]
+    with open_gz(path) if path.suffix == ".gz" else path.open("rb") as stream:
+        # pandas' markers of missing values, such as "NA" and "None", are valid ids
+        table = pd.read_csv(stream, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
+    table = table.rename(columns=lambda name: str(name).strip())
+    return table[_require_columns(list(table.columns))]
 
 
 def _parquet(path: Path) -> Any:
-    import pandas as pd
     import pyarrow.parquet as pq
 
-    return pd.read_parquet(path, columns=_require_columns(pq.read_schema(path).names))
+    with pq.ParquetFile(path) as file:
+        columns = _require_columns(file.schema_arrow.names)
+        if file.metadata.num_rows > MOST_ROWS:
+            raise TrafficInputError(f"has {file.metadata.num_rows} rows; the limit is {MOST_ROWS}, cut it into parts")
+        return file.read(columns).to_pandas()
 
 
 def _require_columns(names: list[str]) -> list[str]:
     """Return the known columns of a file."""
+    if double := sorted({column for column in names if names.count(column) > 1}):
+        raise TrafficInputError(f"column {double[0]} occurs twice; remove one")
     if missing := [column for column in REQUIRED if column not in names]:
         raise TrafficInputError(f"column {missing[0]} is missing; the file has {', '.join(names) or 'none'}")
     return [column for column in (*REQUIRED, *OPTIONAL) if column in names]
@@ -76,9 +84,7 @@ def _numbers(table: Any, column: str, *, empty: bool = False) -> Floats:
     """Return a column (S,) of finite numbers; NaN where `empty` cells are allowed."""
     import pandas as pd
 
-    cells = table[column]
-    if not (pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_string_dtype(cells)):
-        raise TrafficInputError(f"column {column} holds {cells.dtype}; write numbers")
+    cells = _require_scalars(table, column)
     values: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
     wrong = ~np.isfinite(values)
     if empty:
@@ -87,11 +93,21 @@ def _numbers(table: Any, column: str, *, empty: bool = False) -> Floats:
     return values
 
 
+def _require_scalars(table: Any, column: str) -> Any:
+    """Return a column of numbers or texts, whose other cells are empty."""
+    import pandas as pd
+
+    cells = table[column]
+    if not (pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_string_dtype(cells.dropna())):
+        raise TrafficInputError(f"column {column} holds {cells.dtype}; write numbers or texts")
+    return cells.astype(object) if isinstance(cells.dtype, pd.CategoricalDtype) else cells
+
+
 def _require(table: Any, column: str, good: Any, remedy: str) -> None:
     """Raise an error for the first row with an invalid cell; rows count from 1 below the heading."""
     if len(bad := np.flatnonzero(~good)):
         cell = table[column].iloc[bad[0]]
-        shown = "an empty cell" if cell != cell or cell is None else str(cell)
+        shown = "an empty cell" if cell is None or (isinstance(cell, float) and np.isnan(cell)) else str(cell)[:60]
         raise TrafficInputError(f"column {column}, row {bad[0] + 1}: {shown}: {remedy}")
 
 
@@ -99,7 +115,10 @@ def _users(table: Any) -> tuple[Ints, list[str]]:
     """Return the index (S,) of each row's road user, and the sorted names of all."""
     import pandas as pd
 
-    user, names = pd.factorize(table["id"], sort=True)
+    cells = _require_scalars(table, "id")
+    if pd.api.types.is_float_dtype(cells):
+        _require(table, "id", ~np.isinf(cells.to_numpy()), "should be an id; correct it or remove the row")
+    user, names = pd.factorize(cells, sort=True)
     _require(table, "id", user >= 0, "should be an id; fill it in or remove the row")
     return user.astype(np.int64), [str(int(name) if isinstance(name, float) else name) for name in names]
 
@@ -140,7 +159,7 @@ def _kinds(
 
     if "kind" not in table:
         return [kind_and_size(DEFAULT_KIND, types)] * count
-    word, words = pd.factorize(table["kind"].fillna(DEFAULT_KIND))
+    word, words = pd.factorize(_require_scalars(table, "kind").fillna(DEFAULT_KIND))
     _, first = np.unique(user, return_index=True)
     _require(table, "kind", word == word[first][user], "differs from an earlier row of the same id; an id has one kind")
     meaning = []

@@ -1,15 +1,15 @@
 """Checks of SUMO's input files, and its command line."""
 
 import functools
-import gzip
 import os
 import re
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import BinaryIO
 
+from sim.compressed import DAMAGED, open_gz
 from sim.source import TrafficInputError
 from sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured_options, full_name, is_rejected
 
@@ -151,16 +151,25 @@ def _scratch_prefix() -> str:
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file, which may be compressed."""
+    """Return the text of a file, which may be compressed.
+
+    Raises
+    ------
+    TrafficInputError
+        The compressed file is damaged, or expands too much.
+    """
     with _opened(path) as stream:
-        return stream.read().decode(errors="replace")
+        try:
+            return stream.read().decode(errors="replace")
+        except DAMAGED as error:
+            raise TrafficInputError(f"{path}: not a complete file: {error}") from error
 
 
 def _opened(path: Path) -> BinaryIO:
     """Open a file as SUMO does, which detects compression by the first bytes."""
     with path.open("rb") as stream:
         compressed = stream.read(2) == b"\x1f\x8b"
-    return cast(BinaryIO, gzip.open(path)) if compressed else path.open("rb")
+    return open_gz(path) if compressed else path.open("rb")
 
 
 def _root(net: Path) -> ET.Element:
@@ -168,7 +177,7 @@ def _root(net: Path) -> ET.Element:
     with _opened(net) as stream:
         try:
             root: ET.Element = next(ET.iterparse(stream, events=("start",)))[1]
-        except (ET.ParseError, gzip.BadGzipFile, EOFError) as error:
+        except (ET.ParseError, *DAMAGED) as error:
             raise TrafficInputError(f"{net}: the net is not valid XML: {error}") from error
     return root
 

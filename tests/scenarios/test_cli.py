@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 from support import short_run
-from support.processes import children_of, is_dead, until
+from support.processes import children_of, heed_hangups, is_dead, until
 
 from scenarios.cli import main
 from scenarios.files import shipped
+from scenarios.report import text
 from scenarios.run import run_folder
 from sim.scripted.scripted_source import ScriptedSource
 from sim.source import SimulatorFailedError, TrafficEndedError
@@ -113,8 +114,8 @@ def tree(folder="."):
     ],
 )
 def test_bad_input_is_one_line_on_standard_error_and_leaves_no_files(files, arguments, code, message, capfd):
-    for name, text in files.items():
-        Path(name).write_text(text, encoding="utf-8")
+    for name, content in files.items():
+        Path(name).write_text(content, encoding="utf-8")
     before = tree()
     assert main(["run", *arguments]) == code
     out, err = capfd.readouterr()
@@ -137,7 +138,7 @@ def test_a_run_prints_its_report_and_writes_its_folder(capfd):
     short_run.write(Path())
     assert main(["run", "short.toml", "--seed", "9"]) == 0
     out, err = capfd.readouterr()
-    assert "Heading error by method" in out
+    assert "Fit heading error by method" in out
     assert "PASSED" in out
     assert err == ""
     assert sorted(path.name for path in Path("runs/short-seed9").iterdir()) == [
@@ -288,6 +289,35 @@ def test_ctrl_c_that_numba_turns_into_another_error_is_recognised(capfd):
     assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
 
 
+def test_ctrl_c_inside_a_string_of_exec_keeps_the_exit_code():
+    """CPython would end the process by SIGINT, without its exit code; `dataclass` uses such strings."""
+    short_run.write(Path())
+    Path("making.py").write_text(INTERRUPTED.replace("signal.raise", 'exec("signal.raise').replace("SIGINT)", 'SIGINT)")'))
+    command = [sys.executable, "-m", "scenarios", "run", "short.toml", "--tracker", "making:Tracker"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(["", *filter(None, sys.path)])}
+    ended = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (ended.returncode, ended.stderr) == (130, "luxloop: error: interrupted; nothing was written\n")
+
+
+def test_sigterm_within_a_tracker_ends_the_run(capfd):
+    """The tracker must not be blamed for the interrupt that it sees."""
+    short_run.write(Path())
+    Path("ended.py").write_text(INTERRUPTED.replace("SIGINT", "SIGTERM"))
+    before = signal.getsignal(signal.SIGTERM)
+    assert main(["run", "short.toml", "--tracker", "ended:Tracker"]) == 143
+    assert capfd.readouterr().err == "luxloop: error: interrupted; nothing was written\n"
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_ctrl_c_after_the_folder_is_whole_names_it(monkeypatch, capfd):
+    monkeypatch.setattr(text, "show", lambda _: signal.raise_signal(signal.SIGINT))
+    short_run.write(Path())
+    assert main(["run", "short.toml", "--no-recording", "--out", "whole"]) == 130
+    whole = Path("whole").resolve()
+    assert capfd.readouterr().err == f"luxloop: error: interrupted; complete and kept: {whole}\n"
+    assert run_folder.read(whole).frames == short_run.FRAMES
+
+
 def test_an_unknown_error_keeps_its_traceback(monkeypatch):
     """A defect of luxloop itself; an exception of a tracker is one line."""
     break_at(3, ZeroDivisionError(), monkeypatch)
@@ -376,13 +406,14 @@ def test_a_run_survives_the_death_of_its_simulator(scenario, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["here"]
 
 
-def test_ctrl_c_in_a_terminal_ends_run_and_simulator_with_one_line(tmp_path):
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_signal_of_a_terminal_ends_run_and_simulator_with_one_line(number, code, tmp_path):
     """A terminal sends the signal to both processes."""
     with running("sumo-crossing", "--duration", "600", "--out", "here") as run:
         (simulator,) = children_of(run.pid)
-        os.killpg(run.pid, signal.SIGINT)
-        assert run.communicate(timeout=60) == ("", "luxloop: error: interrupted; nothing was written\n")
-    assert run.returncode == 130
+        os.killpg(run.pid, number)
+        out, err = run.communicate(timeout=60)
+    assert (run.returncode, out, err) == (code, "", "luxloop: error: interrupted; nothing was written\n")
     assert not Path(f"/proc/{simulator}").exists()
     assert list(tmp_path.iterdir()) == []
 
@@ -401,7 +432,7 @@ def running(*arguments):
     """Yield the installed command in a process group of its own, once it has recorded frames."""
     command = [str(Path(sys.executable).with_name("luxloop")), "run", *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, start_new_session=True, **pipes) as run:
+    with subprocess.Popen(command, start_new_session=True, preexec_fn=heed_hangups, **pipes) as run:
         try:
             until(lambda: any(path.stat().st_size > 300_000 for path in Path().glob(".*.partial/recording.rrd")))
             yield run

@@ -20,6 +20,7 @@ from support.toy_traffic import ToyTraffic
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 from sim.physical.physical_config import PhysicalConfig
+from sim.process import process_source
 from sim.process.process_source import AHEAD, ProcessSource, _Process
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.sumo_source import SumoSource
@@ -114,6 +115,33 @@ def test_a_rejected_command_raises_and_the_run_continues():
             remote.apply(EgoCommand(lane=1))
         remote.apply(EgoCommand(speed_mps=3.0))
         assert remote.step().ego.velocity_world[0] == 3.0
+
+
+@LEVELS
+def test_a_stopped_simulator_is_ended_after_a_time_limit(ahead, tmp_path):
+    """A stopped process keeps its pipe open: without a limit, the run would wait for ever."""
+    report = tmp_path / "report"
+    with closing(ProcessSource(ToyTraffic(last=-1, report=str(report)), "toy", ahead, patience_s=1.0)) as remote:
+        remote.reset(1)
+        (pid,) = processes(report)
+        os.kill(pid, signal.SIGSTOP)
+        with pytest.raises(
+            SimulatorFailedError, match=r"^toy's process gave no reply for 1 s at 0\.\d\d s and was ended"
+        ):
+            step(remote, FRAMES)
+        until(lambda: is_gone(pid))
+
+
+def test_a_process_that_was_stopped_between_two_runs_is_replaced(tmp_path, monkeypatch):
+    monkeypatch.setattr(process_source, "IDLE_PATIENCE_S", 0.5)
+    report = tmp_path / "report"
+    with closing(ProcessSource(ToyTraffic(report=str(report)), "toy")) as remote:
+        remote.reset(1)
+        remote.close()
+        (pid,) = processes(report)
+        os.kill(pid, signal.SIGSTOP)
+        assert_same_run(remote, ToyTraffic(), 2)
+        until(lambda: is_gone(pid))
 
 
 @LEVELS

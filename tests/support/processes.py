@@ -1,5 +1,7 @@
 """State of other processes, from /proc."""
 
+import hashlib
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -31,3 +33,14 @@ def _stat(pid: int) -> list[str]:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     except (FileNotFoundError, ProcessLookupError):
         return []
+
+
+def files_of(folder: Path) -> dict[str, str]:
+    """Return the hash of every file below a folder."""
+    found = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in found}
+
+
+def heed_hangups() -> None:
+    """Restore the default action of SIGHUP in a child, before its program begins: `nohup` lets it be ignored."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)

@@ -114,7 +114,7 @@ def _actors(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
             pose_ego=pose_ego[a],
             size=actors.size[a],
             color=TRUTH,
-            label=str(actors.id[a]),
+            label=str(actors.name[a]),
             metadata={
                 "name": actors.name[a],
                 "kind": Kind(actors.kind[a]).name.lower(),

@@ -1,6 +1,8 @@
 """MCAP files of ROS 2, read by the packages mcap and mcap-ros2-support."""
 
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +41,15 @@ def open_mcap(paths: list[Path], wanted: list[str]) -> RosTopics:
 
         with readable(path, WHAT), path.open("rb") as file:
             reader = make_reader(file, decoder_factories=[DecoderFactory()])
-            for _, channel, message, decoded in reader.iter_decoded_messages(topics=topics):
+            found = reader.iter_decoded_messages(topics=topics)
+            while (entry := _quietly_next(found)) is not None:
+                _, channel, message, decoded = entry
                 yield channel.topic, NANOSECONDS * message.log_time, decoded
 
     return RosTopics.of(str(path), types, counts, wanted, messages)
+
+
+def _quietly_next(found: Iterator[Any]) -> Any:
+    """Return the next message, None at the end; the parser prints damaged definitions, and raises an error as well."""
+    with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
+        return next(found, None)

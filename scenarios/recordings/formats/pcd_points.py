@@ -80,7 +80,8 @@ def _ascii(path: Path, body: bytes, header: PcdHeader) -> npt.NDArray[np.void]:
     for name in header.layout.names or ():
         shape = header.layout[name].shape
         step = int(np.prod(shape))
-        table[name] = rows[:, column : column + step].reshape(-1, *shape)
+        with np.errstate(over="ignore", invalid="ignore"):  # points that are not finite are left out
+            table[name] = rows[:, column : column + step].reshape(-1, *shape)
         column += step
     return table
 

@@ -68,7 +68,8 @@ def sweep_of(kind: str, message: Any, logged_s: float, unit: int) -> Sweep:
 
 def _laser(message: Any, time: float, unit: int) -> Sweep:
     """Points of a planar scan: range r at angle_min + i angle_increment, i time_increment after the stamp."""
-    ranges = np.asarray(message.ranges, dtype=np.float64)
+    with np.errstate(invalid="ignore"):  # damaged bytes may be signalling NaNs
+        ranges = np.asarray(message.ranges, dtype=np.float64)
     index = np.flatnonzero(np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max))
     angle = message.angle_min + index * message.angle_increment
     points = np.column_stack([ranges[index] * np.cos(angle), ranges[index] * np.sin(angle), np.zeros(len(index))])

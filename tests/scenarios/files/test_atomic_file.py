@@ -1,5 +1,9 @@
 """Atomic file writes."""
 
+import signal
+import subprocess
+import sys
+
 import pytest
 
 from scenarios.files import atomic_file
@@ -27,3 +31,33 @@ def test_an_error_keeps_the_earlier_file_and_leaves_no_other(tmp_path):
     with pytest.raises(KeyError):
         fail(path)
     assert [(entry.name, entry.read_text()) for entry in tmp_path.iterdir()] == [("page.html", "before")]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from scenarios.files import atomic_file
+with atomic_file.create(Path(sys.argv[1])) as temporary:
+    temporary.write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_file_of_a_killed_process_is_removed_by_the_next_write(tmp_path):
+    path = tmp_path / "page.html"
+    assert subprocess.run([sys.executable, "-c", KILLED, path], check=False).returncode == -signal.SIGKILL
+    (left,) = tmp_path.iterdir()
+    with atomic_file.create(path) as temporary:
+        assert not left.exists()
+        temporary.write_text("whole")
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_file_of_a_running_process_stays(tmp_path):
+    path = tmp_path / "page.html"
+    with atomic_file.create(path) as temporary:
+        temporary.write_text("first")
+        with atomic_file.create(path) as other:
+            other.write_text("second")
+        assert (temporary.read_text(), path.read_text()) == ("first", "second")
+    assert path.read_text() == "first"

@@ -1,8 +1,6 @@
 """The run folder: atomic write, reading back, replacement and leftovers of killed runs."""
 
 import json
-import os
-import platform
 import signal
 import subprocess
 import sys
@@ -12,6 +10,7 @@ import pandas as pd
 import pytest
 
 from scenarios.errors import OutputError
+from scenarios.files import owner_lock
 from scenarios.files.expect import Check, Limit
 from scenarios.result import Metric, Result
 from scenarios.run import run_folder
@@ -97,7 +96,7 @@ from pathlib import Path
 from scenarios.run import run_folder
 with run_folder.create(Path(sys.argv[1])) as folder:
     (folder / "recording.rrd").write_text("half")
-    kill = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+    kill = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
     if len(sys.argv) == 2:
         kill()
     (folder / "result.json").write_text("{}")
@@ -131,7 +130,7 @@ def test_the_next_run_removes_a_replaced_run_that_a_killed_one_left(tmp_path):
 
 def test_an_earlier_run_is_restored_after_a_kill_between_the_two_renames(tmp_path):
     """The next run restores the earlier one, and then fails."""
-    write_run(tmp_path / f".run.{platform.node()}-{dead_process()}-0123abcd.earlier")
+    write_run(tmp_path / f".run.{owner_lock.machine()}-{dead_process()}-0123abcd.earlier")
     with pytest.raises(ZeroDivisionError):
         fail(tmp_path / "run", ZeroDivisionError)
     assert names(tmp_path) == ["run"]
@@ -141,18 +140,45 @@ def test_an_earlier_run_is_restored_after_a_kill_between_the_two_renames(tmp_pat
 @pytest.mark.parametrize(
     "name",
     [
-        ".run.{host}-{alive}-0123abcd.partial",
         ".run.elsewhere-{dead}-0123abcd.partial",
-        ".other.{host}-{dead}-0123abcd.partial",
-        ".run.{host}-{dead}-0123abcd.mine",
+        ".other.{machine}-{dead}-0123abcd.partial",
+        ".run.{machine}-{dead}-0123abcd.mine",
     ],
 )
 def test_temporary_folders_of_others_stay(name, tmp_path):
-    """Those of a running process, of another host with the same file system, of another run, of another program."""
-    name = name.format(host=platform.node(), alive=os.getpid(), dead=dead_process())
+    """Those of another machine with the same file system, of another run, of another program."""
+    name = name.format(machine=owner_lock.machine(), dead=dead_process())
     (tmp_path / name).mkdir()
     write_run(tmp_path / "run")
     assert names(tmp_path) == [name, "run"]
+
+
+OPEN = """
+import sys
+from pathlib import Path
+from scenarios.run import run_folder
+with run_folder.create(Path(sys.argv[1])) as folder:
+    print(folder.name, flush=True)
+    sys.stdin.read()
+    (folder / "result.json").write_text("{}")
+"""
+
+
+def test_the_folder_of_a_running_process_stays_whatever_its_number(tmp_path):
+    """In another container, its process has a number that does not exist here, or that of another process."""
+    run = subprocess.Popen(
+        [sys.executable, "-c", OPEN, tmp_path / "run"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    name = run.stdout.readline().decode().strip()
+    other = name.replace(f"-{run.pid}-", f"-{dead_process()}-")
+    (tmp_path / name).rename(tmp_path / other)
+    write_run(tmp_path / "run")
+    assert names(tmp_path) == [other, "run"]
+    (tmp_path / other).rename(tmp_path / name)
+    run.communicate()
+    assert run.returncode == 0
+    assert names(tmp_path) == ["run"]
+    assert names(tmp_path / "run") == ["result.json"]
 
 
 def dead_process():

@@ -1,0 +1,60 @@
+"""SIGTERM and SIGHUP handled like Ctrl-C: temporary files are removed, and one line states what is kept."""
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+
+from scenarios.run.time_limit import in_main_thread
+
+CTRL_C = 130
+"""Exit code of Ctrl-C: 128 and the number of SIGINT."""
+SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+SAME_S = 1.0
+"""[s] A further signal within this time belongs to the first: a terminal that closes sends two."""
+
+
+@dataclass
+class Received:
+    """The last of these signals that arrived."""
+
+    number: int = 0
+    """Number of the signal, 0 if none arrived."""
+    at_s: float = -SAME_S
+    """Time of its arrival on the monotonic clock [s]."""
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the interrupted command: 143 for SIGTERM, 129 for SIGHUP, 130 for Ctrl-C."""
+        return 128 + self.number if self.number else CTRL_C
+
+
+@contextmanager
+def as_interrupts() -> Iterator[Received]:
+    """Raise a KeyboardInterrupt in the body for SIGTERM and SIGHUP, unless they are ignored, as `nohup` does."""
+    received = Received()
+
+    def interrupt(number: int, _frame: FrameType | None) -> None:
+        same = time.monotonic() - received.at_s < SAME_S
+        received.number, received.at_s = number, time.monotonic()
+        if not same:
+            raise KeyboardInterrupt
+
+    used = [number for number in SIGNALS if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN]
+    earlier = {number: signal.signal(number, interrupt) for number in used}
+    try:
+        yield received
+    finally:
+        for number, handler in earlier.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+
+
+def clear_unhandled() -> None:
+    """Clear CPython's record of a KeyboardInterrupt that left a string given to `exec`, as inside `dataclass`.
+
+    With `python -m` CPython ends such a process by SIGINT at its exit, also when the interrupt was caught further out
+    and an exit code was set (`_Py_UnhandledKeyboardInterrupt` of pythonrun.c).
+    """
+    exec("")

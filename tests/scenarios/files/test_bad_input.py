@@ -1,0 +1,100 @@
+"""Broken input of every kind: one line and a documented exit code, no traceback, no hang, nothing left on disk.
+
+`pytest -m soak -s tests/scenarios/files/test_bad_input.py` runs all mutations and prints their counts by kind.
+"""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from support import bad_input, bad_input_files, bad_traffic_files
+from support.bad_input_child import run_case
+from support.mutate_content import BYTES, XML
+from support.mutate_tables import WAYS
+from support.paths import TESTS
+
+FAST = 15
+"""Mutations of each kind in `make test`."""
+MOST_MB = 1024.0
+MOST_S = 20.0
+TIMEOUT_S = 3600.0
+
+
+@pytest.mark.parametrize("kind", bad_input.KINDS)
+@pytest.mark.parametrize("share", ["some", pytest.param("all", marks=pytest.mark.soak)])
+def test_broken_input_is_refused_in_one_line(kind, share):
+    count = FAST if share == "some" else bad_input.ALL[kind]
+    found = run_child(kind, 0, count)
+    print(f"{kind}: {count} mutations, exit codes {found['codes']}, at most {max(found['peak_mb']):.0f} MB, "
+          f"{found['longest_s'][0]:.1f} s")  # fmt: skip
+    assert found["faults"] == []
+    assert sum(found["codes"].values()) == count
+    assert found["codes"].get("2", 0) > 0
+    assert max(found["peak_mb"]) < MOST_MB
+
+
+def run_child(kind: str, first: int, count: int) -> dict:
+    """Run cases of a kind in a process of their own, whose peak memory is that of these cases."""
+    command = [sys.executable, "-m", "support.bad_input_child", kind, str(first), str(count)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), *filter(None, sys.path)])}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=TIMEOUT_S)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return json.loads(done.stdout)
+
+
+def test_there_are_ten_thousand_mutations_of_all_kinds():
+    assert bad_input.ALL.keys() == bad_input.KINDS.keys()
+    assert sum(bad_input.ALL.values()) >= 10_000
+
+
+def test_cases_are_repeatable_and_use_every_mutation():
+    """Without variety, the test above would show nothing."""
+    assert bad_input.case("fcd", 7) == bad_input.case("fcd", 7)
+    for kind, ways in (("fcd", (*XML, *BYTES)), ("parquet", WAYS)):
+        how = " ".join(bad_input.case(kind, number).how for number in range(400))
+        assert all(way.__name__.strip("_") in how for way in ways), kind
+
+
+def test_the_valid_files_are_accepted(tmp_path, capfd):
+    """A base that is itself refused would hide what its mutations do. Standard error is that of the process."""
+    with capfd.disabled():
+        assert_accepted(tmp_path)
+
+
+def assert_accepted(tmp_path):
+    for number, (files, command) in enumerate(VALID):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        code, fault = run_case(bad_input.Case(files(), command, "valid"), folder)
+        assert code in (0, 1) or command == bad_input.SWEEP, (command, code)
+        assert fault == "", (command, fault)
+
+
+VALID = [
+    *((files, bad_input.RUN) for files in (
+        bad_traffic_files.scenario, bad_traffic_files.rig, bad_traffic_files.csv, bad_traffic_files.csv_gz,
+        bad_traffic_files.parquet_drive, bad_traffic_files.fcd, bad_traffic_files.fcd_gz, bad_traffic_files.commonroad,
+        bad_traffic_files.sumo,
+    )),
+    (bad_traffic_files.study, bad_input.SWEEP),
+    (bad_input_files.tracks_csv, [*bad_input.GRADE, "--tracks", "tracks.csv"]),
+    (bad_input_files.tracks_parquet, [*bad_input.GRADE, "--tracks", "tracks.parquet"]),
+    (bad_input_files.bin_scan, [*bad_input.IMPORT, "a.bin"]),
+    (bad_input_files.pcd_ascii, [*bad_input.IMPORT, "a.pcd"]),
+    (bad_input_files.pcd_binary, [*bad_input.IMPORT, "a.pcd"]),
+    (bad_input_files.pcd_compressed, [*bad_input.IMPORT, "a.pcd"]),
+    (bad_input_files.bag, [*bad_input.IMPORT, "a.bag"]),
+    (bad_input_files.recording, ["grade", "rec", "--json", "--out", "out"]),
+    (bad_input_files.baseline, ["compare", "base.jsonl", "head.jsonl"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["csv", "fcd", "parquet", "sumo"])
+def test_a_small_file_that_expands_to_gigabytes_is_refused(name):
+    """In a process of its own, whose memory is measured."""
+    found = run_child(f"bomb-{name}", 0, 1)
+    assert found["faults"] == []
+    assert found["codes"] == {"2": 1}
+    assert max(found["peak_mb"]) < MOST_MB

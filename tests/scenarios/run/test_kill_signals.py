@@ -1,0 +1,214 @@
+"""Runs, sweeps, searches and suites of pytest, ended by KILL, TERM, HUP and INT at random moments.
+
+Nothing that was complete is lost, nothing half-written reads as a result, and the next start goes on.
+"""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from support import short_run
+from support.processes import children_of, files_of, heed_hangups, is_dead, until
+
+from scenarios.errors import OutputError
+from scenarios.run import run_folder
+
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+STUDY = """\
+description = "Dropout against a car that drives past."
+scenario = "short.toml"
+{seeds}
+
+[fixed]
+duration_s = 0.1
+
+[[vary]]
+key = "noise.dropout.random_rate"
+{values}
+neutral = 0.0
+"""
+SEARCH = '\n[search]\nmetric = "track.hota"\nmin = -1.0\ntrials = 12\nat_once = 2\n'
+PYTEST = ["pytest", "suite", "-q", "-p", "no:cacheprovider", "--luxloop-out", "runs"]
+COMMANDS = {
+    "run": ["scenarios", "run", "short.toml", "--out", "runs/here", "--record-scans", "--quiet"],
+    "sweep": ["scenarios", "sweep", "sweep.toml", "--workers", "1", "--out", "rows", "--quiet"],
+    "search": ["scenarios", "search", "search.toml", "--workers", "1", "--out", "found"],
+    "pytest": PYTEST,
+}
+KILLS = 25
+"""Kills of each command: 100 in all."""
+PATIENCE_S = 300.0
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a scenario, a study, a search and a suite."""
+    short_run.write(tmp_path)
+    values = "values = [0.0, 0.1, 0.2]"
+    (tmp_path / "sweep.toml").write_text(STUDY.format(seeds="seeds = 4", values=values))
+    low_high = "low = 0.0\nhigh = 0.5"
+    (tmp_path / "search.toml").write_text(STUDY.format(seeds="seeds = 1", values=low_high) + SEARCH)
+    for name in ("one", "two", "three"):
+        (tmp_path / "suite").mkdir(exist_ok=True)
+        short_run.write(tmp_path / "suite", name=name)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "kills"),
+    [
+        ("run", 2),
+        *(pytest.param(name, len(SIGNALS), marks=pytest.mark.slow) for name in COMMANDS),
+        *(pytest.param(name, KILLS, marks=pytest.mark.soak) for name in COMMANDS),
+    ],
+)
+def test_nothing_is_lost_or_half_written(name, kills, folder):
+    rng = random.Random(f"{name} {kills}")
+    whole_s = lasts(name)
+    complete: dict[str, object] = {}
+    for number in range(kills):
+        number_of = SIGNALS[(number + 1) % len(SIGNALS)]
+        code, err = interrupted(name, folder, number_of, whole_s * rng.uniform(0.1, 1.0))
+        assert_ended(name, number_of, code, err)
+        now = found(name, folder)
+        assert_kept(complete, now)
+        assert number_of == signal.SIGKILL or not temporary(folder), (number_of, temporary(folder))
+        complete = now
+    with ended(start(name, folder)) as process:
+        _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode in (0, 1), err
+    assert_kept(complete, found(name, folder))
+    assert temporary(folder) == []
+    assert_whole(name, folder)
+
+
+@cache
+def lasts(name: str) -> float:
+    """Return an estimate of the duration of a command on this machine [s]: that of the start, several times."""
+    begin = time.monotonic()
+    subprocess.run([sys.executable, "-c", "import scenarios.execute"], check=True)
+    return (time.monotonic() - begin) * {"run": 4.0, "sweep": 10.0, "search": 6.0, "pytest": 8.0}[name]
+
+
+def start(name: str, folder: Path) -> subprocess.Popen[str]:
+    """Start a command in a process group of its own, as a terminal does."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    return subprocess.Popen(
+        [sys.executable, "-m", *COMMANDS[name]], cwd=folder, env=environment, start_new_session=True, text=True,
+        preexec_fn=heed_hangups,
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
+
+
+def interrupted(name: str, folder: Path, number: int, delay_s: float) -> tuple[int, str]:
+    """Start a command, send a signal after some time, and return its exit code and standard error.
+
+    A terminal sends INT and HUP to all processes of a command; KILL and TERM are sent to one. The signal is sent no
+    earlier than the command has begun: before, Python handles it.
+    """
+    with ended(start(name, folder)) as process:
+        time.sleep(delay_s)
+        if name != "pytest":
+            until(lambda: handles(process.pid, signal.SIGTERM) or process.poll() is not None, PATIENCE_S)
+        children = children_of(process.pid)
+        with suppress(ProcessLookupError):
+            (os.kill if number in (signal.SIGKILL, signal.SIGTERM) else os.killpg)(process.pid, number)
+        _, err = process.communicate(timeout=PATIENCE_S)
+        until(lambda: all(map(is_dead, children)), patience_s=60.0)
+    return process.returncode, err
+
+
+@contextmanager
+def ended(process: subprocess.Popen[str]) -> Iterator[subprocess.Popen[str]]:
+    """End all processes of a group at the end."""
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def handles(pid: int, number: int) -> bool:
+    """Return True if a process has a handler of a signal."""
+    with suppress(OSError):
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        caught = next(line.split()[1] for line in lines if line.startswith("SigCgt"))
+        return bool(int(caught, 16) >> (number - 1) & 1)
+    return False
+
+
+def assert_ended(name: str, number: int, code: int, err: str) -> None:
+    """Check the exit code, and that standard error is one line."""
+    normal = (0, 1)  # the command was faster than the signal
+    if name == "pytest":
+        # 2 is that of Ctrl-C; a signal between two runs or inside a string given to `exec` ends pytest at once
+        codes = {signal.SIGINT: (2, 130, -2), signal.SIGTERM: (143, -15), signal.SIGHUP: (129, -1), signal.SIGKILL: (-9,)}
+        assert code in (*normal, *codes[signal.Signals(number)]), err
+        return
+    if number == signal.SIGKILL:
+        assert code in (*normal, -9), err
+        return
+    assert code in (*normal, 128 + number), (code, err)
+    if code not in normal:
+        assert err.startswith("luxloop: error: interrupted"), err
+        assert err.count("\n") == 1, err
+
+
+def temporary(folder: Path) -> list[Path]:
+    """Return the temporary files and folders."""
+    return [path for path in folder.rglob("*") if path.name.endswith((".partial", ".earlier"))]
+
+
+def found(name: str, folder: Path) -> dict[str, object]:
+    """Return the complete results by name."""
+    if name == "run":
+        return runs_in(folder / "runs")
+    if name == "pytest":
+        return runs_in(folder / "runs")
+    if name == "search":
+        return {row["key"]: row["trace_hash"] for row in lines(folder / "found" / "answers.jsonl")}
+    rows = {row["key"]: row["trace_hash"] for row in lines(folder / "rows" / "runs.jsonl")}
+    for table in (folder / "rows" / "runs.parquet", folder / "rows" / "earlier.parquet"):
+        if table.is_file():
+            rows |= dict(pd.read_parquet(table)[["key", "trace_hash"]].itertuples(index=False))
+    return rows
+
+
+def runs_in(folder: Path) -> dict[str, object]:
+    """Return the trace hashes of the runs; every folder that has a result must be readable."""
+    results = [path.parent for path in folder.rglob(run_folder.RESULT)]
+    visible = [run for run in results if not run.name.startswith(".")]
+    for run in set(results) - set(visible):
+        with suppress(OutputError):
+            run_folder.read(run)
+    assert all((run / run_folder.REPORT).is_file() and files_of(run) for run in visible)
+    return {run.name: run_folder.read(run).trace_hash for run in visible}
+
+
+def lines(path: Path) -> list[dict[str, str]]:
+    """Return the complete lines of a log; only the last may be incomplete."""
+    text = path.read_text() if path.is_file() else ""
+    return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
+
+
+def assert_kept(before: dict[str, object], now: dict[str, object]) -> None:
+    """Check that every result is still there and the same."""
+    assert {key: now.get(key) for key in before} == before
+
+
+def assert_whole(name: str, folder: Path) -> None:
+    """Check that the last start, which was not interrupted, completed the command."""
+    expected = {"run": 1, "pytest": 3, "sweep": 12}
+    results = found(name, folder)
+    assert len(results) == expected.get(name, len(results))
+    assert results
