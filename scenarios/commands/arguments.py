@@ -56,6 +56,7 @@ Scheduler = Annotated[
 ]
 DEFAULT_STEP_TIMEOUT_S = 60.0
 """`scenarios.run.time_limit.STEP_TIMEOUT_S`, whose import is slower than the help."""
+RetryErrors = Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")]
 Figures = Annotated[
     str | None, typer.Option(metavar="FORMAT,...", help="Also write the figures as files: svg, pdf, png.")
 ]

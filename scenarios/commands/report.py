@@ -9,27 +9,61 @@ from scenarios.commands.arguments import Figures
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run, or a folder of many runs.")],
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="The page to write; RUN.html if left out.")] = None,
+    folders: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Folders of runs: one run, several trackers on the same drive, or many."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page to write; RUN.html, of several report.html, else.")
+    ] = None,
     figures: Figures = None,
     latex: Annotated[bool, typer.Option("--latex", help="Also write the tables of a run as LaTeX.")] = False,
+    recording: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.rrd", help="Also write one recording with the tracks of several trackers."),
+    ] = None,
 ) -> None:
-    """Write the report of one run or many as a single HTML file; of one run also its figures and tables as files."""
+    """Write the report of one run, of several trackers on the same drive, or of many runs as a single HTML file."""
     from scenarios.errors import InputError
     from scenarios.report.figure_files import parse_formats
-    from scenarios.report.html import pages
-    from scenarios.report.html.suite_page import find_runs, suite_page
     from scenarios.run import run_folder
 
-    formats, is_run = parse_formats(figures), (folder / run_folder.RESULT).is_file()
-    out = out or folder.resolve().with_name(f"{folder.resolve().name}.html")
-    if is_run:
-        _report_run(folder, out, formats, latex)
-    elif formats or latex:
-        raise InputError(f"{folder}: not one run; --figures and --latex need the folder of a single run")
+    formats, single = parse_formats(figures), len(folders) == 1 and (folders[0] / run_folder.RESULT).is_file()
+    if (formats or latex) and not single:
+        raise InputError(f"{folders[0]}: not one run; --figures and --latex need the folder of a single run")
+    out = out or _default_path(folders)
+    if single and not recording:
+        _report_run(folders[0], out, formats, latex)
     else:
-        pages.write(out, suite_page(find_runs(folder)))
+        _report_many(folders, out, recording)
     print(f"The report is in {out}")
+
+
+def _default_path(folders: list[Path]) -> Path:
+    first = folders[0].resolve()
+    return first.with_name(f"{first.name}.html" if len(folders) == 1 else "report.html")
+
+
+def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None:
+    """Write the page of several trackers on one drive, with a recording if asked for, or else of all runs."""
+    from scenarios.errors import InputError
+    from scenarios.recording import tracker_recording
+    from scenarios.report.html import pages
+    from scenarios.report.html.suite_page import find_runs, suite_page
+    from scenarios.report.html.tracker_runs import read_trackers, same_drive
+    from scenarios.report.html.trackers_page import trackers_page
+
+    found = list(dict.fromkeys(run for folder in folders for run in find_runs(folder)))
+    if len(folders) > 1 and same_drive(found):
+        runs = read_trackers(found)
+        if recording:
+            tracker_recording.write({name: (run.folder, run.result) for name, run in runs.items()}, recording)
+            print(f"The recording is in {recording}; luxloop view {recording} shows it")
+        pages.write(out, trackers_page(runs))
+    elif recording:
+        raise InputError(f"--recording {recording}: needs runs of one scenario and seed by several trackers")
+    else:
+        pages.write(out, suite_page(found))
 
 
 def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import Scheduler, StudyName, Tracker, Workers, worker_count
+from scenarios.commands.arguments import RetryErrors, Scheduler, StudyName, Tracker, Workers, worker_count
 from scenarios.commands.extras import require
 
 
@@ -15,23 +15,23 @@ def search(
     scheduler: Scheduler = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the results; searches/STUDY if left out.")] = None,
     tracker: Tracker = None,
+    retry_errors: RetryErrors = False,
 ) -> None:
     """Search for the smallest disturbance that breaks the tracker, and reduce it to a minimal scenario file.
 
     Exit with 1 if one is found. A second start reuses the runs of an earlier one.
     """
     require("search", "search")
-    from scenarios.report import text
     from scenarios.run.device import SHIPPED, absolute
     from scenarios.search.adversary import search as find_failure
     from scenarios.study.study_file import Study, find
 
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("searches") / path.stem
-    found = find_failure(Study.load(path), absolute(tracker or SHIPPED), out, _print_now, count, scheduler)
+    device = absolute(tracker or SHIPPED)
+    found = find_failure(Study.load(path), device, out, _print_now, count, scheduler, retry_errors=retry_errors)
     if found is None:
         return
-    text.show(found.outcome.report)
     print(f"{found.file} fails: {found.what}")
     print(f"To run it: luxloop run {found.file}; to view it: luxloop view {found.outcome.out}")
     raise typer.Exit(1)

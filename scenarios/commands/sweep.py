@@ -5,7 +5,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Figures, Quiet, Scheduler, StudyName, Tracker, Workers, worker_count
+from scenarios.commands.arguments import (
+    AsJson,
+    Figures,
+    Quiet,
+    RetryErrors,
+    Scheduler,
+    StudyName,
+    Tracker,
+    Workers,
+    worker_count,
+)
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
@@ -21,10 +31,14 @@ def sweep(
     keep: Annotated[
         str | None, typer.Option(metavar="URL", help="Folder or fsspec URL that receives every run's folder.")
     ] = None,
+    parts: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="Folder or fsspec URL to which workers write the rows, as Parquet parts."),
+    ] = None,
     seeds: Annotated[
         str | None, typer.Option(metavar="FIRST-LAST", help="Seeds instead of those of the study, e.g. 1-6.")
     ] = None,
-    retry_errors: Annotated[bool, typer.Option("--retry-errors", help="Run again what ended with an error.")] = False,
+    retry_errors: RetryErrors = False,
     figures: Figures = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -48,7 +62,7 @@ def sweep(
     out = out or Path("sweeps") / path.stem
     loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
     with hidden(quiet):
-        done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors)
+        done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors, parts)
     report(done, out, formats)
     if as_json:
         print(json.dumps(document(done, out), allow_nan=False))

@@ -1,14 +1,16 @@
 """`luxloop view`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import RunFolder
-
 
 def view(
-    run: RunFolder,
+    run: Annotated[
+        Path,
+        typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote, or a recording of `luxloop report`."),
+    ],
     frame: Annotated[int | None, typer.Option(help="Start at this frame instead of the worst one.")] = None,
     web: Annotated[bool, typer.Option("--web", help="Open in a browser (starts at the last frame).")] = False,
     analytics: Annotated[
@@ -21,9 +23,11 @@ def view(
     from scenarios.report.html.reported_run import ReportedRun
     from scenarios.run import run_folder
 
-    recording = run_folder.recording(run)
+    recording = run if run.suffix == ".rrd" and run.is_file() else run_folder.recording(run)
     if not web:
         viewer.require_display(run)
+    if recording == run:
+        raise typer.Exit(viewer.show(recording, None, web=web, analytics=analytics))
     shown = ReportedRun.read(run)
     start = viewer.frame_to_show(shown.result, shown.unmet, frame)
     if start:

@@ -21,6 +21,7 @@ from scenarios.grading import (
     segmentation_metrics,
     track_metrics,
 )
+from scenarios.grading.blockers import BlockerLog
 from scenarios.grading.body_points import Ranging
 from scenarios.grading.emergence_log import EmergenceLog
 from scenarios.grading.emergence_table import emergence_table
@@ -30,6 +31,7 @@ from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.matching import TrackMatcher
 from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.occlusion_table import occlusion_table
 from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from scenarios.grading.plane_geometry import QUARTER, wrap
 from scenarios.grading.snapshots import Snapshots
@@ -74,6 +76,8 @@ class Grader:
         self._outliers = TableBuilder(frame_tables.OUTLIERS)
         self._snapshots = Snapshots()
         self._emergence = EmergenceLog(config)
+        self._blocker_log = BlockerLog(config.hidden_fraction_max)
+        self._blockers = TableBuilder(frame_tables.BLOCKERS)
 
     def add(
         self, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None
@@ -99,6 +103,7 @@ class Grader:
         self._tracks.add(frame, matches.rows(frame_truth, tracks))
         self._ego.add(frame, _ego_row(frame))
         self._emergence.add(frame_truth, matches, tracks)
+        self._blockers.add(frame, self._blocker_log.rows(frame_truth))
         self._overlaps.add(frame, matches.overlap_rows(frame_truth, tracks))
 
         segments, largest_share = np.zeros(len(frame.actors), np.int64), np.full(len(frame.actors), np.nan)
@@ -135,12 +140,16 @@ class Grader:
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
         """Return every metric of `metric_names.GRADED` by name, and the tables they are computed from."""
-        truth, ego = self._truth.build(), self._ego.build()
+        truth, ego, tracks, blockers = (
+            table.build() for table in (self._truth, self._ego, self._tracks, self._blockers)
+        )
         result = {
             "truth": truth,
             "ego": ego,
             "emergence": emergence_table(self._emergence.first, truth, ego),
-            "tracks": self._tracks.build(),
+            "occlusions": occlusion_table(truth, tracks, blockers, self._config),
+            "blockers": blockers,
+            "tracks": tracks,
             "overlaps": self._overlaps.build(),
             "fits": fit_errors.measure(self._fits.build()),
             "segments": self._segments.build(),
@@ -180,6 +189,13 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     occlusion_metrics.grade(sheet, truth, tracks, config)
     emergence_metrics.grade(sheet, table.get("emergence"), config.target)
     return sheet.metrics
+
+
+def occlusions(table: Mapping[str, pd.DataFrame], config: GradingConfig) -> dict[str, pd.DataFrame]:
+    """Return the table `occlusions` with other limits, from the tables of a run; nothing for a run without blockers."""
+    if "blockers" not in table:
+        return {}
+    return {"occlusions": occlusion_table(table["truth"], table["tracks"], table["blockers"], config)}
 
 
 def _ego_row(frame: WorldFrame) -> dict[str, Floats]:

@@ -1,15 +1,14 @@
 """Survival of track ids through occlusions of their vehicles, and time and error of reacquisition."""
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.matching import NO_TRACK
 from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.occlusion_gaps import gaps
 
 SHORT_S = 2.0
 """Longest occlusion that `track.hidden_2s_survival` counts [s]."""
@@ -51,30 +50,16 @@ def occlusions(truth: pd.DataFrame, tracks: pd.DataFrame, config: GradingConfig)
 
 
 def _of_vehicle(vehicle: pd.DataFrame, config: GradingConfig) -> Iterator[Occlusion]:
-    """Yield each occlusion of one vehicle, from its rows of `truth` in time order, joined with those of its tracks.
+    """Yield each occlusion of at most `memory_s` of one vehicle, from its rows of `truth` joined with its tracks.
 
-    An occlusion is a gap of at most `memory_s` in the vehicle's grading, with a visible fraction of at most
-    `hidden_fraction_max`, in which the vehicle would have returns without occluders. The track before is the last one
-    that followed the graded vehicle, the track after is the first one; both are at most `memory_s` from the gap. An
-    occlusion without a track before does not count. Without a track after, the id did not survive.
+    Without a track after the gap, the id did not survive.
     """
-    graded = vehicle["graded"].to_numpy()
-    time = vehicle["time_s"].to_numpy()
-    track = np.where(graded, vehicle["track_id"].to_numpy(), NO_TRACK)
-    followed = np.flatnonzero(track != NO_TRACK)
-    dark = (vehicle["visible_fraction"] <= config.hidden_fraction_max) & (vehicle["hits_alone"] > 0)
-    hidden = dark.to_numpy()
-    seen = np.flatnonzero(graded)
+    track, time = vehicle["track_id"].to_numpy(), vehicle["time_s"].to_numpy()
     error = np.hypot(*(vehicle[f"{axis}_world_m_track"] - vehicle[f"{axis}_world_m"] for axis in "xy")).to_numpy()
-    for last, again in pairwise(seen):
-        if time[again] - time[last] > config.memory_s or not hidden[last + 1 : again].any():
-            continue
-        before, after = followed[followed <= last], followed[followed >= again]
-        if not len(before) or time[last] - time[before[-1]] > config.memory_s:
-            continue
+    for last, again, before, after in gaps(vehicle, config, config.memory_s):
         gap_s = float(time[again] - time[last])
-        if len(after) and time[after[0]] - time[again] <= config.memory_s:
-            same = bool(track[after[0]] == track[before[-1]])
-            yield Occlusion(gap_s, same, float(time[after[0]] - time[again]), float(error[after[0]]))
-        else:
+        if after is None:
             yield Occlusion(gap_s, False, np.nan, np.nan)
+        else:
+            same = bool(track[after] == track[before])
+            yield Occlusion(gap_s, same, float(time[after] - time[again]), float(error[after]))

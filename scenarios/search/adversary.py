@@ -1,9 +1,6 @@
 """`luxloop search`: optimise, reduce, write the scenario file of the finding, and run it with a recording."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from scenarios.errors import Interrupted, StudyError
@@ -11,14 +8,15 @@ from scenarios.execute import ExecutedRun, execute
 from scenarios.files.scenario import Scenario
 from scenarios.run import device
 from scenarios.search import finding_file, reductions
-from scenarios.search.evaluator import Evaluator, Executor, Json
+from scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
+from scenarios.search.executor import executor
 from scenarios.search.optimise import Notify, optimise
 from scenarios.search.shrink import shrink
 from scenarios.study.design import source
 from scenarios.study.parameter import Value
 from scenarios.study.study_file import Search, Study
 
-EVALUATIONS, RUN = "answers.jsonl", "run"
+RUN = "run"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +32,14 @@ class Finding:
 
 
 def search(
-    study: Study, tracker: str, out: Path, notify: Notify, workers: int = 1, scheduler: str | None = None
+    study: Study,
+    tracker: str,
+    out: Path,
+    notify: Notify,
+    workers: int = 1,
+    scheduler: str | None = None,
+    *,
+    retry_errors: bool = False,
 ) -> Finding | None:
     """Find the smallest disturbance with which the study's metric fails; None if no trial fails.
 
@@ -52,6 +57,8 @@ def search(
         Number of local processes; not used with a scheduler.
     scheduler
         Address of a Dask scheduler.
+    retry_errors
+        True to run again what ended with an error.
 
     Raises
     ------
@@ -71,35 +78,25 @@ def search(
         document = {**stage({**study.fixed, **parameters}), "seed": seed}
         return {**document, "expect": finding_file.expectation(goal.metric, goal.limit, "")}
 
-    with _executor(min(workers, goal.at_once), scheduler) as execute_runs:
-        evaluator = Evaluator(goal, path, tracker, out / EVALUATIONS, execute_runs)
+    with executor(min(workers, goal.at_once), scheduler) as execute_runs:
+        evaluator = Evaluator(goal, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors)
         if evaluator.known:
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
+        if evaluator.retried:
+            notify(f"{evaluator.retried} evaluations ended with an error and are run again")
         try:
             best = optimise(study, evaluator, make, notify)
             if best is None:
                 notify(f"no failure in {evaluator.runs} runs: {goal.metric} kept to {goal.limit}")
                 return None
             search_runs = evaluator.runs
-            smallest = shrink(study, best, evaluator, make, notify)
+            smallest = shrink(study, best, evaluator, make, notify, goal.reduction_runs)
         except KeyboardInterrupt as error:
             raise Interrupted(
                 f"interrupted; {evaluator.known} evaluations are in {out / EVALUATIONS}; run the same command to resume"
             ) from error
         notify(f"{search_runs} runs to find it, {evaluator.runs - search_runs} to reduce it")
         return _reproduce(study, goal, smallest, evaluator, out)
-
-
-@contextmanager
-def _executor(workers: int, scheduler: str | None) -> Iterator[Executor | None]:
-    """Yield a function that executes runs on workers; None for a single worker, which needs no other process."""
-    if workers == 1 and scheduler is None:
-        yield None
-    else:
-        from scenarios.study import dask_runs  # imports dask, which is slow and optional
-
-        with dask_runs.connect(workers, scheduler) as client:
-            yield partial(dask_runs.rows_of, client)
 
 
 def _reproduce(study: Study, goal: Search, document: Json, evaluator: Evaluator, out: Path) -> Finding:

@@ -10,11 +10,15 @@ from scenarios.errors import OutputError
 from scenarios.search.objective import fails
 from scenarios.study import append_log
 from scenarios.study.design import StudyRun
+from scenarios.study.row_format import RunRow
 from scenarios.study.run_content import Contents
 from scenarios.study.study_file import Search
-from scenarios.study.worker import BROKEN, RunRow, carry_out
+from scenarios.study.worker import BROKEN, carry_out
 
 Json = dict[str, Any]
+
+EVALUATIONS = "answers.jsonl"
+"""Name of the log of evaluations."""
 
 Executor = Callable[[list[StudyRun]], Iterable[list[RunRow]]]
 """Executes runs, and yields their rows in batches, as they complete."""
@@ -36,6 +40,8 @@ class Evaluation:
 class Evaluator:
     """Evaluates scenarios by one metric.
 
+    An evaluation with an error is reused as any other, unless `retry_errors` is set.
+
     Parameters
     ----------
     search
@@ -48,6 +54,8 @@ class Evaluator:
         Append log of the evaluations, one JSON object per line; those of an earlier start are reused.
     execute_runs
         Executes runs, e.g. `dask_runs.rows_of` with a client; default: sequential execution in this process.
+    retry_errors
+        True to run again what ended with an error; the log keeps both, the later one counts.
 
     Raises
     ------
@@ -56,11 +64,22 @@ class Evaluator:
     """
 
     def __init__(
-        self, search: Search, path: Path, tracker: str, log: Path, execute_runs: Executor | None = None
+        self,
+        search: Search,
+        path: Path,
+        tracker: str,
+        log: Path,
+        execute_runs: Executor | None = None,
+        *,
+        retry_errors: bool = False,
     ) -> None:
         self.search, self.path, self.tracker = search, path, tracker
+        self._contents = Contents(tracker)
         self._log, self._execute_runs = log, execute_runs or _execute_sequentially
-        self._evaluations = _read(log)
+        earlier = _read(log)
+        self._evaluations = {key: one for key, one in earlier.items() if not (retry_errors and one.error)}
+        self.retried = len(earlier) - len(self._evaluations)
+        """Number of evaluations that ended with an error and are run again."""
         self.runs = 0
         """Number of scenarios evaluated so far, including those known from the log."""
 
@@ -76,7 +95,6 @@ class Evaluator:
 
     def evaluate_all(self, documents: list[Json]) -> list[Evaluation]:
         """Return the evaluations of scenarios in the same order; run those that are not known in parallel."""
-        contents = Contents(self.tracker)
         runs = [
             StudyRun(
                 self.runs + n,
@@ -85,7 +103,7 @@ class Evaluator:
                 document,
                 self.path,
                 self.tracker,
-                contents.of(document, self.path.parent),
+                self._contents.of(document, self.path.parent),
             )
             for n, document in enumerate(documents, 1)
         ]

@@ -2,14 +2,13 @@
 
 import copy
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from scenarios.files.scenario import Scenario
 from scenarios.grading.worst_frames import WorstFrame, worst_frames
-from scenarios.result import Result
-from scenarios.run import device, loop
+from scenarios.run import device, loop, own_metrics
 from scenarios.search.evaluator import Evaluator, Json
 from scenarios.search.optimise import Notify
 from sensor_model.noise.noise_config import KINDS as KINDS_OF_NOISE
@@ -62,7 +61,7 @@ KINDS = (actors, obstacles, noise)
 """Kinds of reductions in the order in which they are tried."""
 
 
-def shorten(document: Json, evaluator: Evaluator, notify: Notify) -> Json:
+def shorten(document: Json, evaluator: Evaluator, notify: Notify, fails: Callable[[Json], bool] | None = None) -> Json:
     """Return a scenario that ends with the earliest of the metric's worst frames after which it still fails.
 
     Other frames are not tried: a run that ends before a track is reacquired would look as if the track were lost.
@@ -75,13 +74,16 @@ def shorten(document: Json, evaluator: Evaluator, notify: Notify) -> Json:
         Metric, limit and tracker.
     notify
         Receives a line of text for a successful step.
+    fails
+        Whether the metric violates its limit in a scenario; default: `evaluator.fails`.
     """
-    for worst in sorted(worst_frames(_simulate(document, evaluator), evaluator.search.metric, FRAMES_TRIED)):
+    fails = fails or evaluator.fails
+    for worst in sorted(_worst_frames(document, evaluator, FRAMES_TRIED)):
         if worst.frame == 0:
             continue
         duration_s = round((worst.frame + 1) * worst.time_s / worst.frame, 3)
         shorter = {**document, "duration_s": duration_s}
-        if duration_s < document["duration_s"] and evaluator.fails(shorter):
+        if duration_s < document["duration_s"] and fails(shorter):
             notify(f"ends at {duration_s:g} s")
             return shorter
     return document
@@ -89,11 +91,18 @@ def shorten(document: Json, evaluator: Evaluator, notify: Notify) -> Json:
 
 def worst_frame(document: Json, evaluator: Evaluator) -> WorstFrame | None:
     """Run a scenario and return the metric's worst frame; None for a metric without values per frame."""
-    return next(iter(worst_frames(_simulate(document, evaluator), evaluator.search.metric, count=1)), None)
+    return next(iter(_worst_frames(document, evaluator, count=1)), None)
 
 
-def _simulate(document: Json, evaluator: Evaluator) -> Result:
-    return loop.run(Scenario.of(document, evaluator.path), device.load(evaluator.tracker))
+def _worst_frames(document: Json, evaluator: Evaluator, count: int) -> list[WorstFrame]:
+    """Run a scenario and return the worst frames of the metric; those of its actors for a metric over some actors."""
+    scenario, name = Scenario.of(document, evaluator.path), evaluator.search.metric
+    result = loop.run(scenario, device.load(evaluator.tracker))
+    own = next((metric for metric in scenario.metric if metric.name == name and metric.of), None)
+    if own is None:
+        return worst_frames(result, name, count)
+    of_actors = own_metrics.tables_of(result.tables, own.actors, own.classes)
+    return worst_frames(replace(result, tables=of_actors), own.of, count)
 
 
 def _items(document: Json, kind: str) -> Iterator[Reduction]:

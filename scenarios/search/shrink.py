@@ -18,7 +18,36 @@ HALVINGS = 5
 """Number of bisections towards neutral: the remaining excess is at most 1/32 of the interval."""
 
 
-def shrink(study: Study, disturbance: Disturbance, evaluator: Evaluator, make: Make, notify: Notify) -> Json:
+class Budget:
+    """Limit of the runs of a reduction; beyond it no further step succeeds.
+
+    Parameters
+    ----------
+    evaluator
+        Metric, limit and tracker.
+    runs
+        Maximum number of runs; None for no limit.
+    """
+
+    def __init__(self, evaluator: Evaluator, runs: int | None = None) -> None:
+        self._evaluator = evaluator
+        self._left = runs
+        self.exceeded = False
+        """True if a step was left out."""
+
+    def fails(self, document: Json) -> bool:
+        """Return True if the metric violates its limit in a scenario, False without a run if none is left."""
+        if self._left == 0:
+            self.exceeded = True
+            return False
+        if self._left is not None:
+            self._left -= 1
+        return self._evaluator.fails(document)
+
+
+def shrink(
+    study: Study, disturbance: Disturbance, evaluator: Evaluator, make: Make, notify: Notify, runs: int | None = None
+) -> Json:
     """Return the smallest scenario found by reducing a failing disturbance.
 
     Parameters
@@ -33,7 +62,10 @@ def shrink(study: Study, disturbance: Disturbance, evaluator: Evaluator, make: M
         Makes a scenario document from parameters and a seed.
     notify
         Receives a line of text for every successful step.
+    runs
+        Maximum number of runs; None for no limit.
     """
+    budget = Budget(evaluator, runs)
     parameters, applied = dict(disturbance.parameters), list[reductions.Reduction]()
 
     def scene() -> Json:
@@ -42,16 +74,19 @@ def shrink(study: Study, disturbance: Disturbance, evaluator: Evaluator, make: M
     while True:
         before = (dict(parameters), len(applied))
         for parameter in study.vary:
-            _reduce_parameter(parameter, parameters, lambda: evaluator.fails(scene()), notify)
+            _reduce_parameter(parameter, parameters, lambda: budget.fails(scene()), notify)
         for reduction in (reduction for kind in reductions.KINDS for reduction in kind(scene())):
             smaller = reduction.apply(scene())
-            if smaller != scene() and evaluator.fails(smaller):
+            if smaller != scene() and budget.fails(smaller):
                 applied.append(reduction)
                 notify(reduction.what)
         if before == (parameters, len(applied)):
             break
     notify(f"size reduced from {disturbance.size:.3f} to {size(study.vary, parameters):.3f}")
-    return reductions.shorten(scene(), evaluator, notify)
+    shorter = reductions.shorten(scene(), evaluator, notify, budget.fails)
+    if budget.exceeded:
+        notify(f"stopped after {runs} runs of reduction ([search] reduction_runs); a smaller case may exist")
+    return shorter
 
 
 def _reduce_parameter(

@@ -7,9 +7,10 @@ import asyncio
 import json
 import logging
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import resource_tracker
 
@@ -19,13 +20,25 @@ from distributed import Client, Future, KilledWorker, LocalCluster, Security, as
 from scenarios.errors import InputError, StudyError
 from scenarios.run.versions import installed
 from scenarios.study.design import StudyRun
-from scenarios.study.worker import RunRow, carry_out_as_json, failed, first_columns
+from scenarios.study.row_format import RowFormat, RunRow
+from scenarios.study.worker import as_json, carry_out_as_lines, failed, first_columns
 
 MAX_SUBMITTED = 4000
-"""Maximum number of runs submitted to the scheduler: several per worker for a thousand workers, with bounded memory."""
+"""Maximum number of tasks submitted at a time: several per worker for a thousand workers, with bounded memory."""
+FIRST_PER_WORKER = 2
+"""Tasks per worker that are submitted before the first results are awaited; then two for each that is complete."""
+SHORT_S = 15.0
+"""Longest simulated time [s] of runs of which several are executed in one task: 1 to 2 s of processor time."""
+MOST_AT_ONCE = 16
+"""Maximum number of runs of a task: a worker that dies repeats at most so many."""
+TASKS_PER_WORKER = 8
+"""Least number of tasks per worker, so that all of them end at about the same time."""
 
 TIMEOUT_S = 5
 """Connection timeout [s]."""
+
+OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
+"""Signals of Ctrl-C and of a terminal that closes."""
 
 DASK_CONFIG = {
     # Profiling and monitoring are not used and cost processor time on machines with few cores.
@@ -67,8 +80,31 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
                 yield client
 
 
-def rows_of(client: Client, runs: list[StudyRun], keep_at: str | None = None) -> Iterator[list[RunRow]]:
-    """Execute runs; yield their rows in batches, as they complete.
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """Destination of the results of runs."""
+
+    keep_at: str | None = None
+    """Folder or fsspec URL that receives the folder of every run; None keeps no folders."""
+    form: RowFormat | None = None
+    """Format of the lines; None for JSON of all values."""
+    parts: str | None = None
+    """Folder or fsspec URL to which workers write the rows as Parquet parts; the lines are then empty."""
+
+
+def rows_of(client: Client, runs: list[StudyRun]) -> Iterator[list[RunRow]]:
+    """Execute runs; yield their rows in batches, as they complete. Errors are those of `lines_of`."""
+    for batch in lines_of(client, iter(runs), len(runs), Delivery()):
+        yield [json.loads(line) for _, line in batch]
+
+
+def lines_of(
+    client: Client, runs: Iterator[StudyRun], count: int, delivery: Delivery
+) -> Iterator[list[tuple[StudyRun, str]]]:
+    """Execute runs; yield them with their rows as text in batches, as they complete.
+
+    Short runs of one study are executed several per task, as long as all workers have enough tasks. The runs are taken
+    from `runs` when they are due: those that are planned last are not built before the first ones are executed.
 
     Parameters
     ----------
@@ -76,51 +112,86 @@ def rows_of(client: Client, runs: list[StudyRun], keep_at: str | None = None) ->
         Client from `connect`.
     runs
         The runs.
-    keep_at
-        Folder or fsspec URL that receives the folder of every run; default: the folders are not kept.
+    count
+        Their number at most.
+    delivery
+        Where the results go.
 
     Raises
     ------
     StudyError
         The scheduler is lost, or a worker cannot execute any run.
     OutputError
-        A worker cannot store the folder of its run.
+        A worker cannot store the folder of its run, or its rows.
     """
-    waiting = iter(runs)
-    run_of: dict[str, StudyRun] = {}
+    workers = max(1, sum(client.nthreads().values()))
+    waiting = grouped(runs, min(MOST_AT_ONCE, 1 + count // (TASKS_PER_WORKER * workers)))
+    tasks: dict[str, list[StudyRun]] = {}
 
-    def submit(count: int) -> list[Future[str]]:
-        # The client id in the key keeps tasks of two sweeps on one scheduler apart.
-        batch = {f"luxloop-{run.key}-{client.id}": run for run in islice(waiting, count)}
-        run_of.update(batch)
-        return [
-            client.submit(carry_out_as_json, run.portable(), keep_at, installed(), key=key, pure=False)
-            for key, run in batch.items()
-        ]
+    def submit(batches: Iterable[list[StudyRun]]) -> list[Future[list[str]]]:
+        futures = []
+        for batch in batches:
+            # The client id in the key keeps tasks of two sweeps on one scheduler apart.
+            key = f"luxloop-{batch[0].key}-{len(batch)}-{client.id}"
+            tasks[key] = batch
+            portable = [run.portable() for run in batch]
+            arguments = (portable, delivery.keep_at, installed(), delivery.form, delivery.parts)
+            futures.append(client.submit(carry_out_as_lines, *arguments, key=key, pure=False))
+        return futures
 
-    done = as_completed(submit(MAX_SUBMITTED), loop=client.loop)
+    done = as_completed(submit(islice(waiting, FIRST_PER_WORKER * workers)), loop=client.loop)
     for futures in done.batches():
-        yield _rows(client, {future: run_of.pop(future.key) for future in futures})
-        done.update(submit(len(futures)))
+        finished = {future: tasks.pop(future.key) for future in futures}
+        results, again = _results(client, finished, delivery.form)
+        yield results
+        done.update(submit([[run] for run in again]))
+        done.update(submit(islice(waiting, max(0, min(2 * len(futures), MAX_SUBMITTED - len(tasks))))))
 
 
-def _rows(client: Client, run_of: dict[Future[str], StudyRun]) -> list[RunRow]:
-    """Return the rows of completed runs, gathered in one round trip."""
+def grouped(runs: Iterator[StudyRun], most: int) -> Iterator[list[StudyRun]]:
+    """Yield runs in the same order in groups of up to `most` short runs; other runs alone."""
+    group: list[StudyRun] = []
+    for run in runs:
+        if float(run.document["duration_s"]) > SHORT_S:
+            yield [run]
+            continue
+        group.append(run)
+        if len(group) == most:
+            yield group
+            group = []
+    if group:
+        yield group
+
+
+def _results(
+    client: Client, tasks: dict[Future[list[str]], list[StudyRun]], form: RowFormat | None
+) -> tuple[list[tuple[StudyRun, str]], list[StudyRun]]:
+    """Return the runs of completed tasks with their lines, and runs to be executed alone; gather in one round trip."""
     try:
-        return [json.loads(text) for text in client.gather(list(run_of))]
+        lines = client.gather(list(tasks))
     except Exception:  # one of them failed: fetch them one by one
-        return [_row(run, future) for future, run in run_of.items()]
+        lines = [_lines(runs, future, form) for future, runs in tasks.items()]
+    done, again = list[tuple[StudyRun, str]](), list[StudyRun]()
+    for runs, of_task in zip(tasks.values(), lines, strict=True):
+        if of_task:
+            done += zip(runs, of_task, strict=True)
+        else:
+            again += runs
+    return done, again
 
 
-def _row(run: StudyRun, future: Future[str]) -> RunRow:
-    """Return the row of a completed run, or an error row if the run killed its workers."""
+def _lines(runs: list[StudyRun], future: Future[list[str]], form: RowFormat | None) -> list[str]:
+    """Return the lines of a completed task, an error row for a run that killed its workers, and none for several."""
     try:
-        row: RunRow = json.loads(future.result())
-        return row
+        lines: list[str] = future.result()
+        return lines
     except InputError:
         raise
     except KilledWorker:
-        return first_columns(run) | failed("each worker that tried it died: out of memory, or killed by the run")
+        if len(runs) > 1:  # one of them is to blame
+            return []
+        row = first_columns(runs[0]) | failed("each worker that tried it died: out of memory, or killed by the run")
+        return [form.line(row) if form else as_json(row)]
     except (CancelledError, OSError) as error:
         raise StudyError("the connection to the Dask scheduler is lost") from error
     except Exception as error:
@@ -130,12 +201,12 @@ def _row(run: StudyRun, future: Future[str]) -> RunRow:
 
 @contextmanager
 def _local_cluster(workers: int) -> Iterator[LocalCluster]:
-    """Start workers that ignore Ctrl-C, which a terminal sends to all its processes: only this process handles it.
+    """Start workers that ignore the signals of a terminal, which it sends to all its processes: only this one reacts.
 
     Workers, including restarted ones, inherit the signal mask of the threads that start here.
     """
     resource_tracker.ensure_running()  # CPython clears the signal mask of the thread that starts the tracker
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
     try:
         with LocalCluster(
             n_workers=workers,
@@ -145,10 +216,10 @@ def _local_cluster(workers: int) -> Iterator[LocalCluster]:
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         ) as cluster:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_TERMINALS)
             yield cluster
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_TERMINALS)
 
 
 def _client_of(scheduler: str) -> Client:

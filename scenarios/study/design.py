@@ -4,7 +4,7 @@ import importlib
 import inspect
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -21,6 +21,9 @@ from scenarios.study.keys import with_values
 from scenarios.study.parameter import Parameter, Value
 from scenarios.study.run_content import Contents, RunContent
 from scenarios.study.study_file import Json, Study
+
+MakeDocument = Callable[[dict[str, Any]], Json]
+"""Makes a scenario document from parameters."""
 
 SAMPLING_SEED = 0
 """Seed of the Latin hypercube; fixed, so that a study always has the same combinations."""
@@ -47,6 +50,8 @@ class StudyRun:
     """MODULE:NAME of the device under test."""
     content: RunContent
     """Files, source code and versions that the run depends on."""
+    why: str = ""
+    """Reason why the run is executed, for its row."""
 
     @property
     def inputs(self) -> Json:
@@ -74,13 +79,22 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
     Raises
     ------
     StudyError
+        As for `plan`.
+    """
+    return [run for planned in plan(study, tracker) for run in planned]
+
+
+def plan(study: Study, tracker: str) -> Iterator[list[StudyRun]]:
+    """Yield the runs of each combination, with all seeds; a scene is built when its runs are due.
+
+    Raises
+    ------
+    StudyError
         A key does not exist, the scene cannot be imported, or a combination is not a valid scenario.
     """
-    _check_size(study)
     make, path = source(study)
     contents = Contents(tracker)
-    found: list[StudyRun] = []
-    for parameters in combinations(study):
+    for number, parameters in enumerate(combinations(study)):
         try:
             document = make({**study.fixed, **parameters})
             Scenario.of({**document, "seed": study.seed_list[0]}, path)
@@ -88,18 +102,24 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
             values = ", ".join(f"{key} = {value}" for key, value in parameters.items())
             raise StudyError(f"{study.path}: with {values}: {error}") from error
         content = contents.of(document, path.parent)
-        found += [
-            StudyRun(len(found) + i, parameters, seed, {**document, "seed": seed}, path, tracker, content)
+        first = number * len(study.seed_list)
+        yield [
+            StudyRun(first + i, parameters, seed, {**document, "seed": seed}, path, tracker, content)
             for i, seed in enumerate(study.seed_list)
         ]
-    return found
 
 
 def combinations(study: Study) -> list[dict[str, Value]]:
     """Return all combinations of the parameters: the full grid, or `samples` points of a Latin hypercube.
 
     If all parameters have listed values, a hypercube can contain a combination twice; it is returned once.
+
+    Raises
+    ------
+    StudyError
+        The study has more than `MOST_RUNS` runs, or a range has no steps.
     """
+    _check_size(study)
     keys = [parameter.key for parameter in study.vary]
     if study.samples is None:
         return [dict(zip(keys, values, strict=True)) for values in product(*map(_grid, study.vary))]
@@ -144,7 +164,7 @@ def _samples(parameter: Parameter, fraction: np.ndarray) -> list[Value]:
     return [float(value) for value in parameter.low + (parameter.high - parameter.low) * fraction]
 
 
-def source(study: Study) -> tuple[Callable[[dict[str, Any]], Json], Path]:
+def source(study: Study) -> tuple[MakeDocument, Path]:
     """Return a function that makes a scenario document from parameters, and the path of the document.
 
     Raises

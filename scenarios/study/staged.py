@@ -1,19 +1,25 @@
 """Staged scenes under the module name that study files use: `scenarios.study.staged:hidden_behind_wall`."""
 
 from scenarios.study.scenes.behind_parked_truck import behind_parked_truck
+from scenarios.study.scenes.behind_row import behind_row
 from scenarios.study.scenes.behind_turning_bus import behind_turning_bus
 from scenarios.study.scenes.cut_in_past_lorry import cut_in_past_lorry
 from scenarios.study.scenes.hidden_behind_wall import hidden_behind_wall
+from scenarios.study.scenes.hidden_with_failed_unit import hidden_with_failed_unit
 from scenarios.study.scenes.partly_hidden import partly_hidden
+from scenarios.study.scenes.passed_by_bus import passed_by_bus
 from scenarios.study.scenes.past_house import past_house
 from scenarios.study.scenes.standing_car import standing_car
 
 __all__ = [
     "behind_parked_truck",
+    "behind_row",
     "behind_turning_bus",
     "cut_in_past_lorry",
     "hidden_behind_wall",
+    "hidden_with_failed_unit",
     "partly_hidden",
+    "passed_by_bus",
     "past_house",
     "standing_car",
 ]

@@ -94,6 +94,8 @@ class Search(Strict):
     """Reason or source of the limit; copied into the scenario file of the finding."""
     trials: Annotated[int, Field(ge=1)] = 150
     """Number of runs of the search; reducing the finding takes additional runs."""
+    reduction_runs: Annotated[int, Field(ge=0)] = 150
+    """Maximum number of runs that reduce the finding."""
     at_once: Annotated[int, Field(ge=1)] = 4
     """Runs proposed as one batch, independent of each other's results: the maximum number of parallel runs."""
 
@@ -105,8 +107,25 @@ class Search(Strict):
 
     @property
     def limit(self) -> Limit:
-        """The limit, as in a scenario's `[expect]`."""
+        """The limit, as in a scenario's `[expect]`; without a unit for a metric of one's own, whose table has it."""
         return Limit(self.min, self.max, METRICS.get(self.metric, ""), self.need)
+
+
+class Threshold(Strict):
+    """Goal of `luxloop thresholds`: the value of a parameter at which a share of runs keeps a metric, by setting."""
+
+    key: str
+    """Varied parameter, with a range, whose value is found; the combinations of the others are the settings."""
+    metric: Annotated[str, AfterValidator(metric_name)]
+    """Metric from 0 to 1 in every run, such as `track.occlusion_survival`."""
+    shares: Annotated[list[Annotated[float, Field(gt=0.0, le=0.95)]], AfterValidator(distinct)] = Field(
+        default_factory=lambda: [0.5, 0.95]
+    )
+    """Shares whose values are estimated; at most 0.95, because up to 4 % of runs may fail at any value."""
+    runs: Annotated[int, Field(ge=2)] = 20
+    """Number of runs of each setting."""
+    rising: bool = False
+    """True if the metric rises with the value, e.g. with the visible share; it falls with the time hidden."""
 
 
 class Study(Strict):
@@ -131,6 +150,8 @@ class Study(Strict):
     """Figures of the report."""
     search: Search | None = None
     """Goal of `luxloop search`."""
+    threshold: Threshold | None = None
+    """Goal of `luxloop thresholds`."""
 
     _path: Path = PrivateAttr()
 
@@ -143,19 +164,31 @@ class Study(Strict):
             raise ValueError(f"{twice[0]} is both varied and fixed; take it out of [fixed]")
         if "seed" in (*keys, *self.fixed):
             raise ValueError("seed cannot be varied or fixed; every combination runs with each of `seeds`")
+        self._check_threshold()
         for parameter in self.vary:
             if self.search and parameter.neutral is None:
                 raise ValueError(f"{parameter.key}: give neutral, the undisturbed value; the search needs it")
-            if not (self.samples or self.search or parameter.values or parameter.steps):
+            adaptive = self.search or (self.threshold and self.threshold.key == parameter.key)
+            if not (self.samples or adaptive or parameter.values or parameter.steps):
                 raise ValueError(f"{parameter.key}: a range without steps; give steps, or samples for the whole study")
         if isinstance(self.seeds, list):
             distinct(self.seeds)
         for curve in self.curve:
             unit_of(curve.metric, self.metric)
             self._check_axes(curve, keys)
-        if self.search:
-            unit_of(self.search.metric, self.metric)
+        for goal in (self.search, self.threshold):
+            if goal:
+                unit_of(goal.metric, self.metric)
         return self
+
+    def _check_threshold(self) -> None:
+        """Raise a ValueError if `[threshold]` does not name a varied range."""
+        ranges = [parameter.key for parameter in self.vary if parameter.values is None]
+        if self.threshold and self.threshold.key not in ranges:
+            raise ValueError(
+                f"threshold.key = {self.threshold.key}: not a [[vary]] table with low and high; "
+                f"{'name one of ' + ', '.join(ranges) if ranges else 'give one a range'}"
+            )
 
     def definition(self, name: str) -> Definition | None:
         """Return the definition of a shipped metric or one of this study; None for other names."""

@@ -11,6 +11,7 @@ from scenarios.report.html.page_tables import Cell, PageTable, Row
 from scenarios.study.curves import LEVELS, differences, estimates, measured
 from scenarios.study.estimate_cells import estimate_cells, estimate_head, interval_cells, kind_of
 from scenarios.study.figures import Picture, label, picture, text
+from scenarios.study.point_runs import point_runs
 from scenarios.study.study_file import Curve, Study
 from scenarios.study.survival_picture import survival_picture
 from scenarios.study.survival_table import survival_lines
@@ -58,7 +59,10 @@ def page(sweep: Sweep, pictures: list[Picture]) -> str:
             (label(study, parameter.key), ", ".join(map(text, _values(rows, parameter.key))))
             for parameter in study.vary
         ],
-        shown=[(one.figure(), numbers(study, rows, curve)) for one, curve in zip(pictures, study.curve, strict=True)],
+        shown=[
+            (one.figure(), numbers(study, rows, curve), point_runs(study, rows, curve, sweep.keep_at))
+            for one, curve in zip(pictures, study.curve, strict=True)
+        ],
         failed=failed(study, sweep.rows),
         wall_s=float(sweep.rows["wall_s"].sum()),
     )

@@ -36,6 +36,11 @@ class SurvivalCurve:
     """Interval of the share before the first event, which is 1."""
 
 
+def survival_columns(stage: str, measure: str) -> tuple[str, str]:
+    """Return the metrics that the curve of a stage needs beside its own: whether it is reached, and the end."""
+    return f"emergence.{TARGET}.{stage}_reached", f"emergence.{TARGET}.{END}_{measure}"
+
+
 def samples(rows: pd.DataFrame, metric: str, keys: Sequence[str]) -> pd.DataFrame:
     """Return `time`, `reached`, `seed` and the levels of the columns `keys` of every run with a value.
 
@@ -45,8 +50,9 @@ def samples(rows: pd.DataFrame, metric: str, keys: Sequence[str]) -> pd.DataFram
     found = survival_measure(metric)
     assert found is not None
     stage, measure = found
-    reached = rows[f"emergence.{TARGET}.{stage}_reached"] == 1.0
-    time = rows[metric].where(reached, rows[f"emergence.{TARGET}.{END}_{measure}"])
+    of_reached, of_end = survival_columns(stage, measure)
+    reached = rows[of_reached] == 1.0
+    time = rows[metric].where(reached, rows[of_end])
     table = pd.DataFrame({key: levels(rows[key]) for key in keys})
     table = table.assign(time=-time if SURVIVAL[measure] else time, reached=reached, seed=rows["seed"])
     return table[table["time"].notna()]

@@ -2,16 +2,21 @@
 
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import pandas as pd
 
 from scenarios.errors import InputError, Interrupted, OutputError
+from scenarios.grading.emergence_names import survival_measure
 from scenarios.run import device, progress
-from scenarios.study.design import runs
-from scenarios.study.row_reasons import RETRIED, TAKEN_OVER, RowReasons
+from scenarios.study import design
+from scenarios.study.row_format import FIXED_COLUMNS
+from scenarios.study.row_reasons import TAKEN_OVER
 from scenarios.study.row_store import RowStore
 from scenarios.study.study_file import Study
+from scenarios.study.survival import survival_columns
+from scenarios.study.sweep_plan import SweepPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +30,8 @@ class Sweep:
     """Number of runs of the whole study."""
     taken_up: int = 0
     """Number of runs whose rows were reused from an earlier start."""
+    keep_at: str | None = None
+    """Folder or fsspec URL of the run folders, if they are kept."""
 
 
 def sweep(
@@ -35,6 +42,7 @@ def sweep(
     scheduler: str | None = None,
     keep_at: str | None = None,
     retry_errors: bool = False,
+    parts: str | None = None,
 ) -> Sweep:
     """Execute all runs of a study that have no row yet.
 
@@ -54,6 +62,9 @@ def sweep(
         Folder or fsspec URL that receives the folder of every run; default: only the rows are kept.
     retry_errors
         True to execute runs again whose row has the status `error`.
+    parts
+        Folder or fsspec URL that receives the rows from the workers, as Parquet parts; default: they come back through
+        the scheduler.
 
     Raises
     ------
@@ -62,36 +73,64 @@ def sweep(
     Interrupted
         Ctrl-C was pressed; all rows received so far are on disk.
     """
-    wanted = runs(study, tracker)
+    combinations = design.combinations(study)
+    count = len(combinations) * len(study.seed_list)
     device.load(tracker)  # an invalid tracker is reported once, not in every row
-    keys = [run.key for run in wanted]
-    values = {parameter.key: [run.parameters[parameter.key] for run in wanted] for parameter in study.vary}
-    with RowStore.opened(out, values, [metric.name for metric in study.metric]) as rows:
-        failed = {key for key, row in rows.earlier.items() if row["status"] == "error"} if retry_errors else set()
-        missing = {key: run for key, run in zip(keys, wanted, strict=True) if key not in rows.keys or key in failed}
-        todo, taken_over = list(missing.values()), set(keys).difference(missing)
-        reasons = RowReasons([parameter.key for parameter in study.vary], rows.earlier.values())
-        why = {key: RETRIED if key in failed else reasons.why_run(run) for key, run in missing.items()}
+    values = {parameter.key: [values[parameter.key] for values in combinations] for parameter in study.vary}
+    with RowStore.opened(out, values, [metric.name for metric in study.metric], parts) as rows:
+        plan = SweepPlan(study, tracker, rows, retry_errors=retry_errors)
         try:
-            if todo:
-                from scenarios.study import dask_runs  # imports dask, which is slow and optional
-
-                with (
-                    dask_runs.connect(min(workers, len(todo)), scheduler) as client,
-                    progress.runs(study.path.stem, len(wanted), len(wanted) - len(todo)) as advance,
-                ):
-                    for batch in dask_runs.rows_of(client, todo, keep_at):
-                        rows.add([row | {"why": why[row["key"]]} for row in batch])
-                        advance(len(batch))
+            _execute(plan, rows, count, workers, scheduler, keep_at, parts, study.path.stem)
         except KeyboardInterrupt as error:
-            raise Interrupted(f"interrupted; {_state(rows, keys, taken_over, out)}") from error
+            raise Interrupted(f"interrupted; {_state(plan, rows, count, out)}") from error
         except InputError as error:
-            raise type(error)(f"{error}; {_state(rows, keys, taken_over, out)}") from error
-        return Sweep(study, rows.merge(keys, taken_over, TAKEN_OVER), len(wanted), len(wanted) - len(todo))
+            raise type(error)(f"{error}; {_state(plan, rows, count, out)}") from error
+        found = rows.merge(plan.keys, plan.taken_over, TAKEN_OVER, columns(study))
+        return Sweep(study, found, count, len(plan.taken_over), keep_at)
 
 
-def _state(rows: RowStore, keys: list[str], taken_over: set[str], out: Path) -> str:
+def _execute(
+    plan: SweepPlan,
+    rows: RowStore,
+    count: int,
+    workers: int,
+    scheduler: str | None,
+    keep_at: str | None,
+    parts: str | None,
+    name: str,
+) -> None:
+    """Execute the missing runs and store their rows; without any, nothing is started."""
+    missing = plan.missing()
+    first = next(missing, None)
+    if first is None:
+        return
+    from scenarios.study import dask_runs  # imports dask, which is slow and optional
+
+    delivery = dask_runs.Delivery(keep_at, rows.format, parts)
+    with (
+        dask_runs.connect(min(workers, count), scheduler) as client,
+        progress.runs(name, count, len(plan.taken_over)) as advance,
+    ):
+        known = len(plan.taken_over)
+        for batch in dask_runs.lines_of(client, chain([first], missing), count, delivery):
+            rows.add_lines([run.key for run, _ in batch], [line for _, line in batch])
+            advance(len(batch) + len(plan.taken_over) - known)
+            known = len(plan.taken_over)
+
+
+def columns(study: Study) -> list[str]:
+    """Return the columns that report and summary of a study need: all but the metrics that no curve shows."""
+    metrics: list[str] = []
+    for curve in study.curve:
+        metrics += [key for key in (curve.metric, *curve.keys) if study.definition(key)]
+        if measure := survival_measure(curve.metric) if curve.kind == "survival" else None:
+            metrics += survival_columns(*measure)
+    return list(dict.fromkeys([*FIXED_COLUMNS[:4], *(p.key for p in study.vary), *FIXED_COLUMNS[4:-1], *metrics]))
+
+
+def _state(plan: SweepPlan, rows: RowStore, count: int, out: Path) -> str:
     """Merge the rows of an unfinished sweep and return a message with their number."""
+    keys = plan.keys
     with suppress(OutputError):  # if the disk is full, the rows stay in the append log
-        rows.merge(keys, taken_over, TAKEN_OVER)
-    return f"{len(rows.keys.intersection(keys))} of {len(keys)} rows are in {out}; run the same command to resume"
+        rows.merge(keys, plan.taken_over, TAKEN_OVER, ["key"])
+    return f"{len(rows.keys.intersection(keys))} of {count} rows are in {out}; run the same command to resume"

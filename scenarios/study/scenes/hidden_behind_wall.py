@@ -1,7 +1,6 @@
 """Scene: a wall hides a moving car completely for a given time."""
 
 import math
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -12,15 +11,14 @@ from scenarios.study.scenes.scene_parts import (
     CAR_M,
     MEMORY_S,
     OCCLUDER_Y_M,
-    RIG,
     START,
     Json,
     car,
     motion_table,
+    scene_rig,
     wall,
 )
 from scenarios.study.scenes.shadow import outline, shadow_on_line
-from sensor_model.rig.rig import load_rig
 from sim.scripted.motions import LaneChange, Motion, Straight, state_at
 
 Manoeuvre = Literal["keeps speed", "brakes", "changes lane"]
@@ -57,7 +55,7 @@ def hidden_behind_wall(occlusion_s: float, speed_mps: float, manoeuvre: Manoeuvr
     """
     if not (occlusion_s > 0 and speed_mps > 0):
         raise ValueError(f"occlusion_s = {occlusion_s:g} and speed_mps = {speed_mps:g} must be positive")
-    rig, hidden = load_rig(RIG, Path()), _hidden_motions(occlusion_s, speed_mps, manoeuvre)
+    rig, hidden = scene_rig(), _hidden_motions(occlusion_s, speed_mps, manoeuvre)
     vanishes = START + np.array([speed_mps * BEFORE_S, 0.0, 0.0])
     reaches = []
     for time in np.linspace(0.0, occlusion_s, 51):

@@ -1,7 +1,5 @@
 """Scene: a moving screen hides a given share of a moving car."""
 
-from pathlib import Path
-
 import numpy as np
 
 from scenarios.study.scenes.scene_parts import (
@@ -10,15 +8,14 @@ from scenarios.study.scenes.scene_parts import (
     CAR_M,
     MEMORY_S,
     OCCLUDER_Y_M,
-    RIG,
     START,
     Json,
     car,
     motion_table,
+    scene_rig,
     screen,
 )
 from scenarios.study.scenes.shadow import outline, screen_end, shadow_on_line
-from sensor_model.rig.rig import load_rig
 from sim.scripted.motions import Straight
 
 SLIDE_MPS = 5.0
@@ -47,7 +44,7 @@ def partly_hidden(visible_share: float, occlusion_s: float = 2.0, speed_mps: flo
             f"visible_share = {visible_share:g} must be from 0 to 1, occlusion_s = {occlusion_s:g} positive, "
             f"speed_mps = {speed_mps:g} above {SLIDE_MPS:g}"
         )
-    rig, points = load_rig(RIG, Path()), outline(START, CAR_M)
+    rig, points = scene_rig(), outline(START, CAR_M)
     left_m, right_m = shadow_on_line(rig, points, OCCLUDER_Y_M)
     length_m = right_m - left_m + 1.0
     away_m = left_m - 0.5  # front end of the screen before and after the occlusion

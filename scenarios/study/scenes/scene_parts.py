@@ -3,11 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from scenarios.arrays import Floats
+from sensor_model.rig.rig import Rig, load_rig
 from sim.scripted.motions import Motion
 
 Json = dict[str, Any]
@@ -26,6 +29,12 @@ BEFORE_S, AFTER_S = 3.0, 3.5
 """[s] Time in view before and after the occlusion: enough to confirm a track, and to reacquire the car."""
 MEMORY_S = 4.5
 """[s] `grading.memory_s`, above its default of 3 s: the time partly hidden adds to the time fully hidden."""
+
+
+@cache
+def scene_rig() -> Rig:
+    """Return the rig that the scenes are built for; its files are read once."""
+    return load_rig(RIG, Path())
 
 
 def car(start: Floats, motions: Sequence[Motion]) -> Json:

@@ -1,14 +1,12 @@
 """Scene: a stationary car, which a wall may partly hide."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 from scenarios.arrays import Floats
-from scenarios.study.scenes.scene_parts import CAR_M, RIG, Json, car, wall
+from scenarios.study.scenes.scene_parts import CAR_M, Json, car, scene_rig, wall
 from scenarios.study.scenes.shadow import outline
-from sensor_model.rig.rig import load_rig
 
 STANDING_JITTER = {"jitter_m": 0.1, "jitter_deg": 2.0}
 """Random shift and rotation of the car by the seed, which varies the beams that hit it."""
@@ -52,7 +50,7 @@ def standing_car(range_m: float = 15.0, aspect_deg: float = 30.0, visible_share:
 
 def _wall_corners(pose: Floats, hidden_share: float) -> list[list[float]]:
     """Return the ends of a wall across the line of sight that hides the left part of a car at a pose (3,)."""
-    rig = load_rig(RIG, Path())
+    rig = scene_rig()
     viewpoint = np.array([max(mount.x_m for mount in rig.mounts) + rig.rear_axle_x_m, 0.0])
     x, y = (outline(pose, CAR_M) - viewpoint).T
     bearing = np.arctan2(y, x)

@@ -186,3 +186,48 @@ def test_an_unrelated_log_is_not_overwritten(tmp_path):
 
 def search_with(folder, old, new):
     return search(Study.load(changed(folder, old, new)), crossing_ids.SPEC, folder / "out", print)
+
+
+def test_the_output_ends_with_the_two_useful_lines_and_has_no_tables(tmp_path, capsys):
+    study = changed(tmp_path, "trials = 25", "trials = 4\nreduction_runs = 6")
+    options = ["--tracker", crossing_ids.SPEC, "--out", str(tmp_path / "out"), "--workers", "1"]
+    text = study.read_text().replace("low = -60.0", "low = -30.0").replace("neutral = -60.0", "neutral = -26.0")
+    study.write_text(text)
+    assert main(["search", str(study), *options]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-2].startswith(f"{tmp_path / 'out' / 'planted.toml'} fails: ")
+    assert lines[-1].startswith("To run it: luxloop run ")
+    assert len(lines) < 12
+    assert "stopped after 6 runs of reduction ([search] reduction_runs); a smaller case may exist" in lines
+    assert len((tmp_path / "out" / EVALUATIONS).read_text().splitlines()) <= 4 + 6
+    assert (tmp_path / "out" / RUN / "report.txt").is_file()
+
+
+def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
+    """Id switches of one of the two cars: the file of the finding defines it, and runs on its own."""
+    own = '[[metric]]\nname = "own.second_switches"\nof = "track.id_switches"\nactor = "second"\n\n[[vary]]'
+    study = changed(tmp_path, LIMIT, 'metric = "own.second_switches"\nmax = 0\n')
+    text = study.read_text().replace("[[vary]]", own, 1).replace("trials = 25", "trials = 10\nreduction_runs = 40")
+    text = text.replace("low = -60.0", "low = -30.0").replace("neutral = -60.0", "neutral = -26.0")
+    study.write_text(text)
+    finding = search(Study.load(study), crossing_ids.SPEC, tmp_path / "out", print)
+    assert finding is not None
+    found = document(tmp_path / "out")
+    assert found["metric"] == [{"name": "own.second_switches", "of": "track.id_switches", "actor": "second"}]
+    assert found["expect"]["own.second_switches"]["max"] == 0
+    assert finding.what.startswith("1: ")
+    assert "frame" in finding.what
+    assert main(["run", str(finding.file), "--tracker", crossing_ids.SPEC, "--out", str(tmp_path / "again")]) == 0
+
+
+def test_evaluations_with_errors_are_reused_unless_they_are_retried(tmp_path):
+    study = Study.load(changed(tmp_path, "trials = 25", "trials = 4"))
+    tracker, log = f"{__name__}:sound", tmp_path / "out" / EVALUATIONS
+    assert search(study, tracker, tmp_path / "out", print) is None
+    rows = [json.loads(line) for line in log.read_text().splitlines()]
+    log.write_text("".join(json.dumps(row | {"error": "no memory"} if n else row) + "\n" for n, row in enumerate(rows)))
+    for retry, count in ((False, 4), (True, 7), (True, 7)):
+        lines = []
+        assert search(study, tracker, tmp_path / "out", lines.append, retry_errors=retry) is None
+        assert len(log.read_text().splitlines()) == count
+    assert "3 evaluations ended with an error and are run again" not in lines

@@ -10,6 +10,7 @@ import pytest
 from scenarios.statistics.bounded_mean import mid_p_interval
 from scenarios.study.curves import differences, estimates, levels, measured
 from scenarios.study.figures import picture
+from scenarios.study.point_runs import point_runs
 from scenarios.study.seed_dots import seed_dots
 from scenarios.study.study_file import Study
 from scenarios.study.study_page import REPORT, numbers, report
@@ -75,7 +76,7 @@ def rows():
         "error": "KeyError: <b>'lane'</b>",
     }
     table = pd.DataFrame([*found, crash])
-    return table.assign(index=range(len(table)), wall_s=1.5)
+    return table.assign(index=range(len(table)), key=[f"k{n}" for n in range(len(table))], wall_s=1.5)
 
 
 def test_a_point_is_the_median_over_seeds_and_counts_missing_values(rows):
@@ -226,17 +227,22 @@ def test_a_study_without_completed_runs_has_a_page(study, rows, tmp_path):
 def test_shipped_studies_are_valid_and_small_enough():
     """Each takes at most ten minutes on two cores; measured processor time per run, plus 25 %."""
     from scenarios.files import shipped
+    from scenarios.search.thresholds import settings_of
     from scenarios.study import design
 
     seconds = {"hidden_behind_wall": 1.3, "partly_hidden": 1.4, "standing_car": 0.4, "fault-free": 3.8}
+    seconds |= dict.fromkeys(("behind_row", "hidden_with_failed_unit", "passed_by_bus"), 1.5)
     seconds |= dict.fromkeys(("behind_parked_truck", "past_house", "behind_turning_bus", "cut_in_past_lorry"), 6.5)
     for path in shipped.studies().values():
         loaded = Study.load(path)
         if loaded.search:
             continue
-        assert loaded.curve
-        runs = design.runs(loaded, "tracker.tracker:Tracker")
-        assert len(runs) * seconds[loaded.scenario.rpartition(":")[2]] / 2 < 600.0
+        if loaded.threshold:
+            runs = loaded.threshold.runs * len(settings_of(loaded, loaded.threshold))
+        else:
+            assert loaded.curve
+            runs = len(design.runs(loaded, "tracker.tracker:Tracker"))
+        assert runs * seconds[loaded.scenario.rpartition(":")[2]] / 2 < 600.0
 
 
 def test_counts_have_the_share_of_seeds_with_any(study, rows):
@@ -257,3 +263,24 @@ def test_counts_have_the_share_of_seeds_with_any(study, rows):
     low, high = mid_p_interval(1, 5)
     assert first[1:] == ["0", "0 to 1.5", "0.3", "20%", f"{low:.0%} to {high:.0%}", "10"]
     assert second[1:] == ["0", "0 to 0", "0", "0%", "at most 45%", "10"]
+
+
+def test_each_point_names_its_runs_and_links_to_the_folders_that_are_kept(study, rows, tmp_path):
+    curve = study.curve[0]
+    table = point_runs(study, measured(rows), curve, None)
+    assert not any(cell.href for row in table.rows for cell in row.cells)
+    known = measured(rows)[measured(rows)[curve.metric].notna()]
+    lowest = known.sort_values([curve.metric, "index"]).iloc[0]
+    (tmp_path / str(lowest["key"])).mkdir()
+    linked = [
+        cell.text
+        for row in point_runs(study, measured(rows), curve, str(tmp_path)).rows
+        for cell in row.cells
+        if cell.href == (tmp_path / str(lowest["key"])).as_uri()
+    ]
+    assert linked[0] == f"{lowest[curve.metric]:.3g} (run {lowest['index']}, seed {lowest['seed']})"
+    assert all(
+        cell.href.startswith("s3://bucket/x/")
+        for row in point_runs(study, measured(rows), curve, "s3://bucket/x/").rows
+        for cell in row.cells[len(curve.keys) :]
+    )

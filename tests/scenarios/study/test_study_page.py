@@ -10,9 +10,9 @@ from scenarios.files.scenario import schema_text
 from scenarios.run import device
 from scenarios.study import row_store
 from scenarios.study.design import runs
+from scenarios.study.row_format import FIXED_COLUMNS
 from scenarios.study.study_file import Study
 from scenarios.study.study_page import REPORT
-from scenarios.study.worker import FIXED_COLUMNS
 
 SCENARIO_PAGE = DOCS / "scenario-files.md"
 """Page of the tables that scenario and study files share."""

@@ -1,0 +1,244 @@
+"""Large sweeps: bounded memory, lazy planning, several seeds per task, and rows as parts written by workers."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from support.dask_cluster import cluster
+from support.processes import children_of
+from support.sweeps import (
+    PATIENCE_S,
+    end,
+    rows,
+    rows_so_far,
+    sequential_hashes,
+    small_study,
+    start,
+    sweep,
+    wait_for_rows,
+)
+
+from scenarios.grading.metric_names import METRICS
+from scenarios.run import device
+from scenarios.study import dask_runs, design
+from scenarios.study.design import runs
+from scenarios.study.row_merge import BUCKET
+from scenarios.study.row_store import RowStore
+from scenarios.study.study_file import Study
+from scenarios.study.sweep_runs import columns
+
+STAGED = """\
+description = "Many combinations of a staged scene."
+scenario = "scenarios.study.staged:hidden_behind_wall"
+seeds = {seeds}
+fixed = {{ speed_mps = 10.0 }}
+vary = [{{ key = "occlusion_s", low = 0.3, high = 3.0, steps = {steps} }}]
+curve = [{{ metric = "track.hota", against = "occlusion_s" }}]
+"""
+GB = 1e9
+WORKER_PAGES = 25_000
+"""A worker that has loaded its modules has more memory than this; the resource tracker, another child, less."""
+
+
+def staged(folder: Path, steps: int, seeds: int = 1) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "staged.toml"
+    path.write_text(STAGED.format(steps=steps, seeds=seeds), encoding="utf-8")
+    return path
+
+
+def test_scenes_are_built_when_their_runs_are_due(tmp_path: Path):
+    """The first ten of ten thousand combinations are there before the others are built."""
+    study = Study.load(staged(tmp_path, 10_000))
+    planned = islice(design.plan(study, device.SHIPPED), 10)
+    begin = time.process_time()
+    assert [run.index for of_combination in planned for run in of_combination] == list(range(10))
+    few = time.process_time() - begin
+    begin = time.process_time()
+    next(design.plan(Study.load(staged(tmp_path, 10)), device.SHIPPED))
+    assert few < 100 * max(time.process_time() - begin, 0.01)
+
+
+def test_short_runs_are_grouped_and_long_ones_are_alone(tmp_path: Path):
+    short = runs(Study.load(small_study(tmp_path, seeds=3)), device.SHIPPED)
+    assert [len(group) for group in dask_runs.grouped(iter(short), 5)] == [5, 5, 2]
+    text = (tmp_path / "small.toml").read_text().replace("duration_s = 0.1", "duration_s = 40.0")
+    (tmp_path / "small.toml").write_text(text)
+    long = runs(Study.load(tmp_path / "small.toml"), device.SHIPPED)
+    assert [len(group) for group in dask_runs.grouped(iter(long), 5)] == [1] * 12
+
+
+def test_a_merge_of_several_buckets_has_the_order_of_the_study(tmp_path: Path):
+    """Rows that arrive in a random order, with every tenth twice: the later one counts."""
+    count = 2 * BUCKET + 500
+    order = np.random.default_rng(3).permutation(count)
+    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
+        some = {"tracker": "t:T", "gap_m": 1.0, "seed": 1, "inputs": "{}", "error": "", "trace_hash": "", "wall_s": 0.0}
+        first = [some | {"key": f"k{i}", "status": "error", "frames": 0} for i in range(0, count, 10)]
+        store.add(first + [some | {"key": f"k{i}", "status": "passed", "frames": int(i)} for i in order])
+        merged = store.merge([f"k{i}" for i in range(count)], columns=["key", "frames", "status", "index"])
+        assert merged["frames"].tolist() == merged["index"].tolist() == list(range(count))
+        assert set(merged["status"]) == {"passed"}
+        fewer = store.merge([f"k{i}" for i in range(0, count, 2)], columns=["frames"])
+        assert fewer["frames"].tolist() == list(range(0, count, 2))
+        assert len(pd.read_parquet(tmp_path / "earlier.parquet", columns=["key"])) == count // 2
+        assert len(store.merge([f"k{i}" for i in range(count)], columns=["key"])) == count
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".lock", "earlier.parquet", "runs.parquet"]
+
+
+def test_a_kill_between_the_two_files_of_a_merge_loses_no_row(tmp_path: Path):
+    """The former file of other rows is there until both are replaced."""
+    some = {
+        "tracker": "t:T",
+        "gap_m": 1.0,
+        "seed": 1,
+        "inputs": "{}",
+        "error": "",
+        "trace_hash": "",
+        "status": "passed",
+    }
+    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
+        store.add([some | {"key": key} for key in "abc"])
+        store.merge(["a"])
+    others = (tmp_path / "earlier.parquet").read_bytes()
+    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
+        before = (tmp_path / "runs.parquet").read_bytes()
+        store.merge(["a", "b"])
+    (tmp_path / "runs.parquet").write_bytes(before)  # as if killed before it was replaced
+    (tmp_path / ".earlier.parquet").write_bytes(others)
+    with RowStore.opened(tmp_path, {"gap_m": [1.0]}) as store:
+        assert store.keys == {"a", "b", "c"}
+        assert sorted(store.merge(["a", "b", "c"])["key"]) == ["a", "b", "c"]
+    assert not (tmp_path / ".earlier.parquet").exists()
+
+
+def test_workers_write_the_rows_as_parts_and_a_restart_reads_them(tmp_path: Path):
+    study = small_study(tmp_path, seeds=2)
+    url = (tmp_path / "parts").as_uri()
+    process = start(study, "--workers", "1", "--parts", url)
+    deadline = time.monotonic() + PATIENCE_S
+    while not list((tmp_path / "parts").glob("*.parquet")):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    end(process)  # killed: no row has come through the scheduler
+    assert rows_so_far(study) == 0
+    code, output, error = sweep(study, "--workers", "1", "--parts", url, "--json")
+    assert (code, error) == (0, "")
+    document = json.loads(output)
+    assert document["taken_up"] >= 1
+    assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
+    assert not list((tmp_path / "parts").iterdir())
+
+
+def test_a_part_that_cannot_be_written_is_one_line(tmp_path: Path):
+    study = small_study(tmp_path)
+    (tmp_path / "file").write_text("")
+    code, _, error = sweep(study, "--workers", "1", "--parts", str(tmp_path / "file" / "parts"))
+    assert code == 2
+    assert "cannot write there" in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.soak
+def test_kills_of_schedulers_and_workers_and_a_full_disk_lose_and_double_no_row(tmp_path: Path):
+    """Two schedulers and ten workers are killed, and the disk is full once."""
+    study, killed = small_study(tmp_path / "study", seeds=25), 0
+    for attempt in range(2):
+        (tmp_path / f"cluster{attempt}").mkdir()
+        with cluster(tmp_path / f"cluster{attempt}", workers=2) as (address, scheduler):
+            process = start(study, "--scheduler", address)
+            wait_for_rows(study, rows_so_far(study) + 8, process)
+            os.killpg(scheduler.pid, signal.SIGKILL)
+            process.communicate(timeout=PATIENCE_S)
+            end(process)
+            assert process.returncode == 2
+    done = len(rows(study))
+    assert done >= 16
+    process = start(study, "--workers", "2")
+    wait_for_rows(study, 4, process)
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (rows_bytes(study) + 100, resource.RLIM_INFINITY))
+    _, error = process.communicate(timeout=PATIENCE_S)
+    end(process)
+    assert process.returncode == 2
+    assert "cannot write there" in error
+    process = start(study, "--workers", "2")
+    while killed < 10 and process.poll() is None:
+        before = rows_so_far(study)
+        worker = max(children_of(process.pid), key=memory_pages, default=None)
+        if worker is None or memory_pages(worker) < WORKER_PAGES or before == 0:
+            time.sleep(0.1)
+            continue
+        os.kill(worker, signal.SIGKILL)
+        killed += 1
+        wait_until_more(study, before, process)
+    _, error = process.communicate(timeout=PATIENCE_S)
+    end(process)
+    assert (process.returncode, error) == (0, "")
+    assert killed == 10
+    assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
+    assert list(rows(study)["index"]) == list(range(100))
+
+
+def rows_bytes(study: Path) -> int:
+    return (study.parent / "out" / "runs.jsonl").stat().st_size
+
+
+def memory_pages(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    except OSError:
+        return 0
+
+
+def wait_until_more(study: Path, count: int, process) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while rows_so_far(study) <= count and process.poll() is None:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@pytest.mark.soak
+def test_the_memory_of_a_sweep_of_a_hundred_thousand_runs_is_below_one_gigabyte(tmp_path: Path):
+    path = staged(tmp_path, steps=100, seeds=1000)
+    study = Study.load(path)
+    known = {"status": "passed", "error": "", "trace_hash": "0" * 32, "frames": 100, "wall_s": 1.0, "why": "new"}
+    values = np.random.default_rng(0).random(len(METRICS)).tolist()
+    metrics = dict(list(zip(METRICS, values, strict=True))[::3])  # rows of 14 kB, as of a typical scenario
+    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+        for planned in design.plan(study, device.SHIPPED):
+            lines = [
+                store.format.line(
+                    {"key": run.key, "seed": run.seed, "tracker": run.tracker, "inputs": json.dumps(run.inputs)}
+                    | run.parameters | known | metrics
+                )
+                for run in planned
+            ]  # fmt: skip
+            store.add_lines([run.key for run in planned], lines)
+    assert (tmp_path / "out" / "runs.jsonl").stat().st_size > GB
+    for _ in range(2):  # from the log, and from the merged rows
+        command = [sys.executable, "-m", "scenarios", "sweep", path.name, "--out", "out", "--json"]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+        output, peak = process.stdout.read(), 0.0
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode, peak = os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024
+        process.stdout.close()
+        print(f"peak {peak / 1e6:.0f} MB, {usage.ru_utime:.0f} s")
+        assert process.returncode == 0
+        assert json.loads(output)["taken_up"] == 100_000
+        assert peak < GB
+
+
+def test_only_the_columns_of_curves_are_read_back(tmp_path: Path):
+    study = Study.load(staged(tmp_path, 2))
+    assert columns(study)[-1] == "track.hota"
+    assert "track.mota" not in columns(study)
