@@ -2,7 +2,7 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 
-.PHONY: demo test slow check site smoke catalog baseline bench lock
+.PHONY: demo test slow soak check site smoke catalog baseline bench lock
 
 demo: .venv/installed
 	$(BIN)/luxloop run sumo-crossing
@@ -13,6 +13,10 @@ test: .venv/installed
 # Tests that take minutes: a thousand mutated scenario files, killed runs, sweeps of two thousand runs, the wheel.
 slow: .venv/installed
 	$(BIN)/pytest -n 2 -m slow
+
+# Tests that take up to an hour, for releases: ten thousand broken inputs, a hundred kills, a hundred thousand rows.
+soak: .venv/installed
+	$(BIN)/pytest -n 2 -m soak
 
 check: .venv/installed
 	$(BIN)/ruff check .

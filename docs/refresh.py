@@ -46,13 +46,13 @@ QUOTES = {
         Quote(
             DOCS.parent / "README.md",
             "report",
-            ("Heading error by method", "Tracking", *VERDICT),
+            ("Fit heading error by method", "Tracking", *VERDICT),
             ("best", "oracle", "paper: best", "track.hota", "track.idf1", "track.id_switches"),
         ),
         Quote(
             DOCS / "getting-started.md",
             "report",
-            ("Heading error by method", "Tracking", "Time per frame", *VERDICT),
+            ("Fit heading error by method", "Tracking", "Time per frame", *VERDICT),
         ),
     ),
 }

@@ -104,7 +104,21 @@ class ScenarioItem(pytest.Item):
             self.add_marker(pytest.mark.xfail(reason=reason, raises=KnownFailuresError, strict=False))
 
     def runtest(self) -> None:
-        """Run the scenario, keep its folder, and record its figures for the JUnit file."""
+        """Run the scenario, keep its folder, and record its figures for the JUnit file.
+
+        SIGTERM and SIGHUP end the session as Ctrl-C does, with the exit codes of `luxloop`.
+        """
+        from scenarios.run import termination
+
+        with termination.as_interrupts() as received:
+            try:
+                self._run()
+            except KeyboardInterrupt:
+                if received.number:
+                    pytest.exit(f"interrupted in {self.name}", returncode=received.exit_code)
+                raise
+
+    def _run(self) -> None:
         from scenarios.execute import execute
         from scenarios.files.scenario import Scenario
         from scenarios.run import device

@@ -5,12 +5,14 @@ file thus names the changed runs. Equal runs give equal bytes.
 """
 
 import json
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from scenarios.arrays import Floats
 from scenarios.compare.digest import Expectation, Key, RunDigest
 from scenarios.compare.truth_sums import TRUTH
 from scenarios.compare.vehicle_sums import SUMS, VehicleSums
@@ -22,6 +24,8 @@ FORMAT = 2
 """Format version; increased by incompatible changes."""
 HEADER = {"luxloop_baseline": FORMAT, "sums": ["vehicle", *SUMS], "truth": [*TRUTH]}
 
+LARGEST = 1e12
+"""Absolute value of any figure, in any unit."""
 REMEDY = "write the file again with luxloop baseline"
 
 
@@ -55,7 +59,7 @@ def read(path: Path) -> list[RunDigest]:
         header, *documents = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     except OSError as error:
         raise OutputError(f"{path}: {error.strerror}; give a folder of runs or a baseline file") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise OutputError(f"{path}: not a baseline file ({error}); {REMEDY}") from error
     if header != HEADER:
         raise OutputError(f"{path}: not a baseline file of this version; {REMEDY}")
@@ -63,7 +67,7 @@ def read(path: Path) -> list[RunDigest]:
     for number, document in enumerate(documents, start=2):
         try:
             runs.append(_run(document))
-        except (KeyError, TypeError, ValueError, IndexError) as error:
+        except (KeyError, TypeError, ValueError, IndexError, AttributeError, OverflowError) as error:
             raise OutputError(f"{path}: line {number} is not a run ({error!r}); {REMEDY}") from error
     return runs
 
@@ -89,6 +93,13 @@ def _document(run: RunDigest) -> dict[str, Any]:
     }
 
 
+def _require_plausible(figures: Iterable[Floats | float]) -> None:
+    """Raise a ValueError for a figure that is not finite or that no run has."""
+    for figure in figures:
+        if not np.all(np.abs(figure) <= LARGEST):
+            raise ValueError(f"a figure is not a number within {LARGEST:g}")
+
+
 def _compact(value: float) -> float:
     """Return whole numbers, the most frequent sums, as integers."""
     return int(value) if value.is_integer() else value
@@ -98,6 +109,8 @@ def _run(document: dict[str, Any]) -> RunDigest:
     sums = np.array(document["sums"], dtype=np.float64).reshape(-1, 1 + len(SUMS))
     matches = np.array(document["matches"], dtype=np.int64).reshape(-1, 2 + len(ALPHAS))
     truth = np.array(document["truth"], dtype=np.float64).reshape(len(sums), len(TRUTH))
+    expectations = {name: Expectation(**entry) for name, entry in document["expectations"].items()}
+    _require_plausible([sums, truth, *(entry.value or 0.0 for entry in expectations.values())])
     return RunDigest(
         key=Key(document["scenario"], document["seed"]),
         trace_hash=document["trace_hash"],
@@ -105,6 +118,6 @@ def _run(document: dict[str, Any]) -> RunDigest:
         device=document["device"],
         sections=document["sections"],
         versions=document["versions"],
-        expectations={name: Expectation(**entry) for name, entry in document["expectations"].items()},
+        expectations=expectations,
         vehicles=VehicleSums(sums[:, 0].astype(np.int64), sums[:, 1:], matches, truth),
     )

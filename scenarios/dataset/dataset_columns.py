@@ -47,11 +47,23 @@ class Column(NamedTuple):
         return pa.array(values.astype(self.kind), self.type)
 
     def values(self, array: pa.Array) -> npt.NDArray[Any]:
-        """Return an Arrow array as a new numpy array: enumerations as codes (int8), texts as `np.str_`."""
+        """Return an Arrow array as a new numpy array: enumerations as codes (int8), texts as `np.str_`.
+
+        Raises
+        ------
+        ValueError
+            A cell is empty, or is no value of the column.
+        """
+        if array.null_count:
+            raise ValueError(f"column {self.name} has an empty cell")
         if isinstance(self.kind, tuple):
             codes = pc.index_in(array.cast(pa.string()), pa.array(self.kind))
+            if codes.null_count:
+                raise ValueError(f"column {self.name} has a value that is none of {', '.join(self.kind)}")
             return np.array(codes, dtype=np.int8)
-        return np.array(array, dtype=np.str_ if self.kind is str else self.kind)
+        if self.kind is str:
+            return np.array(array.cast(pa.string()), dtype=np.str_)
+        return np.array(array.cast(self.type), dtype=self.kind)
 
 
 def _names(enumeration: Any) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ Frames are written in batches during the run: a data set may be larger than memo
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,7 @@ class DatasetWriter:
     def __init__(self, folder: Path, option: str = OPTION) -> None:
         self._folder = folder
         self._option = option
-        self._tables = {name: FrameTable(folder / f"{name}.parquet", columns) for name, columns in FILES.items()}
+        self._tables = open_tables(folder, FILES)
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
         """Add one frame.
@@ -87,8 +87,7 @@ class DatasetWriter:
 
     def close(self) -> None:
         """Close all files; further calls have no effect."""
-        for table in self._tables.values():
-            table.close()
+        close_tables(self._tables)
 
 
 class FrameTable:
@@ -108,8 +107,11 @@ class FrameTable:
     def close(self) -> None:
         """Write the remaining frames and close the file; a second call has no effect."""
         if self._writer.is_open:
-            self._flush()
-            self._writer.close()
+            try:
+                self._flush()
+                self._writer.close()
+            finally:
+                self._writer.is_open = False  # after an error, pyarrow would close it again and print a traceback
 
     def _flush(self) -> None:
         frames, self._waiting = self._waiting, []
@@ -118,6 +120,43 @@ class FrameTable:
                 column.array(np.concatenate([frame[column.name] for frame in frames])) for column in self._columns
             ]
             self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._writer.schema))
+
+
+def open_tables(folder: Path, files: Mapping[str, tuple[Column, ...]]) -> dict[str, FrameTable]:
+    """Open the files of a data set by name; if one cannot be opened, close the others.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written; Parquet writes the first bytes of a file when it is opened.
+    """
+    tables: dict[str, FrameTable] = {}
+    try:
+        for name, columns in files.items():
+            tables[name] = FrameTable(folder / f"{name}.parquet", columns)
+    except OSError:
+        with suppress(OSError):
+            close_tables(tables)
+        raise
+    return tables
+
+
+def close_tables(tables: Mapping[str, FrameTable]) -> None:
+    """Close all files, also after an error of one.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written; the first error.
+    """
+    errors = []
+    for table in tables.values():
+        try:
+            table.close()
+        except OSError as error:
+            errors.append(error)
+    if errors:
+        raise errors[0]
 
 
 def summary(result: Result) -> dict[str, Any]:
@@ -176,7 +215,10 @@ def write_into(folder: Path, option: str) -> Iterator[DatasetWriter]:
     OutputError
         As for `DatasetWriter.add`.
     """
-    writer = DatasetWriter(folder, option)
+    try:
+        writer = DatasetWriter(folder, option)
+    except OSError as error:
+        raise atomic_folder.cannot_write(folder, option, error) from error
     try:
         yield writer
     finally:

@@ -37,7 +37,7 @@ OF_STAGES = (
     BlameMetric("outliers.mirror.recall", "mirror recall", "more"),
     BlameMetric("outliers.layer_overlap.precision", "overlap prec.", "more"),
     BlameMetric("outliers.layer_overlap.recall", "overlap recall", "more"),
-    BlameMetric("fit.best.heading_abs_mean_deg", "heading [deg]", "less"),
+    BlameMetric("fit.best.heading_abs_mean_deg", "fit heading [deg]", "less"),
     BlameMetric("fit.best.position_abs_mean_m", "corner [m]", "less"),
 )
 """Metrics of detection."""
@@ -48,7 +48,7 @@ OF_FILTERS = (
     BlameMetric("mma.mode_accuracy", "mode accuracy", "more"),
     BlameMetric("track.moving_velocity_abs_mean_mps", "velocity [m/s]", "less"),
     BlameMetric("track.standing_speed_mean_mps", "standing [m/s]", "less"),
-    BlameMetric("track.heading_flip_rate", "heading flips", "less"),
+    BlameMetric("track.heading_flip_rate", "track heading flips", "less"),
     BlameMetric("track.length_abs_mean_m", "length [m]", "less"),
 )
 """Metrics of the estimates of tracks."""

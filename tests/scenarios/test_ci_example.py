@@ -29,11 +29,12 @@ def clone(tmp_path):
     return tmp_path / "clone"
 
 
-def shell(line, folder):
-    """Run a command of the workflow with the commands of this environment."""
+def shell(line, folder, **settings):
+    """Run a command of the workflow with the commands of this environment, and further environment variables."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTEST_", "GITHUB_"))}
     environment["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     environment["GITHUB_STEP_SUMMARY"] = str(folder / "summary.md")
+    environment |= settings
     done = subprocess.run(
         ["bash", "-ec", line], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
@@ -75,6 +76,19 @@ def test_commands_of_the_workflow_run_and_the_second_push_is_the_same(steps, clo
     assert code == 0, said
     assert shell(summary, clone)[0] == 0
     assert (clone / "summary.md").read_text(encoding="utf-8").startswith("### luxloop compare: same")
+
+
+@pytest.mark.slow
+def test_the_warm_up_compiles_every_kernel_so_that_no_worker_does(steps, clone):
+    """Two workers would otherwise compile the same kernels at the same time."""
+    warm_up, tests, *_ = commands(steps, "luxloop", "pytest", "cat")
+    cache = clone / ".numba"
+    assert shell(warm_up, clone, NUMBA_CACHE_DIR=str(cache))[0] == 0
+    compiled = {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")}
+    assert len(compiled) > 20
+    code, said = shell(tests, clone, NUMBA_CACHE_DIR=str(cache))
+    assert code == 0, said
+    assert {path: path.stat().st_mtime_ns for path in cache.rglob("*.nbc")} == compiled
 
 
 def test_folders_of_failed_runs_are_kept(steps, clone):

@@ -21,7 +21,7 @@ from scenarios.control import safety
 from scenarios.files import shipped as listing
 from scenarios.files.expect import check
 from scenarios.files.scenario import Scenario
-from scenarios.grading import emergence_names, emergence_table
+from scenarios.grading import emergence_names, emergence_table, frame_tables, occlusion_table
 from scenarios.grading.metric_names import (
     CAUSES,
     CORNER_FIGURES,
@@ -343,6 +343,14 @@ def expand(pattern: str) -> list[str]:
 def test_every_column_is_listed(table):
     listed = names_in_rows(section(RESULTS, table))
     assert sorted(["frame", "time_s", *listed]) == sorted(short_run.result().tables[table].columns)
+
+
+@pytest.mark.parametrize(
+    ("table", "columns"), [("occlusions", occlusion_table.COLUMNS), ("blockers", frame_tables.BLOCKERS)]
+)
+def test_every_column_of_occlusions_is_listed(table, columns):
+    listed = names_in_rows(section_tree(RESULTS, "Tables").partition(f"### {table}\n")[2].partition("\n### ")[0])
+    assert sorted({"frame", "time_s", *listed}) == sorted({"frame", "time_s", *columns})
 
 
 def test_every_column_of_emergence_is_listed():

@@ -6,6 +6,7 @@ from support.seen import observe_boxes
 from tracker.tracking import orientation
 from tracker.tracking.confirmation import TrackLifeConfig
 from tracker.tracking.corner_error import CornerConfig
+from tracker.tracking.existence import MemoryConfig
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.filters import FilterConfig, motion
 from tracker.tracking.hypotheses import HypothesisConfig, hypothesise
@@ -28,6 +29,7 @@ CONFIG = TrackConfig(
     OrientationConfig(),
     CornerConfig(),
     LIFE,
+    MemoryConfig(),
 )
 UNCUT = (False, False, False, False)
 

@@ -25,7 +25,7 @@ def observations():
     rig = load_rig(str(scenario.rig), scenario.folder)
     tables = []
     with closing(loop._source(scenario, rig)) as source:
-        lidar = loop._lidar(rig, scenario, source.dt, source.reset(scenario.seed))
+        lidar = loop._lidar(rig, scenario, source.reset(scenario.seed))
         assert loop._frame_count(scenario, source) == DATASET["frames"]
         for index in range(DATASET["frames"]):
             frame = source.step()

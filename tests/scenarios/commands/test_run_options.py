@@ -135,7 +135,7 @@ def test_ctrl_c_names_the_seeds_that_are_kept(capfd):
         (["--seeds", "1-x"], "--seeds 1-x: give one seed"),
         (["--seeds", "1-2", "--seed", "3"], "--seed and --seeds are both given"),
         (["--seeds", "1-2", "--dataset", "data"], "--seeds and --dataset are both given"),
-        (["--seeds", "1-99999999999"], "seed = 99999999999: should be"),
+        (["--seeds", "1-99999999999"], "--seeds 1-99999999999: more than 10000 seeds; run them in parts"),
     ],
 )
 def test_bad_seeds_are_one_line_and_run_nothing(arguments, message, capfd):
