@@ -264,6 +264,7 @@ class Tracker:
     def step(self, scan):
         signal.raise_signal(signal.SIGINT)
 """
+INSIDE_EXEC = 'exec("signal.raise_signal(signal.SIGINT)")'
 AS_NUMBA = """
         try:
             signal.raise_signal(signal.SIGINT)
@@ -292,7 +293,7 @@ def test_ctrl_c_that_numba_turns_into_another_error_is_recognised(capfd):
 def test_ctrl_c_inside_a_string_of_exec_keeps_the_exit_code():
     """CPython would end the process by SIGINT, without its exit code; `dataclass` uses such strings."""
     short_run.write(Path())
-    Path("making.py").write_text(INTERRUPTED.replace("signal.raise", 'exec("signal.raise').replace("SIGINT)", 'SIGINT)")'))
+    Path("making.py").write_text(INTERRUPTED.replace("signal.raise_signal(signal.SIGINT)", INSIDE_EXEC))
     command = [sys.executable, "-m", "scenarios", "run", "short.toml", "--tracker", "making:Tracker"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(["", *filter(None, sys.path)])}
     ended = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)

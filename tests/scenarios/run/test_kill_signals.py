@@ -152,7 +152,12 @@ def assert_ended(name: str, number: int, code: int, err: str) -> None:
     normal = (0, 1)  # the command was faster than the signal
     if name == "pytest":
         # 2 is that of Ctrl-C; a signal between two runs or inside a string given to `exec` ends pytest at once
-        codes = {signal.SIGINT: (2, 130, -2), signal.SIGTERM: (143, -15), signal.SIGHUP: (129, -1), signal.SIGKILL: (-9,)}
+        codes = {
+            signal.SIGINT: (2, 130, -2),
+            signal.SIGTERM: (143, -15),
+            signal.SIGHUP: (129, -1),
+            signal.SIGKILL: (-9,),
+        }
         assert code in (*normal, *codes[signal.Signals(number)]), err
         return
     if number == signal.SIGKILL:
