@@ -37,7 +37,12 @@ class FrameTruth:
     bent: Bools
     """(A,) the actor is an articulated truck bent too much for one rectangle."""
     graded: Bools
-    """(A,) the actor is a vehicle in range, with enough points, and not bent."""
+    """(A,) the actor is a vehicle in range, with enough points."""
+
+    @property
+    def boxed(self) -> Bools:
+        """(A,) the actor is graded, and one rectangle describes it: fits and poses are graded, too."""
+        return self.graded & ~self.bent
 
     @property
     def actors(self) -> Actors:
@@ -53,7 +58,6 @@ class FrameTruth:
         row = point_rows(truth.actor_id, actors.id)
         points = np.bincount(row[row >= 0], minlength=len(actors))
         bent = np.abs(actors.articulation) > np.deg2rad(config.bent_deg)
-        gradable = IS_VEHICLE[actors.kind] & ~bent
         return cls(
             frame=frame,
             scan=scan,
@@ -63,7 +67,7 @@ class FrameTruth:
             point_row=row,
             points=points,
             bent=bent,
-            graded=gradable & (range_m <= config.range_max_m) & (points >= config.points_min),
+            graded=IS_VEHICLE[actors.kind] & (range_m <= config.range_max_m) & (points >= config.points_min),
         )
 
     def overlap(self, boxes_ego: Floats) -> Floats:

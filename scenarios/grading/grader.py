@@ -110,7 +110,7 @@ class Grader:
         box_actor, box_error = np.empty(0, np.int64), np.empty(0)
         if trace is not None:
             ownership = Ownership.of(
-                frame_truth.point_row, trace.segments, frame_truth.graded, self._config.owner_share_min
+                frame_truth.point_row, trace.segments, frame_truth.boxed, self._config.owner_share_min
             )
             segments, largest_share = self._add_stages(frame_truth, ownership, trace)
             box_actor, box_error = _grade_boxes(frame_truth, ownership, trace)
@@ -130,13 +130,14 @@ class Grader:
         share_min = self._config.part_share_min
         self._segments.add(
             frame_truth.frame,
-            segmentation_metrics.rows(frame_truth.actors.id, frame_truth.graded, ownership, share_min),
+            segmentation_metrics.rows(frame_truth.actors.id, frame_truth.boxed, ownership, share_min),
         )
         self._outliers.add(
             frame_truth.frame, outlier_metrics.rows(frame_truth.point_row, frame_truth.truth.cause, ownership, trace)
         )
         self._fits.add(frame_truth.frame, fit_rows.rows(frame_truth, ownership, trace, self._ranging))
-        return segmentation_metrics.actor_shares(ownership, frame_truth.points, share_min)
+        segments, largest_share = segmentation_metrics.actor_shares(ownership, frame_truth.points, share_min)
+        return segments, np.where(frame_truth.bent, np.nan, largest_share)
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
         """Return every metric of `metric_names.GRADED` by name, and the tables they are computed from."""
@@ -174,11 +175,12 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     truth, tracks = table["truth"], table["tracks"]
     traced = len(table["outliers"]) > 0  # a frame with a trace has a row per cause
     observations = truth[truth["graded"]]
+    boxed = observations["articulation_rad"].abs() <= np.radians(config.bent_deg)
     no_vehicle = track_metrics.NO_TRUTH if traced else NO_TRACE
     no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
     sheet = MetricSheet()
     dataset_statistics.grade(sheet, observations, frames)
-    fit_metrics.grade(sheet, table["fits"], len(observations) if traced else 0, no_segment)
+    fit_metrics.grade(sheet, table["fits"], int(boxed.sum()) if traced else 0, no_segment)
     segmentation_metrics.grade(sheet, truth, table["segments"], config.part_share_min, no_vehicle)
     outlier_metrics.grade(sheet, table["outliers"], NO_TRACE)
     models = frame_tables.models_of(tracks)

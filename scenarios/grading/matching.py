@@ -24,7 +24,8 @@ class TrackVerdict(IntEnum):
     GRADED = 0
     """Follows a graded vehicle."""
     UNGRADED = 1
-    """Overlaps an actor that is not graded by `match_iou_min` or more: neither right nor wrong."""
+    """Overlaps an actor that is not graded by `match_iou_min` or more, or is the second track of a bent truck: neither
+    right nor wrong."""
     FALSE = 2
     """On no actor, or a second track on a graded vehicle."""
     OUTSIDE = 3
@@ -64,6 +65,7 @@ class TrackMatcher:
         graded: Bools,
         track_id: Ints,
         track_boxes: Floats,
+        parted: Bools | None = None,
     ) -> FrameMatching:
         """Match the reported tracks of one frame with all actors.
 
@@ -75,6 +77,8 @@ class TrackMatcher:
             (A, T) intersection over union.
         track_id, track_boxes
             (T,) ids of the tracks, and their boxes (T, 5) in the ego frame.
+        parted
+            (A,) True for actors of two boxes, on which a second track is neither right nor wrong; default none.
         """
         before = np.array([self._followed.get(track, NO_ACTOR) for track in track_id.tolist()], dtype=np.int64)
         score = overlap + CONTINUITY * (actor_id[:, None] == before)
@@ -84,16 +88,20 @@ class TrackMatcher:
         actor_row = np.full(len(track_id), -1, dtype=np.int64)
         actor_row[column[paired]] = row[paired]
         self._followed = dict(zip(track_id[column[paired]].tolist(), actor_id[row[paired]].tolist(), strict=True))
+        single = graded if parted is None else graded & ~parted
         far = np.hypot(track_boxes[:, 0], track_boxes[:, 1]) > self._config.range_max_m
-        return FrameMatching(actor_row, self._verdicts(overlap, actor_row, graded, far))
+        return FrameMatching(actor_row, self._verdicts(overlap, actor_row, graded, single, far))
 
-    def _verdicts(self, overlap: Floats, actor_row: Ints, graded: Bools, far: Bools) -> npt.NDArray[np.int8]:
-        """(T,) verdicts; an unmatched track is on the actor of its largest overlap."""
+    def _verdicts(
+        self, overlap: Floats, actor_row: Ints, graded: Bools, single: Bools, far: Bools
+    ) -> npt.NDArray[np.int8]:
+        """(T,) verdicts; an unmatched track is on the actor of its largest overlap, false if that is `single` (A,)."""
         if not len(graded):
             return np.where(far, TrackVerdict.OUTSIDE, TrackVerdict.FALSE).astype(np.int8)
         paired = actor_row >= 0
         on = np.where(paired, actor_row, overlap.argmax(axis=0))
-        excused = (paired | (overlap.max(axis=0) >= self._config.match_iou_min)) & ~graded[on]
+        near = overlap.max(axis=0) >= self._config.match_iou_min
+        excused = np.where(paired, ~graded[on], near & ~single[on])
         return np.select(
             [paired & graded[on], excused, far],
             [TrackVerdict.GRADED, TrackVerdict.UNGRADED, TrackVerdict.OUTSIDE],

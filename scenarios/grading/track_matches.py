@@ -58,7 +58,12 @@ class TrackMatches:
         overlap = np.zeros((len(frame_truth.actors), len(tracks)))
         overlap[:, reported] = frame_truth.overlap(boxes[reported])
         matching = matcher.match(
-            frame_truth.actors.id, overlap[:, reported], frame_truth.graded, tracks.id[reported], boxes[reported]
+            frame_truth.actors.id,
+            overlap[:, reported],
+            frame_truth.graded,
+            tracks.id[reported],
+            boxes[reported],
+            parted=frame_truth.bent,
         )
         actor_row = np.full(len(tracks), -1, dtype=np.int64)
         actor_row[reported] = matching.actor_row
@@ -83,7 +88,7 @@ class TrackMatches:
     def rows(self, frame_truth: FrameTruth, tracks: Tracks) -> dict[str, npt.NDArray[Any]]:
         """Return the rows of the track table."""
         x, y, yaw = out_of_frame(self.boxes_ego[:, :3], frame_truth.frame.ego.pose_world).T
-        judged = self.verdict == TrackVerdict.GRADED
+        judged = (self.verdict == TrackVerdict.GRADED) & ~np.append(frame_truth.bent, False)[self.actor_row]
         row = np.flatnonzero(judged)
         true_boxes = frame_truth.boxes_ego[self.actor_row[row]]
         pair = np.flatnonzero(self.actor_row >= 0)
