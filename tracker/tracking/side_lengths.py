@@ -1,10 +1,11 @@
 """Sides of vehicles: likelihood that one of two visible sides is the length and the other one the width."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from tracker.arrays import Bools, Floats
+from tracker.tracking import face_depths
 
 
 class VehicleClass(NamedTuple):
@@ -16,19 +17,19 @@ class VehicleClass(NamedTuple):
     """Shortest and longest [m]."""
     width_m: tuple[float, float]
     """Narrowest and widest without mirrors [m]."""
-    bowed: bool = True
-    """True if a single face is bowed, False if it is as flat as a wall."""
+    face_density: Callable[[float], float] = face_depths.of_car
+    """Density of the depth of a single face [1/m]."""
 
 
 CLASSES = (
     VehicleClass(0.70, (3.4, 5.3), (1.5, 2.15)),
-    VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75), bowed=False),
+    VehicleClass(0.25, (5.1, 18.9), (2.1, 2.75), face_density=face_depths.of_lorry),
     VehicleClass(0.05, (1.8, 2.6), (0.5, 1.1)),
 )
 """Cars and vans, lorries and buses up to the limits of Directive 96/53/EC (18.75 m and 2.6 m), motorcycles; all ranges
 are wider by 0.1 to 0.15 m, the errors of visible extents. The shares are rough."""
 
-PAIR = VehicleClass(0.25, (7.0, 12.0), (1.5, 2.15), bowed=False)
+PAIR = VehicleClass(0.25, (7.0, 12.0), (1.5, 2.15), face_density=face_depths.of_lorry)
 """Two cars in a row that form one segment: as long as a lorry, but no vehicle, and about as frequent."""
 
 CAR_LENGTH_MAX_M = 5.3
@@ -39,18 +40,6 @@ ROUNDING_M = 0.4
 
 SINGLE_FACE_SHARE = 0.4
 """Share of views of vehicles with a single visible face."""
-
-BOW_M = 0.3
-"""Depth of a single face at most: its bow and its rounded corners [m]."""
-
-FLAT_SHARE = 0.8
-"""Share of background segments without a corner."""
-
-FLAT_DEPTH_M = 0.04
-"""Mean depth of a flat background segment, from range noise [m]."""
-
-CORNER_DEPTH_MAX_M = 2.8
-"""Depth of a background segment with a corner, at most [m]; deeper ones are no vehicles."""
 
 BACKGROUND_LENGTH_M = (0.5, 20.0)
 """Lengths of background segments [m]; longer ones are removed as walls."""
@@ -96,7 +85,7 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     """Return the log-odds of a view of two sides (2,) [m] for a vehicle, against a piece of a building or a wall.
 
     A vehicle shows its length and its width, or a single face, which is one of both. Background has any length on a
-    logarithmic scale and is flat but for corners, or is a `PAIR`.
+    logarithmic scale and the depth of a wall, or is a `PAIR`.
 
     Parameters
     ----------
@@ -105,20 +94,17 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     """
     sides = sorted(_with_truncation(size, whole, truncated_probability), reverse=True)
     longer, shorter = sides[0][0], sides[1][0]
-    flat = math.exp(-shorter / FLAT_DEPTH_M) / FLAT_DEPTH_M
-    bow = 1.0 / BOW_M if shorter < BOW_M else 0.0
 
     def density(kind: VehicleClass) -> float:
-        alone = 0.5 * SINGLE_FACE_SHARE * (bow if kind.bowed else flat)
+        alone = 0.5 * SINGLE_FACE_SHARE * kind.face_density(shorter)
         return kind.share * sum(
             _side_density(sides[0], one, 0.0)
             * (alone + (1.0 - SINGLE_FACE_SHARE) * _side_density(sides[1], other, 0.0))
             for one, other in ((kind.length_m, kind.width_m), (kind.width_m, kind.length_m))
         )  # fmt: skip
 
-    depth = FLAT_SHARE * flat + (1.0 - FLAT_SHARE) / CORNER_DEPTH_MAX_M
     low, high = BACKGROUND_LENGTH_M
-    background = depth / (math.log(high / low) * max(longer, low))
+    background = face_depths.of_background(shorter) / (math.log(high / low) * max(longer, low))
     if longer > CAR_LENGTH_MAX_M:
         background += density(PAIR)
     return math.log(sum(map(density, CLASSES)) / background)

@@ -192,10 +192,10 @@ def test_a_wall_that_comes_into_view_behind_an_occluder_is_not_in_motion(ends):
 
 
 def test_a_confirmed_track_becomes_tentative_if_later_views_show_a_wall():
-    """It looked like the bowed side of a car; the rest of the wall comes into view."""
+    """It looked like the side of a car with its glass set back; the rest of the wall comes into view."""
     first = (20.0, 6.0, 0.0)
-    track = start(first, size=(4.5, 0.2))
-    follow(track, [first] * 2, size=(4.5, 0.2))
+    track = start(first, size=(4.5, 0.45))
+    follow(track, [first] * 2, size=(4.5, 0.45))
     assert track.status is Status.CONFIRMED
     follow(track, [first] * 40, size=(15.0, FLAT))
     assert track.status is Status.TENTATIVE

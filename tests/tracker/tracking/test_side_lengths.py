@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tracker.tracking import face_depths
 from tracker.tracking.side_lengths import length_log_odds, vehicle_log_odds
 
 VISIBLE_MIN_M = 0.6
@@ -76,12 +77,27 @@ def test_the_likelier_name_of_a_side(size, whole, likelier):
 
 
 def test_evidence_of_a_flat_side_for_a_vehicle():
-    """4.2 m, 2 cm deep, of cars 0.7 x 0.528316 x (0.5 x 0.4 / 0.3 + 0.0006) = 0.246769 per square metre, of lorries
-    0.25 x 0.002 x (0.5 x 0.4 exp(-0.5) / 0.04 + 0.0006) = 0.001517, of motorcycles 0.000067.
-    Background: 1 / (4.2 ln 40) times 0.8 exp(-0.5) / 0.04 + 0.2 / 2.8 = 0.787569."""
-    expected = math.log((0.246769 + 0.001517 + 0.000067) / 0.787569)
+    """4.2 m, 2 cm deep, with exp(-4 / 3) / 0.015 = 17.573142 for points on a line.
+
+    Cars: 0.1 x 17.573142 + 0.9 / 0.8 = 2.882314; 0.7 x 0.528316 x (0.5 x 0.4 x 2.882314 + 0.0006) = 0.213410 per square
+    metre. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) / 0.15 = 11.703815; 0.25 x 0.002 x (0.2 x 11.703815 + 0.0006) =
+    0.001171. Motorcycles 0.05 x 0.002 x 0.577063 = 0.000058. Background: 1 / (4.2 ln 40) times 0.55 x 17.573142 + 0.35
+    exp(-0.1) / 0.2 + 0.1 / 2.8 = 11.284410."""
+    expected = math.log((0.213410 + 0.001171 + 0.000058) / 0.728337)
     assert vehicle((4.2, 0.02), truncated=0.0) == pytest.approx(expected, abs=1e-4)
-    assert expected == pytest.approx(-1.1541, abs=1e-4)
+    assert expected == pytest.approx(-1.2218, abs=1e-4)
+
+
+@pytest.mark.parametrize("density", [face_depths.of_car, face_depths.of_lorry], ids=["car", "lorry"])
+def test_densities_of_face_depths_have_the_integral_one(density):
+    depth = np.linspace(0.0, 5.0, 500_001)
+    assert np.trapezoid([density(value) for value in depth], depth) == pytest.approx(1.0, abs=1e-4)
+
+
+def test_the_set_back_glass_of_a_car_is_no_corner():
+    assert face_depths.of_car(0.5) == pytest.approx(1.125)
+    assert face_depths.of_background(0.5) == pytest.approx(0.35 * math.exp(-2.5) / 0.2 + 0.1 / 2.8)
+    assert vehicle((4.6, 0.5)) > vehicle((4.6, 0.02)) + 2.0
 
 
 def test_two_parked_cars_in_a_row_are_no_lorry():
