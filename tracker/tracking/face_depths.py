@@ -13,8 +13,9 @@ LINE_DEPTH_M = 0.015
 CAR_LINE_SHARE = 0.1
 """Share of the single faces of cars whose points lie on a line."""
 
-CAR_DEPTH_MAX_M = 0.8
-"""Maximum depth of a single face of a car [m]: up to the windscreen behind the bumper."""
+CAR_DEPTH_M = 0.22
+"""Most frequent depth of the other ones [m], which have a gamma distribution of shape 2: parts of the bow and of glass
+that is set back are seen."""
 
 LORRY_LINE_SHARE = 0.5
 """Share of the single faces of lorries whose points lie on a line; the rest has a small relief."""
@@ -28,7 +29,7 @@ BACKGROUND_LINE_SHARE = 0.55
 BACKGROUND_RELIEF_SHARE = 0.35
 """Share of background segments with a small relief; the rest has a corner."""
 
-BACKGROUND_RELIEF_M = 0.2
+BACKGROUND_RELIEF_M = 0.15
 """Mean relief of these [m]."""
 
 CORNER_DEPTH_MAX_M = 2.8
@@ -37,7 +38,7 @@ CORNER_DEPTH_MAX_M = 2.8
 
 def of_car(depth_m: float) -> float:
     """Return the density of the depth of a single face of a car, van or motorcycle."""
-    bowed = 1.0 / CAR_DEPTH_MAX_M if depth_m < CAR_DEPTH_MAX_M else 0.0
+    bowed = depth_m / CAR_DEPTH_M * _exponential(depth_m, CAR_DEPTH_M)
     return CAR_LINE_SHARE * _exponential(depth_m, LINE_DEPTH_M) + (1.0 - CAR_LINE_SHARE) * bowed
 
 

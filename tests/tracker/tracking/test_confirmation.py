@@ -55,7 +55,7 @@ def log_odds(seen, views, **values):
 @pytest.mark.parametrize(("views", "equal_to"), [(0, 0.0), (1, 1.0), (2, 2 / 1.2), (6, 3.0), (1000, 1000 / 200.8)])
 def test_correlated_views_have_the_evidence_of_a_few(views, equal_to):
     """With a correlation of 0.2, n views have that of n / (0.8 + 0.2 n), at most 5."""
-    seen = view((2.2, 0.8))
+    seen = view((2.2, 1.0))
     one = vehicle_log_odds(seen.size, seen.whole, LIFE.truncated_probability)
     assert 0.5 < one < 2.0
     assert log_odds(seen, views) == pytest.approx(equal_to * one)

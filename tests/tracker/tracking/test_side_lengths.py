@@ -79,13 +79,13 @@ def test_the_likelier_name_of_a_side(size, whole, likelier):
 def test_evidence_of_a_flat_side_for_a_vehicle():
     """4.2 m, 2 cm deep, with exp(-4 / 3) / 0.015 = 17.573142 for points on a line.
 
-    Cars: 0.1 x 17.573142 + 0.9 / 0.8 = 2.882314; 0.7 x 0.528316 x (0.5 x 0.4 x 2.882314 + 0.0006) = 0.213410 per square
-    metre. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) / 0.15 = 11.703815; 0.25 x 0.002 x (0.2 x 11.703815 + 0.0006) =
-    0.001171. Motorcycles 0.05 x 0.002 x 0.577063 = 0.000058. Background: 1 / (4.2 ln 40) times 0.55 x 17.573142 + 0.35
-    exp(-0.1) / 0.2 + 0.1 / 2.8 = 11.284410."""
-    expected = math.log((0.213410 + 0.001171 + 0.000058) / 0.728337)
+    Cars: 0.1 x 17.573142 + 0.9 x 0.02 / 0.22^2 exp(-1 / 11) = 2.096897; 0.7 x 0.528316 x (0.5 x 0.4 x 2.096897 +
+    0.0006) = 0.155317 per square metre. Lorries: 0.5 x 17.573142 + 0.5 exp(-2 / 15) / 0.15 = 11.703816; 0.25 x 0.002 x
+    (0.2 x 11.703816 + 0.0006) = 0.001171. Motorcycles: 0.05 x 0.002 x 0.419979 = 0.000042. Background: 1 / (4.2 ln 40)
+    times 0.55 x 17.573142 + 0.35 exp(-2 / 15) / 0.15 + 0.1 / 2.8 = 11.743014."""
+    expected = math.log((0.155317 + 0.001171 + 0.000042) / 0.757942)
     assert vehicle((4.2, 0.02), truncated=0.0) == pytest.approx(expected, abs=1e-4)
-    assert expected == pytest.approx(-1.2218, abs=1e-4)
+    assert expected == pytest.approx(-1.5774, abs=1e-4)
 
 
 @pytest.mark.parametrize("density", [face_depths.of_car, face_depths.of_lorry], ids=["car", "lorry"])
@@ -95,8 +95,8 @@ def test_densities_of_face_depths_have_the_integral_one(density):
 
 
 def test_the_set_back_glass_of_a_car_is_no_corner():
-    assert face_depths.of_car(0.5) == pytest.approx(1.125)
-    assert face_depths.of_background(0.5) == pytest.approx(0.35 * math.exp(-2.5) / 0.2 + 0.1 / 2.8)
+    assert face_depths.of_car(0.5) == pytest.approx(0.9 * 0.5 / 0.22**2 * math.exp(-0.5 / 0.22))
+    assert face_depths.of_background(0.5) == pytest.approx(0.35 * math.exp(-0.5 / 0.15) / 0.15 + 0.1 / 2.8)
     assert vehicle((4.6, 0.5)) > vehicle((4.6, 0.02)) + 2.0
 
 
