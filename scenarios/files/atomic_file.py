@@ -21,22 +21,29 @@ def create(path: Path) -> Iterator[Path]:
     """
     for left, _ in owner_lock.abandoned(path, "partial"):
         left.unlink(missing_ok=True)
-    temporary, lock = _made(path)
+    named: list[Path] = []
+    lock = None
     try:
+        temporary, lock = _made(path, named)
         yield temporary
         flush_file(temporary)
         completed.announce(path, temporary)
         temporary.replace(path)
         flush_folder(path.parent)
     finally:
-        temporary.unlink(missing_ok=True)
+        for name in named:
+            name.unlink(missing_ok=True)
         owner_lock.release(lock)
 
 
-def _made(path: Path) -> tuple[Path, int | None]:
-    """Make an empty temporary file and lock it; return its path and its lock."""
+def _made(path: Path, named: list[Path]) -> tuple[Path, int | None]:
+    """Make an empty temporary file and lock it; return its path and its lock.
+
+    Its path is in `named` before it exists, so that a signal at any moment leaves no file that the caller ignores.
+    """
     while True:
         temporary = owner_lock.beside(path, "partial")
+        named.append(temporary)
         temporary.touch(exist_ok=False)
         try:
             return temporary, owner_lock.acquire(temporary)
