@@ -148,6 +148,4 @@ def _exit_code(error: BaseException) -> int:
         return BROKEN_TRACKER
     if isinstance(error, InputError | RigError | TrafficError):
         return 2
-    if isinstance(error, SystemError) and error.__cause__:  # numba raises it from an interrupt while it loads a kernel
-        return _exit_code(error.__cause__)
-    return INTERRUPTED if isinstance(error, KeyboardInterrupt) else UNKNOWN
+    return INTERRUPTED if termination.is_interrupt(error) else UNKNOWN
