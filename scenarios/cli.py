@@ -21,6 +21,7 @@ from scenarios.commands import (
     occlusions,
     paper,
     realism,
+    refused_path,
     report,
     run,
     schema,
@@ -97,6 +98,8 @@ def _carry_out(arguments: list[str] | None) -> int:
         if isinstance(error, OSError) and full_disk.is_full(error):
             full_disk.drop_output()
             return print_error(full_disk.message(error), 2)
+        if isinstance(error, OSError) and refused_path.is_refused(error):
+            return print_error(refused_path.message(error), 2)
         code = _exit_code(error)
         if code == UNKNOWN:
             raise
@@ -145,6 +148,4 @@ def _exit_code(error: BaseException) -> int:
         return BROKEN_TRACKER
     if isinstance(error, InputError | RigError | TrafficError):
         return 2
-    if isinstance(error, SystemError) and error.__cause__:  # numba raises it from an interrupt while it loads a kernel
-        return _exit_code(error.__cause__)
-    return INTERRUPTED if isinstance(error, KeyboardInterrupt) else UNKNOWN
+    return INTERRUPTED if termination.is_interrupt(error) else UNKNOWN

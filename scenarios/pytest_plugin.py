@@ -113,10 +113,13 @@ class ScenarioItem(pytest.Item):
         with termination.as_interrupts() as received:
             try:
                 self._run()
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, SystemError) as error:
+                if not termination.is_interrupt(error):
+                    raise
+                termination.clear_unhandled()
                 if received.number:
                     pytest.exit(f"interrupted in {self.name}", returncode=received.exit_code)
-                raise
+                raise KeyboardInterrupt from error
 
     def _run(self) -> None:
         from scenarios.execute import execute

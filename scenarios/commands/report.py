@@ -1,5 +1,6 @@
 """`luxloop report`."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -67,7 +68,8 @@ def _report_many(folders: list[Path], out: Path, recording: Path | None) -> None
 
 
 def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> None:
-    """Write the page of a run, and beside it its figures and tables, if asked for."""
+    """Write the page of a run, and beside it its figures and tables, if asked for: all of them or none."""
+    from scenarios.files import atomic_file, atomic_folder
     from scenarios.report import figure_files
     from scenarios.report import latex as latex_tables
     from scenarios.report.html import pages, run_page
@@ -75,13 +77,16 @@ def _report_run(folder: Path, out: Path, formats: list[str], latex: bool) -> Non
 
     run = ReportedRun.read(folder)
     shown = run_page.RunFigures.of(run)
-    pages.write(out, run_page.page_of(run, shown))
+    figures, tables = out.with_name(f"{out.stem}-figures"), out.with_name(f"{out.stem}-tables.tex")
+    try:
+        with figure_files.beside(figures) if formats else nullcontext(), atomic_file.together():
+            pages.write(out, run_page.page_of(run, shown))
+            paths = [path for figure in shown.files for path in figure_files.save(figure, figures, formats)]
+            if latex:
+                pages.write(tables, latex_tables.document(run_page.tables_of(run.result), " ".join(run.commands[:1])))
+    except OSError as error:
+        raise atomic_folder.cannot_write(out, "--out", error) from error
     if formats:
-        beside = out.with_name(f"{out.stem}-figures")
-        figure_files.make_folder(beside)
-        paths = [path for figure in shown.files for path in figure_files.save(figure, beside, formats)]
-        print(f"{len(paths)} figures are in {beside}")
+        print(f"{len(paths)} figures are in {figures}")
     if latex:
-        beside = out.with_name(f"{out.stem}-tables.tex")
-        pages.write(beside, latex_tables.document(run_page.tables_of(run.result), " ".join(run.commands[:1])))
-        print(f"The tables are in {beside}")
+        print(f"The tables are in {tables}")

@@ -19,6 +19,7 @@ from scenarios.commands.arguments import (
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
+    from scenarios.study.study_file import Study
     from scenarios.study.sweep_runs import Sweep
 
 
@@ -45,7 +46,8 @@ def sweep(
 ) -> None:
     """Run a study: all combinations of its parameters with all seeds. A second start continues an interrupted one.
 
-    Exit with 1 if a run ended with an error. Failed expectations are results of a study, not errors.
+    The first line of the output is the number of runs. Exit with 1 if a run ended with an error. Failed expectations
+    are results of a study, not errors.
     """
     require("sweep", "sweeps")
     import json
@@ -61,6 +63,8 @@ def sweep(
     path, count = find(study), worker_count(workers, scheduler)
     out = out or Path("sweeps") / path.stem
     loaded = Study.load(path) if seeds is None else Study.load(path).with_seeds(seeds)
+    if not (as_json or quiet):
+        print(_announcement(loaded), flush=True)
     with hidden(quiet):
         done = run_study(loaded, absolute(tracker or SHIPPED), out, count, scheduler, keep, retry_errors, parts)
     report(done, out, formats)
@@ -69,6 +73,14 @@ def sweep(
     elif not quiet:
         print(_summary(done, out))
     raise typer.Exit(1 if (done.rows["status"] == "error").any() else 0)
+
+
+def _announcement(study: "Study") -> str:
+    """Return the first line of the output, which names the number of runs before any of them begins."""
+    from scenarios.study.design import combinations
+
+    count, seeds = len(combinations(study)), len(study.seed_list)
+    return f"{count * seeds} runs in {study.path.stem} (combinations: {count}, seeds: {seeds})"
 
 
 def document(done: "Sweep", out: Path) -> dict[str, Any]:

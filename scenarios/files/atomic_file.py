@@ -1,42 +1,82 @@
 """Atomic file write."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from scenarios.files import completed, owner_lock
 from scenarios.files.disk_flush import flush_file, flush_folder
+
+_group: ContextVar[ExitStack | None] = ContextVar("_group", default=None)
+
+
+@contextmanager
+def together() -> Iterator[None]:
+    """Rename the files of all `create` in the body at its end; if the body fails, none of them appears.
+
+    Raises
+    ------
+    OSError
+        A file cannot be renamed.
+    """
+    with ExitStack() as group:
+        token = _group.set(group)
+        try:
+            yield
+        finally:
+            _group.reset(token)
 
 
 @contextmanager
 def create(path: Path) -> Iterator[Path]:
     """Yield the path of a temporary file beside `path`; rename it to `path` at the end, or delete it on any error.
 
-    It is flushed to the disk before the rename. Temporary files of killed processes are removed.
+    The end is that of `together`, if it is in use. The file is flushed to the disk before the rename. Temporary files
+    of killed processes are removed.
 
     Raises
     ------
     OSError
         The file cannot be written.
     """
+    group = _group.get()
+    if group is None:
+        with _created(path) as temporary:
+            yield temporary
+        return
+    temporary = group.enter_context(_created(path))
+    yield temporary
+    flush_file(temporary)  # a disk that is full is noticed here, before the first rename
+
+
+@contextmanager
+def _created(path: Path) -> Iterator[Path]:
     for left, _ in owner_lock.abandoned(path, "partial"):
         left.unlink(missing_ok=True)
-    temporary, lock = _made(path)
+    named: list[Path] = []
+    lock = None
     try:
+        temporary, lock = _made(path, named)
         yield temporary
         flush_file(temporary)
         completed.announce(path, temporary)
         temporary.replace(path)
         flush_folder(path.parent)
     finally:
-        temporary.unlink(missing_ok=True)
+        for name in named:
+            name.unlink(missing_ok=True)
         owner_lock.release(lock)
 
 
-def _made(path: Path) -> tuple[Path, int | None]:
-    """Make an empty temporary file and lock it; return its path and its lock."""
+def _made(path: Path, named: list[Path]) -> tuple[Path, int | None]:
+    """Make an empty temporary file and lock it; return its path and its lock.
+
+    Its path is in `named` before it exists, so that a signal at any moment leaves no file that the caller ignores.
+    """
     while True:
         temporary = owner_lock.beside(path, "partial")
+        named.append(temporary)
         temporary.touch(exist_ok=False)
         try:
             return temporary, owner_lock.acquire(temporary)

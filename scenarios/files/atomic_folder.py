@@ -34,26 +34,25 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
         `out` cannot be written, or must not be replaced.
     """
     missing: list[Path] = []
+    named: list[Path] = []
+    lock = None
     try:
-        out = Path(os.path.realpath(out))
-        refuse(out)
-        _remove_leftovers(out)
-        missing = [folder for folder in out.parents if not folder.exists()]
-        temporary, lock = _made(out)
-    except (OSError, ValueError) as error:  # a ValueError for a NUL character in the path
-        _remove_empty(missing)
-        raise cannot_write(out, option, error) from error
-    try:
+        with _errors_of(out, option):
+            out = Path(os.path.realpath(out))
+            refuse(out)
+            _remove_leftovers(out)
+            missing = [folder for folder in out.parents if not folder.exists()]
+            temporary, lock = _made(out, named)
         yield temporary
         refuse(out)  # again: another process may have written there meanwhile
-        try:
+        with _errors_of(out, option):
             flush_tree(temporary)
             completed.announce(out, temporary)
-            _move_into_place(temporary, out)
-        except OSError as error:
-            raise cannot_write(out, option, error) from error
+            _move_into_place(temporary, out, named)
     except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
+        for folder in named:
+            if out.exists() or folder.suffix == ".partial":  # never the earlier folder before its successor is there
+                shutil.rmtree(folder, ignore_errors=True)
         _remove_empty(missing)
         raise
     finally:
@@ -71,10 +70,23 @@ def cannot_write(folder: Path, option: str, error: OSError | ValueError) -> Outp
     return OutputError(f"{folder}: cannot write there ({reason}); choose another folder with {option}")
 
 
-def _made(out: Path) -> tuple[Path, int | None]:
-    """Make a temporary folder and lock it; return its path and its lock."""
+@contextmanager
+def _errors_of(out: Path, option: str) -> Iterator[None]:
+    """Raise errors of the system as those of `out`; a ValueError is that of a NUL character in the path."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        raise cannot_write(out, option, error) from error
+
+
+def _made(out: Path, named: list[Path]) -> tuple[Path, int | None]:
+    """Make a temporary folder and lock it; return its path and its lock.
+
+    Its path is in `named` before it exists, so that a signal at any moment leaves no folder that the caller ignores.
+    """
     while True:
         temporary = owner_lock.beside(out, "partial")
+        named.append(temporary)
         temporary.mkdir(parents=True)
         try:
             return temporary, owner_lock.acquire(temporary)
@@ -82,13 +94,17 @@ def _made(out: Path) -> tuple[Path, int | None]:
             continue
 
 
-def _move_into_place(temporary: Path, out: Path) -> None:
-    """Replace `out` by two renames, and restore the earlier folder if the second one does not take place."""
+def _move_into_place(temporary: Path, out: Path, named: list[Path]) -> None:
+    """Replace `out` by two renames, and restore the earlier folder if the second one does not take place.
+
+    The name of the earlier folder is in `named`, for the caller to remove if a signal interrupts this.
+    """
     if not out.exists():
         temporary.rename(out)
         flush_folder(out.parent)
         return
     earlier = owner_lock.beside(out, "earlier")
+    named.append(earlier)
     with owner_lock.held(out):
         try:
             out.rename(earlier)

@@ -1,7 +1,8 @@
 """Figures as files: PNG for a look, SVG and PDF for papers."""
 
 import textwrap
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -64,6 +65,24 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{folder}: cannot write there ({error.strerror}); choose another folder") from error
+
+
+@contextmanager
+def beside(folder: Path) -> Iterator[None]:
+    """Make a folder for figures, and remove it if the body fails and leaves it empty.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made.
+    """
+    make_folder(folder)
+    try:
+        yield
+    except BaseException:
+        with suppress(OSError):  # it has files of an earlier report
+            folder.rmdir()
+        raise
 
 
 def save(figure: FigureFile, folder: Path, formats: Iterable[str]) -> list[Path]:

@@ -51,6 +51,13 @@ def as_interrupts() -> Iterator[Received]:
             signal.signal(number, handler or signal.SIG_DFL)
 
 
+def is_interrupt(error: BaseException) -> bool:
+    """Return True for a KeyboardInterrupt, and for the SystemError that numba makes of one while it loads a kernel."""
+    if isinstance(error, SystemError) and error.__cause__:
+        return is_interrupt(error.__cause__)
+    return isinstance(error, KeyboardInterrupt)
+
+
 def clear_unhandled() -> None:
     """Clear CPython's record of a KeyboardInterrupt that left a string given to `exec`, as inside `dataclass`.
 

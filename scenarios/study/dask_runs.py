@@ -203,11 +203,12 @@ def _lines(runs: list[StudyRun], future: Future[list[str]], form: RowFormat | No
 def _local_cluster(workers: int) -> Iterator[LocalCluster]:
     """Start workers that ignore the signals of a terminal, which it sends to all its processes: only this one reacts.
 
-    Workers, including restarted ones, inherit the signal mask of the threads that start here.
+    Workers, including restarted ones, and the resource tracker inherit the signal mask of the threads that start here.
     """
-    resource_tracker.ensure_running()  # CPython clears the signal mask of the thread that starts the tracker
-    signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
     try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
+        resource_tracker.ensure_running()  # CPython unblocks SIGINT in the thread that starts the tracker
+        signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
         with LocalCluster(
             n_workers=workers,
             threads_per_worker=1,

@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from scenarios.arrays import Ints
+from scenarios.study.row_writer import RowWriter
 
 BUCKET = 4000
 """Rows that are sorted at once, and rows per group of the result: 26 MB with all metrics."""
@@ -46,8 +47,8 @@ class Merge:
             Empty folder for temporary files.
         """
         last = self._last()
-        row, count, buckets = 0, 0, dict[int, pq.ParquetWriter]()
-        with pq.ParquetWriter(others, self.schema, compression=COMPRESSION) as rest:
+        row, count, buckets = 0, 0, dict[int, RowWriter]()
+        with RowWriter(others, self.schema, compression=COMPRESSION) as rest:
             for batch in self.batches(None):
                 keys = batch["key"].to_pylist()
                 kept = [i for i, key in enumerate(keys) if last[key] == row + i]
@@ -60,7 +61,7 @@ class Merge:
                 self._distribute(latest, place, buckets, folder)
         for writer in buckets.values():
             writer.close()
-        with pq.ParquetWriter(wanted, self.schema, compression=COMPRESSION) as merged:
+        with RowWriter(wanted, self.schema, compression=COMPRESSION) as merged:
             for number in sorted(buckets):
                 merged.write_table(self._sorted(pq.read_table(_file(folder, number))))
         return count
@@ -70,13 +71,13 @@ class Merge:
         keys = (key for batch in self.batches(["key"]) for key in batch["key"].to_pylist())
         return {key: number for number, key in enumerate(keys)}
 
-    def _distribute(self, rows: pa.Table, place: Ints, buckets: dict[int, pq.ParquetWriter], folder: Path) -> None:
+    def _distribute(self, rows: pa.Table, place: Ints, buckets: dict[int, RowWriter], folder: Path) -> None:
         """Append the rows with a place in the study to the files of their buckets."""
         at = rows.schema.get_field_index("index")
         rows = rows.set_column(at, "index", pa.array(place))
         for number in np.unique(place[place >= 0] // BUCKET).tolist():
             if number not in buckets:
-                buckets[number] = pq.ParquetWriter(_file(folder, number), self.schema, compression=COMPRESSION)
+                buckets[number] = RowWriter(_file(folder, number), self.schema, compression=COMPRESSION)
             buckets[number].write_table(rows.filter(place // BUCKET == number))
 
     def _sorted(self, rows: pa.Table) -> pa.Table:

@@ -132,7 +132,8 @@ def _require_metres(user: Ints, time: Floats, place: Floats) -> None:
     order = np.lexsort((time, user))
     step = np.diff(time[order])
     same = (np.diff(user[order]) == 0) & (step > 0)
-    speed = np.hypot(*np.diff(place[order], axis=0).T)[same] / step[same]
+    with np.errstate(over="ignore"):  # absurd positions are refused later, by the body's name
+        speed = np.hypot(*np.diff(place[order], axis=0).T)[same] / step[same]
     speed = speed[speed > 0]
     if len(speed) and np.median(speed) < SLOWEST:
         raise TrafficInputError("x and y are degrees, not metres; write it without fcd-output.geo")

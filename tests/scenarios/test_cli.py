@@ -126,6 +126,25 @@ def test_bad_input_is_one_line_on_standard_error_and_leaves_no_files(files, argu
     assert tree() == before
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "{}"], ["view", "{}"], ["report", "{}"], ["paper", "{}"], ["blame", "{}"], ["compare", "{}", "{}"],
+        ["baseline", "{}"], ["trends", "{}"], ["grade", "{}"], ["mcap", "{}", "a.mcap"], ["track", "{}"],
+        ["import", "{}", "--mount", "0,0,1"], ["sweep", "{}.toml"], ["search", "{}.toml"], ["realism", "{}"],
+        ["occlusions", "{}"], ["thresholds", "{}.toml"], ["run", "short", "--tracker", "{}:Tracker"],
+    ],
+    ids=" ".join,
+)  # fmt: skip
+@pytest.mark.parametrize("name", ["n" * 300, "n/" * 3000], ids=["name", "path"])
+def test_a_path_that_is_too_long_is_one_line(command, name, capfd):
+    assert main([word.format(name) for word in command]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("luxloop: error: ")
+    assert err.count("\n") == 1
+
+
 def test_an_output_folder_that_cannot_be_written_is_an_error_before_the_simulation(capfd):
     """The traffic is wrong as well; the error is of the folder, which is checked first."""
     Path("a.toml").write_text(SUMO.replace("vehicle:ego", "vehicle:absent"))

@@ -61,3 +61,30 @@ def test_the_file_of_a_running_process_stays(tmp_path):
             other.write_text("second")
         assert (temporary.read_text(), path.read_text()) == ("first", "second")
     assert path.read_text() == "first"
+
+
+def write_together(folder, error=None):
+    with atomic_file.together():
+        for name in ("a", "b"):
+            with atomic_file.create(folder / name) as temporary:
+                temporary.write_text("new")
+        assert not (folder / "b").exists()
+        if error:
+            raise error
+
+
+def test_files_written_together_appear_at_the_end(tmp_path):
+    (tmp_path / "a").write_text("before")
+    write_together(tmp_path)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "new", "b": "new"}
+
+
+@pytest.mark.parametrize("error", [OSError(28, "full"), KeyboardInterrupt()])
+def test_of_files_written_together_none_appears_after_an_error(error, tmp_path):
+    (tmp_path / "a").write_text("before")
+    with pytest.raises(type(error)):
+        write_together(tmp_path, error)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "before"}
+    with atomic_file.create(tmp_path / "c") as temporary:
+        temporary.write_text("alone again")
+    assert (tmp_path / "c").exists()

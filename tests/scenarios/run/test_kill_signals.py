@@ -6,6 +6,7 @@ Nothing that was complete is lost, nothing half-written reads as a result, and t
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -76,13 +77,15 @@ def test_nothing_is_lost_or_half_written(name, kills, folder):
     rng = random.Random(f"{name} {kills}")
     whole_s = lasts(name)
     complete: dict[str, object] = {}
+    killed = set[int]()
     for number in range(kills):
         number_of = SIGNALS[(number + 1) % len(SIGNALS)]
-        code, err = interrupted(name, folder, number_of, whole_s * rng.uniform(0.1, 1.0))
+        code, err, pids = interrupted(name, folder, number_of, whole_s * rng.uniform(0.1, 1.0))
+        killed |= set(pids) if number_of == signal.SIGKILL else set()
         assert_ended(name, number_of, code, err)
         now = found(name, folder)
         assert_kept(complete, now)
-        assert number_of == signal.SIGKILL or not temporary(folder), (number_of, temporary(folder))
+        assert owners(folder) <= killed, (number_of, pids, temporary(folder))
         complete = now
     with ended(start(name, folder)) as process:
         _, err = process.communicate(timeout=PATIENCE_S)
@@ -110,8 +113,8 @@ def start(name: str, folder: Path) -> subprocess.Popen[str]:
     )  # fmt: skip
 
 
-def interrupted(name: str, folder: Path, number: int, delay_s: float) -> tuple[int, str]:
-    """Start a command, send a signal after some time, and return its exit code and standard error.
+def interrupted(name: str, folder: Path, number: int, delay_s: float) -> tuple[int, str, list[int]]:
+    """Start a command, send a signal after some time; return exit code, standard error and the ids of its processes.
 
     A terminal sends INT and HUP to all processes of a command; KILL and TERM are sent to one. The signal is sent no
     earlier than the command has begun: before, Python handles it.
@@ -125,7 +128,7 @@ def interrupted(name: str, folder: Path, number: int, delay_s: float) -> tuple[i
             (os.kill if number in (signal.SIGKILL, signal.SIGTERM) else os.killpg)(process.pid, number)
         _, err = process.communicate(timeout=PATIENCE_S)
         until(lambda: all(map(is_dead, children)), patience_s=60.0)
-    return process.returncode, err
+    return process.returncode, err, [process.pid, *children]
 
 
 @contextmanager
@@ -151,7 +154,7 @@ def assert_ended(name: str, number: int, code: int, err: str) -> None:
     """Check the exit code, and that standard error is one line."""
     normal = (0, 1)  # the command was faster than the signal
     if name == "pytest":
-        # 2 is that of Ctrl-C; a signal between two runs or inside a string given to `exec` ends pytest at once
+        # 2 is that of Ctrl-C; a signal between two runs ends pytest at once
         codes = {
             signal.SIGINT: (2, 130, -2),
             signal.SIGTERM: (143, -15),
@@ -172,6 +175,16 @@ def assert_ended(name: str, number: int, code: int, err: str) -> None:
 def temporary(folder: Path) -> list[Path]:
     """Return the temporary files and folders."""
     return [path for path in folder.rglob("*") if path.name.endswith((".partial", ".earlier"))]
+
+
+def owners(folder: Path) -> set[int]:
+    """Return the ids of the processes that made the temporary files and folders.
+
+    Those of a killed process stay until the next command writes there, which a signal may end before.
+    """
+    names = [re.fullmatch(r"\..*-(\d+)-[0-9a-f]{8}\.(partial|earlier)", path.name) for path in temporary(folder)]
+    assert all(names), temporary(folder)
+    return {int(name[1]) for name in names if name}
 
 
 def found(name: str, folder: Path) -> dict[str, object]:

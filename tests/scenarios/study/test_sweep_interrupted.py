@@ -18,6 +18,8 @@ from support.sweeps import (
     wait_for_rows,
 )
 
+FIRST_LINE = "40 runs in small (combinations: 4, seeds: 10)\n"
+
 
 @pytest.mark.slow
 def test_a_sweep_resumes_after_three_interruptions(tmp_path: Path):
@@ -29,7 +31,7 @@ def test_a_sweep_resumes_after_three_interruptions(tmp_path: Path):
     output, error = first.communicate(timeout=60)
     end(first)
     completed = len(rows(study))
-    assert (first.returncode, output) == (130, "")
+    assert (first.returncode, output) == (130, FIRST_LINE)
     assert error == (
         f"luxloop: error: interrupted; {completed} of 40 rows are in out; run the same command to resume\n"
     )
@@ -53,7 +55,7 @@ def test_a_sweep_resumes_after_three_interruptions(tmp_path: Path):
     assert error == "luxloop: error: out: another sweep is writing to it; wait until it ends, or choose another --out\n"
     output, error = third.communicate(timeout=PATIENCE_S)
     assert (third.returncode, error) == (0, "")
-    assert output.startswith(f"40 runs: 40 passed. {kept} of them were there from an earlier start.\n")
+    assert output.startswith(f"{FIRST_LINE}40 runs: 40 passed. {kept} of them were there from an earlier start.\n")
     assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
     assert list(rows(study)["index"]) == list(range(40))
     assert kept < 40

@@ -18,7 +18,7 @@ def test_an_external_cluster_gives_the_same_rows_until_its_scheduler_dies(tmp_pa
     with cluster(tmp_path, workers=2) as (address, scheduler):
         code, output, error = sweep(study, "--scheduler", address)
         assert (code, error) == (0, "")
-        assert output.startswith("20 runs: 20 passed.\n")
+        assert output.startswith("20 runs in small (combinations: 4, seeds: 5)\n20 runs: 20 passed.\n")
         assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
 
         small_study(tmp_path / "study", seeds=40)
@@ -27,7 +27,7 @@ def test_an_external_cluster_gives_the_same_rows_until_its_scheduler_dies(tmp_pa
         os.killpg(scheduler.pid, signal.SIGKILL)
         output, error = more.communicate(timeout=60)
         end(more)
-        assert (more.returncode, output) == (2, "")
+        assert (more.returncode, output) == (2, "160 runs in small (combinations: 4, seeds: 40)\n")
         assert error == (
             f"luxloop: error: the connection to the Dask scheduler is lost; {len(rows(study))} of 160 rows are in out; "
             "run the same command to resume\n"
@@ -56,3 +56,12 @@ def test_an_invalid_scheduler_address_is_an_error(tmp_path: Path, monkeypatch, c
     error = capfd.readouterr().err
     assert error.startswith("luxloop: error: --scheduler the cluster: no Dask scheduler answers there")
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(("option", "lines"), [([], 1), (["--quiet"], 0), (["--json"], 0)])
+def test_the_number_of_runs_is_printed_before_the_first_begins(tmp_path: Path, monkeypatch, capfd, option, lines):
+    """Steps with a zero too many make a study of hours, which a log without a progress bar would not show."""
+    study = small_study(tmp_path, seeds=3)
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", study.name, "--scheduler", "the cluster", *option]) == 2
+    assert capfd.readouterr().out == lines * "12 runs in small (combinations: 4, seeds: 3)\n"

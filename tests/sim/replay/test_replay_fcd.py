@@ -121,3 +121,11 @@ def test_invalid_files_are_errors_of_one_line(tmp_path, old, new, message):
         read_fcd(path, {})
     assert message in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_an_absurd_position_warns_of_no_overflow(tmp_path, recwarn):
+    """The replay refuses it by name later; a warning would be a second line on standard error."""
+    path = tmp_path / "a.xml"
+    path.write_text(STEP.replace('x="1.1"', 'x="1e308"'))
+    read_fcd(path, {})
+    assert [str(warning.message) for warning in recwarn] == []
