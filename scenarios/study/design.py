@@ -4,7 +4,7 @@ import importlib
 import inspect
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -84,8 +84,17 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
     return [run for planned in plan(study, tracker) for run in planned]
 
 
-def plan(study: Study, tracker: str) -> Iterator[list[StudyRun]]:
+def plan(study: Study, tracker: str, order: Iterable[int] | None = None) -> Iterator[list[StudyRun]]:
     """Yield the runs of each combination, with all seeds; a scene is built when its runs are due.
+
+    Parameters
+    ----------
+    study
+        The study.
+    tracker
+        MODULE:NAME of the device under test.
+    order
+        Numbers of the combinations, in the order in which they are built; default: that of the study.
 
     Raises
     ------
@@ -93,8 +102,9 @@ def plan(study: Study, tracker: str) -> Iterator[list[StudyRun]]:
         A key does not exist, the scene cannot be imported, or a combination is not a valid scenario.
     """
     make, path = source(study)
-    contents = Contents(tracker)
-    for number, parameters in enumerate(combinations(study)):
+    contents, found = Contents(tracker), combinations(study)
+    for number in range(len(found)) if order is None else order:
+        parameters = found[number]
         try:
             document = make({**study.fixed, **parameters})
             Scenario.of({**document, "seed": study.seed_list[0]}, path)
