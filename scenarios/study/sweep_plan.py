@@ -1,7 +1,6 @@
 """Runs of a sweep that have no row yet, planned while earlier ones are executed."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import chain, islice
 
 from scenarios.study import design
@@ -98,4 +97,4 @@ class SweepPlan:
             elif key not in seen:
                 seen.add(key)
                 reasons = reasons or RowReasons(self._parameters, self._rows.earlier.values())
-                yield replace(run, why=RETRIED if retried else reasons.why_run(run))
+                yield run.because(RETRIED if retried else reasons.why_run(run))
