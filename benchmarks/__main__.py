@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import bench_fit, bench_loop, bench_sensor, bench_sweep, bench_tracker, bench_traffic
+from benchmarks import bench_fit, bench_loop, bench_overhead, bench_sensor, bench_sweep, bench_tracker, bench_traffic
 
 OUT = Path(__file__).parent / "latest.json"
 
@@ -17,7 +17,7 @@ OUT = Path(__file__).parent / "latest.json"
 def main() -> None:
     """Run every benchmark, then print and write the rows."""
     rows = {}
-    for bench in (bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_sweep):
+    for bench in (bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_sweep, bench_overhead):
         rows.update(bench.rows())
     OUT.write_text(json.dumps(rows, indent=2) + "\n")
     table = Table(

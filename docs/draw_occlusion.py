@@ -19,6 +19,8 @@ PICTURES = {
     "occlusion_partial_fits": "partial-fits/01-best_heading_abs_mean_deg",
     "occlusion_fits": "fits/01-best_heading_abs_mean_deg",
     "occlusion_fits_points": "fits/04-best_heading_abs_mean_deg",
+    "occlusion_occluders": "occluders/03-best_heading_abs_mean_deg",
+    "occlusion_failed_unit": "failed-unit/01-occlusion_survival",
     "occlusion_dropout": "dropout/06-hota",
 }
 """Study and figure, by the name in docs/pictures."""

@@ -40,7 +40,10 @@ class Population(NamedTuple):
 
 SHOWN = (
     *(Shown("standing", name, at, ("median",)) for name in (HEADING, POSITION, "track.hota") for at in (15.0, 32.0)),
-    *(Shown("standing", name, None, ("difference",)) for name in (HEADING, POSITION, "track.hota")),
+    *(
+        Shown("standing", name, None, ("difference",))
+        for name in (HEADING, POSITION, "track.hota", "track.missed", "track.false")
+    ),
     Shown("standing", "track.missed", 32.0, ("median",)),
     Shown("standing", "track.false", 32.0, ("median", "seeds with any")),
     Shown("hidden", "track.occlusion_survival", None, ("share",)),

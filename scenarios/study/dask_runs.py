@@ -1,25 +1,24 @@
 """Execution of study runs on a Dask cluster: local processes or any Dask scheduler.
 
-The only module that imports `dask` and `distributed`; callers import it where they need it.
+Only this module and `local_cluster` import `dask` and `distributed`; callers import them where they need them.
 """
 
 import asyncio
 import json
 import logging
-import signal
 from collections.abc import Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
-from multiprocessing import resource_tracker
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, Security, as_completed, rpc
+from distributed import Client, Future, KilledWorker, Security, as_completed, rpc
 
 from scenarios.errors import InputError, StudyError
 from scenarios.run.versions import installed
 from scenarios.study.design import StudyRun
+from scenarios.study.local_cluster import local_cluster
 from scenarios.study.row_format import RowFormat, RunRow
 from scenarios.study.worker import as_json, carry_out_as_lines, failed, first_columns
 
@@ -37,9 +36,6 @@ TASKS_PER_WORKER = 8
 TIMEOUT_S = 5
 """Connection timeout [s]."""
 
-OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
-"""Signals of Ctrl-C and of a terminal that closes."""
-
 DASK_CONFIG = {
     # Profiling and monitoring are not used and cost processor time on machines with few cores.
     "distributed.worker.profile.enabled": False,
@@ -48,6 +44,8 @@ DASK_CONFIG = {
     # The client's periodic request for the scheduler's state is not used. While results are gathered, it would open a
     # second connection, which the connection pool keeps.
     "distributed.client.scheduler-info-interval": "1 day",
+    # LocalCluster removes a worker for good if its restart takes longer; without any worker, a sweep waits forever.
+    "distributed.deploy.lost-worker-timeout": "1 day",
     # Without Dask's MALLOC_TRIM_THRESHOLD_, which makes workers release and reallocate the same memory every scan.
     "distributed.nanny.pre-spawn-environ": {"OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1},
 }
@@ -67,13 +65,13 @@ def connect(workers: int, scheduler: str | None) -> Iterator[Client]:
     Raises
     ------
     StudyError
-        No Dask scheduler answers at the address.
+        No Dask scheduler answers at the address, or all workers of the local cluster ended.
     """
     for logger in ("distributed", "distributed.client"):  # a lost scheduler is reported as one line, not a traceback
         logging.getLogger(logger).setLevel(logging.CRITICAL)
     with dask.config.set(DASK_CONFIG):
         if scheduler is None:
-            with _local_cluster(workers) as cluster, Client(cluster, set_as_default=False) as client:
+            with local_cluster(workers) as cluster, Client(cluster, set_as_default=False) as client:
                 yield client
         else:
             with _client_of(scheduler) as client:
@@ -197,30 +195,6 @@ def _lines(runs: list[StudyRun], future: Future[list[str]], form: RowFormat | No
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
         raise StudyError(f"a worker cannot execute runs ({reason}); install the same packages there as here") from error
-
-
-@contextmanager
-def _local_cluster(workers: int) -> Iterator[LocalCluster]:
-    """Start workers that ignore the signals of a terminal, which it sends to all its processes: only this one reacts.
-
-    Workers, including restarted ones, and the resource tracker inherit the signal mask of the threads that start here.
-    """
-    try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
-        resource_tracker.ensure_running()  # CPython unblocks SIGINT in the thread that starts the tracker
-        signal.pthread_sigmask(signal.SIG_BLOCK, OF_TERMINALS)
-        with LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-        ) as cluster:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_TERMINALS)
-            yield cluster
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_TERMINALS)
 
 
 def _client_of(scheduler: str) -> Client:

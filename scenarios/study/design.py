@@ -4,8 +4,9 @@ import importlib
 import inspect
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from itertools import product
 from pathlib import Path
 from typing import Any, Self
@@ -33,7 +34,7 @@ MOST_RUNS = 1_000_000
 """Maximum number of runs of a study; short runs on a thousand cores take some hours for that many."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class StudyRun:
     """A run of a study, as sent to a worker."""
 
@@ -53,12 +54,12 @@ class StudyRun:
     why: str = ""
     """Reason why the run is executed, for its row."""
 
-    @property
+    @cached_property
     def inputs(self) -> Json:
         """Digests of all inputs of the run."""
         return run_content.inputs(self.document, self.content)
 
-    @property
+    @cached_property
     def key(self) -> str:
         """Digest that identifies the run by content: scenario, seed, named files, tracker, source code and versions."""
         return run_content.digest([self.tracker, self.inputs])
@@ -67,7 +68,14 @@ class StudyRun:
         """Return the run for a worker on another computer, where `CATALOG / path` is the file of a shipped scenario."""
         return replace(self, path=_relative_to_catalog(self.path))
 
+    def because(self, why: str) -> Self:
+        """Return the run with the reason why it is executed; its key, if known, is not computed again."""
+        run = replace(self, why=why)
+        vars(run).update({name: value for name, value in vars(self).items() if name in ("key", "inputs")})
+        return run
 
+
+@cache
 def _relative_to_catalog(path: Path) -> Path:
     """Return the path of a shipped scenario relative to the catalog, and any other path unchanged."""
     return path.relative_to(CATALOG) if path.is_relative_to(CATALOG) else path
@@ -84,8 +92,17 @@ def runs(study: Study, tracker: str) -> list[StudyRun]:
     return [run for planned in plan(study, tracker) for run in planned]
 
 
-def plan(study: Study, tracker: str) -> Iterator[list[StudyRun]]:
+def plan(study: Study, tracker: str, order: Iterable[int] | None = None) -> Iterator[list[StudyRun]]:
     """Yield the runs of each combination, with all seeds; a scene is built when its runs are due.
+
+    Parameters
+    ----------
+    study
+        The study.
+    tracker
+        MODULE:NAME of the device under test.
+    order
+        Numbers of the combinations, in the order in which they are built; default: that of the study.
 
     Raises
     ------
@@ -93,8 +110,9 @@ def plan(study: Study, tracker: str) -> Iterator[list[StudyRun]]:
         A key does not exist, the scene cannot be imported, or a combination is not a valid scenario.
     """
     make, path = source(study)
-    contents = Contents(tracker)
-    for number, parameters in enumerate(combinations(study)):
+    contents, found = Contents(tracker), combinations(study)
+    for number in range(len(found)) if order is None else order:
+        parameters = found[number]
         try:
             document = make({**study.fixed, **parameters})
             Scenario.of({**document, "seed": study.seed_list[0]}, path)

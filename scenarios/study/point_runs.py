@@ -26,7 +26,7 @@ def point_runs(study: Study, rows: pd.DataFrame, curve: Curve, keep_at: str | No
     known = rows[rows[curve.metric].notna()].sort_values([curve.metric, "index"], kind="stable")
     lines = []
     if len(known) and curve.keys:
-        levels = groups(known, curve.keys)
+        levels = groups(rows, curve.keys).loc[known.index]  # in the order of the study, as in the other tables
         for level, members in levels.groupby(curve.keys, sort=True, observed=True):
             of_point = known.loc[members.index].to_dict("records")
             chosen = [of_point[0], of_point[len(of_point) // 2], of_point[-1]]

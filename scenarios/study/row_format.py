@@ -51,14 +51,6 @@ class RowFormat:
         kept = {name: _plain(row[name], kind) for name, kind in _types(self).items() if row.get(name) is not None}
         return json.dumps(kept, allow_nan=False) + "\n"
 
-    def table(self, rows: Sequence[RunRow]) -> pa.Table:
-        """Return rows as a table."""
-        types = _types(self)
-        plain = [
-            {name: None if row.get(name) is None else _plain(row[name], types[name]) for name in types} for row in rows
-        ]
-        return pa.Table.from_pylist(plain, self.schema)
-
 
 @cache
 def _schema(form: RowFormat) -> pa.Schema:

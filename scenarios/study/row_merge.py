@@ -3,8 +3,9 @@
 The rows go to files of `BUCKET` places each, which are then sorted one after the other.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -18,14 +19,17 @@ BUCKET = 4000
 """Rows that are sorted at once, and rows per group of the result: 26 MB with all metrics."""
 COMPRESSION = "zstd"
 
-Batches = Callable[[Collection[str] | None], Iterable[pa.Table]]
-"""Yields all rows in batches, with some columns or all of them; each call starts again."""
+Keys = Callable[[], Iterable[list[str]]]
+"""Yields the keys of all rows in batches; each call starts again."""
+Batches = Callable[[], Iterable[pa.Table]]
+"""Yields all rows in batches, in the order of their keys; each call starts again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Merge:
     """Rows of the wanted runs in their order, and all other rows."""
 
+    keys: Keys
     batches: Batches
     schema: pa.Schema
     place: Mapping[str, int]
@@ -49,7 +53,7 @@ class Merge:
         last = self._last()
         row, count, buckets = 0, 0, dict[int, RowWriter]()
         with RowWriter(others, self.schema, compression=COMPRESSION) as rest:
-            for batch in self.batches(None):
+            for batch in self.batches():
                 keys = batch["key"].to_pylist()
                 kept = [i for i, key in enumerate(keys) if last[key] == row + i]
                 row += len(keys)
@@ -68,8 +72,7 @@ class Merge:
 
     def _last(self) -> dict[str, int]:
         """Return the number of the last row of each run."""
-        keys = (key for batch in self.batches(["key"]) for key in batch["key"].to_pylist())
-        return {key: number for number, key in enumerate(keys)}
+        return {key: number for number, key in enumerate(chain.from_iterable(self.keys()))}
 
     def _distribute(self, rows: pa.Table, place: Ints, buckets: dict[int, RowWriter], folder: Path) -> None:
         """Append the rows with a place in the study to the files of their buckets."""
@@ -90,13 +93,3 @@ class Merge:
 
 def _file(folder: Path, number: int) -> Path:
     return folder / f"{number}.parquet"
-
-
-def chained(sources: Collection[Batches]) -> Batches:
-    """Return the rows of several sources, one after the other."""
-
-    def batches(columns: Collection[str] | None) -> Iterator[pa.Table]:
-        for source in sources:
-            yield from source(columns)
-
-    return batches

@@ -2,8 +2,9 @@
 
 import io
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 import pyarrow as pa
 import pyarrow.json
@@ -15,6 +16,7 @@ ROWS_AT_ONCE = 2000
 """Rows of a batch: 13 MB with all metrics."""
 BLOCK_BYTES = 16_000_000
 """Size of a block of complete lines of the append log."""
+_KEY = pa.schema([("key", pa.string())])
 
 
 def batches(path: Path, schema: pa.Schema, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
@@ -46,11 +48,10 @@ def batches_of(
     """Yield the rows of an open file; `name` is for error messages, the other parameters are as for `batches`."""
     wanted = list(columns or schema.names)
     typed = pa.schema([schema.field(column) for column in wanted])
-    try:
+    with _as_rows(name):
         if is_log:
-            strict = pa.json.ParseOptions(explicit_schema=schema, unexpected_field_behavior="error")
             for block in _blocks(file):
-                yield pa.json.read_json(io.BytesIO(block), parse_options=strict).select(wanted)
+                yield _parsed(block, schema, "error").select(wanted)
         else:
             parquet = pq.ParquetFile(file)
             if unexpected := sorted(set(parquet.schema_arrow.names) ^ set(schema.names)):
@@ -59,9 +60,41 @@ def batches_of(
                 )
             for batch in parquet.iter_batches(ROWS_AT_ONCE, columns=wanted):
                 yield pa.Table.from_batches([batch]).select(wanted).cast(typed)
+
+
+def keys(path: Path) -> Iterator[list[str]]:
+    """Yield the keys of the rows of a file in batches; other columns are neither read nor checked, which is faster.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be read.
+    """
+    if not path.is_file() or not path.stat().st_size:
+        return
+    with path.open("rb") as file, _as_rows(str(path)):
+        if path.suffix == ".jsonl":
+            yield from (_parsed(block, _KEY, "ignore")["key"].to_pylist() for block in _blocks(file))
+        else:
+            found = pq.ParquetFile(file).iter_batches(columns=["key"])
+            yield from (batch["key"].to_pylist() for batch in found)
+
+
+@contextmanager
+def _as_rows(name: str) -> Iterator[None]:
+    """Raise an OutputError for content that is not as expected."""
+    try:
+        yield
     except pa.ArrowInvalid as error:
         reason = str(error).splitlines()[0]
         raise OutputError(f"{name}: cannot be read as rows of this study ({reason}); choose a new --out") from error
+
+
+def _parsed(block: bytes, schema: pa.Schema, unexpected: Literal["error", "ignore"]) -> pa.Table:
+    """Return the rows of complete lines as one chunk; with many columns, small chunks take twice the time."""
+    whole = pa.json.ReadOptions(block_size=len(block) + 1)
+    options = pa.json.ParseOptions(explicit_schema=schema, unexpected_field_behavior=unexpected)
+    return pa.json.read_json(io.BytesIO(block), whole, options)
 
 
 def _blocks(file: BinaryIO) -> Iterator[bytes]:

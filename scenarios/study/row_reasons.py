@@ -1,7 +1,7 @@
 """Reasons why the row of a run is taken over from an earlier start, or the run is executed."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from scenarios.study import run_content
@@ -29,19 +29,22 @@ class RowReasons:
 
     def __init__(self, parameters: Sequence[str], rows: Iterable[dict[str, Any]]) -> None:
         self._parameters = parameters
-        self._inputs = {self._combination(row): row["inputs"] for row in rows}
+        self._inputs = {combination(row, parameters): row["inputs"] for row in rows}
 
     def why_run(self, run: StudyRun) -> str:
         """Return why a run without a row is executed: it is new, or its inputs differ from those of an earlier row."""
-        before = self._inputs.get(self._combination({"seed": run.seed, "tracker": run.tracker, **run.parameters}))
+        known = {"seed": run.seed, "tracker": run.tracker, **run.parameters}
+        before = self._inputs.get(combination(known, self._parameters))
         if before is None:
             return NEW
         found = run_content.changes(json.loads(before or "{}"), run.inputs)
         return AGAIN + ", ".join(found)
 
-    def _combination(self, row: dict[str, Any]) -> Combination:
-        values = (row[key] for key in ("seed", "tracker", *self._parameters))
-        return tuple(f"{float(value):.12g}" if _is_number(value) else str(value) for value in values)
+
+def combination(row: Mapping[str, Any], parameters: Sequence[str]) -> Combination:
+    """Return seed, tracker and values of the varied parameters of a row as texts, which can be compared."""
+    values = (row[key] for key in ("seed", "tracker", *parameters))
+    return tuple(f"{float(value):.12g}" if _is_number(value) else str(value) for value in values)
 
 
 def _is_number(value: Any) -> bool:

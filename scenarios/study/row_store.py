@@ -12,7 +12,7 @@ import os
 import shutil
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, BinaryIO, Self
@@ -24,7 +24,7 @@ from scenarios.errors import OutputError
 from scenarios.files import atomic_file
 from scenarios.study import append_log, row_parts, row_reader
 from scenarios.study.row_format import RowFormat, RunRow
-from scenarios.study.row_merge import Merge, chained
+from scenarios.study.row_merge import Merge
 
 RUNS, EARLIER, LOG, LOCK = "runs.parquet", "earlier.parquet", "runs.jsonl", ".lock"
 FORMER = ".earlier.parquet"
@@ -135,8 +135,9 @@ class RowStore:
         """
         append_log.truncate_partial_line(self._folder / LOG)
         merge = Merge(
-            self._batches, self.format.schema, {key: at for at, key in enumerate(wanted)}, set(taken_over), why
-        )
+            self._keys, self._batches, self.format.schema, {key: at for at, key in enumerate(wanted)},
+            set(taken_over), why,
+        )  # fmt: skip
         parts = row_parts.paths(self._parts)
         try:
             with (
@@ -167,18 +168,22 @@ class RowStore:
 
     def _others(self) -> set[str]:
         """Return the keys of rows that are not part of the study."""
-        batches = row_reader.batches(self._folder / EARLIER, self.format.schema, ["key"])
-        return {key for batch in batches for key in batch["key"].to_pylist()}
+        return set(chain.from_iterable(row_reader.keys(self._folder / EARLIER)))
 
-    def _batches(self, columns: Collection[str] | None) -> Iterator[pa.Table]:
+    def _files(self) -> list[Path]:
+        return [self._folder / name for name in (FORMER, RUNS, EARLIER, LOG)]
+
+    def _batches(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
         """Yield all rows in batches: those of the files, then those of the parts; the last row of a run counts."""
-        files = [partial(_of_file, self._folder / name, self.format.schema) for name in (FORMER, RUNS, EARLIER, LOG)]
-        yield from chained(files)(columns)
+        for path in self._files():
+            yield from row_reader.batches(path, self.format.schema, columns)
         yield from row_parts.batches(self._parts, self.format.schema, columns)
 
-
-def _of_file(path: Path, schema: pa.Schema, columns: Collection[str] | None) -> Iterator[pa.Table]:
-    return row_reader.batches(path, schema, None if columns is None else list(columns))
+    def _keys(self) -> Iterator[list[str]]:
+        """Yield the keys of the same rows."""
+        for path in self._files():
+            yield from row_reader.keys(path)
+        yield from row_parts.keys(self._parts)
 
 
 def _flush(path: Path) -> None:

@@ -1,12 +1,11 @@
 """Runs of a sweep that have no row yet, planned while earlier ones are executed."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import chain, islice
 
 from scenarios.study import design
 from scenarios.study.design import StudyRun
-from scenarios.study.row_reasons import RETRIED, RowReasons
+from scenarios.study.row_reasons import RETRIED, RowReasons, combination
 from scenarios.study.row_store import RowStore
 from scenarios.study.study_file import Study
 
@@ -39,21 +38,48 @@ class SweepPlan:
         self._parameters = [parameter.key for parameter in study.vary]
         self._rows = rows
         self._retry_errors = retry_errors
-        planned = design.plan(study, tracker)
+        new, earlier = self._split(study, tracker)
+        planned = design.plan(study, tracker, new + earlier)
         self._checked = list(islice(planned, CHECKED_FIRST))
         self._planned = chain.from_iterable(chain(self._checked, planned))
-        self._keys: list[str] = []
+        self._keys: dict[int, str] = {}
+        self._count = (len(new) + len(earlier)) * len(study.seed_list)
+        self._new = len(new) * len(study.seed_list)
         self.taken_over: set[str] = set()
         """Keys of the planned runs whose rows are reused."""
+
+    def _split(self, study: Study, tracker: str) -> tuple[list[int], list[int]]:
+        """Return the numbers of the combinations that miss a row, and of those with rows for all seeds.
+
+        Only the scene tells whether such rows are up to date. Those scenes are built last: the first run of a resumed
+        sweep does not wait for them.
+        """
+        rows = (row for row in self._rows.earlier.values() if not self._is_retried(row["status"]))
+        known = {combination(row, self._parameters) for row in rows}
+        split: tuple[list[int], list[int]] = [], []
+        for number, values in enumerate(design.combinations(study)):
+            runs = ({"seed": seed, "tracker": tracker, **values} for seed in study.seed_list)
+            split[all(combination(run, self._parameters) in known for run in runs)].append(number)
+        return split
+
+    def _is_retried(self, status: str) -> bool:
+        return status == "error" and self._retry_errors
 
     @property
     def keys(self) -> list[str]:
         """Keys of the runs planned so far, in the order of the study."""
-        checked = [run.key for of_combination in self._checked for run in of_combination]
-        return self._keys + checked[len(self._keys) :]
+        checked = {run.index: run.key for of_combination in self._checked for run in of_combination}
+        return [key for _, key in sorted((checked | self._keys).items())]
+
+    @property
+    def unseen(self) -> int:
+        """Number of runs that are not planned yet and have a row of an earlier start, which may be out of date."""
+        return self._count - max(self._new, len(self.keys))
 
     def missing(self) -> Iterator[StudyRun]:
         """Yield the runs without a row, once each, with the reason why they are executed.
+
+        Runs of combinations that miss a row come first.
 
         Raises
         ------
@@ -63,12 +89,12 @@ class SweepPlan:
         seen, reasons = set[str](), None
         for run in self._planned:
             key = run.key
-            self._keys.append(key)
+            self._keys[run.index] = key
             status = self._status.get(key)
-            failed = status == "error" and self._retry_errors
-            if status is not None and not failed:
+            retried = status is not None and self._is_retried(status)
+            if status is not None and not retried:
                 self.taken_over.add(key)
             elif key not in seen:
                 seen.add(key)
                 reasons = reasons or RowReasons(self._parameters, self._rows.earlier.values())
-                yield replace(run, why=RETRIED if failed else reasons.why_run(run))
+                yield run.because(RETRIED if retried else reasons.why_run(run))

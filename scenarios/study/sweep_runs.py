@@ -133,4 +133,5 @@ def _state(plan: SweepPlan, rows: RowStore, count: int, out: Path) -> str:
     keys = plan.keys
     with suppress(OutputError):  # if the disk is full, the rows stay in the append log
         rows.merge(keys, plan.taken_over, TAKEN_OVER, ["key"])
-    return f"{len(rows.keys.intersection(keys))} of {count} rows are in {out}; run the same command to resume"
+    unseen = f", and up to {plan.unseen} of an earlier start" if plan.unseen else ""
+    return f"{len(rows.keys.intersection(keys))} of {count} rows are in {out}{unseen}; run the same command to resume"

@@ -18,7 +18,7 @@ from scenarios.study.scenes.scene_parts import (
     scene_rig,
     wall,
 )
-from scenarios.study.scenes.shadow import outline, shadow_on_line
+from scenarios.study.scenes.shadow import outline, shadows_on_line
 from sim.scripted.motions import LaneChange, Motion, Straight, state_at
 
 Manoeuvre = Literal["keeps speed", "brakes", "changes lane"]
@@ -57,11 +57,11 @@ def hidden_behind_wall(occlusion_s: float, speed_mps: float, manoeuvre: Manoeuvr
         raise ValueError(f"occlusion_s = {occlusion_s:g} and speed_mps = {speed_mps:g} must be positive")
     rig, hidden = scene_rig(), _hidden_motions(occlusion_s, speed_mps, manoeuvre)
     vanishes = START + np.array([speed_mps * BEFORE_S, 0.0, 0.0])
-    reaches = []
-    for time in np.linspace(0.0, occlusion_s, 51):
-        ego = np.array([speed_mps * (BEFORE_S + time), 0.0])
-        points = outline(state_at(hidden, vanishes, time).pose, CAR_M)
-        reaches.append(ego[0] + shadow_on_line(rig, points - ego, OCCLUDER_Y_M))
+    times_s = np.linspace(0.0, occlusion_s, 51)
+    ego_x_m = speed_mps * (BEFORE_S + times_s)
+    points = np.stack([outline(state_at(hidden, vanishes, time).pose, CAR_M) for time in times_s])
+    points[..., 0] -= ego_x_m[:, None]
+    reaches = ego_x_m[:, None] + shadows_on_line(rig, points, OCCLUDER_Y_M)
     left_m, right_m = float(np.min(reaches)), float(np.max(reaches))
     motions = [Straight("straight", speed_mps, duration_s=BEFORE_S), *hidden]
     return {

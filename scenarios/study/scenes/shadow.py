@@ -9,15 +9,17 @@ import scipy
 from scenarios.arrays import Bools, Floats
 from sensor_model.rig.rig import Mount, Rig
 
+_ALONG = np.linspace(-0.5, 0.5, 11)
+_EDGE = np.full_like(_ALONG, 0.5)
+_SIDES = ((_ALONG, _EDGE), (_ALONG, -_EDGE), (_EDGE, _ALONG), (-_EDGE, _ALONG))
+_UNIT_BOX = np.concatenate([np.column_stack(side) for side in _SIDES])
+"""Points (44, 2) along the sides of a box of 1 m by 1 m."""
+
 
 def outline(pose: Floats, size_m: Sequence[float]) -> Floats:
     """Return points (44, 2) [m] along the four sides of a box (length, width, height) at a pose (3,), with corners."""
-    along = np.linspace(-0.5, 0.5, 11)
-    edge = np.full_like(along, 0.5)
-    sides = ((along, edge), (along, -edge), (edge, along), (-edge, along))
-    points = np.concatenate([np.column_stack(side) for side in sides]) * size_m[:2]
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    turned: Floats = points @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
+    turned: Floats = (_UNIT_BOX * size_m[:2]) @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
     return turned
 
 
@@ -38,8 +40,22 @@ def shadow_on_line(rig: Rig, points_ego: Floats, line_y_m: float) -> tuple[float
     tuple of float
         Lowest and highest x of the intersections, in the ego frame [m].
     """
-    x_m = np.concatenate([at[0] + ray[:, 0] * (line_y_m - at[1]) / ray[:, 1] for at, ray in _rays(rig, points_ego)])
-    return float(x_m.min()), float(x_m.max())
+    low_m, high_m = shadows_on_line(rig, points_ego[None], line_y_m)[0].tolist()
+    return low_m, high_m
+
+
+def shadows_on_line(rig: Rig, points_ego: Floats, line_y_m: float) -> Floats:
+    """Return `shadow_on_line` (T, 2) [m] for each of T times, from the points (T, N, 2) [m] at these times."""
+    low_m, high_m = np.full(len(points_ego), np.inf), np.full(len(points_ego), -np.inf)
+    for mount in rig.mounts:
+        at = _position(rig, mount)
+        ray = points_ego - at
+        with np.errstate(divide="ignore", invalid="ignore"):  # rays outside the field of view may be parallel
+            x_m = at[0] + ray[..., 0] * (line_y_m - at[1]) / ray[..., 1]
+        seen = _in_field_of_view(mount, ray)
+        low_m = np.minimum(low_m, np.where(seen, x_m, np.inf).min(axis=1))
+        high_m = np.maximum(high_m, np.where(seen, x_m, -np.inf).max(axis=1))
+    return np.column_stack([low_m, high_m])
 
 
 def screen_end(rig: Rig, points_ego: Floats, line_y_m: float, share: float) -> float:
@@ -65,13 +81,18 @@ def screen_end(rig: Rig, points_ego: Floats, line_y_m: float, share: float) -> f
 def _rays(rig: Rig, points_ego: Floats) -> Iterator[tuple[Floats, Floats]]:
     """Yield the position (2,) of each LIDAR, and the rays (N, 2) from it to the points in its field of view."""
     for mount in rig.mounts:
-        at = np.array([mount.x_m + rig.rear_axle_x_m, mount.y_m])
+        at = _position(rig, mount)
         yield at, (points_ego - at)[_in_field_of_view(mount, points_ego - at)]
 
 
+def _position(rig: Rig, mount: Mount) -> Floats:
+    """Return the position (2,) of a LIDAR in the ego frame [m]."""
+    return np.array([mount.x_m + rig.rear_axle_x_m, mount.y_m])
+
+
 def _in_field_of_view(mount: Mount, ray: Floats) -> Bools:
-    """(N,) mask of rays (N, 2) from a LIDAR that are in its field of view."""
-    azimuth_deg = (np.degrees(np.arctan2(ray[:, 1], ray[:, 0])) - mount.yaw_deg + 180.0) % 360.0 - 180.0
+    """(...) mask of rays (..., 2) from a LIDAR that are in its field of view."""
+    azimuth_deg = (np.degrees(np.arctan2(ray[..., 1], ray[..., 0])) - mount.yaw_deg + 180.0) % 360.0 - 180.0
     left_deg = max(fan.start_deg for fan in mount.model.fans)
     right_deg = min(fan.stop_deg for fan in mount.model.fans)
     inside: Bools = (right_deg <= azimuth_deg) & (azimuth_deg <= left_deg)

@@ -284,3 +284,12 @@ def test_each_point_names_its_runs_and_links_to_the_folders_that_are_kept(study,
         for row in point_runs(study, measured(rows), curve, "s3://bucket/x/").rows
         for cell in row.cells[len(curve.keys) :]
     )
+
+
+def test_the_runs_of_the_points_are_in_the_order_of_the_study(study, rows):
+    curve, known = study.curve[0], measured(rows)
+    first = known["manoeuvre"].iloc[0]
+    raised = known.assign(**{curve.metric: known[curve.metric] + 100.0 * (known["manoeuvre"] == first)})
+    points = [[cell.text for cell in row.cells[:2]] for row in point_runs(study, raised, curve, None).rows]
+    assert points == [[cell.text for cell in row.cells[:2]] for row in numbers(study, raised, curve).rows]
+    assert first in points[0]

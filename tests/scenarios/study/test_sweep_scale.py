@@ -29,11 +29,12 @@ from support.sweeps import (
 
 from scenarios.grading.metric_names import METRICS
 from scenarios.run import device
-from scenarios.study import dask_runs, design
+from scenarios.study import dask_runs, design, sweep_plan
 from scenarios.study.design import runs
 from scenarios.study.row_merge import BUCKET
 from scenarios.study.row_store import RowStore
 from scenarios.study.study_file import Study
+from scenarios.study.sweep_plan import SweepPlan
 from scenarios.study.sweep_runs import columns
 
 STAGED = """\
@@ -66,6 +67,49 @@ def test_scenes_are_built_when_their_runs_are_due(tmp_path: Path):
     begin = time.process_time()
     next(design.plan(Study.load(staged(tmp_path, 10)), device.SHIPPED))
     assert few < 100 * max(time.process_time() - begin, 0.01)
+
+
+def test_a_resumed_sweep_begins_before_the_scenes_of_earlier_rows_are_built(tmp_path: Path, monkeypatch):
+    """Of 20 combinations the last one has no row, another one a row with other inputs: that one is found at the end."""
+    study, built = Study.load(staged(tmp_path, 20)), list[float]()
+    planned = runs(study, device.SHIPPED)
+    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+        store.add([row_of(run) | ({"key": "old"} if run.index == 14 else {}) for run in planned[:-1]])
+    scene = design._staged
+    monkeypatch.setattr(design, "_staged", lambda *a: built.append(a[2]["occlusion_s"]) or scene(*a))
+    monkeypatch.setattr(sweep_plan, "CHECKED_FIRST", 5)
+    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+        plan = SweepPlan(study, device.SHIPPED, store, retry_errors=False)
+        missing = plan.missing()
+        assert next(missing).index == 19
+        assert built == [run.parameters["occlusion_s"] for run in [planned[19], *planned[:4]]]
+        assert plan.unseen == 15
+        assert [run.index for run in missing] == [14]
+        assert plan.unseen == 0
+    assert len(plan.taken_over) == 18
+    assert plan.keys == [run.key for run in planned]
+
+
+def test_combinations_with_an_error_are_built_first_if_they_are_run_again(tmp_path: Path):
+    study = Study.load(staged(tmp_path, 3))
+    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+        *passed, failed = [row_of(run) for run in runs(study, device.SHIPPED)]
+        store.add([*passed, failed | {"status": "error"}])
+    with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
+        plan = SweepPlan(study, device.SHIPPED, store, retry_errors=True)
+        missing = plan.missing()
+        assert next(missing).index == 2
+        assert not plan.taken_over
+        assert not list(missing)
+        assert len(plan.taken_over) == 2
+        assert not list(SweepPlan(study, device.SHIPPED, store, retry_errors=False).missing())
+
+
+def row_of(run: design.StudyRun) -> dict:
+    """A row of a run without metrics."""
+    known = {"status": "passed", "error": "", "trace_hash": "0" * 32, "frames": 100, "wall_s": 1.0, "why": "new"}
+    inputs = {"key": run.key, "seed": run.seed, "tracker": run.tracker, "inputs": json.dumps(run.inputs)}
+    return inputs | run.parameters | known
 
 
 def test_short_runs_are_grouped_and_long_ones_are_alone(tmp_path: Path):
@@ -210,18 +254,11 @@ def wait_until_more(study: Path, count: int, process) -> None:
 def test_the_memory_of_a_sweep_of_a_hundred_thousand_runs_is_below_one_gigabyte(tmp_path: Path):
     path = staged(tmp_path, steps=100, seeds=1000)
     study = Study.load(path)
-    known = {"status": "passed", "error": "", "trace_hash": "0" * 32, "frames": 100, "wall_s": 1.0, "why": "new"}
     values = np.random.default_rng(0).random(len(METRICS)).tolist()
-    metrics = dict(list(zip(METRICS, values, strict=True))[::3])  # rows of 14 kB, as of a typical scenario
+    metrics = dict(list(zip(METRICS, values, strict=True))[::3])  # rows of 24 kB, more than those of a typical scenario
     with RowStore.opened(tmp_path / "out", {"occlusion_s": [1.0]}) as store:
         for planned in design.plan(study, device.SHIPPED):
-            lines = [
-                store.format.line(
-                    {"key": run.key, "seed": run.seed, "tracker": run.tracker, "inputs": json.dumps(run.inputs)}
-                    | run.parameters | known | metrics
-                )
-                for run in planned
-            ]  # fmt: skip
+            lines = [store.format.line(row_of(run) | metrics) for run in planned]
             store.add_lines([run.key for run in planned], lines)
     assert (tmp_path / "out" / "runs.jsonl").stat().st_size > GB
     for _ in range(2):  # from the log, and from the merged rows
