@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from scenarios.arrays import Ints
 from scenarios.study.row_writer import RowWriter
@@ -18,6 +17,8 @@ from scenarios.study.row_writer import RowWriter
 BUCKET = 4000
 """Rows that are sorted at once, and rows per group of the result: 26 MB with all metrics."""
 COMPRESSION = "zstd"
+_OPTIONS = pa.ipc.IpcWriteOptions(compression=COMPRESSION)
+"""Temporary files are streams: a Parquet writer holds metadata of every column of every batch until its end."""
 
 Keys = Callable[[], Iterable[list[str]]]
 """Yields the keys of all rows in batches; each call starts again."""
@@ -51,7 +52,7 @@ class Merge:
             Empty folder for temporary files.
         """
         last = self._last()
-        row, count, buckets = 0, 0, dict[int, RowWriter]()
+        row, count, buckets = 0, 0, dict[int, pa.RecordBatchStreamWriter]()
         with RowWriter(others, self.schema, compression=COMPRESSION) as rest:
             for batch in self.batches():
                 keys = batch["key"].to_pylist()
@@ -67,20 +68,23 @@ class Merge:
             writer.close()
         with RowWriter(wanted, self.schema, compression=COMPRESSION) as merged:
             for number in sorted(buckets):
-                merged.write_table(self._sorted(pq.read_table(_file(folder, number))))
+                with pa.ipc.open_stream(_file(folder, number)) as rows:
+                    merged.write_table(self._sorted(rows.read_all()))
         return count
 
     def _last(self) -> dict[str, int]:
         """Return the number of the last row of each run."""
         return {key: number for number, key in enumerate(chain.from_iterable(self.keys()))}
 
-    def _distribute(self, rows: pa.Table, place: Ints, buckets: dict[int, RowWriter], folder: Path) -> None:
+    def _distribute(
+        self, rows: pa.Table, place: Ints, buckets: dict[int, pa.RecordBatchStreamWriter], folder: Path
+    ) -> None:
         """Append the rows with a place in the study to the files of their buckets."""
         at = rows.schema.get_field_index("index")
         rows = rows.set_column(at, "index", pa.array(place))
         for number in np.unique(place[place >= 0] // BUCKET).tolist():
             if number not in buckets:
-                buckets[number] = RowWriter(_file(folder, number), self.schema, compression=COMPRESSION)
+                buckets[number] = pa.ipc.new_stream(_file(folder, number), self.schema, options=_OPTIONS)
             buckets[number].write_table(rows.filter(place // BUCKET == number))
 
     def _sorted(self, rows: pa.Table) -> pa.Table:
@@ -92,4 +96,4 @@ class Merge:
 
 
 def _file(folder: Path, number: int) -> Path:
-    return folder / f"{number}.parquet"
+    return folder / f"{number}.arrows"
