@@ -34,11 +34,11 @@ def scaled(run, factors):
 
 @pytest.fixture(scope="module")
 def sides():
-    """The catalog, and the catalog with 5 % larger fit errors, fewer switches, a failure, and a run that ends early."""
+    """The catalog, and one with larger heading and smaller position errors of fits, a failure, and an early end."""
     base = [
         run if run.key.scenario != "ring" else replace(run, key=Key(HOSTILE, 1)) for run in baseline_file.read(CATALOG)
     ]
-    head = [scaled(run, {"fit_heading_deg": 1.05, "switches": 0.0}) for run in base]
+    head = [scaled(run, {"fit_heading_deg": 1.05, "fit_position_m": 0.9}) for run in base]
     head[0] = replace(head[0], expectations={"track.hota": Expectation("failed", 0.1, ">= 0.75")})
     head[1] = replace(head[1], ended_early="the ego [arrived]")
     return base, head
@@ -102,7 +102,8 @@ def test_markdown_has_the_verdict_first_then_losses_then_gains_and_folded_tables
     text = markdown(compared, "base.jsonl", "runs")
     order = ["### luxloop compare: worse", "**HEAD is worse than BASE: 1 run newly incomplete", "**Newly incomplete**",
              "**Newly failed**", "**Worse**", "- `fit.best.heading_abs_mean_deg`:", "**Better**",
-             "- `track.id_switch_rate`:", "<details><summary>Metrics</summary>", INTERVALS.split(":")[0]]  # fmt: skip
+             "- `fit.best.position_abs_mean_m`:", "<details><summary>Metrics</summary>",
+             INTERVALS.split(":")[0]]  # fmt: skip
     assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
     assert text.count("<details>") == text.count("</details>") >= 3
     assert len(text) < COMMENT_LIMIT / 4
