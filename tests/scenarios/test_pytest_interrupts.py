@@ -35,7 +35,7 @@ def loading(*_, **__):
 
 execute.execute = loading
 """
-"""What numba makes of a signal while it loads a kernel, outside the tracker."""
+"""Error that numba raises for a signal while it loads a kernel, outside the tracker."""
 CODES = [(signal.SIGINT, 2), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
 
 
