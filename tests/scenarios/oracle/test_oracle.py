@@ -53,6 +53,13 @@ def truly_fitted():
     return short_run.run(busy_street.TEXT, OracleFactory([Stage.FIT]))
 
 
+@cache
+def without_feedback(stages):
+    """Metrics of the busy street without any effect of tracks on detection."""
+    text = busy_street.TEXT + '[tracker.sweep]\nmotion = "ego"\n[tracker.union]\nshare_min = 2.0\n'
+    return short_run.run(text, OracleFactory(list(stages))).metrics
+
+
 def test_an_oracle_tracker_without_oracles_equals_the_shipped_tracker():
     """Bit for bit."""
     assert short_run.run(busy_street.TEXT, OracleFactory([])).trace_hash == busy_street.blamed().shipped.trace_hash
@@ -107,7 +114,7 @@ def test_a_true_fit_of_a_rear_is_not_a_whole_vehicle():
 
 
 def test_true_association_has_no_id_switches():
-    text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.05\n"  # nearly no box is inside such a gate
+    text = busy_street.TEXT + "[tracker.association]\ngate_chi2 = 0.02\n"  # nearly no box is inside such a gate
     lost, kept = short_run.run(text).metrics, short_run.run(text, OracleFactory([Stage.ASSOCIATION]))
     assert lost["track.id_switches"].value + lost["track.missed"].value > 0.6 * lost["track.missed"].n
     assert values(kept.metrics, "track.id_switches") == [0.0]
@@ -162,14 +169,11 @@ def test_true_confirmation_coasts_as_the_tracker_does():
     ],
 )
 def test_an_oracle_does_not_affect_earlier_stages(stage, others):
-    """Except for small differences by feedback, since tracks are used to deskew points: a few segments or points."""
+    """Tracks, which it does affect, are used neither to deskew points nor to join the segments of long vehicles."""
+    ideal, real = (without_feedback(stages) for stages in ((stage,), ()))
     for name in others:
-        ideal, real = of(stage)[name], shipped()[name]
-        if name.startswith("fit."):
-            assert ideal.value == pytest.approx(real.value, abs=0.02)
-        else:
-            assert ideal.n == pytest.approx(real.n, abs=3), name
-            assert ideal.value * ideal.n == pytest.approx(real.value * real.n, abs=2), name
+        assert (ideal[name].value, ideal[name].n) == (real[name].value, real[name].n), name
+        assert real[name].n > 0
 
 
 def test_oracles_combine():

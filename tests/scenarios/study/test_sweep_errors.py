@@ -86,9 +86,12 @@ def test_an_invalid_study_is_refused_before_the_first_run(tmp_path: Path, old: s
     assert "\n" not in str(raised.value)
 
 
+ANNOUNCED = "8 runs in small (combinations: 4, seeds: 2)\n"
+
+
 def test_a_missing_tracker_is_reported_once(tmp_path: Path):
     code, output, error = sweep(small_study(tmp_path), "--tracker", "failing_tracker:failing")
-    assert (code, output) == (2, "")
+    assert (code, output) == (2, ANNOUNCED)
     assert error.startswith("luxloop: error: --tracker failing_tracker:failing: no module failing_tracker")
     assert not (tmp_path / "out").exists()
 
@@ -97,7 +100,7 @@ def test_an_unwritable_keep_folder_ends_the_sweep(tmp_path: Path):
     study = small_study(tmp_path)
     (tmp_path / "file").write_text("")
     code, output, error = sweep(study, "--keep", str(tmp_path / "file" / "kept"), "--workers", "1")
-    assert (code, output) == (2, "")
+    assert (code, output) == (2, ANNOUNCED)
     assert error.startswith(f"luxloop: error: --keep {tmp_path}/file/kept/")
     assert error.endswith("; 0 of 8 rows are in out; run the same command to resume\n")
     assert error.count("\n") == 1
