@@ -57,7 +57,7 @@ def _created(path: Path) -> Iterator[Path]:
     named: list[Path] = []
     lock = None
     try:
-        temporary, lock = _made(path, named)
+        temporary, lock = owner_lock.made(path, named, lambda name: name.touch(exist_ok=False))
         yield temporary
         flush_file(temporary)
         completed.announce(path, temporary)
@@ -67,18 +67,3 @@ def _created(path: Path) -> Iterator[Path]:
         for name in named:
             name.unlink(missing_ok=True)
         owner_lock.release(lock)
-
-
-def _made(path: Path, named: list[Path]) -> tuple[Path, int | None]:
-    """Make an empty temporary file and lock it; return its path and its lock.
-
-    Its path is in `named` before it exists, so that a signal at any moment leaves no file that the caller ignores.
-    """
-    while True:
-        temporary = owner_lock.beside(path, "partial")
-        named.append(temporary)
-        temporary.touch(exist_ok=False)
-        try:
-            return temporary, owner_lock.acquire(temporary)
-        except (BlockingIOError, FileNotFoundError):  # another process removes it before it is locked
-            continue

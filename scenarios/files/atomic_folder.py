@@ -42,7 +42,7 @@ def create(out: Path, option: str, refuse: Callable[[Path], None]) -> Iterator[P
             refuse(out)
             _remove_leftovers(out)
             missing = [folder for folder in out.parents if not folder.exists()]
-            temporary, lock = _made(out, named)
+            temporary, lock = owner_lock.made(out, named, lambda name: name.mkdir(parents=True))
         yield temporary
         refuse(out)  # again: another process may have written there meanwhile
         with _errors_of(out, option):
@@ -77,21 +77,6 @@ def _errors_of(out: Path, option: str) -> Iterator[None]:
         yield
     except (OSError, ValueError) as error:
         raise cannot_write(out, option, error) from error
-
-
-def _made(out: Path, named: list[Path]) -> tuple[Path, int | None]:
-    """Make a temporary folder and lock it; return its path and its lock.
-
-    Its path is in `named` before it exists, so that a signal at any moment leaves no folder that the caller ignores.
-    """
-    while True:
-        temporary = owner_lock.beside(out, "partial")
-        named.append(temporary)
-        temporary.mkdir(parents=True)
-        try:
-            return temporary, owner_lock.acquire(temporary)
-        except (BlockingIOError, FileNotFoundError):  # another process removes it before it is locked
-            continue
 
 
 def _move_into_place(temporary: Path, out: Path, named: list[Path]) -> None:

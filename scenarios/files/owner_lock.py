@@ -12,7 +12,7 @@ import platform
 import re
 import secrets
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -75,6 +75,21 @@ def held(path: Path) -> Iterator[None]:
         yield
     finally:
         release(lock)
+
+
+def made(path: Path, named: list[Path], make: Callable[[Path], None]) -> tuple[Path, int | None]:
+    """Make a temporary file or folder beside `path` and lock it; return its path and its lock.
+
+    Its path is in `named` before it exists, so that a signal at any moment leaves nothing that the caller ignores.
+    """
+    while True:
+        temporary = beside(path, "partial")
+        named.append(temporary)
+        make(temporary)
+        try:
+            return temporary, acquire(temporary)
+        except (BlockingIOError, FileNotFoundError):  # another process removes it before it is locked
+            continue
 
 
 def abandoned(path: Path, *purposes: str) -> Iterator[tuple[Path, str]]:
