@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import Interrupted, StudyError
+from scenarios.errors import StudyError
 from scenarios.execute import ExecutedRun, execute
 from scenarios.files.scenario import Scenario
 from scenarios.run import device
@@ -84,17 +84,13 @@ def search(
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
         if evaluator.retried:
             notify(f"{evaluator.retried} evaluations ended with an error and are run again")
-        try:
+        with evaluator.resumable():
             best = optimise(study, evaluator, make, notify)
             if best is None:
                 notify(f"no failure in {evaluator.runs} runs: {goal.metric} kept to {goal.limit}")
                 return None
             search_runs = evaluator.runs
             smallest = shrink(study, best, evaluator, make, notify, goal.reduction_runs)
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                f"interrupted; {evaluator.known} evaluations are in {out / EVALUATIONS}; run the same command to resume"
-            ) from error
         notify(f"{search_runs} runs to find it, {evaluator.runs - search_runs} to reduce it")
         return _reproduce(study, goal, smallest, evaluator, out)
 

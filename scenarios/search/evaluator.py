@@ -1,12 +1,13 @@
 """Evaluation of scenarios for a search; results are stored on disk, so that a restart repeats no run."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import OutputError
+from scenarios.errors import Interrupted, OutputError
 from scenarios.search.objective import fails
 from scenarios.study import append_log
 from scenarios.study.design import StudyRun
@@ -82,6 +83,16 @@ class Evaluator:
         """Number of evaluations that ended with an error and are run again."""
         self.runs = 0
         """Number of scenarios evaluated so far, including those known from the log."""
+
+    @contextmanager
+    def resumable(self) -> Iterator[None]:
+        """Raise `Interrupted`, which says how to resume, for a KeyboardInterrupt in the body."""
+        try:
+            yield
+        except KeyboardInterrupt as error:
+            raise Interrupted(
+                f"interrupted; {self.known} evaluations are in {self._log}; run the same command to resume"
+            ) from error
 
     @property
     def known(self) -> int:

@@ -7,7 +7,7 @@ of the other parameters. The values depend on the evaluations only, so a restart
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import Interrupted, StudyError
+from scenarios.errors import StudyError
 from scenarios.run import device, progress
 from scenarios.search.evaluator import EVALUATIONS, Evaluator, Json
 from scenarios.search.executor import executor
@@ -92,19 +92,13 @@ def thresholds(
     settings = settings_of(study, goal)
     criterion = Search(metric=goal.metric, min=1.0)
     with executor(min(workers, len(settings)), scheduler) as execute_runs:
-        log = out / EVALUATIONS
-        evaluator = Evaluator(criterion, path, tracker, log, execute_runs, retry_errors=retry_errors)
+        evaluator = Evaluator(criterion, path, tracker, out / EVALUATIONS, execute_runs, retry_errors=retry_errors)
         if evaluator.known:
             notify(f"{evaluator.known} evaluations of an earlier start are reused")
-        try:
-            with progress.runs(study.path.stem, goal.runs * len(settings), done=0) as advance:
-                for round_ in range(goal.runs):
-                    _run_round(study, goal, settings, evaluator, make, round_)
-                    advance(len(settings))
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                f"interrupted; {evaluator.known} evaluations are in {log}; run the same command to resume"
-            ) from error
+        with evaluator.resumable(), progress.runs(study.path.stem, goal.runs * len(settings), done=0) as advance:
+            for round_ in range(goal.runs):
+                _run_round(study, goal, settings, evaluator, make, round_)
+                advance(len(settings))
     return settings
 
 
