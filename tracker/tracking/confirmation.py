@@ -7,7 +7,8 @@ from tracker.arrays import Floats
 from tracker.bounds import require_within
 from tracker.geometry import rotate_one
 from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
-from tracker.tracking.side_lengths import correlated_sum, vehicle_log_odds
+from tracker.tracking.correlated_views import correlated_sum
+from tracker.tracking.kernels.side_lengths import vehicle_log_odds
 from tracker.tracking.track_observation import TrackObservation
 
 

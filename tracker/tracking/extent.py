@@ -6,6 +6,7 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.bounds import require_within
+from tracker.tracking.kernels import seen_extents as kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +56,8 @@ def remember(seen: Floats, observed: Floats, whole: Bools, whole_views: Ints, co
     A vehicle is at least as large as its visible part. A side that is not `whole` (2,) may be longer, so a short
     observation of it has no effect. `whole_views` (2,) counts earlier observations of either side as a whole.
     """
-    gain = np.maximum(config.growth / (1 + whole_views), config.settled)
-    gain = np.where(observed > seen, gain, np.where(seen_whole(observed, whole, config), 0.5 * gain, 0.0))
-    return np.asarray(seen + gain * (observed - seen))
+    gains = (config.growth, config.settled)
+    return kernel.remember(seen, observed, whole, whole_views, gains, config.face_min_m)  # type: ignore[no-any-return]
 
 
 def seen_whole(observed: Floats, whole: Bools, config: ExtentConfig) -> Bools:

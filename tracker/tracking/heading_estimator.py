@@ -6,7 +6,7 @@ from tracker.tracking import orientation
 from tracker.tracking.filters import Motion
 from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading
 from tracker.tracking.orientation import Course
-from tracker.tracking.side_lengths import correlated_sum
+from tracker.tracking.correlated_views import correlated_sum
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 

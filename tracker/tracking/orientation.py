@@ -9,7 +9,7 @@ import numpy as np
 from tracker.arrays import Bools, Floats, Ints
 from tracker.bounds import require_within
 from tracker.geometry import QUARTER, wrap
-from tracker.tracking.side_lengths import length_log_odds
+from tracker.tracking.kernels.side_lengths import length_log_odds
 from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 

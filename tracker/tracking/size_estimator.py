@@ -23,7 +23,7 @@ class SizeEstimator:
         )
         self.seen = first
         """(2,) seen length and width [m]."""
-        self._posterior.observe(first, whole, first > config.face_min_m)
+        self._posterior.observe(first, whole, config.face_min_m)
 
     @property
     def size(self) -> Floats:
@@ -57,7 +57,7 @@ class SizeEstimator:
         views = np.where(grown, 0, self._whole_views)
         self.seen = extent.remember(self.seen, observed, whole, views, self._config)
         self._whole_views += extent.seen_whole(observed, whole, self._config)
-        self._posterior.observe(observed, whole, observed > self._config.face_min_m)
+        self._posterior.observe(observed, whole, self._config.face_min_m)
 
     def extend(self, seen: Floats) -> None:
         """Set the seen extents (2,) [m] to those of several pieces together."""

@@ -5,8 +5,7 @@ import pytest
 from scipy import stats
 
 from tracker.tracking.extent import ExtentConfig
-from tracker.tracking.size_estimator import SizeEstimator
-from tracker.tracking.size_likelihood import (
+from tracker.tracking.kernels.size_likelihood import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
     MARGIN_M,
@@ -15,7 +14,8 @@ from tracker.tracking.size_likelihood import (
     add_view,
     average_pieces,
 )
-from tracker.tracking.size_posterior import posterior, side_of_greatest_overlap
+from tracker.tracking.kernels.size_posterior import posterior, side_of_greatest_overlap
+from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.vehicle_sizes import GRID_M, SIZE_CLASSES, side_probabilities
 
 CONFIG = ExtentConfig()

@@ -14,6 +14,12 @@ HIDDEN_STD_M = 0.12
 SIZE_STD_SHARE = 0.02
 """Standard deviation of an extent that grows with the side, as a share of it: errors of heading and beam spacing."""
 
+STD_M: Floats = np.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * GRID_M)
+"""(G,) standard deviation of the extent of each side of `GRID_M` [m]."""
+
+NEGLIGIBLE_SIGMA = 12.0
+"""Misfit in standard deviations beyond which a normal density is below the rounding errors of the other densities."""
+
 MARGIN_M = 0.1
 """Errors of range and heading by which a piece may exceed its side [m]."""
 
@@ -25,11 +31,12 @@ LOG_ODDS_MAX = 15.0
 
 
 @njit(cache=True)
-def whole_density(extent: float, expected: float, side: float) -> float:
-    """Density [1/m] of the visible extent [m] of a whole side [m], of which the `expected` part is visible [m]."""
-    std = math.hypot(HIDDEN_STD_M, SIZE_STD_SHARE * side)
-    misfit = (extent - expected) / std
-    return math.exp(-0.5 * misfit * misfit) / (std * math.sqrt(2.0 * math.pi))
+def whole_density(extent: float, g: int, hidden: float) -> float:
+    """Density [1/m] of the visible extent [m] of a whole side `GRID_M[g]`, of which a part is `hidden` [m]."""
+    misfit = (extent - (GRID_M[g] - hidden)) / STD_M[g]
+    if abs(misfit) > NEGLIGIBLE_SIGMA:
+        return 0.0
+    return math.exp(-0.5 * misfit * misfit) / (STD_M[g] * math.sqrt(2.0 * math.pi))
 
 
 @njit(cache=True)
@@ -51,16 +58,16 @@ def add_view(
     for axis in range(2):
         if weight[axis] == 0.0:
             continue
-        highest = -np.inf
+        highest, of_merged = -np.inf, math.log(merged)
         for g in range(len(GRID_M)):
-            side = GRID_M[g]
-            fits = 1.0 if observed[axis] < side + MARGIN_M else 0.0
+            fits = observed[axis] < GRID_M[g] + MARGIN_M
             if whole[axis]:
-                seen = whole_density(observed[axis], side - hidden[axis], side)
-                density = (1.0 - truncated) * seen + truncated * fits / side + merged / GRID_M[-1]
+                seen = whole_density(observed[axis], g, hidden[axis])
+                piece = truncated / GRID_M[g] if fits else 0.0
+                log_density = math.log((1.0 - truncated) * seen + piece + merged / GRID_M[-1])
             else:
-                density = max(fits, merged)
-            value = (1.0 - forgetting[axis]) * log_likelihood[axis, g] + weight[axis] * math.log(density)
+                log_density = 0.0 if fits else of_merged
+            value = (1.0 - forgetting[axis]) * log_likelihood[axis, g] + weight[axis] * log_density
             log_likelihood[axis, g] = value
             highest = max(highest, value)
         for g in range(len(GRID_M)):
@@ -78,8 +85,7 @@ def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats,
         if gain[axis] == 0.0:
             continue
         for g in range(len(GRID_M)):
-            side = GRID_M[g]
-            fits = 1.0 if observed[axis] < side + MARGIN_M else 0.0
-            seen = whole_density(observed[axis], side - hidden[axis], side)
-            density = (1.0 - WHOLE_SHARE) * fits / side + WHOLE_SHARE * seen + merged / GRID_M[-1]
-            mean[axis, g] += gain[axis] * (math.log(density) - mean[axis, g])
+            piece = (1.0 - WHOLE_SHARE) / GRID_M[g] if observed[axis] < GRID_M[g] + MARGIN_M else 0.0
+            seen = whole_density(observed[axis], g, hidden[axis])
+            log_density = math.log(piece + WHOLE_SHARE * seen + merged / GRID_M[-1])
+            mean[axis, g] += gain[axis] * (log_density - mean[axis, g])
