@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import inside, projected_size, rotate
+from tracker.geometry import inside
+from tracker.kernels import pairs
 from tracker.records import Segments
 
 
@@ -62,25 +63,22 @@ class Pieces:
 
 def hull(pieces: Pieces, a: int, b: int) -> tuple[Floats, Floats]:
     """Return the low and high corner (2,) of the box around two pieces, in the frame of the first [m]."""
-    away = rotate(pieces.center[b] - pieces.center[a], -pieces.heading[a])
-    other = projected_size(pieces.size[b], pieces.heading[b] - pieces.heading[a])
-    low, high = np.minimum(-pieces.size[a], 2 * away - other), np.maximum(pieces.size[a], 2 * away + other)
-    return 0.5 * low, 0.5 * high
+    low_x, low_y, high_x, high_y = pairs.hull(pieces.center, pieces.heading, pieces.size, a, b)
+    return np.array([low_x, low_y]), np.array([high_x, high_y])
 
 
 def gap(pieces: Pieces, a: int, b: int) -> float:
     """Return the gap between two pieces along the heading of the first [m]."""
-    low, high = hull(pieces, a, b)
-    return float((high - low)[0] - pieces.size[[a, b], 0].sum())
+    low_x, _, high_x, _ = pairs.hull(pieces.center, pieces.heading, pieces.size, a, b)
+    return float(high_x - low_x - pieces.size[a, 0] - pieces.size[b, 0])
 
 
 def may_be_one(pieces: Pieces, config: MergeConfig) -> list[tuple[int, int]]:
     """Return the pairs of pieces that together have the shape of one vehicle."""
-    near = np.hypot(*(pieces.center[:, None] - pieces.center).T) < config.length_max_m
-    turn = np.abs(np.sin(2 * (pieces.heading[:, None] - pieces.heading)))
-    known = pieces.hits >= config.hits_min
-    pairs = np.argwhere(np.triu(near & (turn <= 2 * config.turn_max_rad) & known & known[:, None], 1))
-    return [(a, b) for a, b in pairs.tolist() if fits(pieces, a, b, config)]
+    known = np.flatnonzero(pieces.hits >= config.hits_min)
+    places = pieces.center[known], pieces.heading[known], pieces.size[known]
+    found = pairs.fitting_pairs(*places, config.length_max_m, config.width_max_m, config.turn_max_rad)
+    return [(a, b) for a, b in known[found].tolist()]
 
 
 def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
@@ -94,8 +92,8 @@ def one_vehicle(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
 
 def fits(pieces: Pieces, a: int, b: int, config: MergeConfig) -> bool:
     """Return True if the box around two pieces has the size of a vehicle."""
-    length, width = np.subtract(*hull(pieces, a, b)[::-1])
-    return bool(length <= config.length_max_m and width <= config.width_max_m)
+    place = pieces.center, pieces.heading, pieces.size
+    return bool(pairs.fits(*place, a, b, config.length_max_m, config.width_max_m))
 
 
 def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Segments:

@@ -6,14 +6,8 @@ known angle at most. If all returns in this window of bearings are farther than 
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
-
-BINS = 512
-"""Bins of bearing, 0.7 degrees each: a beam of a layer or two."""
-
-COVERED = 0.5
-"""Minimum share of a window's bins with a return: open sky says nothing."""
-
+from tracker.arrays import Bools, Floats
+from tracker.kernels import free_space as kernel
 
 def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:
     """(C,) mask of places that all returns near their bearing lie behind.
@@ -29,33 +23,4 @@ def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m
     margin_m
         Minimum distance of returns behind a place [m].
     """
-    nearest = profile(returns, unit_offset_m)
-    table, count = window_minima(nearest), np.append(0, np.cumsum(np.isfinite(np.tile(nearest, 2))))
-    range_m = np.hypot(*places.T)
-    outside = range_m > unit_offset_m
-    half = np.arcsin(np.where(outside, unit_offset_m / np.where(outside, range_m, 1.0), 1.0))
-    bins = np.maximum(1, np.ceil(half / np.pi * BINS)).astype(np.int64)
-    first = (np.floor((np.arctan2(places[:, 1], places[:, 0]) - half) / (2 * np.pi) * BINS).astype(np.int64)) % BINS
-    level = np.floor(np.log2(bins)).astype(np.int64)
-    last = (first + bins - (1 << level)) % BINS
-    farther = np.minimum(table[level, first], table[level, last]) > range_m + margin_m
-    covered = count[first + bins] - count[first] >= COVERED * bins
-    return np.asarray(outside & farther & covered)
-
-
-def profile(returns: Floats, unit_offset_m: float) -> Floats:
-    """(BINS,) range of the nearest return by bearing [m], infinite without one."""
-    nearest = np.full(BINS, np.inf)
-    range_m = np.hypot(*returns.T)
-    bin_of: Ints = np.floor(np.arctan2(returns[:, 1], returns[:, 0]) / (2 * np.pi) * BINS).astype(np.int64) % BINS
-    far = range_m > unit_offset_m
-    np.minimum.at(nearest, bin_of[far], range_m[far])
-    return nearest
-
-
-def window_minima(nearest: Floats) -> Floats:
-    """(L, BINS) minimum over the 2**level bins that start at each bin, round the circle."""
-    table = [nearest]
-    for level in range(int(np.log2(BINS))):
-        table.append(np.minimum(table[-1], np.roll(table[-1], -(1 << level))))
-    return np.array(table)
+    return np.asarray(kernel.seen_through(places, returns, unit_offset_m, margin_m))

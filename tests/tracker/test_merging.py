@@ -79,6 +79,6 @@ def test_a_vehicle_outside_the_scan_merges_no_segments():
 
 def test_a_wall_that_comes_into_view_overlaps_its_first_footprint():
     first = Footprint(np.array([0.0, 5.0]), 0.0, np.array([4.0, 0.1]))
-    assert not Footprint(np.array([8.0, 5.0]), 0.0, np.array([20.0, 0.1])).clear_of(first).any()
-    assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([4.5, 0.1])).clear_of(first).tolist() == [True, False]
-    assert not Footprint(np.array([2.0, 6.0]), np.pi / 2, np.array([4.5, 1.8])).clear_of(first).any()
+    assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([20.0, 0.1])).clear_of(first) == (False, False)
+    assert Footprint(np.array([8.0, 5.0]), 0.0, np.array([4.5, 0.1])).clear_of(first) == (True, False)
+    assert Footprint(np.array([2.0, 6.0]), np.pi / 2, np.array([4.5, 1.8])).clear_of(first) == (False, False)

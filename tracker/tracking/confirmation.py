@@ -1,11 +1,11 @@
 """Track confirmation: probability that a track is a vehicle, from the shape of its views and from its motion."""
 
+import cmath
 import math
 from dataclasses import dataclass
 
 from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.geometry import rotate_one
 from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
 from tracker.tracking.correlated_views import correlated_sum
 from tracker.tracking.kernels.side_lengths import vehicle_log_odds
@@ -60,8 +60,8 @@ class Confirmation:
         self._prior = math.log(config.vehicle_prior / (1.0 - config.vehicle_prior))
         self._birthplace: Footprint | None = birthplace
         """Place to leave; None until the next observation."""
-        self._ends: dict[tuple[int, int], Floats] = {}
-        """Tracked corner [m] when the end of an axis and a sign was first visible."""
+        self._ends: dict[tuple[int, int], complex] = {}
+        """Tracked corner x + iy [m] when the end of an axis and a sign was first visible."""
         self._moved_views = 0
         """Successive observations in which a visible end was away from its first place."""
         self._left = False
@@ -114,13 +114,18 @@ class Confirmation:
         """
         config = self._config
         self._birthplace = self._birthplace or footprint
-        faces = seen.size[::-1] > FACE_MIN_M
-        self._left = self._left or bool(((seen.whole | faces) & footprint.clear_of(self._birthplace)).any())
-        moves = False
-        for axis in (seen.exact & faces).nonzero()[0].tolist():
-            end = (axis, int(seen.corner_sign[axis]))
-            shift = rotate_one(corner - self._ends.setdefault(end, corner), -footprint.heading)[axis]
-            moves |= abs(shift) > LEFT_MARGIN_M
+        length, width = seen.size.tolist()
+        faces = width > FACE_MIN_M, length > FACE_MIN_M
+        if not self._left:
+            sides = zip(seen.whole.tolist(), faces, footprint.clear_of(self._birthplace), strict=True)
+            self._left = any((whole or face) and clear for whole, face, clear in sides)
+        moves, place, back = False, complex(*corner.tolist()), cmath.rect(1.0, -footprint.heading)
+        for axis, (exact, face, sign) in enumerate(
+            zip(seen.exact.tolist(), faces, seen.corner_sign.tolist(), strict=True)
+        ):
+            if exact and face:
+                shift = (place - self._ends.setdefault((axis, sign), place)) * back
+                moves |= abs(shift.imag if axis else shift.real) > LEFT_MARGIN_M
         self._moved_views = self._moved_views + 1 if moves else 0
         self._moving_views = self._moving_views + 1 if moving else 0
         self._left |= self._moved_views >= config.moved_views_min

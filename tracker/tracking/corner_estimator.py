@@ -82,10 +82,11 @@ class CornerEstimator:
     @property
     def speed(self) -> float:
         """Root mean square of the speed [m/s], which includes its uncertainty."""
-        covariance, (x, y) = self.bank.estimate[1], self.velocity.tolist()
-        return math.sqrt(x * x + y * y + 0.5 * float(covariance[2, 2] + covariance[3, 3]))
+        mean, covariance = self.bank.estimate
+        x, y = (0.0, 0.0) if self.model_name == "stationary" else mean[2:4].tolist()
+        return math.sqrt(x * x + y * y + 0.5 * (covariance.item(2, 2) + covariance.item(3, 3)))
 
-    def course(self, to_axle: Floats, yaw_rate: float, variance: float) -> Course | None:
+    def course(self, to_axle: complex, yaw_rate: float, variance: float) -> Course | None:
         """Direction of motion of the rear axle, None for a vehicle that may be stationary.
 
         The corners of a turning vehicle move across its heading, the rear axle does not.
@@ -93,16 +94,17 @@ class CornerEstimator:
         Parameters
         ----------
         to_axle
-            (2,) vector from the tracked corner to the middle of the rear axle, odometry frame [m].
+            Vector from the tracked corner to the middle of the rear axle, odometry frame [m].
         yaw_rate, variance
             [rad/s], [rad^2/s^2].
         """
         if self.model_name == "stationary":
             return None
         mean, covariance = self.bank.estimate
-        lever = moved(to_axle, 1.0)[2:4]
-        of_axle = covariance[2:4, 2:4] + variance * np.outer(lever, lever)
-        return orientation.course(mean[2:4] + yaw_rate * lever, of_axle, self._orientation)
+        lever, ((xx, xy), (_, yy)) = 1j * to_axle, covariance[2:4, 2:4].tolist()
+        x, y = lever.real, lever.imag
+        of_axle = xx + variance * x * x, xy + variance * x * y, yy + variance * y * y
+        return orientation.course(complex(*mean[2:4].tolist()) + yaw_rate * lever, of_axle, self._orientation)
 
     def offset_covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the time-correlated error, odometry frame [m^2]."""

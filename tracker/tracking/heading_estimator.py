@@ -43,14 +43,9 @@ class HeadingEstimator:
         return self._filter.state
 
     @property
-    def yaw_rate(self) -> float:
-        """Yaw rate [rad/s]; zero for the paper's filter, whose models do not couple it to the position."""
-        return 0.0 if self._config.filters.heading == "paper" else float(self.state[0][1])
-
-    @property
-    def yaw_rate_variance(self) -> float:
-        """Variance of `yaw_rate` [rad^2/s^2]."""
-        return 0.0 if self._config.filters.heading == "paper" else float(self.state[1][1, 1])
+    def yaw_rate(self) -> tuple[float, float]:
+        """Yaw rate that moves the corner [rad/s] and its variance [rad^2/s^2]; both zero for the paper's filter."""
+        return self._filter.yaw_rate
 
     def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
         """Move on by one time step, at a speed [m/s]; the paper's filter turns only if the vehicle is `turning`."""

@@ -42,6 +42,11 @@ class PaperHeading:
         """Heading and yaw rate (2,), and their covariance (2, 2)."""
         return self._filter.mean[0], self._filter.covariance[0]
 
+    @property
+    def yaw_rate(self) -> tuple[float, float]:
+        """Yaw rate that moves the corner [rad/s] and its variance: zero, because the paper's models do not couple it."""
+        return 0.0, 0.0
+
     def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
         """Move on by one time step; the yaw rate of a vehicle that is not `turning` is set to zero."""
         del speed_mps
@@ -141,6 +146,11 @@ class AdaptiveHeading:
         own = self._filter
         p, c, r = own.variance
         return np.array([own.heading, own.yaw_rate]), np.array([[p, c], [c, r]])
+
+    @property
+    def yaw_rate(self) -> tuple[float, float]:
+        """Yaw rate [rad/s] and its variance [rad^2/s^2]."""
+        return self._filter.yaw_rate, self._filter.variance[2]
 
     def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:
         """Move on by one time step at a speed [m/s]; a vehicle turns in every model of motion."""

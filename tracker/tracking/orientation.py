@@ -87,15 +87,15 @@ class Course(NamedTuple):
     """[rad^2]."""
 
 
-def course(velocity: Floats, covariance: Floats, config: OrientationConfig) -> Course | None:
-    """Direction of a velocity (2,) [m/s] with covariance (2, 2), None if it is not significant."""
-    x, y = velocity.tolist()
-    if abs(complex(x, y)) < config.course_speed_min_mps:
+def course(velocity: complex, covariance: tuple[float, float, float], config: OrientationConfig) -> Course | None:
+    """Direction of a velocity [m/s] with covariance xx, xy, yy, None if it is not significant."""
+    x, y, (xx, xy, yy) = velocity.real, velocity.imag, covariance
+    squared = x * x + y * y
+    if abs(velocity) < config.course_speed_min_mps:
         return None
-    if velocity @ np.linalg.solve(covariance, velocity) < config.course_sigma**2:
+    if yy * x * x - 2.0 * xy * x * y + xx * y * y < config.course_sigma**2 * (xx * yy - xy * xy):
         return None
-    across = np.array([-y, x]) / (x * x + y * y)
-    return Course(math.atan2(y, x), float(across @ covariance @ across))
+    return Course(math.atan2(y, x), (xx * y * y - 2.0 * xy * x * y + yy * x * x) / squared**2)
 
 
 def by_course(heading: float, course: float) -> int:

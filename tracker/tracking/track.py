@@ -1,5 +1,7 @@
 """Tracked vehicle: tracked corner, heading, size and status."""
 
+import cmath
+
 import numpy as np
 
 from tracker.arrays import Bools, Floats
@@ -117,8 +119,7 @@ class Track:
         """Known inputs of turning models."""
         state, variance = self._heading.state
         (heading, yaw_rate), velocity = state.tolist(), complex(*self.corner.velocity.tolist())
-        from_axle = rotate_one(axle_to_corner(self.corner.sign, self.size), heading)
-        direction = motion_direction(velocity, heading, yaw_rate, complex(*from_axle.tolist()))
+        direction = motion_direction(velocity, heading, yaw_rate, self._axle_to_corner)
         return Turn(yaw_rate, variance[1, 1], variance[0, 0], velocity, direction)
 
     @property
@@ -145,8 +146,7 @@ class Track:
     @property
     def footprint(self) -> Footprint:
         """Area that was seen to be covered by the vehicle, starting at the tracked corner."""
-        middle = self.corner.position - rotate_one(0.5 * self.corner.sign * self.seen_size, self.heading)
-        return Footprint(middle, self.heading, self.seen_size)
+        return self._footprint(self.corner.position)
 
     def predict(self, motion: Motion) -> None:
         """Move on by one time step; terminate the track if it was not seen for too long."""
@@ -193,20 +193,20 @@ class Track:
         self.hits += 1
         self.unseen_s = 0.0
         self._size.observe(seen.size, seen.whole)
-        if (seen.corner_sign != self.corner.sign).any():
+        if seen.corner_sign.tolist() != self.corner.sign.tolist():
             offset = self.corner.change_corner(
-                seen.corner_sign, self.size, self._unseen_size, self.heading, self._heading.yaw_rate
+                seen.corner_sign, self.size, self._unseen_size, self.heading, self._heading.yaw_rate[0]
             )
             self._heading.shift(offset)
         self._confirmation.count(seen)
-        moving = self._course is not None
-        self._confirmation.check_motion(seen, self.footprint, self.corner.position, moving)
-        self._turn(self._heading.turns_to_front(self._course, self.corner.position, self.seen_size))
+        course, position = self._course, self.corner.position
+        self._confirmation.check_motion(seen, self._footprint(position), position, moving=course is not None)
+        self._turn(self._heading.turns_to_front(course, position, self.seen_size))
 
     def orient(self, flow: TrafficFlow) -> None:
         """Turn a stationary vehicle to its likeliest direction; motion has precedence, unless it is too wide."""
         config = self._config.orientation
-        moved = self._heading.oriented and self.seen_size[1] <= config.width_max_m
+        moved = self._heading.oriented and self.seen_size.item(1) <= config.width_max_m
         if moved or self._course is not None:
             self._axis_log_odds = np.inf
             return
@@ -225,7 +225,7 @@ class Track:
         """
         own = 0.5 * self.corner.sign * self.seen_size
         offset = rotate_one(np.where(self.corner.sign > 0, high, low) - own, self.heading)
-        self.corner.shift(offset, self._heading.yaw_rate)
+        self.corner.shift(offset, self._heading.yaw_rate[0])
         self._heading.shift(offset)
         self._size.extend(high - low)
 
@@ -255,7 +255,7 @@ class Track:
     def _bank_motion(self, motion: Motion) -> Motion:
         """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
         filters, velocity = self._config.filters, complex(*self.corner.velocity.tolist())
-        if filters.heading == "paper" or straight(self._heading.yaw_rate, velocity, filters.jerk_std_mps3):
+        if filters.heading == "paper" or straight(self._heading.yaw_rate[0], velocity, filters.jerk_std_mps3):
             return motion
         return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
 
@@ -267,8 +267,18 @@ class Track:
     @property
     def _course(self) -> Course | None:
         """Direction of motion, None for a vehicle that may be stationary."""
-        to_axle = -rotate_one(axle_to_corner(self.corner.sign, self.size), self.heading)
-        return self.corner.course(to_axle, self._heading.yaw_rate, self._heading.yaw_rate_variance)
+        return self.corner.course(-self._axle_to_corner, *self._heading.yaw_rate)
+
+    @property
+    def _axle_to_corner(self) -> complex:
+        """Vector from the middle of the rear axle to the tracked corner, odometry frame [m]."""
+        return axle_to_corner(self.corner.sign, self.size) * cmath.rect(1.0, self.heading)
+
+    def _footprint(self, corner: Floats) -> Footprint:
+        """Return the footprint of a track whose tracked corner is at (2,) [m]."""
+        (x, y), (front, left), (length, width) = corner.tolist(), self.corner.sign.tolist(), self.seen_size.tolist()
+        middle = complex(x, y) - complex(0.5 * front * length, 0.5 * left * width) * cmath.rect(1.0, self.heading)
+        return Footprint(np.array([middle.real, middle.imag]), self.heading, self.seen_size)
 
     def _turn(self, quarters: int) -> None:
         """Describe the same box by a heading turned by `quarters`."""

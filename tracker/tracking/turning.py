@@ -53,9 +53,10 @@ def turning_among(models: tuple[str, ...]) -> bool:
     return not TURNING.isdisjoint(models)
 
 
-def axle_to_corner(corner_sign: Ints, size: Floats) -> Floats:
-    """(2,) vector from the middle of the rear axle to a corner of a vehicle of size (2,), its own frame [m]."""
-    return np.asarray((0.5 * corner_sign + (0.5 - REAR_OVERHANG_SHARE, 0.0)) * size)
+def axle_to_corner(corner_sign: Ints, size: Floats) -> complex:
+    """Return the vector from the middle of the rear axle to a corner of a vehicle of size (2,), its own frame [m]."""
+    (front, left), (length, width) = corner_sign.tolist(), size.tolist()
+    return complex((0.5 * front + (0.5 - REAR_OVERHANG_SHARE)) * length, 0.5 * left * width)
 
 
 def motion_direction(velocity: complex, heading: float, yaw_rate: float, from_axle: complex) -> complex:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tracker.detection.cell_memory import CellMemory
-from tracker.seen_through import BINS, COVERED, seen_through
+from tracker.kernels.free_space import BINS, COVERED
+from tracker.seen_through import seen_through
 
 OFFSET_M = 2.5
 

@@ -55,7 +55,7 @@ def test_the_first_direction_is_the_likeliest(size, forward, quarters):
 
 @pytest.mark.parametrize(("velocity", "quarters"), [((5, 0.5), 0), ((-5, 0.5), 2), ((0.3, 5), 1), ((0, -5), 3)])
 def test_motion_contradicts_the_heading(velocity, quarters):
-    direction = course(np.array(velocity, dtype=float), np.eye(2) * 0.1**2, CONFIG).direction
+    direction = course(complex(*velocity), (0.1**2, 0.0, 0.1**2), CONFIG).direction
     assert by_course(0.0, direction) == quarters
 
 
@@ -80,9 +80,8 @@ def test_a_face_of_3_1_m_is_a_side():
 
 
 def test_an_uncertain_velocity_has_no_course():
-    fast = np.array([5.0, 0.0])
-    assert course(fast, np.eye(2) * 1.0**2, CONFIG) == pytest.approx((0.0, 0.2**2))
-    assert course(fast, np.eye(2) * 2.0**2, CONFIG) is None
+    assert course(5.0 + 0.0j, (1.0**2, 0.0, 1.0**2), CONFIG) == pytest.approx((0.0, 0.2**2))
+    assert course(5.0 + 0.0j, (2.0**2, 0.0, 2.0**2), CONFIG) is None
 
 
 @pytest.mark.parametrize(

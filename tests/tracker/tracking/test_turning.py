@@ -60,10 +60,10 @@ def test_two_axle_velocity_has_the_direction_of_the_body():
 def test_corner_of_a_turning_body_moves_across_its_heading():
     """The front left corner of a 4.5 m car, 3.6 m ahead of its axle and 0.9 m to the left."""
     from_axle = axle_to_corner(np.array([1, 1]), np.array([4.5, 1.8]))
-    assert from_axle == pytest.approx([3.6, 0.9])
+    assert from_axle == pytest.approx(3.6 + 0.9j)
     # The axle moves at 8 m/s along x, the corner at (8 - 0.5 x 0.9, 0.5 x 3.6).
     expected = np.array([7.55, 1.8])
-    found = motion_direction(complex(*expected), 0.0, RATE, complex(*from_axle))
+    found = motion_direction(complex(*expected), 0.0, RATE, from_axle)
     assert [found.real, found.imag] == pytest.approx(expected / np.linalg.norm(expected))
 
 

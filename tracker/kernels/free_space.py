@@ -1,0 +1,54 @@
+"""Nearest returns by bearing, and places before them."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tracker.arrays import Bools, Floats
+
+BINS = 512
+"""Bins of bearing, 0.7 degrees each: a beam of a layer or two."""
+
+COVERED = 0.5
+"""Minimum share of a window's bins with a return: open sky says nothing."""
+
+
+@njit(cache=True)
+def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:
+    """(C,) mask of places (C, 2) that all returns (N, 2) near their bearing lie behind, see `tracker.seen_through`."""
+    nearest = profile(returns, unit_offset_m)
+    free = np.empty(len(places), np.bool_)
+    for c in range(len(places)):
+        free[c] = is_free(places[c, 0], places[c, 1], nearest, unit_offset_m, margin_m)
+    return free
+
+
+@njit(cache=True)
+def is_free(x: float, y: float, nearest: Floats, unit_offset_m: float, margin_m: float) -> bool:
+    """Return True if the nearest returns (BINS,) of all bearings at which a unit may see a place are behind it."""
+    range_m = math.hypot(x, y)
+    if range_m <= unit_offset_m:
+        return False
+    half = math.asin(unit_offset_m / range_m)
+    bins = max(1, math.ceil(half / math.pi * BINS))
+    first = math.floor((math.atan2(y, x) - half) / (2.0 * math.pi) * BINS)
+    covered = 0
+    for k in range(first, first + bins):
+        if nearest[k % BINS] <= range_m + margin_m:
+            return False
+        covered += math.isfinite(nearest[k % BINS])
+    return covered >= COVERED * bins
+
+
+@njit(cache=True)
+def profile(returns: Floats, unit_offset_m: float) -> Floats:
+    """(BINS,) range of the nearest return by bearing [m], infinite without one."""
+    nearest = np.full(BINS, np.inf)
+    for i in range(len(returns)):
+        x, y = returns[i, 0], returns[i, 1]
+        range_m = math.hypot(x, y)
+        if range_m > unit_offset_m:
+            k = math.floor(math.atan2(y, x) / (2.0 * math.pi) * BINS) % BINS
+            nearest[k] = min(nearest[k], range_m)
+    return nearest
