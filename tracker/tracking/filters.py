@@ -3,7 +3,7 @@
 The paper's three models are a chain of integrators per axis, of order 1 (position), 2 (velocity) or 3 (acceleration).
 Models of turning vehicles have transitions that depend on the track, see `tracker.tracking.turning`. Every
 filter holds all six states x, y, vx, vy, ax, ay. States that a model omits keep a prior covariance; other models start
-from it when mixing. One pass of numpy updates any number of filters. filterpy is the reference in the tests, and runs
+from it when mixing. One call of a kernel updates any number of filters. filterpy is the reference in the tests, and runs
 `tracker.tracking.imm`.
 """
 
@@ -17,6 +17,7 @@ import numpy as np
 from tracker.arrays import Floats
 from tracker.bounds import require_within
 from tracker.records import MODEL_NAMES
+from tracker.tracking.kernels import kalman
 
 STATE_DIM = 6
 """x, y, vx, vy, ax, ay [m, s]."""
@@ -198,17 +199,26 @@ class Filters:
 
     def predict(self, step: Step) -> None:
         """Move on by one time step."""
-        self.mean = (step.transition @ self.mean[..., None])[..., 0]
-        self.covariance = step.transition @ self.covariance @ step.transition.swapaxes(-1, -2) + step.noise
+        moved = kalman.predict(*self._rows(), _matrices(step.transition), _matrices(step.noise))
+        self._set_rows(*moved)
 
     def correct(self, residual: Floats, noise: Floats) -> None:
-        """Correct by innovations (..., m) of the first m states, with measurement noise (m, m) or (..., m, m)."""
-        measured = residual.shape[-1]
-        innovation = self.covariance[..., :measured, :measured] + noise
-        gain = np.linalg.solve(innovation, self.covariance[..., :measured, :]).swapaxes(-1, -2)
-        self.mean = self.mean + (gain @ residual[..., None])[..., 0]
-        self.covariance = self.covariance - gain @ self.covariance[..., :measured, :]
-        self.covariance = 0.5 * (self.covariance + self.covariance.swapaxes(-1, -2))
+        """Correct by innovations (..., m) of the first m states, with measurement noise (m, m) or (..., m, m); m is 1 or 2."""
+        rows = residual.reshape(-1, residual.shape[-1])
+        self._set_rows(*kalman.correct(*self._rows(), rows, _matrices(noise)))
+
+    def _rows(self) -> tuple[Floats, Floats]:
+        """Means (K, n) and covariances (K, n, n) of all filters."""
+        return self.mean.reshape(-1, self.mean.shape[-1]), _matrices(self.covariance)
+
+    def _set_rows(self, mean: Floats, covariance: Floats) -> None:
+        """Replace the states by those of all filters, (K, n) and (K, n, n)."""
+        self.mean, self.covariance = mean.reshape(self.mean.shape), covariance.reshape(self.covariance.shape)
+
+
+def _matrices(array: Floats) -> Floats:
+    """(K, n, n) matrices of an array (..., n, n)."""
+    return array.reshape(-1, *array.shape[-2:])
 
 
 def stacked(filters: Sequence[Filters]) -> Filters:

@@ -6,22 +6,19 @@ Markov chain before (12)), and each filter starts a scan from the mixture of the
 (Blom and Bar-Shalom 1988). The reported estimate is that of the paper: the filter of the highest score.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import scipy
 
 from tracker.arrays import Floats
-from tracker.geometry import mahalanobis
 from tracker.records import MODEL_NAMES, MODELS
 from tracker.tracking.filters import Filters
+from tracker.tracking.kernels import multiple_models as kernel
 
 LEAST_PROBABILITY = 1e-9
 """Lower limit of a model probability, which keeps its logarithm finite."""
-
-NO_SPEED_MPS = 1e-9
-"""Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""
 
 STATIONARY, CV, CA = (MODELS.index(model) for model in ("stationary", "cv", "ca"))
 """Their indices in the standard set."""
@@ -69,26 +66,13 @@ def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[st
     the state, as in Seah and Hwang (2009): a moving model with a low speed describes a stationary vehicle. The
     likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
-    leaves = -np.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
-    chain = np.full((*filters.mean.shape[:-1], len(models)), leaves)
-    if "stationary" in models:
-        stops = -np.expm1(-dt / config.stopping_time_s) * slow(filters, config.standing_mps)
-        chain[..., models.index("stationary")] = np.maximum(stops, LEAST_PROBABILITY)
-    same = np.arange(len(models))
-    chain[..., same, same] = 0.0
-    chain /= np.maximum(chain.sum(axis=-1, keepdims=True), 1.0)  # after a long gap every mode has been left
-    chain[..., same, same] = 1.0 - chain.sum(axis=-1)
-    return chain
-
-
-def slow(filters: Filters, limit_mps: float) -> Floats:
-    """(..., M) probability by each filter that the speed along its direction of motion is below the limit."""
-    velocity, covariance = filters.mean[..., 2:4], filters.covariance[..., 2:4, 2:4]
-    speed = np.hypot(velocity[..., 0], velocity[..., 1])
-    moves = speed[..., None] > NO_SPEED_MPS
-    direction = np.where(moves, velocity / np.maximum(speed, NO_SPEED_MPS)[..., None], (1.0, 0.0))
-    std = np.sqrt(np.einsum("...i,...ij,...j->...", direction, covariance, direction))
-    return np.asarray(scipy.special.ndtr((limit_mps - speed) / std) - scipy.special.ndtr((-limit_mps - speed) / std))
+    shape = filters.mean.shape[:-1]
+    leaves = -math.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
+    stops = -math.expm1(-dt / config.stopping_time_s)
+    stationary = models.index("stationary") if "stationary" in models else -1
+    limits = stationary, config.standing_mps, LEAST_PROBABILITY
+    chain = kernel.transitions(*banks(filters), leaves, stops, *limits)
+    return np.asarray(chain.reshape(*shape, len(models)))
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:
@@ -97,13 +81,17 @@ def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, 
     Bar-Shalom, Li, Kirubarajan (2001), 11.6.6: filter j starts from the mean and covariance of the mixture of all
     filters i, weighted by the probability that the vehicle was in mode i if it is in mode j now.
     """
-    flow = probability[..., None] * chain
-    prior = flow.sum(axis=-2)
-    share = flow / prior[..., None, :]
-    mean = share.swapaxes(-1, -2) @ filters.mean
-    difference = filters.mean[..., :, None, :] - mean[..., None, :, :]
-    second_moment = filters.covariance[..., :, None, :, :] + difference[..., :, None] * difference[..., None, :]
-    return Filters(mean, np.einsum("...ij,...ijkl->...jkl", share, second_moment)), prior
+    models, modes = chain.shape[-2:]
+    rows = probability.reshape(-1, models), chain.reshape(-1, models, modes)
+    mean, covariance, prior = kernel.mix(*banks(filters), *rows)
+    shape, n = (*probability.shape[:-1], modes), mean.shape[-1]
+    return Filters(mean.reshape(*shape, n), covariance.reshape(*shape, n, n)), prior.reshape(shape)
+
+
+def banks(filters: Filters) -> tuple[Floats, Floats]:
+    """Return the means (T, M, n) and covariances (T, M, n, n) of filters (..., M)."""
+    models, n = filters.mean.shape[-2:]
+    return filters.mean.reshape(-1, models, n), filters.covariance.reshape(-1, models, n, n)
 
 
 def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, Floats]:
@@ -129,9 +117,10 @@ def score(filters: Filters, residual: Floats, noise: Floats, tail_dof: float) ->
         (...) factor on the measurement noise of this update, by the innovation of the nearest model: the mean scale
         of the covariance under the t-distribution (Roth, Ozkan, Gustafsson 2013).
     """
-    squared, determinant = mahalanobis(residual, filters.covariance[..., :2, :2] + noise[..., None, :, :])
-    density = -0.5 * (tail_dof + 2) * np.log1p(squared / tail_dof) - 0.5 * np.log((2 * np.pi) ** 2 * determinant)
-    return density, np.maximum(1.0, (tail_dof + squared.min(axis=-1)) / (tail_dof + 2))
+    models = residual.shape[-2]
+    rows = residual.reshape(-1, models, 2), noise.reshape(-1, 2, 2)
+    evidence, scale = kernel.score(banks(filters)[1], *rows, tail_dof)
+    return evidence.reshape(residual.shape[:-1]), scale.reshape(noise.shape[:-2])
 
 
 def update(probability: Floats, evidence: Floats, floor: float = LEAST_PROBABILITY) -> Floats:

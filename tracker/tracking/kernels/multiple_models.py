@@ -1,0 +1,102 @@
+"""Transitions, mixing and scores of the M models of T filter banks, see `tracker.tracking.mma`."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tracker.arrays import Floats
+
+NO_SPEED_MPS = 1e-9
+"""Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""
+
+
+@njit(cache=True)
+def transitions(
+    mean: Floats, covariance: Floats, leaves: float, stops: float, stationary: int, standing_mps: float, least: float
+) -> Floats:
+    """(T, M, M) probability of the change from one mode (row) to another (column) in one time step.
+
+    A vehicle changes to any other mode with the probability `leaves`, and to the `stationary` model (-1 for none) with
+    `stops` times the probability that it is slow, at `least` the given one.
+    """
+    count, models = mean.shape[:2]
+    chain = np.empty((count, models, models))
+    for t in range(count):
+        for i in range(models):
+            total = 0.0
+            for j in range(models):
+                changes = leaves
+                if j == stationary:
+                    changes = max(stops * slow(mean[t, i], covariance[t, i], standing_mps), least)
+                chain[t, i, j] = 0.0 if i == j else changes
+                total += chain[t, i, j]
+            kept = 1.0
+            for j in range(models):
+                chain[t, i, j] /= max(total, 1.0)  # after a long gap every mode has been left
+                kept -= chain[t, i, j]
+            chain[t, i, i] = kept
+    return chain
+
+
+@njit(cache=True)
+def slow(mean: Floats, covariance: Floats, limit_mps: float) -> float:
+    """Probability by a filter that the speed along its direction of motion is below the limit."""
+    speed = math.hypot(mean[2], mean[3])
+    x, y = 1.0, 0.0
+    if speed > NO_SPEED_MPS:
+        x, y = mean[2] / speed, mean[3] / speed
+    variance = x * x * covariance[2, 2] + 2.0 * x * y * covariance[2, 3] + y * y * covariance[3, 3]
+    scale = 1.0 / math.sqrt(2.0 * variance)
+    return 0.5 * (math.erfc((speed - limit_mps) * scale) - math.erfc((speed + limit_mps) * scale))
+
+
+@njit(cache=True)
+def mix(mean: Floats, covariance: Floats, probability: Floats, chain: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return mixed means (T, J, n) and covariances (T, J, n, n), and the probabilities (T, J) before an observation.
+
+    The probabilities of the M models are (T, M), and those of a change to each of J modes (T, M, J).
+    """
+    count, models, n = mean.shape
+    modes = chain.shape[2]
+    mixed, spread, prior = np.zeros((count, modes, n)), np.zeros((count, modes, n, n)), np.zeros((count, modes))
+    share, off = np.empty(models), np.empty(n)
+    for t in range(count):
+        for j in range(modes):
+            for i in range(models):
+                prior[t, j] += probability[t, i] * chain[t, i, j]
+            for i in range(models):
+                share[i] = probability[t, i] * chain[t, i, j] / prior[t, j]
+                for a in range(n):
+                    mixed[t, j, a] += share[i] * mean[t, i, a]
+            for i in range(models):
+                for a in range(n):
+                    off[a] = mean[t, i, a] - mixed[t, j, a]
+                for a in range(n):
+                    for b in range(n):
+                        spread[t, j, a, b] += share[i] * (covariance[t, i, a, b] + off[a] * off[b])
+    return mixed, spread, prior
+
+
+@njit(cache=True)
+def score(covariance: Floats, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, Floats]:
+    """Return the log-likelihoods (T, M) of a t-distribution, and the factors (T,) on the measurement noise.
+
+    Filters have covariances (T, M, n, n), innovations (T, M, 2), and the noise (T, 2, 2) of their measurements.
+    """
+    count, models = residual.shape[:2]
+    evidence, scale = np.empty((count, models)), np.empty(count)
+    for t in range(count):
+        nearest = np.inf
+        for m in range(models):
+            xx = covariance[t, m, 0, 0] + noise[t, 0, 0]
+            xy = covariance[t, m, 0, 1] + noise[t, 0, 1]
+            yy = covariance[t, m, 1, 1] + noise[t, 1, 1]
+            x, y = residual[t, m]
+            determinant = xx * yy - xy * xy
+            squared = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant
+            nearest = min(nearest, squared)
+            tail = -0.5 * (tail_dof + 2.0) * math.log1p(squared / tail_dof)
+            evidence[t, m] = tail - 0.5 * math.log((2.0 * math.pi) ** 2 * determinant)
+        scale[t] = max(1.0, (tail_dof + nearest) / (tail_dof + 2.0))
+    return evidence, scale
