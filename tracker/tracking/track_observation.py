@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import QUARTER, wrap
-from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end, turned_ends
+from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end
 from tracker.tracking.observations import Observations, uncut
 from tracker.tracking.orientation import turn_sign, turn_size
 
@@ -62,7 +62,7 @@ def first_observation(
     """
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
-    cut = seen.cut[b][turned_ends(np.asarray(turns))]
+    cut = np.roll(seen.cut[b], -turns)
     first = TrackObservation(
         misfit=np.zeros((0, 2)),
         covariance=seen.covariance[b, :2, :2],
@@ -71,7 +71,7 @@ def first_observation(
         size=size,
         whole=uncut(cut),
         flat=bool(seen.flat[b]),
-        exact=shows_end(size, near.astype(np.float64), cut, usual, config),
+        exact=shows_end(size, near, cut, usual, config),
         corner_sign=near,
         time_offset=float(seen.time_offset[b]),
     )
