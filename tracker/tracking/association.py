@@ -8,9 +8,9 @@ import scipy
 
 from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
-from tracker.geometry import mahalanobis
 from tracker.tracking.births import BirthConfig
 from tracker.tracking.hypotheses import Hypotheses, Predictions
+from tracker.tracking.kernels import association as kernel
 from tracker.tracking.observations import Observations
 
 
@@ -55,21 +55,19 @@ def score(
     seen from end to end excludes boxes that are much larger. That of a `coasting` (T,) track, which has not been seen
     for a while, also excludes boxes that are rotated: another object may be at its place.
     """
-    view = config.view_std_m**2 * np.eye(2)
-    innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view  # B = H P H' + R
-    squared, determinant = mahalanobis(hypotheses.misfit, innovation)
-    log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
+    corner_only = not config.oddity_max  # the paper's gate
+    reach = hypotheses.misfit if corner_only or hypotheses.reach is None else hypotheses.reach
+    covariance = hypotheses.covariance + config.view_std_m**2 * np.eye(2)  # B = H P H' + R
+    of_models = reach, tracks.covariance, covariance, tracks.probability, config.gate_probability_min
+    log_likelihood, distance = kernel.score(hypotheses.misfit, *of_models)
     turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)
     shape = np.minimum(turn, config.oddity_max) + np.minimum(excess.sum(axis=2), config.oddity_max)
-    cost = shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)
-    likely = tracks.probability[:, None] >= config.gate_probability_min
-    if not config.oddity_max:  # the paper's gate, of the corner only
-        return np.asarray(cost), np.any(likely & (squared < config.gate_chi2), axis=2)
-    if hypotheses.reach is not None:
-        squared = np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])
-    too_large = np.sum(excess * tracks.whole[:, None], axis=2) >= config.gate_chi2
-    rotated = False if coasting is None else coasting[:, None] & (turn >= config.gate_chi2)
-    return np.asarray(cost), np.any(likely & (squared < config.gate_chi2), axis=2) & ~too_large & ~np.asarray(rotated)
+    cost, admissible = shape - 2.0 * log_likelihood, distance < config.gate_chi2
+    if not corner_only:
+        admissible &= np.sum(excess * tracks.whole[:, None], axis=2) < config.gate_chi2
+        if coasting is not None:
+            admissible &= ~coasting[:, None] | (turn < config.gate_chi2)
+    return cost, admissible
 
 
 def shape_difference(
