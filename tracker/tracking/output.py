@@ -5,11 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.records import MODELS, PREDICTION_S, Tracks
+from tracker.records import MODEL_NAMES, MODELS, PREDICTION_S, Tracks
 from tracker.tracking.filters import STATE_DIM
-from tracker.tracking.prediction import Start, lasting, predict
+from tracker.tracking.kernels import prediction as kernel
+from tracker.tracking.kernels.turns import Complexes
 from tracker.tracking.track import Track
-from tracker.tracking.turning import Complexes, turning_among
+from tracker.tracking.turning import turning_among
 
 REPORTED_DIM = 8
 """State of the filters, then heading and yaw rate."""
@@ -54,29 +55,21 @@ def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
 
 
 def predictions(tracks: Sequence[Track], models: tuple[str, ...]) -> Floats:
-    """(T, M + 1, H, 2) predicted corners by the independent filters, then by the bank [m].
-
-    The prediction of the bank is the mean of those of its filters, by their weights.
-    """
-    count, m = len(tracks), len(models)
-    ahead = np.zeros((count, m + 1, len(PREDICTION_S), 2))
-    if not count:
-        return ahead
+    """(T, M + 1, H, 2) predicted corners by the independent filters, then by the bank [m]."""
+    if not tracks:
+        return np.zeros((0, len(models) + 1, len(PREDICTION_S), 2))
+    banks = [track.corner.bank for track in tracks]
     independent = np.array([track.corner.independent.filters.mean for track in tracks])
-    bank = np.array([track.corner.bank.filters.mean for track in tracks])
-    weights = np.array([track.corner.bank.weights for track in tracks])
-    lasts = np.concatenate([np.full(count, np.inf), [track.corner.bank.mode_time_s for track in tracks]])
-    both, share, turns = np.concatenate([independent, bank]), lasting(lasts), np.tile(inputs(tracks, models), 2)
-    for k, name in enumerate(models):
-        alone, by_bank = np.split(predict(name, Start.of(both[:, k], turns[0].real, turns[1], share)), 2)
-        ahead[:, k] = alone
-        ahead[:, -1] += weights[:, k, None, None] * by_bank
-    return ahead
+    means, weights = np.array([bank.filters.mean for bank in banks]), np.array([bank.weights for bank in banks])
+    mode_time_s, inputs = np.array([bank.mode_time_s for bank in banks]), known_inputs(tracks, models)
+    indices = np.array([MODEL_NAMES.index(name) for name in models])
+    return np.asarray(kernel.predict(independent, means, weights, mode_time_s, *inputs, indices))
 
 
-def inputs(tracks: Sequence[Track], models: tuple[str, ...]) -> Complexes:
-    """(2, T) yaw rates and directions of motion, for turning models; zero without them."""
+def known_inputs(tracks: Sequence[Track], models: tuple[str, ...]) -> tuple[Floats, Complexes]:
+    """Return yaw rates (T,) and directions of motion (T,), for turning models; zero without them."""
     if not turning_among(models):
-        return np.zeros((2, len(tracks)), dtype=np.complex128)
+        return np.zeros(len(tracks)), np.zeros(len(tracks), dtype=np.complex128)
     turns = [track.turn for track in tracks]
-    return np.array([[turn.yaw_rate for turn in turns], [turn.direction for turn in turns]], dtype=np.complex128)
+    directions = np.array([turn.direction for turn in turns], dtype=np.complex128)
+    return np.array([turn.yaw_rate for turn in turns]), directions

@@ -1,11 +1,10 @@
 """Traffic flow: the direction of a vehicle that has not moved, from the directions of its neighbours and the ego."""
 
+import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from tracker.arrays import Floats, Ints
-from tracker.geometry import rotate
+from tracker.tracking.kernels import traffic_flow as kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,18 +48,17 @@ class TrafficFlow:
 
     def axis_log_odds(self, place: Floats, heading: float) -> float:
         """Return the log-odds that a vehicle at `place` (2,) [m] is parallel to a heading [rad], not across."""
-        weight = np.exp(-np.hypot(*(self.position - place).T) / self.config.range_m)
-        own = self.config.ego_log_odds * np.cos(2.0 * (self.forward - heading))
-        return float(own + self._neighbours(weight, np.cos(2.0 * (self.heading - heading))))
+        agreement = kernel.axis_agreement(self.position, self.heading, place, heading, self.config.range_m)
+        own = self.config.ego_log_odds * math.cos(2.0 * (self.forward - heading))
+        return own + self._neighbours(*agreement)
 
     def front_log_odds(self, place: Floats, heading: float) -> float:
         """Return the log-odds that a vehicle at `place` (2,) [m] faces a heading [rad], not the opposite one."""
-        along, across = rotate(self.position - place, -heading).T
-        weight = np.exp(-np.abs(along) / self.config.range_m - 0.5 * (across / self.config.lane_m) ** 2)
-        own = self.config.ego_log_odds * np.cos(self.forward - heading)
-        return float(own + self._neighbours(weight, np.cos(self.heading - heading)))
+        limits = self.config.range_m, self.config.lane_m
+        agreement = kernel.front_agreement(self.position, self.heading, place, heading, *limits)
+        own = self.config.ego_log_odds * math.cos(self.forward - heading)
+        return own + self._neighbours(*agreement)
 
-    def _neighbours(self, weight: Floats, agreement: Floats) -> float:
-        """Return the log-odds of neighbours with weights (K,) and agreements (K,) from -1 to 1."""
-        total = float(weight @ agreement) / (self.config.neighbour_min + float(weight.sum()))
-        return self.config.neighbour_log_odds * total
+    def _neighbours(self, weight: float, agreement: float) -> float:
+        """Return the log-odds of neighbours with a sum of weights, and of agreements from -1 to 1 with these weights."""
+        return self.config.neighbour_log_odds * agreement / (self.config.neighbour_min + weight)

@@ -8,25 +8,16 @@ v(t) = exp(iwt) (v + bt); the acceleration of the state is a = b + iwv (Schubert
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from tracker.arrays import Floats, Ints
 from tracker.records import TURNING_MODELS
 from tracker.tracking.filters import Motion, Step
+from tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
 
 TURNING = frozenset(TURNING_MODELS)
 
-Complexes = npt.NDArray[np.complex128]
-
-LEAST_SPEED_MPS = 0.3
-"""Speed below which the direction and the curvature of a motion are not known [m/s]."""
-
 REAR_OVERHANG_SHARE = 0.2
 """Distance of the rear axle from the rear end as a share of the length: about 0.9 m of a car's 4.5 m."""
-
-SMALL_ANGLE = 1e-3
-"""Angle below which integrals over a turn use their series [rad]; the next term is below 1e-9 of the result."""
-
 
 NEGLIGIBLE_SHARE = 0.1
 """Share of the jerk of constant acceleration below which that of a turn is omitted."""
@@ -107,7 +98,7 @@ def with_turning_acceleration(motion: Motion, turn: Turn, jerk_std_mps3: float) 
 def transition_of(name: str, turn: Turn, dt: float) -> Floats:
     """(6, 6) transition matrix of a turning model."""
     rate = np.complex128(1j * turn.yaw_rate)
-    first, second = turned_integrals(np.array(turn.yaw_rate), np.array(dt))
+    first, second = turned_integrals(turn.yaw_rate, dt)
     end = np.exp(rate * dt)
     if name == "ctrv":
         return real(np.array([[1.0, first, 0.0], [0.0, end, 0.0], [0.0, rate * end, 0.0]]))
@@ -140,17 +131,6 @@ def input_noise(name: str, turn: Turn, dt: float) -> Floats:
     if name == "two-axle":
         noise += turn.heading_variance * outer(np.array([dt * turned, turned, 0.0]))
     return noise
-
-
-def turned_integrals(rate: Floats, end: Floats) -> tuple[Complexes, Complexes]:
-    """Integrals of exp(i rate t) and of t exp(i rate t) from 0 to `end`, for arrays of one shape."""
-    angle = rate * end
-    small = np.abs(angle) < SMALL_ANGLE
-    safe = np.where(small, 1.0, rate)
-    last = np.exp(1j * safe * end)
-    first = np.where(small, end * (1.0 + 0.5j * angle - angle**2 / 6), (last - 1.0) / (1j * safe))
-    second = np.where(small, end**2 * (0.5 + 1j * angle / 3 - angle**2 / 8), (end * last - first) / (1j * safe))
-    return first, second
 
 
 def real(matrix: Complexes) -> Floats:

@@ -5,16 +5,20 @@ import pytest
 from scipy.integrate import quad
 
 from tracker.records import MODEL_NAMES, PREDICTION_S
-from tracker.tracking.prediction import Start, lasting, predict
+from tracker.tracking.kernels.prediction import lasting, position
 
-FOREVER = np.array([np.inf])
+FOREVER = np.inf
 
 
 def positions(name, velocity, acceleration=(0.0, 0.0), yaw_rate=0.0, direction=1.0 + 0.0j, mode_time_s=FOREVER):
     """(3, 2) positions after 0.5, 1 and 2 s, of a vehicle that starts at (10, 20)."""
-    mean = np.array([[10.0, 20.0, *velocity, *acceleration]])
-    start = Start.of(mean, np.array([yaw_rate]), np.array([direction]), lasting(mode_time_s))
-    return predict(name, start)[0]
+    mean, model = np.array([10.0, 20.0, *velocity, *acceleration]), MODEL_NAMES.index(name)
+    shares = [lasting(ahead, mode_time_s) for ahead in PREDICTION_S]
+    places = [
+        position(model, mean, share, yaw_rate, direction, ahead)
+        for share, ahead in zip(shares, PREDICTION_S, strict=True)
+    ]
+    return np.array([(place.real, place.imag) for place in places])
 
 
 def test_a_stationary_vehicle_stays():
@@ -66,11 +70,11 @@ def test_a_path_is_not_tighter_than_a_turning_circle():
 
 def test_an_acceleration_that_may_end_has_its_mean_effect():
     """The double integral of exp(-t / 3 s), by quadrature."""
-    for share, ahead in zip(lasting(np.array([3.0]))[0], PREDICTION_S, strict=True):
+    for ahead in PREDICTION_S:
         way, _ = quad(lambda t, end=ahead: (end - t) * np.exp(-t / 3.0), 0.0, ahead)
-        assert share == pytest.approx(way / (0.5 * ahead**2))
-    assert lasting(FOREVER) == pytest.approx(np.ones((1, 3)))
-    assert lasting(np.array([1e5])) == pytest.approx(np.ones((1, 3)), abs=1e-5)
+        assert lasting(ahead, 3.0) == pytest.approx(way / (0.5 * ahead**2))
+        assert lasting(ahead, FOREVER) == 1.0
+        assert lasting(ahead, 1e5) == pytest.approx(1.0, abs=1e-5)
 
 
 @pytest.mark.parametrize("name", MODEL_NAMES)
