@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats
+from tracker.kernels import boxes
 
 QUARTER = np.pi / 2
 
@@ -30,8 +31,7 @@ def rotate_one(vector: npt.NDArray[np.generic], angle: float) -> Floats:
 
 def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:
     """(P, B) mask of points (P, 2) inside boxes with centre (B, 2), heading (B,) and size (B, 2)."""
-    box_frame = rotate(points[:, None] - center, -heading)
-    return np.asarray(np.all(np.abs(box_frame) <= 0.5 * size, axis=2))
+    return np.asarray(boxes.inside(np.ascontiguousarray(points, np.float64), center, heading, size))
 
 
 def wrap(angle: float) -> float:

@@ -107,9 +107,9 @@ def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Boo
     together. A box that fits it better is not the lost vehicle.
     """
     status = np.array([track.status for track in tracks], dtype=np.int64)
-    age, unseen = (np.array([getattr(track, name) for track in tracks]) for name in ("age_s", "unseen_s"))
     if not (status == Status.COASTING).any():
         return np.zeros_like(admissible)
+    age, unseen = np.array([track.age_s for track in tracks]), np.array([track.unseen_s for track in tracks])
     rival = (status == Status.TENTATIVE) & (age > unseen[:, None]) & (status == Status.COASTING)[:, None]
     own = np.where(admissible, cost, np.inf)
     return np.asarray(np.any(rival[:, :, None] & (own < cost[:, None]), axis=1))

@@ -8,6 +8,7 @@ from tracker.arrays import Bools, Floats
 from tracker.bounds import require_within
 from tracker.geometry import rotated_covariance, variance_along
 from tracker.tracking import orientation
+from tracker.tracking.kernels import corner_error as kernel
 from tracker.tracking.track_observation import TrackObservation
 
 
@@ -47,6 +48,8 @@ class CornerError:
         self._config = config
         self.variance = np.where(first.exact, variance_along(first.covariance, heading), self._end_variance(unseen))
         """(2,) [m^2]."""
+        self.least = config.known_std_m**2
+        """Variance of an end that is not visible, at least [m^2]."""
 
     def covariance(self, heading: float) -> Floats:
         """(2, 2) covariance of the error in the odometry frame [m^2]."""
@@ -57,13 +60,13 @@ class CornerError:
 
         The filters add it to their own: the correction that follows is no motion of the vehicle.
         """
-        past = self.variance - variance_along(seen.covariance, heading)
-        return rotated_covariance(np.where(seen.exact, np.maximum(past, 0.0), 0.0), heading)
+        one = self.variance[None], seen.exact[None], seen.covariance[None], np.array([heading])
+        return np.asarray(kernel.released(*one)[0])
 
     def observe(self, exact: Bools, covariance: Floats, heading: float) -> None:
         """Update by an observation with covariance (2, 2) [m^2] that is `exact` (2,) along and across."""
-        inexact = np.maximum(self.variance, self._config.known_std_m**2)
-        self.variance = np.where(exact, variance_along(covariance, heading), inexact)
+        one = self.variance[None], exact[None], covariance[None], np.array([heading])
+        self.variance = kernel.observe(*one, self.least)[0]
 
     def change_corner(self, changes: Bools, unseen: Floats) -> None:
         """Add the error of the side lengths when the tracked corner `changes` (2,) along and across."""

@@ -57,7 +57,7 @@ class CornerEstimator:
     @property
     def model(self) -> int:
         """Index of the selected model: the highest score of (12)."""
-        return int(self.bank.probability.argmax())
+        return self.bank.model
 
     @property
     def model_name(self) -> str:

@@ -67,12 +67,12 @@ def seen_whole(observed: Floats, whole: Bools, config: ExtentConfig) -> Bools:
 
 def too_large(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] are larger than any vehicle."""
-    return bool(seen.min() > config.width_max_m)
+    return min(seen.tolist()) > config.width_max_m
 
 
 def long(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] exceed the length of a car."""
-    return bool(seen.max() > config.large_length_min_m)
+    return max(seen.tolist()) > config.large_length_min_m
 
 
 def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:

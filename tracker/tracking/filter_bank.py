@@ -16,6 +16,10 @@ class FilterBank(Protocol):
         """(M,) model probabilities, equation (12)."""
 
     @property
+    def model(self) -> int:
+        """Index of the selected model: the highest probability."""
+
+    @property
     def weights(self) -> Floats:
         """(M,) shares of the models in a prediction, which sum to 1."""
 
@@ -77,6 +81,15 @@ class ScoredFilters:
         self.floor = probability_floor
 
     @property
+    def probability(self) -> Floats:
+        """(M,) model probabilities, equation (12)."""
+        return self._probability
+
+    @probability.setter
+    def probability(self, probability: Floats) -> None:
+        self._probability, self.model = probability, int(probability.argmax())
+
+    @property
     def weights(self) -> Floats:
         """(M,) model probabilities."""
         return self.probability
@@ -116,8 +129,7 @@ class SelectedBank(ScoredFilters):
     @property
     def estimate(self) -> tuple[Floats, Floats]:
         """State (6,) and covariance (6, 6) of the filter of the highest score."""
-        best = self.probability.argmax()
-        return self.filters.mean[best], self.filters.covariance[best]
+        return self.filters.mean[self.model], self.filters.covariance[self.model]
 
     def predict(self, motion: Motion) -> None:
         """Mix the filters and move on by one time step."""

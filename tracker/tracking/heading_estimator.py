@@ -38,6 +38,11 @@ class HeadingEstimator:
         return self._filter.heading
 
     @property
+    def variance(self) -> float:
+        """Variance of the heading [rad^2]."""
+        return self._filter.heading_variance
+
+    @property
     def state(self) -> tuple[Floats, Floats]:
         """Heading and yaw rate (2,), and their covariance (2, 2)."""
         return self._filter.state

@@ -38,6 +38,11 @@ class PaperHeading:
         return float(self._filter.mean[0, 0])
 
     @property
+    def heading_variance(self) -> float:
+        """[rad^2]."""
+        return self._filter.covariance.item(0, 0, 0)
+
+    @property
     def state(self) -> tuple[Floats, Floats]:
         """Heading and yaw rate (2,), and their covariance (2, 2)."""
         return self._filter.mean[0], self._filter.covariance[0]
@@ -139,6 +144,11 @@ class AdaptiveHeading:
     def heading(self) -> float:
         """Heading [rad]."""
         return self._filter.heading
+
+    @property
+    def heading_variance(self) -> float:
+        """[rad^2]."""
+        return self._filter.variance[0]
 
     @property
     def state(self) -> tuple[Floats, Floats]:

@@ -28,6 +28,11 @@ class FilterpyImm:
         return np.asarray(self._imm.mu)
 
     @property
+    def model(self) -> int:
+        """Index of the likeliest model."""
+        return int(self.probability.argmax())
+
+    @property
     def weights(self) -> Floats:
         """(M,) model probabilities."""
         return self.probability
@@ -60,7 +65,7 @@ class FilterpyImm:
 
     def observe(self, residual: Floats, noise: Floats) -> Floats:
         """Update by the innovation of the likeliest model: filterpy passes the same measurement to all models."""
-        best = int(np.argmax(self._imm.mu))
+        best = self.model
         _, scale = mma.score(self.filters, residual, noise, self._config.tail_dof)
         for kf in self._imm.filters:
             kf.R = scale * noise

@@ -12,6 +12,7 @@ from tracker.tracking.corner_estimator import CornerEstimator
 from tracker.tracking.filter_bank import ScoredFilters
 from tracker.tracking.filters import Filters, stacked
 from tracker.tracking.independent_filters import IndependentFilters
+from tracker.tracking.kernels import corner_error as kernel
 from tracker.tracking.track import Track
 from tracker.tracking.track_observation import TrackObservation
 
@@ -55,13 +56,17 @@ def observe_corners(
 
 def _observe_together(updates: Sequence[Update], tail_dof: float, floor: float) -> None:
     """Update corners whose banks have equal settings, in the order of `CornerEstimator.observe`."""
-    misfit, noise = (np.array([getattr(each.seen, name) for each in updates]) for name in ("misfit", "covariance"))
-    released = np.array([each.corner.error.released(each.seen, each.heading) for each in updates])
-    measured = np.array([each.corner.selected + each.seen.misfit[each.corner.model] for each in updates])
+    corners, seen = [each.corner for each in updates], [each.seen for each in updates]
+    misfit, noise = np.array([one.misfit for one in seen]), np.array([one.covariance for one in seen])
+    measured = np.array([corner.selected + one.misfit[corner.model] for corner, one in zip(corners, seen, strict=True)])
+    errors = np.array([corner.error.variance for corner in corners]), np.array([one.exact for one in seen])
+    heading = np.array([each.heading for each in updates])
+    released = kernel.released(*errors, noise, heading)
     noise = _observe_banks([each.bank for each in updates], misfit, noise, released, (tail_dof, floor))
-    for each, covariance in zip(updates, noise, strict=True):
-        each.corner.error.observe(each.seen.exact, covariance, each.heading)
-    _observe_independent([each.corner.independent for each in updates], measured, noise, released)
+    observed = kernel.observe(*errors, noise, heading, corners[0].error.least)
+    for corner, variance in zip(corners, observed, strict=True):
+        corner.error.variance = variance
+    _observe_independent([corner.independent for corner in corners], measured, noise, released)
 
 
 def _observe_banks(

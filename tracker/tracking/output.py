@@ -10,6 +10,7 @@ from tracker.tracking.filters import STATE_DIM
 from tracker.tracking.kernels import prediction as kernel
 from tracker.tracking.kernels.turns import Complexes
 from tracker.tracking.track import Track
+from tracker.tracking.track_arrays import offset_covariances
 from tracker.tracking.turning import turning_among
 
 REPORTED_DIM = 8
@@ -34,7 +35,7 @@ def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
     """Return one row per track, oldest first; `models` are the names of their filters."""
     count, m = len(tracks), len(models)
     independent = [track.corner.independent.filters for track in tracks]
-    offset = np.reshape([track.offset_covariance for track in tracks], (count, 2, 2))
+    offset = offset_covariances(tracks)
     mean, covariance = states(tracks, offset)
     corner_covariance = np.reshape([own.covariance[:, :2, :2] for own in independent], (count, m, 2, 2))
     return Tracks(

@@ -17,9 +17,14 @@ class PaperBank:
         self._config = config
 
     @property
+    def model(self) -> int:
+        """Index of the filter of the highest score."""
+        return int(self.probability.argmax())
+
+    @property
     def weights(self) -> Floats:
         """(M,) one for the filter of the highest score."""
-        return np.asarray(np.arange(len(self.probability)) == np.argmax(self.probability), dtype=np.float64)
+        return np.asarray(np.arange(len(self.probability)) == self.model, dtype=np.float64)
 
     @property
     def filters(self) -> Filters:
@@ -34,7 +39,7 @@ class PaperBank:
     @property
     def estimate(self) -> tuple[Floats, Floats]:
         """State (6,) and covariance (6, 6) of the filter of the highest score."""
-        best = self._models[int(np.argmax(self.probability))]
+        best = self._models[self.model]
         return np.asarray(best.x), np.asarray(best.P)
 
     def predict(self, motion: Motion) -> None:

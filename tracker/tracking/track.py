@@ -80,6 +80,11 @@ class Track:
         return self._heading.state
 
     @property
+    def heading_variance(self) -> float:
+        """[rad^2]."""
+        return self._heading.variance
+
+    @property
     def size(self) -> Floats:
         """(2,) length and width, unseen parts from priors [m]."""
         return self._size.size

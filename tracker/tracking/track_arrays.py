@@ -9,6 +9,7 @@ from tracker.geometry import inside, rotate
 from tracker.merging import Pieces
 from tracker.records import MODELS
 from tracker.tracking.hypotheses import Predictions
+from tracker.tracking.kernels.corner_error import rotated
 from tracker.tracking.track import Track
 from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
@@ -29,6 +30,12 @@ def from_corners(tracks: Sequence[Track], size: Floats) -> tuple[Floats, Floats,
     """Return centres (T, 2) [m], headings (T,) [rad] and sizes of boxes of `size` (T, 2) [m] at the tracked corners."""
     corner, heading, sign = tracked_corners(tracks)
     return corner - rotate(0.5 * sign * size, heading), heading, size
+
+
+def offset_covariances(tracks: Sequence[Track]) -> Floats:
+    """(T, 2, 2) covariances of the time-correlated errors of the tracked corners [m^2]."""
+    variance = np.array([track.corner.error.variance for track in tracks]).reshape(-1, 2)
+    return np.asarray(rotated(variance, np.array([track.heading for track in tracks])))
 
 
 def velocities(tracks: Sequence[Track]) -> Floats:
@@ -67,14 +74,13 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
     filters = [track.corner.bank.filters for track in tracks]
     models = len(filters[0].mean) if filters else len(MODELS)
     corner_covariance = np.reshape([bank.covariance[:, :2, :2] for bank in filters], (count, models, 2, 2))
-    offset = np.reshape([track.offset_covariance for track in tracks], (count, 1, 2, 2))
     return Predictions(
         position=np.reshape([bank.mean[:, :2] for bank in filters], (count, models, 2)),
         velocity=np.reshape([bank.mean[:, 2:4] for bank in filters], (count, models, 2)),
-        covariance=corner_covariance + offset,
+        covariance=corner_covariance + offset_covariances(tracks)[:, None],
         probability=np.reshape([track.corner.bank.probability for track in tracks], (count, models)),
         heading=np.array([track.heading for track in tracks]),
-        heading_variance=np.array([track.yaw_state[1][0, 0] for track in tracks]),
+        heading_variance=np.array([track.heading_variance for track in tracks]),
         size=np.reshape([track.size for track in tracks], (count, 2)),
         known_size=np.reshape([track.known_size for track in tracks], (count, 2)),
         whole=np.array([track.seen_whole for track in tracks], dtype=np.bool_).reshape(count, 2),
