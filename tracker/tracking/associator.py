@@ -69,7 +69,7 @@ class LikelihoodScore:
         new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
         if new.any():
             age = np.array([track.unseen_s for track in tracks])
-            sizes = np.reshape([track.seen_size for track in tracks], (-1, 2))
+            sizes = np.array([track.seen_size for track in tracks])
             second = second_views(predictions, hypotheses, seen, age, sizes, self._config.birth)
             admissible = np.where(
                 new[:, None], second | admissible & nearby(hypotheses, self._config.birth), admissible

@@ -6,7 +6,6 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.bounds import require_within
-from tracker.tracking.kernels import seen_extents as kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,21 +49,6 @@ class ExtentConfig:
         require_within(self, 0.0, 1e3, "hidden_length_m", "hidden_width_m")
 
 
-def remember(seen: Floats, observed: Floats, whole: Bools, whole_views: Ints, config: ExtentConfig) -> Floats:
-    """Return the remembered extents (2,) along and across the heading after one more observation (2,) [m].
-
-    A vehicle is at least as large as its visible part. A side that is not `whole` (2,) may be longer, so a short
-    observation of it has no effect. `whole_views` (2,) counts earlier observations of either side as a whole.
-    """
-    gains = (config.growth, config.settled)
-    return kernel.remember(seen, observed, whole, whole_views, gains, config.face_min_m)  # type: ignore[no-any-return]
-
-
-def seen_whole(observed: Floats, whole: Bools, config: ExtentConfig) -> Bools:
-    """(2,) mask of sides, observed over (2,) [m], that were seen from end to end: not facing away and not truncated."""
-    return np.asarray(whole & (observed > config.face_min_m))
-
-
 def too_large(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] are larger than any vehicle."""
     return min(seen.tolist()) > config.width_max_m
@@ -78,3 +62,8 @@ def long(seen: Floats, config: ExtentConfig) -> bool:
 def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:
     """(2,) part of each side that is known to exist [m]: all of `size` once nearly all was seen, else the seen part."""
     return np.where(seen >= config.known_share * size, size, seen)
+
+
+def likely(seen: Floats, size: Floats, std: Floats) -> Floats:
+    """Part of each side (..., 2) that probably exists [m], with the standard deviations of `size`."""
+    return np.asarray(np.maximum(np.minimum(seen, size), size - std))

@@ -10,15 +10,9 @@ from tracker.records import Status
 from tracker.scan import Scan
 from tracker.seen_through import seen_through
 from tracker.tracking.existence import MemoryConfig, existence
+from tracker.tracking.kernels import places as kernel
 from tracker.tracking.track import Track
 from tracker.tracking.track_arrays import boxes
-
-QUANTILES = np.array([-1.2816, -0.5244, 0.0, 0.5244, 1.2816])
-"""Standard normal quantiles of 10, 30, 50, 70 and 90 %: middles of five equally likely parts."""
-
-ALONG = np.array([-0.35, 0.0, 0.35])
-"""Places along a vehicle that beams cannot pass, in lengths from its centre."""
-
 
 def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) -> None:
     """Terminate the coasting tracks that probably do not exist any more, after the updates by a scan."""
@@ -38,8 +32,5 @@ def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) ->
 def predicted_places(tracks: Sequence[Track]) -> Floats:
     """(T, K, A, 2) places along each of the T vehicles at K equally likely positions, odometry frame [m]."""
     center, heading, size = boxes(tracks)
-    value, vector = np.linalg.eigh(np.reshape([track.covariance for track in tracks], (-1, 2, 2)))
-    spread = np.stack(np.meshgrid(QUANTILES, QUANTILES), axis=-1).reshape(-1, 1, 2) * np.sqrt(value)[:, None, None]
-    position = center[:, None] + np.einsum("tij,tkj->tki", vector, spread[:, :, 0])
-    along = rotate(np.outer(size[:, 0], ALONG)[:, :, None] * np.array([1.0, 0.0]), heading[:, None])
-    return np.asarray(position[:, :, None] + along[:, None])
+    covariance = np.array([track.covariance for track in tracks]).reshape(-1, 2, 2)
+    return np.asarray(kernel.predicted_places(center, heading, size[:, 0].copy(), covariance))

@@ -37,7 +37,7 @@ def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
     independent = [track.corner.independent.filters for track in tracks]
     offset = offset_covariances(tracks)
     mean, covariance = states(tracks, offset)
-    corner_covariance = np.reshape([own.covariance[:, :2, :2] for own in independent], (count, m, 2, 2))
+    corner_covariance = np.array([own.covariance[:, :2, :2] for own in independent]).reshape(count, m, 2, 2)
     return Tracks(
         id=np.array([track.id for track in tracks], dtype=np.int64),
         status=np.array([track.status for track in tracks], dtype=np.uint8),

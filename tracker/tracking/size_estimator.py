@@ -5,6 +5,7 @@ import numpy as np
 from tracker.arrays import Bools, Floats
 from tracker.tracking import extent, orientation
 from tracker.tracking.extent import ExtentConfig
+from tracker.tracking.kernels import seen_extents
 from tracker.tracking.size_posterior import SizePosterior
 
 
@@ -45,19 +46,13 @@ class SizeEstimator:
         """(2,) part of length and width that is known to exist, from the tracked corner on [m]."""
         return extent.known(self.seen, self.size, self._config)
 
-    @property
-    def likely(self) -> Floats:
-        """(2,) part of length and width that probably exists, from the tracked corner on [m]."""
-        return np.maximum(np.minimum(self.seen, self.size), self.size - self.std)
-
     def observe(self, observed: Floats, whole: Bools) -> None:
         """Update by observed extents (2,) [m], with a mask (2,) of those truncated at neither end."""
-        # A side that grows to at most a car's length was not whole before: earlier views do not slow its growth down.
-        grown = (observed > self.seen + self._config.grown_min_m) & (observed < self._config.large_length_min_m)
-        views = np.where(grown, 0, self._whole_views)
-        self.seen = extent.remember(self.seen, observed, whole, views, self._config)
-        self._whole_views += extent.seen_whole(observed, whole, self._config)
-        self._posterior.observe(observed, whole, self._config.face_min_m)
+        config = self._config
+        gains, growth = (config.growth, config.settled), (config.grown_min_m, config.large_length_min_m)
+        limits = gains, config.face_min_m, growth
+        self.seen = seen_extents.observe(self.seen, self._whole_views, observed, whole, *limits)
+        self._posterior.observe(observed, whole, config.face_min_m)
 
     def extend(self, seen: Floats) -> None:
         """Set the seen extents (2,) [m] to those of several pieces together."""

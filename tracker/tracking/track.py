@@ -105,9 +105,9 @@ class Track:
         return self._size.known
 
     @property
-    def likely_size(self) -> Floats:
-        """(2,) part of length and width that probably exists, from the tracked corner on [m]."""
-        return self._size.likely
+    def size_std(self) -> Floats:
+        """(2,) standard deviations of length and width [m]."""
+        return self._size.std
 
     @property
     def offset_covariance(self) -> Floats:

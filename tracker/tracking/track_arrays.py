@@ -8,6 +8,8 @@ from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import inside, rotate
 from tracker.merging import Pieces
 from tracker.records import MODELS
+from tracker.tracking import extent
+from tracker.tracking.filters import STATE_DIM
 from tracker.tracking.hypotheses import Predictions
 from tracker.tracking.kernels.corner_error import rotated
 from tracker.tracking.track import Track
@@ -16,14 +18,30 @@ from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
     """Return tracked corners (T, 2) [m], headings (T,) [rad] and the signs (T, 2) of these corners."""
-    corner = np.reshape([track.corner.position for track in tracks], (-1, 2))
+    corner = np.array([track.corner.position for track in tracks]).reshape(-1, 2)
     heading = np.array([track.heading for track in tracks])
     return corner, heading, np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(-1, 2)
 
 
+def sizes(tracks: Sequence[Track]) -> Floats:
+    """(T, 2) lengths and widths [m], unseen parts from priors."""
+    return np.array([track.size for track in tracks]).reshape(-1, 2)
+
+
+def seen_sizes(tracks: Sequence[Track]) -> Floats:
+    """(T, 2) seen lengths and widths [m]."""
+    return np.array([track.seen_size for track in tracks]).reshape(-1, 2)
+
+
+def likely_sizes(tracks: Sequence[Track]) -> Floats:
+    """(T, 2) parts of lengths and widths that probably exist, from the tracked corners on [m]."""
+    std = np.array([track.size_std for track in tracks]).reshape(-1, 2)
+    return extent.likely(seen_sizes(tracks), sizes(tracks), std)
+
+
 def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
     """Return centres (T, 2) [m], headings (T,) [rad] and sizes (T, 2) [m] of tracks, odometry frame."""
-    return from_corners(tracks, np.reshape([track.size for track in tracks], (-1, 2)))
+    return from_corners(tracks, sizes(tracks))
 
 
 def from_corners(tracks: Sequence[Track], size: Floats) -> tuple[Floats, Floats, Floats]:
@@ -40,25 +58,18 @@ def offset_covariances(tracks: Sequence[Track]) -> Floats:
 
 def velocities(tracks: Sequence[Track]) -> Floats:
     """(T, 2) velocities [m/s]."""
-    return np.reshape([track.corner.velocity for track in tracks], (-1, 2))
+    return np.array([track.corner.velocity for track in tracks]).reshape(-1, 2)
 
 
 def within(points: Floats, tracks: Sequence[Track]) -> Bools:
     """(P, T) mask of points (P, 2) inside the likely parts of tracks."""
-    likely = np.reshape([track.likely_size for track in tracks], (-1, 2))
-    return inside(points, *from_corners(tracks, likely))
+    return inside(points, *from_corners(tracks, likely_sizes(tracks)))
 
 
 def pieces(tracks: Sequence[Track]) -> Pieces:
     """Return the seen parts of tracks."""
-    seen = [track.footprint for track in tracks]
-    return Pieces(
-        center=np.reshape([place.center for place in seen], (-1, 2)),
-        heading=np.array([place.heading for place in seen]),
-        size=np.reshape([place.size for place in seen], (-1, 2)),
-        velocity=velocities(tracks),
-        hits=np.array([track.hits for track in tracks]),
-    )
+    center, heading, size = from_corners(tracks, seen_sizes(tracks))
+    return Pieces(center, heading, size, velocities(tracks), np.array([track.hits for track in tracks]))
 
 
 def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
@@ -73,16 +84,17 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
     count = len(tracks)
     filters = [track.corner.bank.filters for track in tracks]
     models = len(filters[0].mean) if filters else len(MODELS)
-    corner_covariance = np.reshape([bank.covariance[:, :2, :2] for bank in filters], (count, models, 2, 2))
+    mean = np.array([bank.mean for bank in filters]).reshape(count, models, STATE_DIM)
+    covariance = np.array([bank.covariance[:, :2, :2] for bank in filters]).reshape(count, models, 2, 2)
     return Predictions(
-        position=np.reshape([bank.mean[:, :2] for bank in filters], (count, models, 2)),
-        velocity=np.reshape([bank.mean[:, 2:4] for bank in filters], (count, models, 2)),
-        covariance=corner_covariance + offset_covariances(tracks)[:, None],
-        probability=np.reshape([track.corner.bank.probability for track in tracks], (count, models)),
+        position=mean[:, :, :2].copy(),
+        velocity=mean[:, :, 2:4].copy(),
+        covariance=covariance + offset_covariances(tracks)[:, None],
+        probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, models),
         heading=np.array([track.heading for track in tracks]),
         heading_variance=np.array([track.heading_variance for track in tracks]),
-        size=np.reshape([track.size for track in tracks], (count, 2)),
-        known_size=np.reshape([track.known_size for track in tracks], (count, 2)),
+        size=sizes(tracks),
+        known_size=np.array([track.known_size for track in tracks]).reshape(count, 2),
         whole=np.array([track.seen_whole for track in tracks], dtype=np.bool_).reshape(count, 2),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
     )

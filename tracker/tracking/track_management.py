@@ -15,7 +15,7 @@ from tracker.tracking.observations import Observations
 from tracker.tracking.rigid_pairs import RigidPairs
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import from_corners, pieces, within
+from tracker.tracking.track_arrays import from_corners, pieces, seen_sizes, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 from tracker.tracking.traffic_flow import TrafficFlow
@@ -108,7 +108,7 @@ class DefaultTrackManagement:
         """Terminate every track inside the box of a confirmed one; of two confirmed tracks the older stays."""
         confirmed = [track for track in tracks if track.confirmed_now]
         ranked = confirmed + [track for track in tracks if not track.confirmed_now]
-        center, *_ = from_corners(ranked, np.reshape([track.seen_size for track in ranked], (-1, 2)))
+        center, *_ = from_corners(ranked, seen_sizes(ranked))
         taken = within(center, confirmed)
         for rank, track in enumerate(ranked):
             if taken[rank, :rank].any():

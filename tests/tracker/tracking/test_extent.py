@@ -1,28 +1,22 @@
 import numpy as np
 import pytest
 
-from tracker.tracking.extent import (
-    ExtentConfig,
-    known,
-    long,
-    remember,
-    seen_whole,
-    too_large,
-)
+from tracker.tracking.extent import ExtentConfig, known, long, too_large
+from tracker.tracking.kernels.seen_extents import remember
 
 CONFIG = ExtentConfig()
 WHOLE, CUT = (True, True), (False, False)
-NEVER = np.zeros(2, dtype=np.int64)
 
 
 def seen(*observations):
     """Remembered extents after observations ((along, across), mask of whole sides)."""
-    extent, whole_views = np.array(observations[0][0], dtype=float), NEVER
+    extents, views, gains = [float(side) for side in observations[0][0]], [0, 0], (CONFIG.growth, CONFIG.settled)
     for observed, whole in observations[1:]:
-        observed, whole = np.array(observed, dtype=float), np.array(whole)
-        extent = remember(extent, observed, whole, whole_views, CONFIG)
-        whole_views = whole_views + seen_whole(observed, whole, CONFIG)
-    return extent
+        for axis in range(2):
+            view = float(observed[axis]), whole[axis], views[axis]
+            extents[axis] = remember(extents[axis], *view, gains, CONFIG.face_min_m)
+            views[axis] += whole[axis] and observed[axis] > CONFIG.face_min_m
+    return extents
 
 
 def test_a_seen_side_keeps_its_length_behind_an_occluder():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tracker.tracking.extent import ExtentConfig
+from tracker.tracking.extent import ExtentConfig, likely
 from tracker.tracking.kernels.size_likelihood import (
     HIDDEN_STD_M,
     LOG_ODDS_MAX,
@@ -124,7 +124,7 @@ def test_pieces_of_one_vehicle_have_its_length():
         estimator.observe(np.array([4.0, 2.3]), np.array(WHOLE))
     estimator.extend(np.array([14.0, 2.4]))
     assert estimator.size[0] > 13.9
-    assert estimator.likely[0] > 13.9
+    assert likely(estimator.seen, estimator.size, estimator.std)[0] > 13.9
 
 
 def test_a_quarter_turn_renames_the_sides():
