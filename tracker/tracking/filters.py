@@ -221,9 +221,9 @@ def _matrices(array: Floats) -> Floats:
     return array.reshape(-1, *array.shape[-2:])
 
 
-def stacked(filters: Sequence[Filters]) -> Filters:
-    """Return filters (T, M) of T lists of M filters."""
-    return Filters(np.array([one.mean for one in filters]), np.array([one.covariance for one in filters]))
+def stacked(filters: Sequence[Filters]) -> tuple[Floats, Floats]:
+    """Return the means (T, M, n) and covariances (T, M, n, n) of T lists of M filters."""
+    return np.array([one.mean for one in filters]), np.array([one.covariance for one in filters])
 
 
 def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.geometry import mahalanobis
-from tracker.tracking.filters import FilterConfig, Step, initial_filters
+from tracker.tracking.filters import FilterConfig, Filters, Step, initial_filters
+from tracker.tracking.kernels import filter_banks as kernel
 
 
 class IndependentFilters:
@@ -22,9 +22,9 @@ class IndependentFilters:
 
     def observe(self, measured: Floats, covariance: Floats) -> None:
         """Correct by the measured corner (2,) [m] with covariance (2, 2) [m^2]."""
-        residual = measured - self.filters.mean[:, :2]
-        self.nis, _ = mahalanobis(residual, self.filters.covariance[:, :2, :2] + covariance)
-        self.filters.correct(residual, covariance)
+        one = self.filters.mean[None], self.filters.covariance[None], measured[None], covariance[None]
+        mean, spread, nis = kernel.observe_independent(*one, np.zeros((1, 2, 2)))
+        self.filters, self.nis = Filters(mean[0], spread[0]), nis[0]
 
     def inflate(self, covariance: Floats) -> None:
         """Add (n, n), or one (n, n) per model, to the covariance of the first n states."""

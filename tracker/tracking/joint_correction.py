@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.geometry import mahalanobis
-from tracker.tracking import mma
 from tracker.tracking.corner_estimator import CornerEstimator
 from tracker.tracking.filter_bank import ScoredFilters
 from tracker.tracking.filters import Filters, stacked
 from tracker.tracking.independent_filters import IndependentFilters
-from tracker.tracking.kernels import corner_error as kernel
+from tracker.tracking.kernels import corner_error
+from tracker.tracking.kernels import filter_banks as kernel
 from tracker.tracking.track import Track
 from tracker.tracking.track_observation import TrackObservation
 
@@ -61,9 +60,9 @@ def _observe_together(updates: Sequence[Update], tail_dof: float, floor: float) 
     measured = np.array([corner.selected + one.misfit[corner.model] for corner, one in zip(corners, seen, strict=True)])
     errors = np.array([corner.error.variance for corner in corners]), np.array([one.exact for one in seen])
     heading = np.array([each.heading for each in updates])
-    released = kernel.released(*errors, noise, heading)
+    released = corner_error.released(*errors, noise, heading)
     noise = _observe_banks([each.bank for each in updates], misfit, noise, released, (tail_dof, floor))
-    observed = kernel.observe(*errors, noise, heading, corners[0].error.least)
+    observed = corner_error.observe(*errors, noise, heading, corners[0].error.least)
     for corner, variance in zip(corners, observed, strict=True):
         corner.error.variance = variance
     _observe_independent([corner.independent for corner in corners], measured, noise, released)
@@ -77,25 +76,18 @@ def _observe_banks(
     `noise` (T, 2, 2) is that of the measurements, and `released` (T, 2, 2) is added to the positions before [m^2].
     `settings` are the degrees of freedom of the score and the lower limit of a probability.
     """
-    filters, (tail_dof, floor) = stacked([bank.filters for bank in banks]), settings
-    filters.covariance[..., :2, :2] += released[:, None]
-    evidence, scale = mma.score(filters, residual, noise, tail_dof)
-    probability = mma.update(np.array([bank.probability for bank in banks]), evidence, floor)
-    used = np.asarray(scale[:, None, None] * noise)
-    filters.correct(residual, used[:, None])
-    for bank, mean, covariance, own in zip(banks, filters.mean, filters.covariance, probability, strict=True):
+    states = *stacked([bank.filters for bank in banks]), np.array([bank.probability for bank in banks])
+    *corrected, used = kernel.observe(*states, residual, noise, released, *settings)
+    for bank, mean, covariance, own in zip(banks, *corrected, strict=True):
         bank.filters, bank.probability = Filters(mean, covariance), own
-    return used
+    return np.asarray(used)
 
 
 def _observe_independent(
     independent: Sequence[IndependentFilters], measured: Floats, noise: Floats, released: Floats
 ) -> None:
     """Correct the independent filters of T tracks by corners (T, 2) [m] with covariance `noise` (T, 2, 2) [m^2]."""
-    filters = stacked([own.filters for own in independent])
-    filters.covariance[..., :2, :2] += released[:, None]
-    residual = measured[:, None] - filters.mean[..., :2]
-    nis, _ = mahalanobis(residual, filters.covariance[..., :2, :2] + noise[:, None])
-    filters.correct(residual, noise[:, None])
-    for own, mean, covariance, one in zip(independent, filters.mean, filters.covariance, nis, strict=True):
-        own.filters, own.nis = Filters(mean, covariance), one
+    states = stacked([own.filters for own in independent])
+    corrected = kernel.observe_independent(*states, measured, noise, released)
+    for own, mean, covariance, nis in zip(independent, *corrected, strict=True):
+        own.filters, own.nis = Filters(mean, covariance), nis

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tracker.arrays import Floats
 from tracker.tracking import mma
 from tracker.tracking.filter_bank import FilterBank, SelectedBank
-from tracker.tracking.filters import Filters, Motion, Step, stacked
+from tracker.tracking.filters import Filters, Motion, stacked
 from tracker.tracking.independent_filters import IndependentFilters
+from tracker.tracking.kernels import filter_banks as kernel
 from tracker.tracking.mma import MmaConfig
 from tracker.tracking.track import Track
 
@@ -23,10 +25,9 @@ def predict(tracks: Sequence[Track], motion: Motion) -> None:
 
 def predict_independent(independent: Sequence[IndependentFilters], motions: Sequence[Motion]) -> None:
     """Move the independent filters of T tracks on by one time step, each by its own motion."""
-    moved = stacked([own.filters for own in independent])
-    moved.predict(stacked_step(motions))
-    unseen = np.full(moved.mean.shape[:2], np.nan)
-    for own, mean, covariance, nis in zip(independent, moved.mean, moved.covariance, unseen, strict=True):
+    moved, spread = kernel.move(*stacked([own.filters for own in independent]), *stacked_step(motions))
+    unseen = np.full(moved.shape[:2], np.nan)
+    for own, mean, covariance, nis in zip(independent, moved, spread, unseen, strict=True):
         own.filters, own.nis = Filters(mean, covariance), nis
 
 
@@ -48,18 +49,17 @@ def predict_banks(banks: Sequence[FilterBank], motions: Sequence[Motion]) -> Non
 def _predict_together(pairs: Sequence[tuple[SelectedBank, Motion]], config: MmaConfig) -> None:
     """Mix the filters of each bank and move them on by its motion, in one batch."""
     banks, motions = [bank for bank, _ in pairs], [motion for _, motion in pairs]
-    filters, probability = stacked([bank.filters for bank in banks]), np.array([bank.probability for bank in banks])
-    chain = mma.transitions(filters, motions[0].dt, config, motions[0].names)
-    filters, probability = mma.mix(filters, probability, chain)
-    filters.predict(stacked_step(motions))
-    for bank, mean, covariance, own in zip(banks, filters.mean, filters.covariance, probability, strict=True):
+    states = *stacked([bank.filters for bank in banks]), np.array([bank.probability for bank in banks])
+    changes = mma.changes(motions[0].dt, config, motions[0].names)
+    moved = kernel.predict(*states, *stacked_step(motions), changes)
+    for bank, mean, covariance, own in zip(banks, *moved, strict=True):
         bank.filters, bank.probability = Filters(mean, covariance), own
 
 
-def stacked_step(motions: Sequence[Motion]) -> Step:
-    """Return the step of M filters of each of T motions, (T, M, n, n), or (M, n, n) if all motions are the same."""
+def stacked_step(motions: Sequence[Motion]) -> tuple[Floats, Floats]:
+    """Return transitions and noise of the M filters of T motions, (T * M, n, n), or (M, n, n) if all are the same."""
     first = motions[0]
     if all(motion is first for motion in motions):
-        return first.models
-    transition = np.array([motion.models.transition for motion in motions])
-    return Step(transition, np.array([motion.models.noise for motion in motions]))
+        return first.models.transition, first.models.noise
+    transition = np.concatenate([motion.models.transition for motion in motions])
+    return transition, np.concatenate([motion.models.noise for motion in motions])

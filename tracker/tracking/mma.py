@@ -67,12 +67,16 @@ def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[st
     likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
     shape = filters.mean.shape[:-1]
+    chain = kernel.transitions(*banks(filters), *changes(dt, config, models))
+    return np.asarray(chain.reshape(*shape, len(models)))
+
+
+def changes(dt: float, config: MmaConfig, models: tuple[str, ...]) -> tuple[float, float, int, float, float]:
+    """Return the probabilities of changes of the mode within `dt` [s], the last arguments of `kernel.transitions`."""
     leaves = -math.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
     stops = -math.expm1(-dt / config.stopping_time_s)
     stationary = models.index("stationary") if "stationary" in models else -1
-    limits = stationary, config.standing_mps, LEAST_PROBABILITY
-    chain = kernel.transitions(*banks(filters), leaves, stops, *limits)
-    return np.asarray(chain.reshape(*shape, len(models)))
+    return leaves, stops, stationary, config.standing_mps, LEAST_PROBABILITY
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:
@@ -135,7 +139,6 @@ def update(probability: Floats, evidence: Floats, floor: float = LEAST_PROBABILI
     floor
         Lower limit of a probability.
     """
-    score = np.log(probability) + evidence
-    posterior = np.exp(score - score.max(axis=-1, keepdims=True))
-    posterior = np.maximum(posterior / posterior.sum(axis=-1, keepdims=True), floor)
-    return np.asarray(posterior / posterior.sum(axis=-1, keepdims=True))
+    models = probability.shape[-1]
+    rows = probability.reshape(-1, models), evidence.reshape(-1, models)
+    return np.asarray(kernel.update(*rows, floor).reshape(probability.shape))

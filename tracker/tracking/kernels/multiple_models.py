@@ -79,6 +79,29 @@ def mix(mean: Floats, covariance: Floats, probability: Floats, chain: Floats) ->
 
 
 @njit(cache=True)
+def mahalanobis(residual: Floats, covariance: Floats, noise: Floats) -> tuple[float, float]:
+    """Squared Mahalanobis distance of an innovation (2,), and determinant of its covariance.
+
+    That is the sum of the covariance of a filter (n, n), of its first two states, and of the noise (2, 2).
+    """
+    xx, yy = covariance[0, 0] + noise[0, 0], covariance[1, 1] + noise[1, 1]
+    xy = covariance[0, 1] + noise[0, 1]
+    (x, y), determinant = residual, xx * yy - xy * xy
+    return (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant, determinant
+
+
+@njit(cache=True)
+def update(probability: Floats, evidence: Floats, floor: float) -> Floats:
+    """Return the model probabilities (T, M) after evidence (T, M), not below the floor; see `tracker.tracking.mma`."""
+    posterior = np.log(probability) + evidence
+    for t in range(len(posterior)):
+        weight = np.exp(posterior[t] - posterior[t].max())
+        weight = np.maximum(weight / weight.sum(), floor)
+        posterior[t] = weight / weight.sum()
+    return posterior
+
+
+@njit(cache=True)
 def score(covariance: Floats, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, Floats]:
     """Return the log-likelihoods (T, M) of a t-distribution, and the factors (T,) on the measurement noise.
 
@@ -89,12 +112,7 @@ def score(covariance: Floats, residual: Floats, noise: Floats, tail_dof: float) 
     for t in range(count):
         nearest = np.inf
         for m in range(models):
-            xx = covariance[t, m, 0, 0] + noise[t, 0, 0]
-            xy = covariance[t, m, 0, 1] + noise[t, 0, 1]
-            yy = covariance[t, m, 1, 1] + noise[t, 1, 1]
-            x, y = residual[t, m]
-            determinant = xx * yy - xy * xy
-            squared = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant
+            squared, determinant = mahalanobis(residual[t, m], covariance[t, m], noise[t])
             nearest = min(nearest, squared)
             tail = -0.5 * (tail_dof + 2.0) * math.log1p(squared / tail_dof)
             evidence[t, m] = tail - 0.5 * math.log((2.0 * math.pi) ** 2 * determinant)
