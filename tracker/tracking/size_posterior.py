@@ -70,4 +70,4 @@ class SizePosterior:
 
     def _estimate(self) -> None:
         """Update length and width (2,), and their standard deviations (2,) [m]."""
-        self.size, self.std = kernel.estimate(self._log_likelihood + self._of_pieces, kernel.SHARE, kernel.PRIOR)
+        self.size, self.std = kernel.estimate(self._log_likelihood, self._of_pieces)

@@ -132,8 +132,7 @@ class DefaultTrackManagement:
         size, whole = seen.size[b], seen.whole[b]
         shape = orientation.shape_log_odds(size, whole, self._track.orientation)
         turns = orientation.likeliest_turns(shape, seen.center[b], float(seen.heading[b]), flow, least=0.0)
-        turned = -1 if turns % 2 else 1
-        usual = SizeEstimator(size[::turned], whole[::turned], self._track.extent).size
+        usual = SizeEstimator(*orientation.turn_sides(size, whole, turns), self._track.extent).size
         first, position = first_observation(seen, b, turns, usual, self._hypotheses)
         bank = models.new_bank(position, first.covariance)
         track = Track(self._next_id, position, first, self._track, bank)

@@ -62,7 +62,7 @@ def test_a_side_between_two_gaps_of_units_has_its_length():
 
 def test_without_views_the_posterior_is_the_mixture_of_the_classes():
     share, prior = side_probabilities()
-    probability = posterior(np.zeros((2, len(GRID_M))), share, prior)
+    probability = posterior(np.ones((2, len(GRID_M))), share, prior)
     assert probability.sum(axis=1) == pytest.approx([1.0, 1.0])
     assert probability == pytest.approx(np.einsum("c,cag->ag", share, prior))
     long = probability[0, GRID_M > 6.5].sum()
@@ -75,9 +75,9 @@ def test_a_class_excluded_by_its_width_gives_no_length():
     prior = np.zeros((2, 2, len(GRID_M)))
     prior[0, 0, 120], prior[0, 1, 70] = 1.0, 1.0
     prior[1, 0, 180], prior[1, 1, 90] = 1.0, 1.0
-    log_likelihood = np.zeros((2, len(GRID_M)))
-    log_likelihood[1, 70] = -np.log(4.0)
-    probability = posterior(log_likelihood, np.array([0.5, 0.5]), prior)
+    likelihood = np.ones((2, len(GRID_M)))
+    likelihood[1, 70] = 0.25
+    probability = posterior(likelihood, np.array([0.5, 0.5]), prior)
     assert probability[0, [120, 180]] == pytest.approx([0.2, 0.8])
 
 

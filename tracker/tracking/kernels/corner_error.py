@@ -46,11 +46,9 @@ def released(variance: Floats, exact: Bools, covariance: Floats, heading: Floats
 @njit(cache=True)
 def observe(variance: Floats, exact: Bools, covariance: Floats, heading: Floats, least: float) -> Floats:
     """(T, 2) variances after observations with covariances (T, 2, 2) that are `exact` (T, 2) along and across."""
-    observed = np.maximum(variance, least)
+    observed = np.empty_like(variance)
     for t in range(len(heading)):
         x, y = math.cos(heading[t]), math.sin(heading[t])
-        if exact[t, 0]:
-            observed[t, 0] = variance_along(covariance[t], x, y)
-        if exact[t, 1]:
-            observed[t, 1] = variance_along(covariance[t], -y, x)
+        observed[t, 0] = variance_along(covariance[t], x, y) if exact[t, 0] else max(variance[t, 0], least)
+        observed[t, 1] = variance_along(covariance[t], -y, x) if exact[t, 1] else max(variance[t, 1], least)
     return observed

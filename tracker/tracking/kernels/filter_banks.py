@@ -44,7 +44,9 @@ def inflated(covariance: Floats, added: Floats) -> Floats:
     result = covariance.copy()
     for t in range(len(added)):
         for m in range(covariance.shape[1]):
-            result[t, m, :2, :2] += added[t]
+            for a in range(2):
+                for b in range(2):
+                    result[t, m, a, b] += added[t, a, b]
     return result
 
 
@@ -68,7 +70,9 @@ def observe(
     probability = multiple_models.update(probability, evidence, floor)
     used = np.empty_like(noise)
     for t in range(len(noise)):
-        used[t] = scale[t] * noise[t]
+        for a in range(2):
+            for b in range(2):
+                used[t, a, b] = scale[t] * noise[t, a, b]
     mean, covariance = corrected(mean, covariance, residual, used)
     return mean, covariance, probability, used
 
@@ -94,7 +98,7 @@ def observe_independent(
     squared = np.empty(mean.shape[:2])
     for t in range(mean.shape[0]):
         for m in range(mean.shape[1]):
-            residual[t, m] = measured[t] - mean[t, m, :2]
+            residual[t, m, 0], residual[t, m, 1] = measured[t, 0] - mean[t, m, 0], measured[t, 1] - mean[t, m, 1]
             squared[t, m], _ = multiple_models.mahalanobis(residual[t, m], covariance[t, m], noise[t])
     mean, covariance = corrected(mean, covariance, residual, noise)
     return mean, covariance, squared

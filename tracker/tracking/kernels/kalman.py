@@ -18,7 +18,8 @@ def predict(mean: Floats, covariance: Floats, transition: Floats, noise: Floats)
     for k in range(count):
         f, q = transition[k % len(transition)], noise[k % len(noise)]
         for i in range(n):
-            half[i] = 0.0
+            for j in range(n):
+                half[i, j] = 0.0
             for j in range(n):
                 if f[i, j] != 0.0:  # transitions are sparse
                     moved[k, i] += f[i, j] * mean[k, j]

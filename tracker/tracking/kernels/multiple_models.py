@@ -93,11 +93,23 @@ def mahalanobis(residual: Floats, covariance: Floats, noise: Floats) -> tuple[fl
 @njit(cache=True)
 def update(probability: Floats, evidence: Floats, floor: float) -> Floats:
     """Return the model probabilities (T, M) after evidence (T, M), not below the floor; see `tracker.tracking.mma`."""
-    posterior = np.log(probability) + evidence
-    for t in range(len(posterior)):
-        weight = np.exp(posterior[t] - posterior[t].max())
-        weight = np.maximum(weight / weight.sum(), floor)
-        posterior[t] = weight / weight.sum()
+    count, models = probability.shape
+    posterior = np.empty((count, models))
+    for t in range(count):
+        highest = -np.inf
+        for m in range(models):
+            posterior[t, m] = math.log(probability[t, m]) + evidence[t, m]
+            highest = max(highest, posterior[t, m])
+        total = 0.0
+        for m in range(models):
+            posterior[t, m] = math.exp(posterior[t, m] - highest)
+            total += posterior[t, m]
+        total_above = 0.0
+        for m in range(models):
+            posterior[t, m] = max(posterior[t, m] / total, floor)
+            total_above += posterior[t, m]
+        for m in range(models):
+            posterior[t, m] /= total_above
     return posterior
 
 

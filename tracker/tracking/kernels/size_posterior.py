@@ -43,13 +43,20 @@ def observe(
             gain[axis] = 1.0 / views[1, axis]
     add_view(log_likelihood, observed, whole, weight, forgets, hidden, truncated, merged)
     average_pieces(of_pieces, observed, gain, hidden, merged)
-    return estimate(log_likelihood + of_pieces, SHARE, PRIOR)
+    return estimate(log_likelihood, of_pieces)
 
 
 @njit(cache=True)
-def estimate(log_likelihood: Floats, share: Floats, prior: Floats) -> tuple[Floats, Floats]:
-    """Return the sides (2,) of the greatest expected overlap, and standard deviations (2,) about them [m]."""
-    probability = posterior(log_likelihood, share, prior)
+def estimate(log_likelihood: Floats, of_pieces: Floats) -> tuple[Floats, Floats]:
+    """Return the sides (2,) of the greatest expected overlap, and standard deviations (2,) about them [m].
+
+    The log-likelihoods (2, G) are those of independent views and of pieces.
+    """
+    likelihood = np.empty_like(log_likelihood)
+    for axis in range(2):
+        for g in range(len(GRID_M)):
+            likelihood[axis, g] = math.exp(log_likelihood[axis, g] + of_pieces[axis, g])
+    probability = posterior(likelihood, SHARE, PRIOR)
     size, std = np.empty(2), np.empty(2)
     for axis in range(2):
         size[axis] = side_of_greatest_overlap(probability[axis])
@@ -61,9 +68,11 @@ def estimate(log_likelihood: Floats, share: Floats, prior: Floats) -> tuple[Floa
 
 
 @njit(cache=True)
-def posterior(log_likelihood: Floats, share: Floats, prior: Floats) -> Floats:
-    """(2, G) probabilities of the sides of `GRID_M`, from shares (C,) and probabilities (C, 2, G) of the classes."""
-    likelihood = np.exp(log_likelihood)
+def posterior(likelihood: Floats, share: Floats, prior: Floats) -> Floats:
+    """(2, G) probabilities of the sides of `GRID_M`, from their likelihoods (2, G).
+
+    Classes have shares (C,) and prior probabilities (C, 2, G).
+    """
     evidence = np.zeros((len(share), 2))
     for kind in range(len(share)):
         for g in range(likelihood.shape[1]):  # both axes in one loop: two independent sums
@@ -78,7 +87,9 @@ def posterior(log_likelihood: Floats, share: Floats, prior: Floats) -> Floats:
             weight = share[kind] * evidence[kind, 1 - axis]
             for g in range(likelihood.shape[1]):
                 result[axis, g] += weight * (prior[kind, axis, g] * likelihood[axis, g])
-    return result / total
+        for g in range(likelihood.shape[1]):
+            result[axis, g] /= total
+    return result
 
 
 @njit(cache=True)
