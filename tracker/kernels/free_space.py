@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tracker.arrays import Bools, Floats
+from tracker.arrays import Bools, Floats, Floats32
 
 BINS = 512
 """Bins of bearing, 0.7 degrees each: a beam of a layer or two."""
@@ -52,3 +52,16 @@ def profile(returns: Floats, unit_offset_m: float) -> Floats:
             k = math.floor(math.atan2(y, x) / (2.0 * math.pi) * BINS) % BINS
             nearest[k] = min(nearest[k], range_m)
     return nearest
+
+
+@njit(cache=True)
+def turned_returns(points: Floats32, turn: float) -> Floats:
+    """(K, 2) x and y of the finite ones of points (N, 3), rotated by an angle [rad]."""
+    cos, sin, count = math.cos(turn), math.sin(turn), 0
+    turned = np.empty((len(points), 2))
+    for i in range(len(points)):
+        x, y, z = points[i]
+        if math.isfinite(x) and math.isfinite(y) and math.isfinite(z):
+            turned[count, 0], turned[count, 1] = cos * x - sin * y, sin * x + cos * y
+            count += 1
+    return turned[:count]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tracker.arrays import Floats
-from tracker.geometry import rotate
+from tracker.kernels.free_space import turned_returns
 from tracker.records import Status
 from tracker.scan import Scan
 from tracker.seen_through import seen_through
@@ -20,7 +20,7 @@ def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) ->
     if not coasting:
         return
     places = predicted_places(coasting) - scan.ego_pose_odom[:2]
-    returns = rotate(scan.points_ego[np.isfinite(scan.points_ego).all(axis=1), :2], scan.ego_pose_odom[2])
+    returns = turned_returns(scan.points_ego, scan.ego_pose_odom[2])
     free = seen_through(places.reshape(-1, 2), returns, config.unit_offset_m, config.free_margin_m)
     share = 1.0 - free.reshape(places.shape[:-1]).any(axis=2).mean(axis=1)
     for track, hidden in zip(coasting, share.tolist(), strict=True):

@@ -4,10 +4,9 @@ A driver keeps a headway in time. The gap to the vehicle in front therefore grow
 opens it at once. The gap between a tractor and its trailer does not change.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from tracker.merging import MergeConfig, Pieces, gap, may_be_one
 
@@ -31,11 +30,11 @@ class RigidPairs:
 
     def observe(self, ids: Sequence[int], pieces: Pieces) -> None:
         """Add one frame of the tracks `ids`, in the order of `pieces`; forget pairs that are not seen together."""
-        speed = np.hypot(*pieces.velocity.T)
         history: dict[tuple[int, int], PairHistory] = {}
         for a, b in may_be_one(pieces, self._config):
             key = (min(ids[a], ids[b]), max(ids[a], ids[b]))
-            now, mean = gap(pieces, a, b), float(0.5 * (speed[a] + speed[b]))
+            speed_a, speed_b = (math.hypot(*pieces.velocity[piece].tolist()) for piece in (a, b))
+            now, mean = gap(pieces, a, b), 0.5 * (speed_a + speed_b)
             history[key] = self._extended(self._history.get(key), now, mean)
         self._history = history
 

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 from tracker.arrays import Floats, Ints
+from tracker.records import NO_TRACK
 from tracker.tracking.kernels import traffic_flow as kernel
 
 
@@ -40,24 +41,29 @@ class TrafficFlow:
     forward: float
     """Heading of the ego [rad]."""
     config: FlowConfig
+    without_id: int = NO_TRACK
+    """Track that does not count as a neighbour."""
 
     def without(self, track_id: int) -> "TrafficFlow":
         """Return the flow beside one track."""
-        others = self.id != track_id
-        return TrafficFlow(self.id[others], self.position[others], self.heading[others], self.forward, self.config)
+        return TrafficFlow(self.id, self.position, self.heading, self.forward, self.config, without_id=track_id)
 
     def axis_log_odds(self, place: Floats, heading: float) -> float:
         """Return the log-odds that a vehicle at `place` (2,) [m] is parallel to a heading [rad], not across."""
-        agreement = kernel.axis_agreement(self.position, self.heading, place, heading, self.config.range_m)
+        agreement = kernel.axis_agreement(*self._others, place, heading, self.config.range_m)
         own = self.config.ego_log_odds * math.cos(2.0 * (self.forward - heading))
         return own + self._neighbours(*agreement)
 
     def front_log_odds(self, place: Floats, heading: float) -> float:
         """Return the log-odds that a vehicle at `place` (2,) [m] faces a heading [rad], not the opposite one."""
         limits = self.config.range_m, self.config.lane_m
-        agreement = kernel.front_agreement(self.position, self.heading, place, heading, *limits)
+        agreement = kernel.front_agreement(*self._others, place, heading, *limits)
         own = self.config.ego_log_odds * math.cos(self.forward - heading)
         return own + self._neighbours(*agreement)
+
+    @property
+    def _others(self) -> tuple[Floats, Floats, Ints, int]:
+        return self.position, self.heading, self.id, self.without_id
 
     def _neighbours(self, weight: float, agreement: float) -> float:
         """Return the log-odds of neighbours with a sum of weights, and of agreements from -1 to 1 with these weights."""

@@ -4,19 +4,27 @@ import math
 
 from numba import njit
 
-from tracker.arrays import Floats
+from tracker.arrays import Floats, Ints
 
 
 @njit(cache=True)
 def axis_agreement(
-    position: Floats, direction: Floats, place: Floats, heading: float, range_m: float
+    position: Floats,
+    direction: Floats,
+    ids: Ints,
+    without_id: int,
+    place: Floats,
+    heading: float,
+    range_m: float,
 ) -> tuple[float, float]:
     """Return the sum of the weights of K neighbours, and that of their weighted agreements with an axis.
 
-    Neighbours at (K, 2) [m] have directions (K,), and weights that decrease with the distance from the place (2,).
+    Neighbours at (K, 2) [m] have directions (K,), `ids` (K,) of which one does not count, and weights that decrease with the distance from the place (2,).
     """
     total, agreement = 0.0, 0.0
     for k in range(len(direction)):
+        if ids[k] == without_id:
+            continue
         weight = math.exp(-math.hypot(position[k, 0] - place[0], position[k, 1] - place[1]) / range_m)
         total += weight
         agreement += weight * math.cos(2.0 * (direction[k] - heading))
@@ -25,16 +33,25 @@ def axis_agreement(
 
 @njit(cache=True)
 def front_agreement(
-    position: Floats, direction: Floats, place: Floats, heading: float, range_m: float, lane_m: float
+    position: Floats,
+    direction: Floats,
+    ids: Ints,
+    without_id: int,
+    place: Floats,
+    heading: float,
+    range_m: float,
+    lane_m: float,
 ) -> tuple[float, float]:
     """Return the sum of the weights of K neighbours, and that of their weighted agreements with a front.
 
-    Neighbours at (K, 2) [m] have directions (K,), and weights that decrease along the heading with the distance from
+    Neighbours at (K, 2) [m] have directions (K,), `ids` (K,) of which one does not count, and weights that decrease along the heading with the distance from
     the place (2,), and across it within a lane.
     """
     total, agreement = 0.0, 0.0
     cos, sin = math.cos(heading), math.sin(heading)
     for k in range(len(direction)):
+        if ids[k] == without_id:
+            continue
         x, y = position[k, 0] - place[0], position[k, 1] - place[1]
         along, across = cos * x + sin * y, cos * y - sin * x
         weight = math.exp(-abs(along) / range_m - 0.5 * (across / lane_m) ** 2)
