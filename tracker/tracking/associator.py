@@ -17,6 +17,9 @@ ROUNDS = (Status.CONFIRMED, Status.COASTING, Status.TENTATIVE)
 """Order in which tracks choose boxes: as in the paper, previously confirmed tracks come before tentative ones. Tracks
 with a single observation, without a velocity, are the last."""
 
+NO_ROUND = -1
+"""Round of terminated tracks, which get no box."""
+
 
 class Associator(Protocol):
     """Data association of T tracks and B boxes."""
@@ -89,15 +92,21 @@ class HungarianAssociator:
     ) -> list[tuple[int, int]]:
         """Return pairs of track and box, see `Associator.associate`."""
         cost, admissible = self._score(tracks, predictions, hypotheses, seen)
-        status = np.array([track.status for track in tracks], dtype=np.int64)
-        new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
+        rounds = np.array([round_of(track) for track in tracks])
         free = np.ones(len(seen), dtype=np.bool_)
         pairs: list[tuple[int, int]] = []
-        for turn in (*((status == each) & ~new for each in ROUNDS), new & (status != Status.DEAD)):
-            chosen = assign(cost, admissible & turn[:, None] & free, self._config.method)
+        for turn in sorted(set(rounds.tolist()) - {NO_ROUND}):
+            chosen = assign(cost, admissible & (rounds == turn)[:, None] & free, self._config.method)
             free[[b for _, b in chosen]] = False
             pairs += chosen
         return pairs
+
+
+def round_of(track: Track) -> int:
+    """Return the round in which a track chooses a box, `NO_ROUND` if it must not get one."""
+    if track.status is Status.DEAD:
+        return NO_ROUND
+    return len(ROUNDS) if track.hits == 1 else ROUNDS.index(track.status)
 
 
 def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Bools:
@@ -106,10 +115,11 @@ def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Boo
     A tentative track that started before the coasting one was seen last follows another object: both were visible
     together. A box that fits it better is not the lost vehicle.
     """
-    status = np.array([track.status for track in tracks], dtype=np.int64)
-    if not (status == Status.COASTING).any():
+    coasting = np.array([track.status is Status.COASTING for track in tracks], dtype=np.bool_)
+    if not coasting.any():
         return np.zeros_like(admissible)
+    tentative = np.array([track.status is Status.TENTATIVE for track in tracks])
     age, unseen = np.array([track.age_s for track in tracks]), np.array([track.unseen_s for track in tracks])
-    rival = (status == Status.TENTATIVE) & (age > unseen[:, None]) & (status == Status.COASTING)[:, None]
+    rival = tentative & (age > unseen[:, None]) & coasting[:, None]
     own = np.where(admissible, cost, np.inf)
     return np.asarray(np.any(rival[:, :, None] & (own < cost[:, None]), axis=1))

@@ -61,7 +61,8 @@ def long(seen: Floats, config: ExtentConfig) -> bool:
 
 def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:
     """(2,) part of each side that is known to exist [m]: all of `size` once nearly all was seen, else the seen part."""
-    return np.where(seen >= config.known_share * size, size, seen)
+    sides = zip(seen.tolist(), size.tolist(), strict=True)
+    return np.array([whole if part >= config.known_share * whole else part for part, whole in sides])
 
 
 def likely(seen: Floats, size: Floats, std: Floats) -> Floats:

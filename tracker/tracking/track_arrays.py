@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import inside, rotate
+from tracker.geometry import inside
+from tracker.kernels import boxes as kernel
 from tracker.merging import Pieces
 from tracker.records import MODELS
 from tracker.tracking import extent
@@ -47,7 +48,7 @@ def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
 def from_corners(tracks: Sequence[Track], size: Floats) -> tuple[Floats, Floats, Floats]:
     """Return centres (T, 2) [m], headings (T,) [rad] and sizes of boxes of `size` (T, 2) [m] at the tracked corners."""
     corner, heading, sign = tracked_corners(tracks)
-    return corner - rotate(0.5 * sign * size, heading), heading, size
+    return kernel.centers(corner, sign, heading, size), heading, size
 
 
 def offset_covariances(tracks: Sequence[Track]) -> Floats:

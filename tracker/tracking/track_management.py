@@ -116,8 +116,11 @@ class DefaultTrackManagement:
 
     def newcomers(self, tracks: Sequence[Track], seen: Observations, track_id: Ints) -> Bools:
         """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""
-        taken = within(seen.center, [track for track in tracks if track.status is Status.CONFIRMED]).any(axis=1)
-        return np.asarray((track_id == NO_TRACK) & ~taken)
+        free = track_id == NO_TRACK
+        if free.any():
+            confirmed = [track for track in tracks if track.status is Status.CONFIRMED]
+            free &= ~within(seen.center, confirmed).any(axis=1)
+        return np.asarray(free)
 
     def start(
         self, newcomers: Bools, seen: Observations, track_id: Ints, flow: TrafficFlow, models: ModelSelection
