@@ -9,6 +9,7 @@ import numpy as np
 from tracker.arrays import Bools, Floats
 from tracker.kernels import free_space as kernel
 
+
 def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:
     """(C,) mask of places that all returns near their bearing lie behind.
 

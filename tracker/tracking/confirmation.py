@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
 from tracker.tracking.correlated_views import correlated_sum
+from tracker.tracking.footprint import LEFT_MARGIN_M, Footprint
 from tracker.tracking.kernels.side_lengths import vehicle_log_odds
 from tracker.tracking.track_observation import TrackObservation
 

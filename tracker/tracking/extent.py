@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats, Ints
+from tracker.arrays import Floats
 from tracker.bounds import require_within
 
 
@@ -51,12 +51,12 @@ class ExtentConfig:
 
 def too_large(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] are larger than any vehicle."""
-    return min(seen.tolist()) > config.width_max_m
+    return bool(min(seen.tolist()) > config.width_max_m)
 
 
 def long(seen: Floats, config: ExtentConfig) -> bool:
     """Return True if the seen extents (2,) [m] exceed the length of a car."""
-    return max(seen.tolist()) > config.large_length_min_m
+    return bool(max(seen.tolist()) > config.large_length_min_m)
 
 
 def known(seen: Floats, size: Floats, config: ExtentConfig) -> Floats:

@@ -3,8 +3,8 @@
 The paper's three models are a chain of integrators per axis, of order 1 (position), 2 (velocity) or 3 (acceleration).
 Models of turning vehicles have transitions that depend on the track, see `tracker.tracking.turning`. Every
 filter holds all six states x, y, vx, vy, ax, ay. States that a model omits keep a prior covariance; other models start
-from it when mixing. One call of a kernel updates any number of filters. filterpy is the reference in the tests, and runs
-`tracker.tracking.imm`.
+from it when mixing. One call of a kernel updates any number of filters. filterpy is the reference in the tests, and
+runs `tracker.tracking.imm`.
 """
 
 from collections.abc import Sequence
@@ -203,7 +203,7 @@ class Filters:
         self._set_rows(*moved)
 
     def correct(self, residual: Floats, noise: Floats) -> None:
-        """Correct by innovations (..., m) of the first m states, with measurement noise (m, m) or (..., m, m); m is 1 or 2."""
+        """Correct by innovations (..., m) of the first m states, 1 or 2, with noise (m, m) or (..., m, m)."""
         rows = residual.reshape(-1, residual.shape[-1])
         self._set_rows(*kalman.correct(*self._rows(), rows, _matrices(noise)))
 
@@ -230,7 +230,7 @@ def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) 
     """Return one filter per model, from a first observation (2,) [m] with covariance (2, 2) [m^2]."""
     count = len(config.models)
     prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
-    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.kron(np.diag(prior), np.eye(2)), (count, 1, 1))
+    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.diag(np.repeat(prior, 2)), (count, 1, 1))
     mean[:, :2], variance[:, :2, :2] = position, covariance
     return Filters(mean, variance)
 

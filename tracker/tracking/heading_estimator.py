@@ -3,10 +3,10 @@
 from tracker.arrays import Bools, Floats
 from tracker.geometry import QUARTER
 from tracker.tracking import orientation
+from tracker.tracking.correlated_views import correlated_sum
 from tracker.tracking.filters import Motion
 from tracker.tracking.heading_filters import AdaptiveHeading, PaperHeading
 from tracker.tracking.orientation import Course
-from tracker.tracking.correlated_views import correlated_sum
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import TrackObservation
 

@@ -49,7 +49,7 @@ class PaperHeading:
 
     @property
     def yaw_rate(self) -> tuple[float, float]:
-        """Yaw rate that moves the corner [rad/s] and its variance: zero, because the paper's models do not couple it."""
+        """Yaw rate that moves the corner [rad/s] and its variance: zero, as the paper's models do not couple it."""
         return 0.0, 0.0
 
     def predict(self, motion: Motion, speed_mps: float, turning: bool) -> None:

@@ -10,6 +10,7 @@ from tracker.geometry import rotate
 from tracker.tracking.kernels import hypotheses as kernel
 from tracker.tracking.observations import Observations, uncut
 
+
 @dataclass(frozen=True, slots=True)
 class HypothesisConfig:
     """Interpretation of a box as a view of a vehicle."""

@@ -14,6 +14,7 @@ from tracker.tracking.kernels import places as kernel
 from tracker.tracking.track import Track
 from tracker.tracking.track_arrays import boxes
 
+
 def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) -> None:
     """Terminate the coasting tracks that probably do not exist any more, after the updates by a scan."""
     coasting = [track for track in tracks if track.status is Status.COASTING and not track.seen]

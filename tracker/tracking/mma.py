@@ -67,16 +67,16 @@ def transitions(filters: Filters, dt: float, config: MmaConfig, models: tuple[st
     likelihood cannot separate the two, because at speed 0 both filters predict the same position.
     """
     shape = filters.mean.shape[:-1]
-    chain = kernel.transitions(*banks(filters), *changes(dt, config, models))
+    chain = kernel.transitions(*banks(filters), changes(dt, config, models))
     return np.asarray(chain.reshape(*shape, len(models)))
 
 
-def changes(dt: float, config: MmaConfig, models: tuple[str, ...]) -> tuple[float, float, int, float, float]:
-    """Return the probabilities of changes of the mode within `dt` [s], the last arguments of `kernel.transitions`."""
+def changes(dt: float, config: MmaConfig, models: tuple[str, ...]) -> kernel.Changes:
+    """Return the changes of the mode within `dt` [s]."""
     leaves = -math.expm1(-dt / config.mode_time_s) / max(len(models) - 1, 1)
     stops = -math.expm1(-dt / config.stopping_time_s)
     stationary = models.index("stationary") if "stationary" in models else -1
-    return leaves, stops, stationary, config.standing_mps, LEAST_PROBABILITY
+    return kernel.Changes(leaves, stops, stationary, config.standing_mps, LEAST_PROBABILITY)
 
 
 def mix(filters: Filters, probability: Floats, chain: Floats) -> tuple[Filters, Floats]:

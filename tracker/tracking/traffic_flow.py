@@ -66,5 +66,5 @@ class TrafficFlow:
         return self.position, self.heading, self.id, self.without_id
 
     def _neighbours(self, weight: float, agreement: float) -> float:
-        """Return the log-odds of neighbours with a sum of weights, and of agreements from -1 to 1 with these weights."""
+        """Return the log-odds of neighbours with a sum of weights, and of weighted agreements from -1 to 1."""
         return self.config.neighbour_log_odds * agreement / (self.config.neighbour_min + weight)

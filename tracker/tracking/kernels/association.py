@@ -12,7 +12,7 @@ from tracker.arrays import Floats
 def squared_distance(residual: Floats, xx: float, xy: float, yy: float) -> float:
     """Squared Mahalanobis distance of a residual (2,) with covariance xx, xy, yy."""
     x, y = residual
-    return (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+    return float((yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy))
 
 
 @njit(cache=True)

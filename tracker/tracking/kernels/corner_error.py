@@ -11,7 +11,7 @@ from tracker.arrays import Bools, Floats
 @njit(cache=True)
 def variance_along(covariance: Floats, x: float, y: float) -> float:
     """Variance of a covariance (2, 2) along a unit vector x, y."""
-    return x * x * covariance[0, 0] + 2.0 * x * y * covariance[0, 1] + y * y * covariance[1, 1]
+    return float(x * x * covariance[0, 0] + 2.0 * x * y * covariance[0, 1] + y * y * covariance[1, 1])
 
 
 @njit(cache=True)

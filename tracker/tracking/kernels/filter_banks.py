@@ -17,14 +17,13 @@ def predict(
     probability: Floats,
     transition: Floats,
     noise: Floats,
-    changes: tuple[float, float, int, float, float],
+    changes: multiple_models.Changes,
 ) -> Banks:
     """Mix the filters of each bank and move them on by one time step.
 
-    Transitions and process noise are (M, n, n), or (T * M, n, n) for motions that differ. The probabilities of `changes`
-    of the mode are the last arguments of `multiple_models.transitions`.
+    Transitions and process noise are (M, n, n), or (T * M, n, n) for motions that differ.
     """
-    chain = multiple_models.transitions(mean, covariance, *changes)
+    chain = multiple_models.transitions(mean, covariance, changes)
     mean, covariance, probability = multiple_models.mix(mean, covariance, probability, chain)
     mean, covariance = move(mean, covariance, transition, noise)
     return mean, covariance, probability

@@ -125,9 +125,8 @@ def set_misfits(
 ) -> tuple[bool, bool]:
     """Write the misfit (2,) and the reach (2,) of one model; return the axes on which an inexact box has no misfit.
 
-    The box has a size (2,), near signs (2,) and a mask (2,) of exact axes; its centre is at the `offset` from that of
-    the vehicle, and its near corner is `half` a box away. The track has a size (2,), a known size (2,) and tracked signs
-    (2,).
+    The box has a size, near signs and a mask of exact axes, each (2,); its centre is at the `offset` from that of the
+    vehicle, and its near corner is `half` a box away. The track has a size, a known size and tracked signs, each (2,).
     """
     (size, near, exact), (whole, known, tracked) = box, track
     error, reached = np.empty(2), np.empty(2)
@@ -158,14 +157,15 @@ def ends(
 ) -> None:
     """Write the exact axes (2,) of a box at a place, and the signs (2,) of the corner to track.
 
-    The track has a size (2,), a known size (2,) and tracked signs (2,), and the box a size (2,), near signs (2,) and cut
+    The track has a size, a known size and tracked signs, each (2,), and the box a size (2,), near signs (2,) and cut
     ends (4,). The track does not change to an end that is not visible now and was never visible.
     """
     (whole, known, tracked), (size, near, cut), (margin_m, face_min_m, whole_share, _) = track, box, settings
     from_center = (place - center) * heading.conjugate()
     moves = moves_corner(center, heading, tracked, near, whole, sensor, margin_m)
     for axis in range(2):
-        offset, uncertain = from_center.imag if axis else from_center.real, known[axis] < whole[axis] - margin_m
+        offset = from_center.imag if axis else from_center.real
+        uncertain = known[axis] < whole[axis] - margin_m
         exact[axis] = shows_end(size, near, cut, whole, axis, face_min_m, whole_share)
         if uncertain and contradicts_size(offset, size[axis], near[axis], tracked[axis], whole[axis]):
             exact[axis] = False

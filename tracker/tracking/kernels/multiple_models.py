@@ -1,6 +1,7 @@
 """Transitions, mixing and scores of the M models of T filter banks, see `tracker.tracking.mma`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -11,25 +12,34 @@ NO_SPEED_MPS = 1e-9
 """Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""
 
 
-@njit(cache=True)
-def transitions(
-    mean: Floats, covariance: Floats, leaves: float, stops: float, stationary: int, standing_mps: float, least: float
-) -> Floats:
-    """(T, M, M) probability of the change from one mode (row) to another (column) in one time step.
+class Changes(NamedTuple):
+    """Changes of the mode of a vehicle in one time step."""
 
-    A vehicle changes to any other mode with the probability `leaves`, and to the `stationary` model (-1 for none) with
-    `stops` times the probability that it is slow, at `least` the given one.
-    """
+    leaves: float
+    """Probability of the change to any one other mode."""
+    stops: float
+    """Probability that a slow vehicle changes to the stationary model."""
+    stationary: int
+    """Index of that model, -1 for none."""
+    standing_mps: float
+    """A slower vehicle is slow [m/s]."""
+    least: float
+    """Probability of the change to that model, at least."""
+
+
+@njit(cache=True)
+def transitions(mean: Floats, covariance: Floats, changes: Changes) -> Floats:
+    """(T, M, M) probability of the change from one mode (row) to another (column) in one time step."""
     count, models = mean.shape[:2]
     chain = np.empty((count, models, models))
     for t in range(count):
         for i in range(models):
             total = 0.0
             for j in range(models):
-                changes = leaves
-                if j == stationary:
-                    changes = max(stops * slow(mean[t, i], covariance[t, i], standing_mps), least)
-                chain[t, i, j] = 0.0 if i == j else changes
+                chain[t, i, j] = 0.0 if i == j else changes.leaves
+                if i != j and j == changes.stationary:
+                    stops = changes.stops * slow(mean[t, i], covariance[t, i], changes.standing_mps)
+                    chain[t, i, j] = max(stops, changes.least)
                 total += chain[t, i, j]
             kept = 1.0
             for j in range(models):

@@ -73,9 +73,7 @@ def lasting(ahead_s: float, mode_time_s: float) -> float:
 
 
 @njit(cache=True)
-def position(
-    model: int, mean: Floats, share: float, yaw_rate: float, direction: complex, ahead_s: float
-) -> complex:
+def position(model: int, mean: Floats, share: float, yaw_rate: float, direction: complex, ahead_s: float) -> complex:
     """Return the position of a vehicle by one model [m].
 
     Its acceleration has the effect of a `share` of it that lasts.

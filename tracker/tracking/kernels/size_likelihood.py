@@ -36,7 +36,7 @@ def whole_density(extent: float, g: int, hidden: float) -> float:
     misfit = (extent - (GRID_M[g] - hidden)) / STD_M[g]
     if abs(misfit) > NEGLIGIBLE_SIGMA:
         return 0.0
-    return math.exp(-0.5 * misfit * misfit) / (STD_M[g] * math.sqrt(2.0 * math.pi))
+    return float(math.exp(-0.5 * misfit * misfit) / (STD_M[g] * math.sqrt(2.0 * math.pi)))
 
 
 @njit(cache=True)

@@ -19,7 +19,8 @@ def axis_agreement(
 ) -> tuple[float, float]:
     """Return the sum of the weights of K neighbours, and that of their weighted agreements with an axis.
 
-    Neighbours at (K, 2) [m] have directions (K,), `ids` (K,) of which one does not count, and weights that decrease with the distance from the place (2,).
+    Neighbours at (K, 2) [m] have directions (K,), `ids` (K,) of which one does not count, and weights that decrease
+    with the distance from the place (2,).
     """
     total, agreement = 0.0, 0.0
     for k in range(len(direction)):
@@ -44,8 +45,8 @@ def front_agreement(
 ) -> tuple[float, float]:
     """Return the sum of the weights of K neighbours, and that of their weighted agreements with a front.
 
-    Neighbours at (K, 2) [m] have directions (K,), `ids` (K,) of which one does not count, and weights that decrease along the heading with the distance from
-    the place (2,), and across it within a lane.
+    Neighbours at (K, 2) [m] have directions (K,), `ids` (K,) of which one does not count, and weights that decrease
+    along the heading with the distance from the place (2,), and across it within a lane.
     """
     total, agreement = 0.0, 0.0
     cos, sin = math.cos(heading), math.sin(heading)
