@@ -46,12 +46,6 @@ def fold(heading: Floats) -> Floats:
     return np.asarray(np.where(remainder < QUARTER, remainder, 0.0))
 
 
-def projected_size(size: Floats, turn: float) -> Floats:
-    """(2,) extent of a box of size (2,) along and across a heading that differs from its own by `turn` [rad]."""
-    cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
-    return np.asarray(np.array([[cos, sin], [sin, cos]]) @ size)
-
-
 def rotated_covariance(variance: Floats, heading: float) -> Floats:
     """(2, 2) covariance with variances (2,) along and across a heading."""
     (along, across), cos, sin = variance.tolist(), math.cos(heading), math.sin(heading)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracker.geometry import projected_size, rotate, rotate_one, rotated_covariance, variance_along
+from tracker.geometry import rotate, rotate_one, rotated_covariance, variance_along
 
 
 def test_one_vector_rotates_as_an_array_of_vectors():
@@ -21,8 +21,3 @@ def test_variances_along_a_heading_are_those_of_the_rotated_covariance():
         covariance = turn @ np.diag(variance) @ turn.T
         np.testing.assert_allclose(rotated_covariance(variance, heading), covariance, atol=1e-14)
         np.testing.assert_allclose(variance_along(covariance, heading), variance, atol=1e-14)
-
-
-def test_a_box_turned_by_a_quarter_exchanges_its_extents():
-    np.testing.assert_allclose(projected_size(np.array([4.0, 2.0]), np.pi / 2), [2.0, 4.0], atol=1e-15)
-    np.testing.assert_allclose(projected_size(np.array([1.0, 1.0]), -np.pi / 4), [np.sqrt(2.0)] * 2)

@@ -1,0 +1,118 @@
+"""Reference implementations of the kernels of hypotheses and of their scores: the same equations in plain numpy."""
+
+import numpy as np
+
+from tracker.geometry import QUARTER, mahalanobis, rotate
+from tracker.tracking.association import shape_difference
+from tracker.tracking.hypotheses import Hypotheses
+from tracker.tracking.kernels.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M
+from tracker.tracking.observations import uncut
+
+
+def hypothesise(tracks, seen, config):
+    """Interpret each of B boxes as each of T tracks; the track's heading identifies length, width, front and rear."""
+    turns = np.round((tracks.heading[:, None] - seen.heading) / QUARTER)
+    heading = seen.heading + turns * QUARTER
+    size = np.where((turns % 2 == 1)[..., None], seen.size[:, ::-1], seen.size)
+    near = np.round(rotate(np.broadcast_to(seen.corner_sign, size.shape), -turns * QUARTER))
+    cut = np.take_along_axis(np.broadcast_to(seen.cut, (*turns.shape, 4)), turned_ends(turns), axis=2)
+    exact = shows_end(size, near, cut, tracks.size[:, None], config)
+    exact &= ~contradicts_size(tracks, seen, size, near, config)
+    misfit, reach = misfits(tracks, seen, heading, size, near, exact)
+    axes = rotate(np.eye(2), tracks.heading[:, None])
+    ambiguous = ~exact & np.all(misfit == 0, axis=2)
+    faceless = size[..., ::-1] < config.face_min_m
+    end_variance = np.where(faceless, config.end_std_m**2, 0.0)
+    return Hypotheses(
+        heading=heading,
+        size=size,
+        whole=uncut(cut),
+        misfit=rotate(misfit, tracks.heading[:, None, None]),
+        covariance=seen.covariance[:, :2, :2] + np.einsum("tki,tbk,tkj->tbij", axes, end_variance, axes),
+        ambiguity=np.einsum("tki,tbk,tkj->tbij", axes, np.where(ambiguous, AMBIGUOUS_VARIANCE_M2, 0.0), axes),
+        corner_sign=next_corner(tracks, seen, near, exact, config),
+        exact=exact,
+        reach=rotate(reach, tracks.heading[:, None, None]),
+    )
+
+
+def turned_ends(turns):
+    """(..., 4) indices of the ends that are front, left, rear and right after the heading turns by quarters (...)."""
+    return (np.arange(4) + turns[..., None].astype(np.int64)) % 4
+
+
+def at_end(flags, sign):
+    """(..., 2) flags of the ends on the side of a sign (..., 2), from flags (..., 4) of front, left, rear and right."""
+    return np.where(sign > 0, flags[..., :2], flags[..., 2:])
+
+
+def shows_end(size, near, cut, whole, config):
+    """(..., 2) mask of axes on which the near end of a box is the end of the vehicle."""
+    long = size >= config.whole_share * whole
+    return (size[..., ::-1] >= config.face_min_m) | ~at_end(cut, near) & (long | at_end(cut, -near))
+
+
+def contradicts_size(tracks, seen, size, near, config):
+    """(T, B, 2) mask of axes on which a box contradicts an uncertain size: its far end is at the tracked end."""
+    center = tracks.selected - tracks.to_corner
+    offset = rotate(seen.center - center[:, None], -tracks.heading[:, None])
+    tracked, growth = tracks.corner_sign[:, None], 0.5 * (size - tracks.size[:, None])
+    near_end, tracked_end = np.abs(offset + near * growth), np.abs(offset + tracked * growth)
+    uncertain = tracks.known_size < tracks.size - config.corner_margin_m
+    differs = (near_end > CAR_LENGTH_SPREAD_M) & (tracked_end < near_end)
+    return uncertain[:, None] & (near != tracked) & differs
+
+
+def misfits(tracks, seen, heading, size, near, exact):
+    """Corrections (T, B, M, 2) that make each model agree with each box, along and across the heading [m]."""
+    center = tracks.position - tracks.to_corner[:, None]
+    moved = tracks.velocity[:, None] * seen.time_offset[:, None, None]
+    offset = rotate(seen.center[:, None] - center[:, None] - moved, -tracks.heading[:, None, None])
+    turn = heading - tracks.heading[:, None]
+    near_end = offset + 0.5 * (rotate(near * size, turn) - near * tracks.size[:, None])[:, :, None]
+    far_end = near_end - (near * np.maximum(size - tracks.size[:, None], 0.0))[:, :, None]
+    either = np.where(np.abs(far_end) < np.abs(near_end), far_end, near_end)
+    shown, ends = exact[:, :, None], (near_end, either)
+    within = (protrusion(offset, size, tracks, extent) for extent in (tracks.known_size, tracks.size))
+    return (np.where(shown, end, piece) for end, piece in zip(ends, within, strict=True))
+
+
+def protrusion(offset, size, tracks, extent):
+    """(T, B, M, 2) part of boxes (T, B, 2) that protrudes from an extent (T, 2) of the vehicle, from its corner on."""
+    middle = 0.5 * tracks.corner_sign * (tracks.size - extent)
+    shift, excess = offset - middle[:, None, None], 0.5 * (size - extent[:, None])[:, :, None]
+    return np.maximum(shift + excess, 0) + np.minimum(shift - excess, 0)
+
+
+def next_corner(tracks, seen, near, exact, config):
+    """(T, B, 2) signs of the corner to track: the nearest one, with a hysteresis of `corner_margin_m`."""
+    tracked = np.broadcast_to(tracks.corner_sign[:, None], near.shape)
+    center = tracks.selected - tracks.to_corner
+
+    def range_m(sign):
+        corner = center[:, None] + rotate(0.5 * sign * tracks.size[:, None], tracks.heading[:, None])
+        return np.linalg.norm(corner - seen.sensor, axis=-1)
+
+    keeps = range_m(tracked) <= range_m(near) + config.corner_margin_m
+    known = tracks.known_size >= tracks.size - config.corner_margin_m
+    moves = ~keeps[..., None] & (exact | known[:, None])
+    return np.where(moves, near, tracked).astype(np.int64)
+
+
+def score(tracks, hypotheses, seen, config, coasting=None):
+    """Return the cost (T, B) of each pair, and a mask (T, B) of boxes inside the gate (5) of any probable model."""
+    view = config.view_std_m**2 * np.eye(2)
+    innovation = tracks.covariance[:, None] + hypotheses.covariance[:, :, None] + view
+    squared, determinant = mahalanobis(hypotheses.misfit, innovation)
+    log_likelihood = np.log(tracks.probability)[:, None] - 0.5 * (squared + np.log(determinant))
+    turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)
+    shape = np.minimum(turn, config.oddity_max) + np.minimum(excess.sum(axis=2), config.oddity_max)
+    cost = shape - 2 * np.logaddexp.reduce(log_likelihood, axis=2)
+    likely = tracks.probability[:, None] >= config.gate_probability_min
+    if not config.oddity_max:
+        return cost, np.any(likely & (squared < config.gate_chi2), axis=2)
+    if hypotheses.reach is not None:
+        squared = np.minimum(squared, mahalanobis(hypotheses.reach, innovation)[0])
+    too_large = np.sum(excess * tracks.whole[:, None], axis=2) >= config.gate_chi2
+    rotated = False if coasting is None else coasting[:, None] & (turn >= config.gate_chi2)
+    return cost, np.any(likely & (squared < config.gate_chi2), axis=2) & ~too_large & ~np.asarray(rotated)
