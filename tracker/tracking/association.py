@@ -55,18 +55,18 @@ def score(
     seen from end to end excludes boxes that are much larger. That of a `coasting` (T,) track, which has not been seen
     for a while, also excludes boxes that are rotated: another object may be at its place.
     """
-    corner_only = not config.oddity_max  # the paper's gate
-    reach = hypotheses.misfit if corner_only or hypotheses.reach is None else hypotheses.reach
-    covariance = hypotheses.covariance + config.view_std_m**2 * np.eye(2)  # B = H P H' + R
-    of_models = reach, tracks.covariance, covariance, tracks.probability, config.gate_probability_min
-    log_likelihood, distance = kernel.score(hypotheses.misfit, *of_models)
-    turn, excess = shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config)
-    shape = np.minimum(turn, config.oddity_max) + np.minimum(excess.sum(axis=2), config.oddity_max)
-    cost, admissible = shape - 2.0 * log_likelihood, distance < config.gate_chi2
-    if not corner_only:
-        admissible &= np.sum(excess * tracks.whole[:, None], axis=2) < config.gate_chi2
-        if coasting is not None:
-            admissible &= ~coasting[:, None] | (turn < config.gate_chi2)
+    reach = hypotheses.reach if config.oddity_max and hypotheses.reach is not None else hypotheses.misfit
+    of_boxes = hypotheses.covariance + config.view_std_m**2 * np.eye(2)  # B = H P H' + R
+    coasting = np.zeros(len(tracks.heading), dtype=np.bool_) if coasting is None else coasting
+    cost, admissible = kernel.score(
+        (hypotheses.misfit, reach),
+        (tracks.covariance, of_boxes),
+        tracks.probability,
+        shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config),
+        tracks.whole,
+        coasting,
+        kernel.Limits(config.gate_probability_min, config.gate_chi2, config.oddity_max),
+    )
     return cost, admissible
 
 

@@ -8,6 +8,7 @@ from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import rotate
 from tracker.records import Boxes
 from tracker.tracking.filters import FilterConfig
+from tracker.tracking.kernels import odometry_frame as kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,18 +55,15 @@ def uncut(cut: Bools) -> Bools:
 
 def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observations:
     """Transform boxes from the ego frame to the odometry frame and add the noise floors to their covariance."""
-    cos, sin = np.cos(ego_pose_odom[2]), np.sin(ego_pose_odom[2])
-    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    position_variance = config.position_std_floor_m**2
-    floor = np.diag([position_variance, position_variance, config.heading_std_floor_rad**2])
+    floors = config.position_std_floor_m**2, config.heading_std_floor_rad**2
     return Observations(
-        center=boxes.center_ego @ turn[:2, :2].T + ego_pose_odom[:2],
+        center=kernel.moved(boxes.center_ego, ego_pose_odom),
         heading=boxes.heading + ego_pose_odom[2],
         size=boxes.size,
         corner_sign=boxes.corner_sign,
-        covariance=turn @ boxes.covariance @ turn.T + floor,
+        covariance=kernel.turned_covariances(boxes.covariance, ego_pose_odom[2], floors),
         cut=np.concatenate([boxes.cut[:, :, 1], boxes.cut[:, :, 0]], axis=1),
         flat=boxes.flat,
         time_offset=boxes.time_offset,
-        sensor=boxes.viewpoint_ego @ turn[:2, :2].T + ego_pose_odom[:2],
+        sensor=kernel.moved(boxes.viewpoint_ego, ego_pose_odom),
     )

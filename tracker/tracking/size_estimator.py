@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
+from tracker.arrays import Bools, Floats, Ints
 from tracker.tracking import extent, orientation
 from tracker.tracking.extent import ExtentConfig
 from tracker.tracking.kernels import seen_extents
@@ -14,7 +14,8 @@ class SizeEstimator:
 
     def __init__(self, first: Floats, whole: Bools, config: ExtentConfig) -> None:
         self._config = config
-        self._whole_views = np.zeros(2, dtype=np.int64)
+        self.whole_views: Ints = np.zeros(2, dtype=np.int64)
+        """(2,) numbers of views of length and width from end to end."""
         self._posterior = SizePosterior(
             config.view_correlation,
             config.forgetting,
@@ -37,11 +38,6 @@ class SizeEstimator:
         return self._posterior.std
 
     @property
-    def seen_whole(self) -> Bools:
-        """(2,) mask of length and width that were seen from end to end at least once."""
-        return np.asarray(self._whole_views > 0)
-
-    @property
     def known(self) -> Floats:
         """(2,) part of length and width that is known to exist, from the tracked corner on [m]."""
         return extent.known(self.seen, self.size, self._config)
@@ -51,7 +47,7 @@ class SizeEstimator:
         config = self._config
         gains, growth = (config.growth, config.settled), (config.grown_min_m, config.large_length_min_m)
         limits = gains, config.face_min_m, growth
-        self.seen = seen_extents.observe(self.seen, self._whole_views, observed, whole, *limits)
+        self.seen = seen_extents.observe(self.seen, self.whole_views, observed, whole, *limits)
         self._posterior.observe(observed, whole, config.face_min_m)
 
     def extend(self, seen: Floats) -> None:
@@ -61,6 +57,6 @@ class SizeEstimator:
 
     def turn(self, quarters: int) -> None:
         """Rename the sides for a heading turned by `quarters`."""
-        self._whole_views = self._whole_views[:: -1 if quarters % 2 else 1].copy()
+        self.whole_views = self.whole_views[:: -1 if quarters % 2 else 1].copy()
         self._posterior.turn(quarters)
         self.seen = orientation.turn_size(self.seen, quarters)

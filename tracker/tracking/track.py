@@ -4,7 +4,7 @@ import cmath
 
 import numpy as np
 
-from tracker.arrays import Bools, Floats
+from tracker.arrays import Floats, Ints
 from tracker.geometry import rotate_one
 from tracker.records import Status
 from tracker.tracking import extent, orientation
@@ -95,9 +95,9 @@ class Track:
         return self._size.seen
 
     @property
-    def seen_whole(self) -> Bools:
-        """(2,) mask of length and width that were seen from end to end."""
-        return self._size.seen_whole
+    def whole_views(self) -> Ints:
+        """(2,) numbers of views of length and width from end to end."""
+        return self._size.whole_views
 
     @property
     def known_size(self) -> Floats:

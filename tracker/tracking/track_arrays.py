@@ -96,6 +96,6 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
         heading_variance=np.array([track.heading_variance for track in tracks]),
         size=sizes(tracks),
         known_size=np.array([track.known_size for track in tracks]).reshape(count, 2),
-        whole=np.array([track.seen_whole for track in tracks], dtype=np.bool_).reshape(count, 2),
+        whole=np.array([track.whole_views for track in tracks]).reshape(count, 2) > 0,
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
     )

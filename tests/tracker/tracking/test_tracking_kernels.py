@@ -18,6 +18,7 @@ from tracker.tracking.kernels import (
     filter_banks,
     kalman,
     multiple_models,
+    odometry_frame,
     prediction,
     side_lengths,
     size_posterior,
@@ -173,6 +174,15 @@ def test_independent_filters_are_corrected_by_the_measured_corner(rng):
 
 
 # --- hypotheses
+
+
+def test_boxes_are_turned_and_moved_by_the_pose_of_the_ego(rng):
+    pose, points, covariance = np.array([3.0, -2.0, 0.7]), rng.normal(size=(BOXES, 2)), covariances(rng, BOXES, 3, 3)
+    cos, sin = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(odometry_frame.moved(points, pose), points @ turn[:2, :2].T + pose[:2], atol=1e-12)
+    expected = turn @ covariance @ turn.T + np.diag([0.1, 0.1, 0.2])
+    np.testing.assert_allclose(odometry_frame.turned_covariances(covariance, 0.7, (0.1, 0.2)), expected, atol=1e-12)
 
 
 def test_hypotheses_and_their_scores_equal_the_reference(rng):

@@ -1,11 +1,23 @@
 """Cost and gate of each pair of track and box, see `tracker.tracking.association`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from tracker.arrays import Floats
+from tracker.arrays import Bools, Floats
+
+
+class Limits(NamedTuple):
+    """Limits of the cost and of the gate, see `tracker.tracking.association.AssociationConfig`."""
+
+    likely_min: float
+    """A model below this probability opens no gate."""
+    gate_chi2: float
+    """Gate on squared distances."""
+    oddity_max: float
+    """Limit of the cost of heading and of size; 0 for a gate of the corner only."""
 
 
 @njit(cache=True)
@@ -40,14 +52,41 @@ def score_models(
 
 @njit(cache=True)
 def score(
-    misfit: Floats, reach: Floats, of_track: Floats, of_box: Floats, probability: Floats, likely_min: float
-) -> tuple[Floats, Floats]:
-    """Return log-likelihoods and gate distances (T, B) of all pairs, see `score_models`."""
-    shape = misfit.shape[:2]
-    log_likelihood, nearest = np.empty(shape), np.empty(shape)
-    for t in range(shape[0]):
-        for b in range(shape[1]):
-            log_likelihood[t, b], nearest[t, b] = score_models(
-                misfit[t, b], reach[t, b], of_track[t], of_box[t, b], probability[t], likely_min
-            )
-    return log_likelihood, nearest
+    errors: tuple[Floats, Floats],
+    covariances: tuple[Floats, Floats],
+    probability: Floats,
+    shape: tuple[Floats, Floats],
+    whole: Bools,
+    coasting: Bools,
+    limits: Limits,
+) -> tuple[Floats, Bools]:
+    """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs; see `tracker.tracking.association`.
+
+    Parameters
+    ----------
+    errors
+        Misfits and reaches (T, B, M, 2) [m].
+    covariances
+        Those of tracks (T, M, 2, 2) and of boxes (T, B, 2, 2) [m^2].
+    probability
+        (T, M) of the models.
+    shape
+        Squared normalised differences (T, B) of heading, and (T, B, 2) of length and width.
+    whole, coasting
+        Masks of sides (T, 2) that were seen from end to end, and of tracks (T,) that have not been seen for a while.
+    """
+    (misfit, reach), (of_track, of_box), (turn, excess) = errors, covariances, shape
+    cost, admissible = np.empty(turn.shape), np.empty(turn.shape, np.bool_)
+    for t in range(turn.shape[0]):
+        for b in range(turn.shape[1]):
+            pair = misfit[t, b], reach[t, b], of_track[t], of_box[t, b]
+            log_likelihood, nearest = score_models(*pair, probability[t], limits.likely_min)
+            along, across = excess[t, b]
+            differs = min(turn[t, b], limits.oddity_max) + min(along + across, limits.oddity_max)
+            cost[t, b] = differs - 2.0 * log_likelihood
+            admissible[t, b] = nearest < limits.gate_chi2
+            if limits.oddity_max > 0.0:
+                too_large = along * whole[t, 0] + across * whole[t, 1] >= limits.gate_chi2
+                rotated = coasting[t] and turn[t, b] >= limits.gate_chi2
+                admissible[t, b] &= not too_large and not rotated
+    return cost, admissible
