@@ -69,7 +69,7 @@ class Raycaster:
         self._beams = beams
         self._unit = beams.unit.astype(np.int64)
         self._fans = records.Fans(beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.fan_turn, beams.row_beam)
-        self._grid = _grid(beams, sensor.footprint, refine)
+        self._grid = _grid(beams, sensor.footprint, refine and sensor.footprint != (1, 1))
         self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
         self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
         self._longest = float(np.abs(self._time).max())

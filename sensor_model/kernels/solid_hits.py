@@ -61,6 +61,7 @@ def intersect_bodies(
     local, limits, extremes = np.empty((12, azimuths)), np.empty((7, azimuths)), slope_extremes(slope)
     longest = np.sqrt(1.0 + np.maximum(extremes[0] ** 2, extremes[1] ** 2)) + _SLACK
     span, room = np.empty((2, len(solid_inner)), np.int64), _largest_group(solid_plane)
+    solid, in_view = np.empty((2, _largest_group(body_solid) + 1), np.int64), np.empty(2, np.int64)
     entry, leave, entry_plane = np.empty((room, 3)), np.empty((room, 3)), np.empty(room, np.int64)
     beams = (layers, per_beam)
     depth, plane, on_pane = np.empty(beams), np.empty(beams, np.int64), np.zeros(beams, np.bool_)
@@ -69,15 +70,20 @@ def intersect_bodies(
         a, first, end = rows[row, 0], rows[row, 1], rows[row, 2]
         into_body_frame(line, first, end, time, motion, a, local)
         azimuth_limits(local, extremes, first, end - first, half_width, limits)
+        in_view[0] = in_view[1] = 0
         for p in range(body_solid[a], body_solid[a + 1]):
             span[0, p], span[1, p] = azimuth_span(solid_bounds, p, local, end - first, limits)
+            inner = int(solid_inner[p])
+            solid[inner, in_view[inner]] = p
+            in_view[inner] += span[0, p] < span[1, p]
         for c in range(end - first):
             k = first + c
             nearest = longest[k] / plan_distance(bodies.bounds, a, local, c)
             for inner in range(2):  # outer solids, then those behind a pane
                 farthest[:] = UNTOUCHED
-                for p in range(body_solid[a], body_solid[a + 1]):
-                    if not span[0, p] <= c < span[1, p] or solid_inner[p] != inner:
+                for j in range(in_view[inner]):
+                    p = solid[inner, j]
+                    if not span[0, p] <= c < span[1, p]:
                         continue
                     if farthest.min() * plan_distance(solid_bounds, p, local, c) > longest[k]:
                         continue
