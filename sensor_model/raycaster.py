@@ -186,8 +186,9 @@ def _elevations(beams: BeamTable, fan: int, rays_high: int) -> Floats:
     """Return the (K, L, I) elevations of the I rows of rays of the L beams at each of the K azimuths of a fan [rad]."""
     first, end = beams.row_beam[beams.fan_row[[fan, fan + 1]]]
     layers = beams.fan_row[fan + 1] - beams.fan_row[fan]
-    centre = beams.elevation[first:end].reshape(layers, -1).T
-    return centre[:, :, None] + beams.units.beam_height[beams.fan_unit[fan]] * _midpoints(rays_high)
+    centre: Floats = beams.elevation[first:end].reshape(layers, -1).T[:, :, None]
+    elevation: Floats = centre + beams.units.beam_height[beams.fan_unit[fan]] * _midpoints(rays_high)
+    return elevation
 
 
 def _midpoints(count: int) -> Floats:

@@ -46,7 +46,7 @@ def into_body_frame(line: Floats, begin: int, stop: int, time: Floats, motion: F
 def azimuth_limits(
     local: Floats, extremes: Floats, first: int, azimuths: int, half_width: float, limits: Floats
 ) -> None:
-    """Fill (7, C): lowest and highest direction of each azimuth in plan (x, y, x, y), bounds of its climb, and its width.
+    """Fill (7, C): extreme directions of each azimuth in plan (x, y, x, y), bounds of its climb, and its width.
 
     Climb is height over distance in plan. A ray between the lowest l and the highest h is a l + b h with a, b >= 0. It
     is steeper than both where they differ in plan by an angle v, because |a l + b h| is then shorter than

@@ -68,7 +68,7 @@ def _detect_echoes(first: int, threshold: Floats, receiver: Receiver, samples: S
     """
     # Unpacked once: each access to a record's array costs an atomic reference count.
     value, ids, order, start, blocked = samples
-    echo, echo_id, count, lost, lost_echo = out.echo, out.echo_id, out.count, out.lost, out.lost_echo
+    echo, echo_id, count, lost, lost_echo = out.echo, out.echo_id, out.echoes, out.lost, out.lost_echo
     for k in range(len(threshold)):
         begin, end, beam = start[k], start[k + 1], first + k
         found, highest, where = 0, 0.0, 0.0

@@ -167,8 +167,8 @@ class Rays(NamedTuple):
     """(4, K, L, R) rows `INVERSE_DEPTH` of the nearest hit or of the maximum range [1/m]; `COSINE` of its angle of
     incidence, not set for ground and nothing; the same of the inner surface, not set without one."""
     hit_id: Ints
-    """(3, K, L, R) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not set
-    for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""
+    """(3, K, L, R) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not
+    set for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""
 
 
 class Receiver(NamedTuple):
@@ -203,8 +203,8 @@ class ScanBuffers(NamedTuple):
     """(3, B, E) range [m], power [1/m^2] and width [m] of up to E echoes of each beam."""
     echo_id: Ints
     """(2, B, E) target and surface of the echoes."""
-    count: Ints
-    """(B,) echoes of each beam."""
+    echoes: Ints
+    """(B,) number of echoes of each beam."""
     lost: Bools
     """(B,) True for beams that hit something and have no echo."""
     lost_echo: Floats

@@ -28,7 +28,6 @@ from sensor_model.kernels.records import (
 from sensor_model.kernels.solid_hits import intersect_bodies
 from sensor_model.returns import NOTHING
 
-
 _BLOCK = 2048  # rays that are cast together, so that their state stays in the cache
 
 
@@ -118,17 +117,21 @@ def _set_free_range(first_beam: Ints, first: int, rays: Rays, free_range: Floats
 @njit(cache=True)
 def pack_echoes(out: ScanBuffers) -> DenseEchoes:
     """Return the echoes and the lost beams without the empty slots."""
-    found, lost = out.count.sum(), out.lost.sum()
+    found, lost = out.echoes.sum(), out.lost.sum()
     dense = DenseEchoes(
         np.empty((3, found)), np.empty((3, found), np.int64), np.empty(lost, np.int64), np.empty((2, lost))
     )
     echo, echo_id, lost_beam, lost_echo = dense
     n, m = 0, 0
-    for b in range(len(out.count)):
-        for e in range(out.count[b]):
+    for b in range(len(out.echoes)):
+        for e in range(out.echoes[b]):
             for row in range(3):
                 echo[row, n] = out.echo[row, b, e]
-            echo_id[TARGET, n], echo_id[SURFACE, n], echo_id[BEAM, n] = out.echo_id[TARGET, b, e], out.echo_id[SURFACE, b, e], b
+            echo_id[TARGET, n], echo_id[SURFACE, n], echo_id[BEAM, n] = (
+                out.echo_id[TARGET, b, e],
+                out.echo_id[SURFACE, b, e],
+                b,
+            )
             n += 1
         if out.lost[b]:
             lost_beam[m], lost_echo[0, m], lost_echo[1, m] = b, out.lost_echo[0, b], out.lost_echo[1, b]
