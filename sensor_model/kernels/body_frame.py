@@ -14,15 +14,16 @@ _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 
 
 @njit(cache=True)
-def slope_extremes(slope: Floats) -> Floats:
-    """Return (2, K) slopes of the lowest and of the highest ray of each azimuth."""
-    extremes = np.empty((2, len(slope)))
+def slope_extremes(slope: Floats) -> tuple[Floats, Floats]:
+    """Return (2, K) slopes of the lowest and highest ray of each azimuth, and (K,) its longest ray per length forward."""
+    extremes, longest = np.empty((2, len(slope))), np.empty(len(slope))
     for k in range(len(slope)):
         low, high = slope[k, 0, 0], slope[k, 0, 0]
         for layer in range(slope.shape[1]):
             low, high = min(low, slope[k, layer, 0]), max(high, slope[k, layer, -1])
         extremes[0, k], extremes[1, k] = low, high
-    return extremes
+        longest[k] = math.sqrt(1.0 + max(low * low, high * high)) + _SLACK
+    return extremes, longest
 
 
 @njit(cache=True, inline="always")

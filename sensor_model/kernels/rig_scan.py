@@ -82,11 +82,17 @@ def cast_rig(
 @njit(cache=True)
 def _sort_near_to_far(rows: Ints, motion: Floats, origin: Floats) -> None:
     """Sort the rows of bodies by the distance of their bodies from a unit, so that near ones hide far ones early."""
-    distance = np.empty(len(rows))
-    for row in range(len(rows)):
-        a = rows[row, 0]
-        distance[row] = math.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1])
-    rows[:] = rows[np.argsort(distance)]
+    for end in range(1, len(rows)):  # insertion sort: few rows, and numpy's sort takes seconds to compile
+        a, first, stop = rows[end, 0], rows[end, 1], rows[end, 2]
+        distance, row = math.hypot(motion[a, 0] - origin[0], motion[a, 1] - origin[1]), end
+        while row > 0:
+            before = rows[row - 1, 0]
+            if math.hypot(motion[before, 0] - origin[0], motion[before, 1] - origin[1]) <= distance:
+                break
+            for column in range(3):
+                rows[row, column] = rows[row - 1, column]
+            row -= 1
+        rows[row, 0], rows[row, 1], rows[row, 2] = a, first, stop
 
 
 @njit(cache=True)
@@ -117,7 +123,10 @@ def _set_free_range(first_beam: Ints, first: int, rays: Rays, free_range: Floats
 @njit(cache=True)
 def pack_echoes(out: ScanBuffers) -> DenseEchoes:
     """Return the echoes and the lost beams without the empty slots."""
-    found, lost = out.echoes.sum(), out.lost.sum()
+    found, lost = 0, 0
+    for b in range(len(out.lost)):
+        found += out.echoes[b]
+        lost += out.lost[b]
     dense = DenseEchoes(
         np.empty((3, found)), np.empty((3, found), np.int64), np.empty(lost, np.int64), np.empty((2, lost))
     )

@@ -10,8 +10,6 @@ from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_n
 from sensor_model.kernels.records import NONE, Rays, Solids
 from sensor_model.kernels.slab_entry import enter_solid, enter_through, split_planes, start_rays
 
-_SLACK = 1e-9  # tolerance for rounding, so that no hit is left out
-
 
 @njit(cache=True, error_model="numpy")
 def intersect_bodies(
@@ -36,8 +34,7 @@ def intersect_bodies(
     line, slope = rays.line, rays.slope
     body_solid, solid_plane, solid_bounds = bodies.body_solid, bodies.solid_plane, bodies.solid_bounds
     motion, solid_inner, (azimuths, layers, per_beam) = bodies.motion, bodies.solid_inner, slope.shape
-    local, limits, extremes = np.empty((12, azimuths)), np.empty((7, azimuths)), slope_extremes(slope)
-    longest = np.sqrt(1.0 + np.maximum(extremes[0] ** 2, extremes[1] ** 2)) + _SLACK
+    local, limits, (extremes, longest) = np.empty((12, azimuths)), np.empty((7, azimuths)), slope_extremes(slope)
     in_view, views = np.empty((2, _largest_group(body_solid) + 1), np.int64), np.empty(2, np.int64)
     span, room = np.empty((2, len(solid_inner)), np.int64), _largest_group(solid_plane)
     entry, leave, entry_plane = np.empty((room, 3)), np.empty((room, 3)), np.empty(room, np.int64)
@@ -103,12 +100,14 @@ def _cast_body(
         k = first + c
         nearest = longest[k] / plan_distance(bounds, a, local, c)
         for inner in range(2):  # outer solids, then those behind a pane
-            farthest[:] = PASSED
+            least = PASSED
+            for layer in range(layers):
+                farthest[layer] = PASSED
             for j in range(views[inner]):
                 p = in_view[inner, j]
                 if not span[0, p] <= c < span[1, p]:
                     continue
-                if farthest.min() * plan_distance(solid_bounds, p, local, c) > longest[k]:
+                if least * plan_distance(solid_bounds, p, local, c) > longest[k]:
                     continue
                 facing, hidden = split_planes(
                     planes, solid_plane[p], solid_plane[p + 1], local, c, entry, entry_plane, leave
@@ -128,8 +127,10 @@ def _cast_body(
                         farthest[layer] = 0.0
                     if at >= 0:
                         enter_through(at, entry, entry_plane[at], k, layer, side, slope, depth, plane)
-                        least, _ = depth_bounds(entry[at, 0], entry[at, 1], entry[at, 2], edge_cos, edge_sin, low, high)
-                        farthest[layer] = max(farthest[layer], least)
+                        far_edge, _ = depth_bounds(
+                            entry[at, 0], entry[at, 1], entry[at, 2], edge_cos, edge_sin, low, high
+                        )
+                        farthest[layer] = max(farthest[layer], far_edge)
                         continue
                     if refine:
                         entries, exits, most = keep_relevant(
@@ -137,6 +138,9 @@ def _cast_body(
                         )
                     if most > farthest[layer]:
                         enter_solid(entries, exits, entry, entry_plane, leave, k, layer, side, slope, depth, plane)
+                least = HIDDEN
+                for layer in range(layers):
+                    least = min(least, farthest[layer])
             panes = False
             for layer in range(layers):
                 if inner:
