@@ -11,7 +11,7 @@ from sensor_model.bodies.walls import Walls
 from sensor_model.kernels import records
 from sensor_model.kernels.culling import rig_reach
 from sensor_model.kernels.points import points_on_bodies
-from sensor_model.kernels.rig_scan import cast_rig
+from sensor_model.kernels.rig_scan import cast_rig, pack_echoes
 from sensor_model.kernels.secondary_rays import cast_rays
 from sensor_model.noise.ghosts import Mirrored
 from sensor_model.rig.beams import BeamTable
@@ -57,20 +57,26 @@ class Echoes:
 
 
 class Raycaster:
-    """Ray caster of a rig: each beam is a grid of rays over its footprint. The ground is the plane z = 0."""
+    """Ray caster of a rig: each beam is a grid of rays over its footprint. The ground is the plane z = 0.
 
-    def __init__(self, beams: BeamTable, sensor: SensorConfig) -> None:
+    Parameters
+    ----------
+    refine
+        If True, only beams across an edge of a body are traced with all their rays; the echoes are the same.
+    """
+
+    def __init__(self, beams: BeamTable, sensor: SensorConfig, *, refine: bool = True) -> None:
         self._beams = beams
         self._unit = beams.unit.astype(np.int64)
         self._fans = records.Fans(beams.fan_unit, beams.fan_row, beams.fan_azimuth, beams.fan_turn, beams.row_beam)
-        self._grid = _grid(beams, sensor.footprint)
+        self._grid = _grid(beams, sensor.footprint, refine and sensor.footprint != (1, 1))
         self._direction = np.hstack([_cos_sin(beams.azimuth), _cos_sin(beams.elevation)])
         self._time = beams.time_offset if sensor.sweep else np.zeros(len(beams))
         self._longest = float(np.abs(self._time).max())
         # Reused by all scans: fresh memory from the system costs more time than casting a body.
-        room = len(beams) * int(beams.units.echoes_max.max())
-        self._echo, self._echo_id = np.empty((3, room)), np.empty((3, room), dtype=np.int64)
-        self._lost_beam, self._lost_echo = np.empty(len(beams), dtype=np.int64), np.empty((2, len(beams)))
+        slots = (len(beams), int(beams.units.echoes_max.max()))
+        self._echo, self._echo_id = np.empty((3, *slots)), np.empty((2, *slots), dtype=np.int64)
+        self._lost_echo = np.empty((2, len(beams)))
 
     def firing_time(self, context: ScanContext) -> Floats:
         """Return the (B,) true firing time of each beam relative to the frame's time [s]."""
@@ -100,16 +106,12 @@ class Raycaster:
         hits, hits_alone = np.zeros((2, len(self._beams.units), len(bodies)), dtype=np.int64)
         beams, units, solids, drive = self._timed(context), self._units(context), _solids(bodies), context.drive
         out = records.ScanBuffers(
-            self._echo, self._echo_id, self._lost_beam, self._lost_echo, np.zeros(2, dtype=np.int64),
-            free, hits, hits_alone,
+            self._echo, self._echo_id, np.zeros(len(self._beams), np.int64), np.zeros(len(self._beams), np.bool_),
+            self._lost_echo, free, hits, hits_alone,
         )  # fmt: skip
         static = _static_scene(walls, context)
         cast_rig(self._fans, self._grid, beams, units, solids, static, drive, context.frame_index, out)
-        found, lost = out.counts
-        echo, echo_id, lost_echo = (
-            buffer[:, :count].copy()
-            for buffer, count in ((self._echo, found), (self._echo_id, found), (self._lost_echo, lost))
-        )
+        echo, echo_id, lost_beam, lost_echo = pack_echoes(out)
         beam, distance, target = echo_id[records.BEAM], echo[records.RANGE], echo_id[records.TARGET]
         point, direction = points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive)
         return Echoes(
@@ -121,7 +123,7 @@ class Raycaster:
             surface=echo_id[records.SURFACE],
             point_body=point,
             direction_body=direction,
-            lost_beam=self._lost_beam[:lost].copy(),
+            lost_beam=lost_beam,
             lost_power=lost_echo[records.POWER],
             lost_range=lost_echo[records.RANGE],
             free_range=free,
@@ -151,35 +153,42 @@ class Raycaster:
         )  # fmt: skip
 
 
-def _grid(beams: BeamTable, footprint: tuple[int, int]) -> records.Grid:
+def _grid(beams: BeamTable, footprint: tuple[int, int], refine: bool) -> records.Grid:
     """Return the directions of all rays: the midpoints of an even grid over each beam."""
-    rays_high, rays_wide = footprint
-    azimuths, slopes, cosines, farthest = [], [], [], []
+    (rays_high, rays_wide), units = footprint, beams.units
+    start: dict[tuple[bytes, float], int] = {}  # first ray of each table, so that equal fans share one
+    fan_ray, elevations, ranges, rays = [], [], [], 0
     for fan, u in enumerate(beams.fan_unit):
-        first, end = beams.row_beam[beams.fan_row[fan : fan + 2]]
-        layers = beams.fan_row[fan + 1] - beams.fan_row[fan]
-        azimuth, layer_elevation = (angle[first:end].reshape(layers, -1) for angle in (beams.azimuth, beams.elevation))
-        rise, turn = (
-            beams.units.beam_height[u] * _midpoints(rays_high),
-            beams.units.beam_width[u] * _midpoints(rays_wide),
-        )
-        azimuths.append((azimuth[0, :, None] + turn).ravel())
-        elevation = (layer_elevation.T[:, :, None] + rise).reshape(-1, layers * rays_high)
-        elevation = np.repeat(elevation, rays_wide, axis=0).ravel()
-        slopes.append(np.tan(elevation))
-        cosines.append(np.cos(elevation))
-        farthest.append(1.0 / (beams.units.range_max[u] * np.cos(elevation)))
+        elevation = _elevations(beams, fan, rays_high)
+        key = (elevation.tobytes(), float(units.range_max[u]))
+        if key not in start:
+            start[key] = rays
+            elevations.append(np.repeat(elevation, rays_wide))
+            ranges.append(np.full(len(elevations[-1]), units.range_max[u]))
+            rays += len(elevations[-1])
+        fan_ray.append(start[key])
+    elevation, turn = np.concatenate(elevations), units.beam_width[:, None] * np.tile(_midpoints(rays_wide), rays_high)
     return records.Grid(
         rays_high=rays_high,
         rays_wide=rays_wide,
-        half_width=beams.units.beam_width / 2.0,
-        fan_column=np.cumsum([0, *map(len, azimuths)]),
-        fan_ray=np.cumsum([0, *map(len, slopes)]),
-        azimuth=np.ascontiguousarray(_cos_sin(np.concatenate(azimuths)).T),
-        slope=np.concatenate(slopes),
-        cos=np.concatenate(cosines),
-        far=np.concatenate(farthest),
+        half_width=units.beam_width / 2.0,
+        side=np.ascontiguousarray(_cos_sin(turn).transpose(0, 2, 1)),
+        fan_ray=np.array(fan_ray),
+        azimuth=_cos_sin(beams.azimuth),
+        slope=np.tan(elevation),
+        cos=np.cos(elevation),
+        far=1.0 / (np.concatenate(ranges) * np.cos(elevation)),
+        refine=refine,
     )
+
+
+def _elevations(beams: BeamTable, fan: int, rays_high: int) -> Floats:
+    """Return the (K, L, I) elevations of the I rows of rays of the L beams at each of the K azimuths of a fan [rad]."""
+    first, end = beams.row_beam[beams.fan_row[[fan, fan + 1]]]
+    layers = beams.fan_row[fan + 1] - beams.fan_row[fan]
+    centre: Floats = beams.elevation[first:end].reshape(layers, -1).T[:, :, None]
+    elevation: Floats = centre + beams.units.beam_height[beams.fan_unit[fan]] * _midpoints(rays_high)
+    return elevation
 
 
 def _midpoints(count: int) -> Floats:

@@ -27,11 +27,40 @@ def sort_by_range(sample: Floats, order: Ints, begin: int, end: int) -> None:
         sample[RANGE, k], order[k] = r, i
 
 
+@njit(cache=True, inline="always")
+def find_strong_echo(
+    sample: Floats, sample_id: Ints, begin: int, end: int, threshold: float, receiver: Receiver, beam: int,
+    echo: Floats, echo_id: Ints,
+) -> bool:  # fmt: skip
+    """Set the echo of a beam on one surface whose samples all reach the threshold alone, within one pulse length.
+
+    The echo is that of `find_echoes`: it starts at the nearest sample, and ends one pulse after the farthest.
+
+    Returns
+    -------
+    False, with nothing set, for all other beams.
+    """
+    nearest, farthest, weakest, total = sample[RANGE, begin], sample[RANGE, begin], sample[POWER, begin], 0.0
+    same = True
+    for i in range(begin, end):
+        nearest, farthest = min(nearest, sample[RANGE, i]), max(farthest, sample[RANGE, i])
+        weakest, total = min(weakest, sample[POWER, i]), total + sample[POWER, i]
+        same &= sample_id[SURFACE, i] == sample_id[SURFACE, begin]
+        same &= sample_id[TARGET, i] == sample_id[TARGET, begin]
+    if not same or weakest < threshold or farthest >= nearest + receiver.pulse_length:
+        return False
+    growth = receiver.pulse_growth * 10.0 * math.log10(total / threshold)
+    echo[RANGE, beam, 0], echo[POWER, beam, 0] = nearest, total
+    echo[WIDTH, beam, 0] = farthest + receiver.pulse_length - nearest + growth
+    echo_id[TARGET, beam, 0], echo_id[SURFACE, beam, 0] = sample_id[TARGET, begin], sample_id[SURFACE, begin]
+    return True
+
+
 @njit(cache=True)
 def find_echoes(
-    sample: Floats, order: Ints, begin: int, end: int, threshold: float, receiver: Receiver, echo: Floats, used: int
+    sample: Floats, order: Ints, begin: int, end: int, threshold: float, receiver: Receiver, beam: int, echo: Floats
 ) -> tuple[int, float, float]:
-    """Append range, power and width of the echoes of a beam to `echo`.
+    """Set range, power and width of the echoes of a beam.
 
     The receiver sums the power within one pulse length. An echo starts where the sum reaches the threshold, and ends
     where it falls below. An echo that starts too close to the previous one merges with it.
@@ -44,14 +73,12 @@ def find_echoes(
         The beam has samples [begin, end), at least one.
     threshold
         Minimum power of an echo [1/m^2].
-    used
-        Number of echoes in the table before.
 
     Returns
     -------
-    Number of echoes in the table, highest power [1/m^2], and its range [m].
+    Number of echoes, highest power [1/m^2], and its range [m].
     """
-    before, oldest, newest = used, begin, begin
+    used, oldest, newest = 0, begin, begin
     total, highest, where, above = 0.0, 0.0, sample[RANGE, begin], False
     while newest < end or above:
         leaves = sample[RANGE, oldest] + receiver.pulse_length if oldest < newest else math.inf
@@ -62,7 +89,7 @@ def find_echoes(
                 total = 0.0  # removes rounding residues
             if above and total < threshold:
                 above = False
-                echo[WIDTH, used - 1] = leaves - echo[RANGE, used - 1]
+                echo[WIDTH, beam, used - 1] = leaves - echo[RANGE, beam, used - 1]
             continue
         at = sample[RANGE, newest]
         while newest < end and sample[RANGE, newest] == at:
@@ -72,27 +99,28 @@ def find_echoes(
             highest, where = total, at
         if not above and total >= threshold:
             above = True
-            apart = used == before or at - echo[RANGE, used - 1] >= receiver.echo_separation
-            if apart and used - before == receiver.echoes_max:
+            apart = used == 0 or at - echo[RANGE, beam, used - 1] >= receiver.echo_separation
+            if apart and used == receiver.echoes_max:
                 break
             if apart:
-                echo[RANGE, used], echo[POWER, used] = at, 0.0
+                echo[RANGE, beam, used], echo[POWER, beam, used] = at, 0.0
                 used += 1
         if above:
-            echo[POWER, used - 1] = max(echo[POWER, used - 1], total)
-    for e in range(before, used):
-        echo[WIDTH, e] += receiver.pulse_growth * 10.0 * math.log10(echo[POWER, e] / threshold)
+            echo[POWER, beam, used - 1] = max(echo[POWER, beam, used - 1], total)
+    for e in range(used):
+        echo[WIDTH, beam, e] += receiver.pulse_growth * 10.0 * math.log10(echo[POWER, beam, e] / threshold)
     return used, highest, where
 
 
 @njit(cache=True)
 def label_echo(
-    sample: Floats, sample_id: Ints, order: Ints, begin: int, end: int, echo: Floats, echo_id: Ints, e: int
-) -> None:
-    """Set target and surface of echo e to those with the most power at its start; the nearer one in a tie."""
+    sample: Floats, sample_id: Ints, order: Ints, begin: int, end: int, beam: int, e: int, echo: Floats,
+    echo_id: Ints,
+) -> None:  # fmt: skip
+    """Set target and surface of echo e of a beam to those with the most power at its start; the nearer one in a tie."""
     first, last, whole = end, begin, 0.0
     for i in range(begin, end):
-        if echo[RANGE, e] <= sample[RANGE, i] < echo[RANGE, e] + _START:
+        if echo[RANGE, beam, e] <= sample[RANGE, i] < echo[RANGE, beam, e] + _START:
             first, last = min(first, i), i + 1
             whole += sample[POWER, order[i]]
     most = -1.0
@@ -102,6 +130,6 @@ def label_echo(
             if sample_id[TARGET, order[k]] == target and sample_id[SURFACE, order[k]] == surface:
                 total += sample[POWER, order[k]]
         if total > most:
-            most, echo_id[TARGET, e], echo_id[SURFACE, e] = total, target, surface
+            most, echo_id[TARGET, beam, e], echo_id[SURFACE, beam, e] = total, target, surface
         if 2.0 * most > whole:  # the remaining samples cannot exceed it
             break

@@ -1,8 +1,7 @@
-"""Rays of one fan, and their intersections with ground and walls.
+"""Rays of a block of azimuths, and their intersections with ground and walls.
 
-A fan fires columns: at each azimuth, n rays from one origin at one time, in one plane. The inner loops run over the
-rays of a column without branches, so that the compiler can vectorise them. `error_model="numpy"` makes a division by
-zero infinite.
+All rays at one azimuth of a fan start at one origin at one time. The inner loops run over them without branches, so
+that the compiler can vectorise them. `error_model="numpy"` makes a division by zero infinite.
 """
 
 import math
@@ -28,46 +27,49 @@ from sensor_model.returns import GROUND, NOTHING, WALL
 
 
 @njit(cache=True)
-def aim_rays(grid: Grid, f: int, time: Floats, origin: Floats, rotation: Floats, drive: EgoDrive) -> Rays:
-    """Return the rays of fan f at their firing times, before any intersection.
+def aim_rays(
+    grid: Grid, f: int, first: int, layers: int, azimuth: Floats, time: Floats, u: int, origin: Floats,
+    rotation: Floats, drive: EgoDrive,
+) -> Rays:  # fmt: skip
+    """Return the rays of K successive azimuths of fan f of unit u at their firing times, before any intersection.
 
     Parameters
     ----------
-    time
-        (M / J,) firing times of the fan's azimuths, evenly spaced [s].
+    first
+        Index of the first azimuth in the fan.
+    azimuth, time
+        (K, 2) cosine and sine; (K,) firing times, evenly spaced [s].
     origin, rotation
         (3,), (3, 3) pose of the unit in the ego frame.
     """
-    first, end = grid.fan_column[f], grid.fan_column[f + 1]
-    rays = slice(grid.fan_ray[f], grid.fan_ray[f + 1])
-    columns = end - first
-    shape = (columns, (grid.fan_ray[f + 1] - grid.fan_ray[f]) // columns)
-    column = np.empty((9, columns))
-    _aim(grid.azimuth, first, grid.rays_wide, time, origin, rotation, drive, column)
+    shape = (len(time), layers, grid.side.shape[2])
+    per_azimuth = shape[1] * shape[2]
+    begin = grid.fan_ray[f] + first * per_azimuth
+    rays = slice(begin, begin + len(time) * per_azimuth)
+    line = np.empty((12, len(time)))
+    _aim(azimuth, time, origin, rotation, drive, line)
     return Rays(
-        column, grid.slope[rays].reshape(shape), grid.cos[rays].reshape(shape), grid.far[rays].reshape(shape),
-        np.empty((4, *shape)), np.empty((3, *shape), np.int64),
+        line, grid.side[u], grid.slope[rays].reshape(shape), grid.cos[rays].reshape(shape),
+        grid.far[rays].reshape(shape), np.empty((4, *shape)), np.empty((3, *shape), np.int64),
     )  # fmt: skip
 
 
 @njit(cache=True)
-def _aim(
-    azimuth: Floats, first: int, rays_wide: int, time: Floats, origin: Floats, rotation: Floats, drive: EgoDrive,
-    column: Floats,
-) -> None:  # fmt: skip
-    """Fill the columns (9, M): origin, forward and up in the ego frame."""
+def _aim(azimuth: Floats, time: Floats, origin: Floats, rotation: Floats, drive: EgoDrive, line: Floats) -> None:
+    """Fill the lines (12, K): origin, forward, left and up in the ego frame."""
     cos, sin, step_cos, step_sin = rotation_steps(drive.yaw_rate * time[0], drive.yaw_rate, time)
     for k in range(len(time)):
         ego_x, ego_y = ego_at(drive, time[k])
-        x, y = cos * origin[0] - sin * origin[1] + ego_x, sin * origin[0] + cos * origin[1] + ego_y
-        up_x, up_y = cos * rotation[0, 2] - sin * rotation[1, 2], sin * rotation[0, 2] + cos * rotation[1, 2]
-        for m in range(k * rays_wide, (k + 1) * rays_wide):
-            ca, sa = azimuth[0, first + m], azimuth[1, first + m]
-            fx, fy = rotation[0, 0] * ca + rotation[0, 1] * sa, rotation[1, 0] * ca + rotation[1, 1] * sa
-            column[0, m], column[1, m], column[2, m] = x, y, origin[2]
-            column[3, m], column[4, m] = cos * fx - sin * fy, sin * fx + cos * fy
-            column[5, m] = rotation[2, 0] * ca + rotation[2, 1] * sa
-            column[6, m], column[7, m], column[8, m] = up_x, up_y, rotation[2, 2]
+        line[0, k], line[1, k] = cos * origin[0] - sin * origin[1] + ego_x, sin * origin[0] + cos * origin[1] + ego_y
+        line[2, k] = origin[2]
+        ca, sa = azimuth[k, 0], azimuth[k, 1]
+        for axis, (ahead, aside) in ((3, (ca, sa)), (6, (-sa, ca))):
+            fx, fy = rotation[0, 0] * ahead + rotation[0, 1] * aside, rotation[1, 0] * ahead + rotation[1, 1] * aside
+            line[axis, k], line[axis + 1, k] = cos * fx - sin * fy, sin * fx + cos * fy
+            line[axis + 2, k] = rotation[2, 0] * ahead + rotation[2, 1] * aside
+        line[9, k] = cos * rotation[0, 2] - sin * rotation[1, 2]
+        line[10, k] = sin * rotation[0, 2] + cos * rotation[1, 2]
+        line[11, k] = rotation[2, 2]
         cos, sin = cos * step_cos - sin * step_sin, sin * step_cos + cos * step_sin
 
 
@@ -85,43 +87,48 @@ def rotation_steps(start: float, rate: float, time: Floats) -> tuple[float, floa
 def intersect_ground(rays: Rays) -> None:
     """End the rays on the ground, the plane z = 0, or on nothing at the maximum range."""
     # Unpacked once: each access to a record's array costs an atomic reference count.
-    column, slope, far = rays.column, rays.slope, rays.far
+    line, side, slope, far = rays.line, rays.side, rays.slope, rays.far
     inverse_depth = rays.hit[INVERSE_DEPTH]
     target, inner_surface = rays.hit_id[TARGET], rays.hit_id[INNER_SURFACE]
-    for m in range(len(slope)):
-        level, per_slope = -column[5, m] / column[2, m], -column[8, m] / column[2, m]
-        for i in range(slope.shape[1]):
-            at = level + slope[m, i] * per_slope
-            inverse_depth[m, i] = max(at, far[m, i])
-            target[m, i] = GROUND if at > far[m, i] else NOTHING
-            inner_surface[m, i] = NONE
+    for k in range(len(slope)):
+        per_cos, per_sin, per_slope = -line[5, k] / line[2, k], -line[8, k] / line[2, k], -line[11, k] / line[2, k]
+        for layer in range(slope.shape[1]):
+            for r in range(slope.shape[2]):
+                at = side[0, r] * per_cos + side[1, r] * per_sin + slope[k, layer, r] * per_slope
+                inverse_depth[k, layer, r] = max(at, far[k, layer, r])
+                target[k, layer, r] = GROUND if at > far[k, layer, r] else NOTHING
+                inner_surface[k, layer, r] = NONE
 
 
 @njit(cache=True, error_model="numpy")
-def intersect_walls(rows: Ints, rays_wide: int, rays: Rays, static: StaticScene) -> None:
-    """End the rays on walls nearer than their hits so far; rows (K, 3) are wall, first azimuth and end."""
+def intersect_walls(rows: Ints, rays: Rays, static: StaticScene) -> None:
+    """End the rays on walls nearer than their hits so far; rows (N, 3) are wall, first azimuth and end."""
     for row in range(len(rows)):
-        _intersect_wall(rows[row, 0], rows[row, 1] * rays_wide, rows[row, 2] * rays_wide, rays, static)
+        _intersect_wall(rows[row, 0], rows[row, 1], rows[row, 2], rays, static)
 
 
 @njit(cache=True, error_model="numpy")
 def _intersect_wall(w: int, first: int, end: int, rays: Rays, static: StaticScene) -> None:
-    """End the rays of columns [first, end) on wall w where it is nearer than their hits so far."""
+    """End the rays of azimuths [first, end) on wall w where it is nearer than their hits so far."""
     # Unpacked once: each access to a record's array costs an atomic reference count.
-    ends, z, column, slope, cos = static.ends, static.z, rays.column, rays.slope, rays.cos
+    ends, z, line, side, slope, cos = static.ends, static.z, rays.line, rays.side, rays.slope, rays.cos
     inverse_depth, cosine = rays.hit[INVERSE_DEPTH], rays.hit[COSINE]
     target, surface = rays.hit_id[TARGET], rays.hit_id[SURFACE]
     ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
     length = math.sqrt(ex * ex + ey * ey)
     ex, ey = ex / length, ey / length
-    for m in range(first, end):
-        gx, gy = ends[w, 0] - column[0, m], ends[w, 1] - column[1, m]
+    for k in range(first, end):
+        gx, gy = ends[w, 0] - line[0, k], ends[w, 1] - line[1, k]
         aside, before = gx * ey - gy * ex, gx * ex + gy * ey
-        for i in range(slope.shape[1]):
-            dx, dy = column[3, m] + slope[m, i] * column[6, m], column[4, m] + slope[m, i] * column[7, m]
-            at = (dx * ey - dy * ex) / aside
-            along = (dx * ex + dy * ey) / at - before
-            height = column[2, m] + (column[5, m] + slope[m, i] * column[8, m]) / at
-            if inverse_depth[m, i] < at < math.inf and 0.0 <= along <= length and z[w, 0] <= height <= z[w, 1]:
-                inverse_depth[m, i], target[m, i], surface[m, i] = at, WALL, w
-                cosine[m, i] = abs(aside) * at * cos[m, i]
+        for layer in range(slope.shape[1]):
+            for r in range(slope.shape[2]):
+                c, s, t = side[0, r], side[1, r], slope[k, layer, r]
+                dx = c * line[3, k] + s * line[6, k] + t * line[9, k]
+                dy = c * line[4, k] + s * line[7, k] + t * line[10, k]
+                at = (dx * ey - dy * ex) / aside
+                along = (dx * ex + dy * ey) / at - before
+                height = line[2, k] + (c * line[5, k] + s * line[8, k] + t * line[11, k]) / at
+                inside = 0.0 <= along <= length and z[w, 0] <= height <= z[w, 1]
+                if inside and inverse_depth[k, layer, r] < at < math.inf:
+                    inverse_depth[k, layer, r], target[k, layer, r], surface[k, layer, r] = at, WALL, w
+                    cosine[k, layer, r] = abs(aside) * at * cos[k, layer, r]

@@ -4,9 +4,8 @@ import numpy as np
 from numba import njit
 
 from sensor_model.arrays import Floats, Ints
-from sensor_model.kernels.echoes import find_echoes, label_echo, sort_by_range
+from sensor_model.kernels.echoes import find_echoes, find_strong_echo, label_echo, sort_by_range
 from sensor_model.kernels.records import (
-    BEAM,
     POWER,
     RANGE,
     Beams,
@@ -20,35 +19,31 @@ from sensor_model.kernels.records import (
 )
 from sensor_model.kernels.samples import gather_samples
 
-_SAMPLES = 4096  # beams are processed in blocks of at most this many samples, so that these stay in the cache
-
 
 @njit(cache=True)
-def receive_fan(
-    u: int, first_beam: Ints, beams: Beams, units: Units, bodies: Solids, static: StaticScene, rays_wide: int,
-    rays: Rays, out: ScanBuffers,
+def receive_block(
+    u: int, first_beam: Ints, first: int, beams: Beams, units: Units, bodies: Solids, static: StaticScene, rays: Rays,
+    out: ScanBuffers,
 ) -> None:  # fmt: skip
-    """Append the echoes and the lost beams of a fan of unit u to `out`.
+    """Set the echoes of the beams of a block of a fan of unit u, and the lost beams.
 
     Parameters
     ----------
     first_beam
-        First beam of each layer.
+        First beam of each layer of the fan.
+    first
+        Index of the block's first azimuth in the fan.
     """
-    columns, n = rays.cos.shape
-    rays_high, azimuths = n // len(first_beam), columns // rays_wide
+    azimuths, per_beam = len(rays.cos), rays.side.shape[1]
     receiver = Receiver(
         units.range_min[u], units.pulse_length[u], units.pulse_growth[u], units.echo_separation[u], units.echoes_max[u]
     )
-    per_beam = 2 * rays_high * rays_wide
-    block = min(azimuths, max(1, _SAMPLES // per_beam))
-    samples = _work_arrays(block * per_beam, block)
+    samples = _work_arrays(azimuths * 2 * per_beam, azimuths)
     for layer in range(len(first_beam)):
-        low, high = layer * rays_high, (layer + 1) * rays_high
-        for k in range(0, azimuths, block):
-            first, end = first_beam[layer] + k, first_beam[layer] + min(k + block, azimuths)
-            gather_samples(rays, low, high, k, rays_wide, beams.gain[first:end], receiver, bodies, static, samples)
-            _detect_echoes(first, beams.threshold[first:end], receiver, samples, out)
+        begin = first_beam[layer] + first
+        gain, threshold = beams.gain[begin : begin + azimuths], beams.threshold[begin : begin + azimuths]
+        gather_samples(rays, layer, gain, receiver, bodies, static, samples, out.unit_hits[u])
+        _detect_echoes(begin, threshold, receiver, samples, out)
 
 
 @njit(cache=True)
@@ -62,29 +57,29 @@ def _work_arrays(room: int, beams: int) -> Samples:
 
 @njit(cache=True)
 def _detect_echoes(first: int, threshold: Floats, receiver: Receiver, samples: Samples, out: ScanBuffers) -> None:
-    """Append the echoes of a block of beams, and the beams that hit something and have none.
+    """Set the echoes of successive beams, and those that hit something and have none.
 
     Parameters
     ----------
     first
-        First beam of the block.
+        First beam.
     threshold
         (K,) minimum power of an echo, per beam [1/m^2].
     """
     # Unpacked once: each access to a record's array costs an atomic reference count.
     value, ids, order, start, blocked = samples
-    echo, echo_id, lost_beam, lost_echo = out.echo, out.echo_id, out.lost_beam, out.lost_echo
-    found, lost = out.counts[0], out.counts[1]
+    echo, echo_id, count, lost, lost_echo = out.echo, out.echo_id, out.echoes, out.lost, out.lost_echo
     for k in range(len(threshold)):
-        begin, end = start[k], start[k + 1]
-        before, highest, where = found, 0.0, 0.0
+        begin, end, beam = start[k], start[k + 1], first + k
+        found, highest, where = 0, 0.0, 0.0
         if begin < end:
+            if find_strong_echo(value, ids, begin, end, threshold[k], receiver, beam, echo, echo_id):
+                count[beam] = 1
+                continue
             sort_by_range(value, order, begin, end)
-            found, highest, where = find_echoes(value, order, begin, end, threshold[k], receiver, echo, found)
-        for e in range(before, found):
-            echo_id[BEAM, e] = first + k
-            label_echo(value, ids, order, begin, end, echo, echo_id, e)
-        if found == before and (begin < end or blocked[k]):
-            lost_beam[lost], lost_echo[RANGE, lost], lost_echo[POWER, lost] = first + k, where, highest
-            lost += 1
-    out.counts[0], out.counts[1] = found, lost
+            found, highest, where = find_echoes(value, order, begin, end, threshold[k], receiver, beam, echo)
+        for e in range(found):
+            label_echo(value, ids, order, begin, end, beam, e, echo, echo_id)
+        count[beam] = found
+        if found == 0 and (begin < end or blocked[k]):
+            lost[beam], lost_echo[RANGE, beam], lost_echo[POWER, beam] = True, where, highest

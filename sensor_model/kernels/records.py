@@ -12,11 +12,11 @@ INVERSE_DEPTH, COSINE, INNER_INVERSE_DEPTH, INNER_COSINE = range(4)
 RANGE, POWER, WIDTH = range(3)
 """Rows of `Samples.value` (range, power) and of `ScanBuffers.echo` (all)."""
 TARGET, SURFACE = range(2)
-"""First rows of `Rays.hit_id`, `Samples.id` and `ScanBuffers.echo_id`."""
+"""First rows of `Rays.hit_id`, `Samples.id`, `ScanBuffers.echo_id` and `DenseEchoes.echo_id`."""
 INNER_SURFACE = 2
 """Last row of `Rays.hit_id`."""
 BEAM = 2
-"""Last row of `ScanBuffers.echo_id`."""
+"""Last row of `DenseEchoes.echo_id`."""
 NONE = -1
 """Index in place of a plane where none is hit."""
 
@@ -32,10 +32,10 @@ class Fans(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Ray directions in the frames of the units.
+    """Directions of the rays of all beams, in the frames of the units.
 
-    A beam has I rays over its height times J over its width. Fan f therefore has J columns per azimuth, M in all, and n
-    rays per column, I per layer: ray i belongs to layer i // I, column m to azimuth m // J.
+    A beam has I rays over its height times J over its width, R in all; ray i J + j is in row i and column j. The L
+    beams of a fan at one azimuth fire at once: L R rays, layer by layer.
     """
 
     rays_high: int
@@ -44,18 +44,21 @@ class Grid(NamedTuple):
     """J"""
     half_width: Floats
     """(U,) half of a beam's width [rad]."""
-    fan_column: Ints
-    """(F + 1,) fan f has columns fan_column[f] to fan_column[f + 1]."""
+    side: Floats
+    """(U, 2, R) cosine and sine of a ray's azimuth less that of its beam."""
     fan_ray: Ints
-    """(F + 1,) fan f has rays fan_ray[f] to fan_ray[f + 1], column by column."""
+    """(F,) fan f has the rays of its azimuths, one after the other, from fan_ray[f] on; equal fans share them."""
     azimuth: Floats
-    """(2, columns) cosine and sine."""
+    """(B, 2) cosine and sine of the azimuth of each beam."""
     slope: Floats
     """(rays,) tangent of the elevation."""
     cos: Floats
     """(rays,) cosine of the elevation."""
     far: Floats
     """(rays,) inverse depth at the maximum range, 1 / (range x cosine) [1/m]."""
+    refine: bool
+    """If True, a beam whose corner rays decide its intersection with a solid is not traced further; the hits are the
+    same."""
 
 
 class Beams(NamedTuple):
@@ -143,26 +146,29 @@ class EgoDrive(NamedTuple):
 
 
 class Rays(NamedTuple):
-    """State of the rays of one fan during the cast: M columns of n rays.
+    """State of the rays of a block of K successive azimuths of a fan during the cast: L beams of R rays at each.
 
-    A ray starts at the origin of its column and has the direction forward + slope x up. Hits are compared by inverse
-    depth, 1 / (distance x cos), because the inverse depth of a plane is linear in the slope.
+    A ray starts at the origin of its azimuth and has the direction c x forward + s x left + slope x up, with cosine c
+    and sine s of its azimuth less that of its beam. Hits are compared by inverse depth, 1 / (distance x cos), because
+    the inverse depth of a plane is linear in s and slope, and c is almost constant.
     """
 
-    column: Floats
-    """(9, M) origin, forward and up in the ego frame, at the firing time of the column."""
+    line: Floats
+    """(12, K) origin, forward, left and up in the ego frame, at the firing time of the azimuth."""
+    side: Floats
+    """(2, R) as in `Grid`."""
     slope: Floats
-    """(M, n) as in `Grid`."""
+    """(K, L, R) as in `Grid`."""
     cos: Floats
-    """(M, n) as in `Grid`."""
+    """(K, L, R) as in `Grid`."""
     far: Floats
-    """(M, n) as in `Grid`."""
+    """(K, L, R) as in `Grid`."""
     hit: Floats
-    """(4, M, n) rows `INVERSE_DEPTH` of the nearest hit or of the maximum range [1/m]; `COSINE` of its angle of
+    """(4, K, L, R) rows `INVERSE_DEPTH` of the nearest hit or of the maximum range [1/m]; `COSINE` of its angle of
     incidence, not set for ground and nothing; the same of the inner surface, not set without one."""
     hit_id: Ints
-    """(3, M, n) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not set
-    for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""
+    """(3, K, L, R) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not
+    set for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""
 
 
 class Receiver(NamedTuple):
@@ -176,7 +182,7 @@ class Receiver(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Light that returns to a block of K beams of one layer: S samples, at most two per ray, beam after beam."""
+    """Light that returns to K beams of one layer: S samples, at most two per ray, beam after beam."""
 
     value: Floats
     """(2, S) rows `RANGE` [m] and `POWER` [1/m^2]."""
@@ -191,24 +197,37 @@ class Samples(NamedTuple):
 
 
 class ScanBuffers(NamedTuple):
-    """Output of a scan. Only the first `counts` columns of each table are valid."""
+    """Output of a scan: a slot per beam, so that beams can be cast in any order."""
 
     echo: Floats
-    """(3, N) range [m], power [1/m^2] and width [m] of the echoes, in the order of the beams."""
+    """(3, B, E) range [m], power [1/m^2] and width [m] of up to E echoes of each beam."""
     echo_id: Ints
-    """(3, N) target, surface and beam of the echoes."""
-    lost_beam: Ints
-    """(B,) beams that hit something and have no echo."""
+    """(2, B, E) target and surface of the echoes."""
+    echoes: Ints
+    """(B,) number of echoes of each beam."""
+    lost: Bools
+    """(B,) True for beams that hit something and have no echo."""
     lost_echo: Floats
     """(2, B) range [m] and value [1/m^2] of their highest returned power; range 0 if all hits are below range_min."""
-    counts: Ints
-    """(2,) echoes, and lost beams."""
     free_range: Floats
     """(B,) unobstructed range of each beam [m], or (0,) if it is not requested."""
     unit_hits: Ints
     """(U, A) rays that end on each body."""
     unit_hits_alone: Ints
     """(U, A) rays that would end on each body if it were alone on the ground."""
+
+
+class DenseEchoes(NamedTuple):
+    """N echoes in the order of the beams, and L lost beams."""
+
+    echo: Floats
+    """(3, N) as in `ScanBuffers`."""
+    echo_id: Ints
+    """(3, N) target, surface and beam."""
+    lost_beam: Ints
+    """(L,)"""
+    lost_echo: Floats
+    """(2, L) as in `ScanBuffers`."""
 
 
 class Droplets(NamedTuple):

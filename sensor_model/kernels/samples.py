@@ -27,51 +27,50 @@ from sensor_model.returns import GROUND, NOTHING, WALL
 
 @njit(cache=True, error_model="numpy")
 def gather_samples(
-    rays: Rays, low: int, high: int, first: int, rays_wide: int, gain: Floats, receiver: Receiver, bodies: Solids,
-    static: StaticScene, samples: Samples,
+    rays: Rays, layer: int, gain: Floats, receiver: Receiver, bodies: Solids, static: StaticScene, samples: Samples,
+    hits: Ints,
 ) -> None:  # fmt: skip
-    """Fill the samples of a block of beams of one layer, beam after beam.
+    """Fill the samples of the beams of one layer of a block, beam after beam, and count the rays that end on bodies.
 
     Power is reflectivity x cos(incidence) x gain / range^2 (Lambert), attenuated by the air, in equal shares per ray.
 
     Parameters
     ----------
-    low, high
-        The layer has rays [low, high) of each column.
-    first
-        First azimuth of the block.
     gain
         (K,) sensitivity of each beam.
+    hits
+        (A,) in and out: rays that end on each body.
     """
     # Unpacked once: each access to a record's array costs an atomic reference count.
-    column, cos, hit, hit_id, value, ids = rays.column, rays.cos, rays.hit, rays.hit_id, samples.value, samples.id
+    line, cos, hit, hit_id, value, ids = rays.line, rays.cos, rays.hit, rays.hit_id, samples.value, samples.id
     targets, inverse_depth, inner_surface = hit_id[TARGET], hit[INVERSE_DEPTH], hit_id[INNER_SURFACE]
     start, blocked = samples.start, samples.blocked
     wall_reflectivity, reflectivity, transmission = static.reflectivity, bodies.reflectivity, bodies.transmission
     ground_reflectivity, extinction, range_min = static.ground_reflectivity, static.extinction, receiver.range_min
-    count = 0
+    per_beam, count = rays.side.shape[1], 0
     for k in range(len(gain)):
-        share, blocked[k] = gain[k] / ((high - low) * rays_wide), False
-        for i in range(low, high):
-            for m in range((first + k) * rays_wide, (first + k + 1) * rays_wide):
-                target = targets[m, i]
-                if target == NOTHING:
-                    continue
-                r = 1.0 / (inverse_depth[m, i] * cos[m, i])
-                if r < range_min:
-                    blocked[k] = True
-                    continue
-                if target == GROUND:
-                    q, sent = 0, ground_reflectivity * column[2, m] / r
-                else:
-                    q = hit_id[SURFACE, m, i]
-                    sent = (wall_reflectivity[q] if target == WALL else reflectivity[q]) * hit[COSINE, m, i]
-                count = _append(target, q, r, sent * share, extinction, value, ids, count)
-                behind = inner_surface[m, i]
-                if behind != NONE:
-                    sent = transmission[q] * reflectivity[behind] * hit[INNER_COSINE, m, i]
-                    r = 1.0 / (hit[INNER_INVERSE_DEPTH, m, i] * cos[m, i])
-                    count = _append(target, behind, r, sent * share, extinction, value, ids, count)
+        share, blocked[k] = gain[k] / per_beam, False
+        for r in range(per_beam):
+            target = targets[k, layer, r]
+            if target == NOTHING:
+                continue
+            if target >= 0:
+                hits[target] += 1
+            at = 1.0 / (inverse_depth[k, layer, r] * cos[k, layer, r])
+            if at < range_min:
+                blocked[k] = True
+                continue
+            if target == GROUND:
+                q, sent = 0, ground_reflectivity * line[2, k] / at
+            else:
+                q = hit_id[SURFACE, k, layer, r]
+                sent = (wall_reflectivity[q] if target == WALL else reflectivity[q]) * hit[COSINE, k, layer, r]
+            count = _append(target, q, at, sent * share, extinction, value, ids, count)
+            behind = inner_surface[k, layer, r]
+            if behind != NONE:
+                sent = transmission[q] * reflectivity[behind] * hit[INNER_COSINE, k, layer, r]
+                at = 1.0 / (hit[INNER_INVERSE_DEPTH, k, layer, r] * cos[k, layer, r])
+                count = _append(target, behind, at, sent * share, extinction, value, ids, count)
         start[k + 1] = count
 
 

@@ -1,80 +1,160 @@
-"""Intersections of the rays of a fan with bodies: nearest hits, and hits behind panes."""
+"""Intersections of the rays of a block of azimuths with bodies: nearest hits, and hits behind panes."""
 
 import numpy as np
 from numba import njit
 
 from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.kernels.body_frame import column_limits, column_span, into_body_frame, plan_distance, slope_extremes
-from sensor_model.kernels.records import (
-    COSINE,
-    INNER_COSINE,
-    INNER_INVERSE_DEPTH,
-    INNER_SURFACE,
-    INVERSE_DEPTH,
-    NONE,
-    SURFACE,
-    TARGET,
-    Rays,
-    Solids,
-)
-from sensor_model.kernels.slab_entry import enter_solid, split_planes, start_column
-
-_SLACK = 1e-9  # tolerance for rounding, so that no hit is left out
+from sensor_model.kernels.body_frame import azimuth_limits, azimuth_span, into_body_frame, plan_distance, slope_extremes
+from sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
+from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
+from sensor_model.kernels.records import NONE, Rays, Solids
+from sensor_model.kernels.slab_entry import enter_solid, enter_through, split_planes, start_rays
 
 
 @njit(cache=True, error_model="numpy")
-def intersect_bodies(rows: Ints, rays_wide: int, time: Floats, rays: Rays, bodies: Solids, hits_alone: Ints) -> None:
+def intersect_bodies(
+    rows: Ints, half_width: float, refine: bool, time: Floats, rays: Rays, bodies: Solids, hits_alone: Ints
+) -> None:
     """End the rays on bodies nearer than their hits so far, and continue behind panes.
 
     Parameters
     ----------
     rows
-        (K, 3) body, first azimuth, and end.
+        (N, 3) body, first azimuth, and end; near bodies first, because hidden ones cost less.
+    half_width
+        Half of a beam's width [rad].
+    refine
+        As in `records.Grid`.
     time
-        (M / J,) firing times of the fan's azimuths [s].
+        (K,) firing times of the azimuths [s].
     hits_alone
         (A,) in and out: rays that would end on each body if it were alone on the ground.
     """
     # Unpacked once: each access to a record's array costs an atomic reference count.
-    column, slope, cos, far, hit, hit_id = rays
+    line, slope = rays.line, rays.slope
     body_solid, solid_plane, solid_bounds = bodies.body_solid, bodies.solid_plane, bodies.solid_bounds
-    motion, solid_inner, planes, transmission = bodies.motion, bodies.solid_inner, bodies.planes, bodies.transmission
-    columns, n = slope.shape
-    local, limits, extremes = np.empty((9, columns)), np.empty((6, columns)), slope_extremes(slope)
-    longest = np.sqrt(1.0 + np.maximum(extremes[0] ** 2, extremes[1] ** 2)) + _SLACK
-    span, room = np.empty((2, len(solid_inner)), np.int64), _largest_group(solid_plane) + 3
-    entry, leave, entry_plane = np.empty((2, room)), np.empty((2, room)), np.empty(room, np.int64)
-    depth, plane, on_pane = np.empty((3, n)), np.empty((2, n), np.int64), np.empty(n, np.bool_)
+    motion, solid_inner, (azimuths, layers, per_beam) = bodies.motion, bodies.solid_inner, slope.shape
+    local, limits, (extremes, longest) = np.empty((12, azimuths)), np.empty((7, azimuths)), slope_extremes(slope)
+    in_view, views = np.empty((2, _largest_group(body_solid) + 1), np.int64), np.empty(2, np.int64)
+    span, room = np.empty((2, len(solid_inner)), np.int64), _largest_group(solid_plane)
+    entry, leave, entry_plane = np.empty((room, 3)), np.empty((room, 3)), np.empty(room, np.int64)
+    depth, plane = np.empty((layers, per_beam)), np.empty((layers, per_beam), np.int64)
+    on_pane, farthest, covered = np.empty((layers, per_beam), np.bool_), np.empty(layers), np.zeros((azimuths, layers))
     for row in range(len(rows)):
-        a, first, end = rows[row, 0], rows[row, 1] * rays_wide, rows[row, 2] * rays_wide
-        into_body_frame(column, rows[row, 1], rows[row, 2], rays_wide, time, motion, a, local)
-        column_limits(local, extremes, first, end - first, limits)
-        for p in range(body_solid[a], body_solid[a + 1]):
-            span[0, p], span[1, p] = column_span(solid_bounds, p, local, end - first, limits)
-        for c in range(end - first):
-            m = first + c
-            for inner in range(2):  # outer solids, then those behind a pane
-                start_column(m, column, slope, far, depth, plane)
-                entered, farthest = False, 0.0
-                for p in range(body_solid[a], body_solid[a + 1]):
-                    if span[0, p] <= c < span[1, p] and solid_inner[p] == inner:
-                        if farthest * plan_distance(solid_bounds, p, local, c) > longest[m]:
-                            continue
-                        facing, hidden = split_planes(
-                            planes, solid_plane[p], solid_plane[p + 1], local, c, entry, entry_plane, leave
+        a, first, end = rows[row, 0], rows[row, 1], rows[row, 2]
+        into_body_frame(line, first, end, time, motion, a, local)
+        azimuth_limits(local, extremes, first, end - first, half_width, limits)
+        _list_solids(a, body_solid, solid_inner, solid_bounds, local, end - first, limits, span, in_view, views)
+        hits_alone[a] += _cast_body(
+            a, first, end, refine, rays, bodies, local, longest, span, in_view, views, entry, leave, entry_plane, depth,
+            plane, on_pane, farthest, covered,
+        )  # fmt: skip
+
+
+@njit(cache=True, inline="always")
+def _list_solids(
+    a: int, body_solid: Ints, solid_inner: Bools, solid_bounds: Floats, local: Floats, azimuths: int, limits: Floats,
+    span: Ints, in_view: Ints, views: Ints,
+) -> None:  # fmt: skip
+    """List the outer and the inner solids of body a that rays of the azimuths may hit.
+
+    Parameters
+    ----------
+    span
+        (2, P) out: first azimuth and end for each solid of the body, as of `azimuth_span`.
+    in_view, views
+        (2, P), (2,) out: outer solids and inner solids, and their numbers.
+    """
+    views[0], views[1] = 0, 0
+    for p in range(body_solid[a], body_solid[a + 1]):
+        span[0, p], span[1, p] = azimuth_span(solid_bounds, p, local, azimuths, limits)
+        inner = int(solid_inner[p])
+        in_view[inner, views[inner]] = p
+        views[inner] += span[0, p] < span[1, p]
+
+
+@njit(cache=True, error_model="numpy")
+def _cast_body(
+    a: int, first: int, end: int, refine: bool, rays: Rays, bodies: Solids, local: Floats, longest: Floats, span: Ints,
+    in_view: Ints, views: Ints, entry: Floats, leave: Floats, entry_plane: Ints, depth: Floats, plane: Ints,
+    on_pane: Bools, farthest: Floats, covered: Floats,
+) -> int:  # fmt: skip
+    """End the rays of azimuths [first, end) on body a; return the rays that would if it were alone on the ground.
+
+    Parameters
+    ----------
+    longest
+        (K,) largest length of a ray per length in plan.
+    depth, plane, on_pane
+        (L, R) work space: inverse depth, plane, and mask of the rays on panes.
+    farthest
+        (L,) work space: inverse depth that no ray of each beam falls below, or PASSED or HIDDEN [1/m].
+    covered
+        (K, L) in and out: inverse depth that no hit of each beam falls below [1/m].
+    """
+    line, side, slope, cos, far, hit, hit_id = rays
+    bounds, solid_plane, solid_bounds, planes = bodies.bounds, bodies.solid_plane, bodies.solid_bounds, bodies.planes
+    transmission, layers, alone = bodies.transmission, slope.shape[1], 0
+    edge_cos, edge_sin = side[0, 0], abs(side[1, 0])
+    for c in range(end - first):
+        k = first + c
+        nearest = longest[k] / plan_distance(bounds, a, local, c)
+        for inner in range(2):  # outer solids, then those behind a pane
+            least = PASSED
+            for layer in range(layers):
+                farthest[layer] = PASSED
+            for j in range(views[inner]):
+                p = in_view[inner, j]
+                if not span[0, p] <= c < span[1, p]:
+                    continue
+                if least * plan_distance(solid_bounds, p, local, c) > longest[k]:
+                    continue
+                facing, hidden = split_planes(
+                    planes, solid_plane[p], solid_plane[p + 1], local, c, entry, entry_plane, leave
+                )
+                for layer in range(layers if facing > 0 else 0):
+                    low, high, at, most = slope[k, layer, 0], slope[k, layer, -1], NONE, HIDDEN
+                    entries, exits = facing, hidden
+                    if refine:
+                        at = entry_of_corners(facing, hidden, entry, leave, edge_cos, edge_sin, low, high)
+                    if at == MISSED or farthest[layer] == HIDDEN:
+                        continue
+                    if at >= 0 and nearest < covered[k, layer]:
+                        farthest[layer] = HIDDEN
+                        continue
+                    if farthest[layer] == PASSED:
+                        start_rays(k, layer, line, side, slope, far, depth, plane)
+                        farthest[layer] = 0.0
+                    if at >= 0:
+                        enter_through(at, entry, entry_plane[at], k, layer, side, slope, depth, plane)
+                        far_edge, _ = depth_bounds(
+                            entry[at, 0], entry[at, 1], entry[at, 2], edge_cos, edge_sin, low, high
                         )
-                        if facing > 0:
-                            farthest = enter_solid(facing, hidden, entry, entry_plane, leave, slope, m, depth, plane)
-                            entered = True
-                if not entered:
-                    break
+                        farthest[layer] = max(farthest[layer], far_edge)
+                        continue
+                    if refine:
+                        entries, exits, most = keep_relevant(
+                            facing, hidden, entry, entry_plane, leave, edge_cos, edge_sin, low, high
+                        )
+                    if most > farthest[layer]:
+                        enter_solid(entries, exits, entry, entry_plane, leave, k, layer, side, slope, depth, plane)
+                least = HIDDEN
+                for layer in range(layers):
+                    least = min(least, farthest[layer])
+            panes = False
+            for layer in range(layers):
                 if inner:
-                    _look_inside(on_pane, planes, local, c, m, depth, plane, cos, hit, hit_id)
-                    break
-                alone, nearer = _keep_nearer(a, planes, local, c, m, depth, plane, cos, hit, hit_id)
-                hits_alone[a] += alone
-                if nearer == 0 or not _find_panes(a, m, transmission, hit_id, on_pane):
-                    break
+                    look_inside(farthest[layer], on_pane, planes, local, c, k, layer, depth, plane, cos, hit, hit_id)
+                    continue
+                met, nearer = keep_nearer(
+                    a, farthest[layer], planes, local, c, k, layer, depth, plane, cos, hit, hit_id
+                )
+                alone += met
+                covered[k, layer] = max(covered[k, layer], farthest[layer] if nearer > 0 else 0.0)
+                panes = find_panes(a, nearer, k, layer, transmission, hit_id, on_pane) or panes
+            if not panes:
+                break
+    return alone
 
 
 @njit(cache=True)
@@ -84,56 +164,3 @@ def _largest_group(offsets: Ints) -> int:
     for g in range(len(offsets) - 1):
         most = max(most, offsets[g + 1] - offsets[g])
     return most
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _height(planes: Floats, q: int, local: Floats, c: int) -> float:
-    """Return the distance of the origin of column c outside of plane q; over the range, the cosine of incidence."""
-    return float(planes[q, 0] * local[0, c] + planes[q, 1] * local[1, c] + planes[q, 2] * local[2, c] - planes[q, 3])
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _keep_nearer(
-    a: int, planes: Floats, local: Floats, c: int, m: int, depth: Floats, plane: Ints, cos: Floats, hit: Floats,
-    hit_id: Ints,
-) -> tuple[int, int]:  # fmt: skip
-    """End the rays of column m on body a where it is nearer than their hits so far.
-
-    Returns
-    -------
-    Number of rays that hit the body if it is alone, and of those that end on it now.
-    """
-    alone, nearer = 0, 0
-    for i in range(cos.shape[1]):
-        q, at = plane[0, i], depth[0, i]
-        if q != NONE:
-            alone += 1
-            if at > hit[INVERSE_DEPTH, m, i]:
-                nearer += 1
-                hit_id[TARGET, m, i], hit_id[SURFACE, m, i], hit_id[INNER_SURFACE, m, i] = a, q, NONE
-                hit[INVERSE_DEPTH, m, i] = at
-                hit[COSINE, m, i] = _height(planes, q, local, c) * at * cos[m, i]
-    return alone, nearer
-
-
-@njit(cache=True, inline="always")
-def _find_panes(a: int, m: int, transmission: Floats, hit_id: Ints, on_pane: Bools) -> bool:
-    """Fill the (n,) mask of the rays of column m that end on a pane of body a; return True if any does."""
-    panes = False
-    for i in range(len(on_pane)):
-        on_pane[i] = hit_id[TARGET, m, i] == a and transmission[hit_id[SURFACE, m, i]] > 0.0
-        panes = panes or on_pane[i]
-    return panes
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _look_inside(
-    on_pane: Bools, planes: Floats, local: Floats, c: int, m: int, depth: Floats, plane: Ints, cos: Floats, hit: Floats,
-    hit_id: Ints,
-) -> None:  # fmt: skip
-    """Continue the rays of column m that end on a pane to the inner solid behind it."""
-    for i in range(cos.shape[1]):
-        q, at = plane[0, i], depth[0, i]
-        if q != NONE and on_pane[i]:
-            hit_id[INNER_SURFACE, m, i], hit[INNER_INVERSE_DEPTH, m, i] = q, at
-            hit[INNER_COSINE, m, i] = _height(planes, q, local, c) * at * cos[m, i]

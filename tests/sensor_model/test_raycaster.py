@@ -1,7 +1,7 @@
 """Ray caster against a slow reference implementation, and against an independent ray tracer."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -238,6 +238,26 @@ def test_shipped_rigs_equal_reference_implementation(name, index):
     assert len(on_actors) > 100
     chosen = np.concatenate([rng.choice(len(beams), 20), rng.choice(on_actors, 20)])
     check_beams(echoes, sensor, beams, *scene, chosen.tolist())
+
+
+@pytest.mark.parametrize(
+    ("name", "footprint"),
+    [("srx_six_lux", (9, 3)), ("srx_six_lux", (41, 9)), ("srx_six_lux_8l", (2, 5)), ("roof_spinning_16", (3, 1))],
+)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_beams_decided_by_their_corner_rays_equal_those_traced_ray_by_ray(name, footprint, seed):
+    """Fails if four corner rays decide a beam that an edge crosses, or if a needed plane of a solid is left out."""
+    rng = np.random.default_rng(seed)
+    actors = [random_actor(rng, distance) for distance in rng.uniform(5.0, 70.0, 25)]
+    actors = [replace(one, velocity=tuple(rng.uniform(-30, 30, 2)), yaw_rate=rng.uniform(-1, 1)) for one in actors]
+    ego, sensor = replace(STILL, velocity=(15.0, 1.0), yaw_rate=0.5), SensorConfig(footprint=footprint)
+    beams, *scene = placed_scene(load_rig(name, Path()), sensor, world(*actors, ego=ego, index=seed))
+    decided, traced = (
+        Raycaster(beams, sensor, refine=refine).cast(*scene, free_range=True) for refine in (True, False)
+    )
+    assert np.count_nonzero(traced.target >= 0) > 100
+    for column in fields(traced):
+        np.testing.assert_array_equal(getattr(decided, column.name), getattr(traced, column.name), column.name)
 
 
 @pytest.mark.parametrize("yaw", [0.3, 2.0, 4.0])
