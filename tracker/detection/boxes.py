@@ -184,4 +184,3 @@ def nearest_corner(
     """
     sign = np.where(rotate(center - viewpoint, -heading) > 0.0, -1, 1)
     return center + rotate(0.5 * sign * size, heading), sign
-

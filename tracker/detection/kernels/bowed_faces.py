@@ -28,7 +28,10 @@ EXPONENT_MAX = 40.0
 
 
 class BodyShape(NamedTuple):
-    """Distributions of the shape of vehicles, and of points about their faces. Flanks come first, ends second."""
+    """Distributions of the shape of vehicles, and of points about their faces. Flanks come first, ends second.
+
+    Tuples, not arrays: kernels would count the references to arrays at each call.
+    """
 
     range_std: float
     """Range noise along the beam [m]."""
@@ -42,14 +45,14 @@ class BodyShape(NamedTuple):
     """Share of points inside the body."""
     cost_max: float
     """Cost of an outlier."""
-    curvature: Floats
-    """(2, 2) mean and standard deviation of the curvature [1/m]."""
-    length: Floats
-    """(2,) length of a face that is visible in part [m]."""
-    whole_min: Floats
-    """(2,) minimum visible length of a whole face [m]."""
-    middle_std: Floats
-    """(2, 2) standard deviation of the middle of a face that is visible in part, and of a whole one [m]."""
+    curvature: tuple[tuple[float, float], tuple[float, float]]
+    """Mean and standard deviation of the curvature [1/m]."""
+    length: tuple[float, float]
+    """Length of a face that is visible in part [m]."""
+    whole_min: tuple[float, float]
+    """Minimum visible length of a whole face [m]."""
+    middle_std: tuple[tuple[float, float], tuple[float, float]]
+    """Standard deviation of the middle of a face that is visible in part, and of a whole one [m]."""
     width_max: float
     """Maximum length of an end [m]."""
 
@@ -110,7 +113,7 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
         whole = far[k] - corner > shape.whole_min[kind]
         length = far[k] - corner if whole else shape.length[kind]
         prior[k, 0], prior[k, 1] = shape.curvature[kind]
-        prior[k, 2], prior[k, 3] = side[1 - k] * (corner + 0.5 * length), shape.middle_std[kind, 1 if whole else 0]
+        prior[k, 2], prior[k, 3] = side[1 - k] * (corner + 0.5 * length), shape.middle_std[kind][1 if whole else 0]
         prior[k, 4] = max(far[k] - near[k], 0.0)
 
 

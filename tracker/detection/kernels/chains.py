@@ -38,7 +38,7 @@ def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: i
 
 @njit(cache=True)
 def cell_starts(order: Ints, column: Ints, row: Ints) -> Ints:
-    """(C + 1,) place in `order` of the first point of each of the C cells that have points, and the number of points."""
+    """(C + 1,) place in `order` (N,) of the first point of each of the C cells that have points, and N."""
     start, count = np.zeros(len(order) + 1, np.int64), 1
     for k in range(1, len(order)):
         i, before = order[k], order[k - 1]

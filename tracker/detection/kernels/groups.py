@@ -1,4 +1,4 @@
-"""Kernels of points in groups: order by group, and extents."""
+"""Kernels of points in groups: order by group, means and extents."""
 
 import numpy as np
 from numba import njit
@@ -24,6 +24,19 @@ def by_group(label: Ints, count: int) -> tuple[Ints, Ints]:
             order[place[label[i]]] = i
             place[label[i]] += 1
     return order, start
+
+
+@njit(cache=True)
+def means(points: Floats, label: Ints, count: int) -> Floats:
+    """(count, 2) mean of each group of points (N, 2); points with a negative label belong to no group."""
+    mean, size = np.zeros((count, 2)), np.zeros(count)
+    for i in range(len(points)):
+        g = label[i]
+        if g >= 0:
+            mean[g, 0] += points[i, 0]
+            mean[g, 1] += points[i, 1]
+            size[g] += 1.0
+    return np.asarray(mean / size.reshape(-1, 1))
 
 
 @njit(cache=True)
