@@ -25,7 +25,10 @@ def turned(vectors: Floats | Ints, angle: Floats | float) -> Floats:
     """Rotate vectors (..., 2) by angles (...)."""
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    first = cos * x - sin * y
+    out = np.empty((*first.shape, 2))
+    out[..., 0], out[..., 1] = first, sin * x + cos * y
+    return out
 
 
 def into_frame(poses: Floats, frame: Floats) -> Floats:
