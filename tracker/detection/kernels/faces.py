@@ -151,17 +151,24 @@ def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tu
     return corner, uncertainty
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def excess(points: Floats, corner: Floats, noise: Floats, tau: float) -> float:
     """Return the ratio of the points' deviation from their face to their noise, at least 1.
 
     Based on the median of |depth| / std of the points within tau of a face, which is 0.67 for normal noise. Real sides
     are curved.
     """
-    ratio = np.full(len(points), np.inf)
-    for k in range(2):
-        if exists(corner[k]):
-            depth, _, std = depths(points, corner[k], noise)
-            ratio = np.where(np.abs(depth) < tau, np.minimum(ratio, np.abs(depth) / std), ratio)
-    on = ratio[np.isfinite(ratio)]
-    return max(1.0, np.median(on) / NORMAL_MEDIAN) if len(on) > 0 else 1.0
+    ratio, count = np.empty(len(points)), 0
+    real = exists(corner[0]), exists(corner[1])
+    for i in range(len(points)):
+        x, y, least = points[i, 0], points[i, 1], np.inf
+        range_m = max(math.sqrt(x * x + y * y), 1e-9)
+        for k in range(2):
+            across = corner[k, 0] * x + corner[k, 1] * y
+            distance, slant = abs(across + corner[k, 2]), noise[0] * across / range_m
+            if real[k] and distance < tau:
+                least = min(least, distance / math.sqrt(slant * slant + noise[1] * noise[1]))
+        if least < np.inf:
+            ratio[count] = least
+            count += 1
+    return max(1.0, np.median(ratio[:count]) / NORMAL_MEDIAN) if count > 0 else 1.0
