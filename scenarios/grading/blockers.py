@@ -61,7 +61,8 @@ class UnitView(NamedTuple):
         offsets = wrap(_bearing(corners - self.origin) - middle)
         nearer = np.flatnonzero(self.range_m < np.hypot(*(box[:2] - self.origin)))
         offset = wrap(self.bearing[nearer] - middle)
-        return self.row[nearer[(offsets.min() <= offset) & (offset <= offsets.max())]]
+        rows: Ints = self.row[nearer[(offsets.min() <= offset) & (offset <= offsets.max())]]
+        return rows
 
 
 def unit_views(frame_truth: FrameTruth) -> list[UnitView]:

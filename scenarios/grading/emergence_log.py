@@ -74,6 +74,6 @@ def _actor_rows(frame_truth: FrameTruth, matches: TrackMatches, tracks: Tracks, 
 def _nearest_inside(actors: Floats, boxes: Floats) -> Ints:
     """(T,) row of the actor (A, 5) whose centre is inside a box (T, 5) and nearest to its centre, `NO_ROW` for none."""
     offset = np.abs(turned(actors[:, :2] - boxes[:, None, :2], -boxes[:, None, 2]))  # (T, A, 2)
-    inside = (offset <= 0.5 * boxes[:, None, 3:]).all(axis=2)
+    inside: Bools = np.asarray((offset <= 0.5 * boxes[:, None, 3:]).all(axis=2))
     nearest = np.where(inside, np.hypot(offset[..., 0], offset[..., 1]), np.inf).argmin(axis=1)
     return np.where(inside.any(axis=1), nearest, NO_ROW)

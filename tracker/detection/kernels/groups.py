@@ -36,7 +36,7 @@ def means(points: Floats, label: Ints, count: int) -> Floats:
             mean[g, 0] += points[i, 0]
             mean[g, 1] += points[i, 1]
             size[g] += 1.0
-    return np.asarray(mean / size.reshape(-1, 1))
+    return mean / size.reshape(-1, 1)
 
 
 @njit(cache=True)
@@ -52,4 +52,4 @@ def extents_along(points: Floats, label: Ints, count: int, directions: Floats) -
             for d in range(len(directions)):
                 place = points[i, 0] * directions[d, 0] + points[i, 1] * directions[d, 1]
                 low[g, d], high[g, d] = min(low[g, d], place), max(high[g, d], place)
-    return high - low
+    return np.asarray(high - low)

@@ -132,17 +132,17 @@ def agglomerate(table: Floats) -> Ints:
     least = np.array([distance[i, neighbour[i]] for i in range(count)])
     while count > 1:
         p = alive[0]
-        for i in alive:
-            p = i if least[i] < least[p] else p
+        for c in alive:
+            p = c if least[c] < least[p] else p
         q = neighbour[p]
         if least[p] >= 1.0:
             break
         merge(table, distance, norm, p, q, alive, row)
         alive, least[q] = without(alive, q), 1.0
-        for i in alive:
-            if i == p or neighbour[i] == p or neighbour[i] == q:
-                neighbour[i] = nearest(distance, i, alive)
-                least[i] = distance[i, neighbour[i]]
+        for c in alive:
+            if c == p or neighbour[c] == p or neighbour[c] == q:
+                neighbour[c] = nearest(distance, int(c), alive)
+                least[c] = distance[c, neighbour[c]]
         for i in range(count):
             label[i] = p if label[i] == q else label[i]
     return label
