@@ -77,6 +77,14 @@ def criteria(points: Floats, outline: Floats, angle: Floats, floor: float, score
 
 
 @njit(cache=True)
+def keep_better(score: Floats, angle: Floats, first: int, last: int, highest: Floats, best: Floats, c: int) -> None:
+    """Replace the best heading by criterion c, and its score, by those of a better one of lanes `first` to `last`."""
+    for k in range(first, last):
+        if score[c, k] > highest[c]:
+            highest[c], best[c] = score[c, k], angle[k]
+
+
+@njit(cache=True)
 def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
     """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it."""
     best, angle, score = np.empty((len(offset) - 1, 3)), np.empty(LANES), np.empty((3, LANES))
@@ -88,16 +96,12 @@ def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float, halv
                 angle[k] = grid[min(start + k, len(grid) - 1)]
             criteria(segment, outline, angle, floor, score)
             for c in range(3):
-                for k in range(LANES):
-                    if score[c, k] > highest[c]:
-                        highest[c], best[s, c] = score[c, k], angle[k]
+                keep_better(score, angle, 0, LANES, highest, best[s], c)
         for _ in range(halvings):
             width /= 2.0
             for c in range(3):
                 angle[2 * c], angle[2 * c + 1] = best[s, c] - width, best[s, c] + width
             criteria(segment, outline, angle, floor, score)
             for c in range(3):
-                for k in range(2 * c, 2 * c + 2):
-                    if score[c, k] > highest[c]:
-                        highest[c], best[s, c] = score[c, k], angle[k]
+                keep_better(score, angle, 2 * c, 2 * c + 2, highest, best[s], c)
     return best
