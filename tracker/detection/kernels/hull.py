@@ -12,7 +12,7 @@ SLACK_M2 = 1e-9
 @njit(cache=True)
 def convex_hull(points: Floats) -> Floats:
     """Vertices (H, 2) of the convex hull of points (N, 2), by the monotone chain of Andrew (1979)."""
-    order = np.argsort(points[:, 0])
+    order = np.argsort(points[:, 0].copy(), kind="mergesort")  # as compiled for other kernels
     chain, count = np.empty((2 * len(points), 2)), 0
     for side in (1.0, -1.0):
         first = count
