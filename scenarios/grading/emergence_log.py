@@ -6,7 +6,7 @@ from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.emergence_names import STAGES
 from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.grading_config import GradingConfig
-from scenarios.grading.plane_geometry import into_frame, wrap
+from scenarios.grading.plane_geometry import turned, wrap
 from scenarios.grading.track_matches import TrackMatches
 from sim.world import Kind
 from tracker.records import Status, Tracks
@@ -73,10 +73,7 @@ def _actor_rows(frame_truth: FrameTruth, matches: TrackMatches, tracks: Tracks, 
 
 def _nearest_inside(actors: Floats, boxes: Floats) -> Ints:
     """(T,) row of the actor (A, 5) whose centre is inside a box (T, 5) and nearest to its centre, `NO_ROW` for none."""
-    row = np.full(len(boxes), NO_ROW, dtype=np.int64)
-    for t, box in enumerate(boxes):
-        offset = np.abs(into_frame(actors[:, :3], box[:3])[:, :2])
-        inside = np.flatnonzero((offset <= 0.5 * box[3:]).all(axis=1))
-        if len(inside):
-            row[t] = inside[np.hypot(*offset[inside].T).argmin()]
-    return row
+    offset = np.abs(turned(actors[:, :2] - boxes[:, None, :2], -boxes[:, None, 2]))  # (T, A, 2)
+    inside: Bools = np.asarray((offset <= 0.5 * boxes[:, None, 3:]).all(axis=2))
+    nearest = np.where(inside, np.hypot(offset[..., 0], offset[..., 1]), np.inf).argmin(axis=1)
+    return np.where(inside.any(axis=1), nearest, NO_ROW)

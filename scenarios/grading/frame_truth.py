@@ -11,12 +11,14 @@ from scenarios.grading.articulated import tractors, trailers
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import point_rows
 from scenarios.grading.plane_geometry import into_frame, iou_table
-from sensor_model.truth import ScanTruth
+from sensor_model.truth import ON_NOTHING, Cause, ScanTruth
 from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
 from tracker.scan import Scan
 
 IS_VEHICLE = np.array([kind in VEHICLE_KINDS for kind in Kind])
 """True for vehicles, by `Kind`."""
+IS_ON_NOTHING = np.isin(np.arange(len(Cause)), ON_NOTHING)
+"""True for causes of points on no object, by `Cause`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

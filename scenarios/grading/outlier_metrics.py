@@ -7,10 +7,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Ints
+from scenarios.grading.frame_truth import IS_ON_NOTHING
 from scenarios.grading.metric_names import CAUSES
 from scenarios.grading.metric_sheet import MetricSheet
 from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
-from sensor_model.truth import ON_NOTHING, Cause
+from sensor_model.truth import Cause
 from tracker.records import StepTrace
 
 
@@ -30,7 +31,7 @@ def rows(
     label = trace.segments.label
     used = np.flatnonzero(label >= 0)
     owner = ownership.owner[label[used]]
-    fair = (owner != NO_ACTOR_ROW) & ((row[used] == owner) | np.isin(cause[used], ON_NOTHING))
+    fair = (owner != NO_ACTOR_ROW) & ((row[used] == owner) | IS_ON_NOTHING[cause[used]])
     point = used[fair]
     points = _count(label[point], cause[point], trace.segments.count)
     lost = point[trace.linkage.line[point] < 0]

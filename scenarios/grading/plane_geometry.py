@@ -4,14 +4,11 @@ Angles are in radians, counter-clockwise. A pose is (x, y, yaw); a box is (x, y,
 """
 
 import numpy as np
-import numpy.typing as npt
-import shapely
 
 from scenarios.arrays import Floats, Ints
+from scenarios.grading.kernels.clipping import shared_areas
 
 QUARTER = np.pi / 2
-PARALLEL = 1e-9
-"""Largest difference of parallel headings [rad]. GEOS sometimes returns no intersection for nearly collinear edges."""
 CORNER_SIGNS = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)])
 """Front left, rear left, rear right, front right: counter-clockwise."""
 
@@ -25,7 +22,10 @@ def turned(vectors: Floats | Ints, angle: Floats | float) -> Floats:
     """Rotate vectors (..., 2) by angles (...)."""
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    first = cos * x - sin * y
+    out = np.empty((*first.shape, 2))
+    out[..., 0], out[..., 1] = first, sin * x + cos * y
+    return out
 
 
 def into_frame(poses: Floats, frame: Floats) -> Floats:
@@ -83,22 +83,9 @@ def iou(a: Floats, b: Floats) -> Floats:
     sound = np.flatnonzero(np.isfinite(a).all(axis=1) & np.isfinite(b).all(axis=1) & (area_a > 0) & (area_b > 0))
     if not len(sound):
         return out
-    a, b = a[sound], b[sound]
-    shared = shapely.area(shapely.intersection(_polygons(a), _polygons(b)))
-    parallel = np.flatnonzero(np.abs(wrap(a[:, 2] - b[:, 2], QUARTER)) < PARALLEL)
-    shared[parallel] = _shared_of_parallel(a[parallel], b[parallel])
+    shared = shared_areas(a[sound], b[sound])
     out[sound] = np.minimum(shared / (area_a[sound] + area_b[sound] - shared), 1.0)
     return out
-
-
-def _shared_of_parallel(a: Floats, b: Floats) -> Floats:
-    """(N,) intersection areas of boxes (N, 5) with headings that differ by quarter turns [m^2]."""
-    offset = np.abs(turned(b[:, :2] - a[:, :2], -a[:, 2]))
-    across = np.rint((a[:, 2] - b[:, 2]) / QUARTER) % 2 == 1
-    size_b = np.where(across[:, None], b[:, :2:-1], b[:, 3:])
-    common = np.minimum(0.5 * (a[:, 3:] + size_b) - offset, np.minimum(a[:, 3:], size_b))
-    shared: Floats = np.maximum(common, 0.0).prod(axis=1)
-    return shared
 
 
 def iou_table(a: Floats, b: Floats) -> Floats:
@@ -109,8 +96,3 @@ def iou_table(a: Floats, b: Floats) -> Floats:
     table = np.zeros((len(a), len(b)))
     table[row, column] = iou(a[row], b[column])
     return table
-
-
-def _polygons(boxes: Floats) -> npt.NDArray[np.object_]:
-    polygons: npt.NDArray[np.object_] = shapely.polygons(corner(boxes[:, None], CORNER_SIGNS))
-    return polygons

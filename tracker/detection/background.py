@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.cell_memory import CellMemory
-from tracker.detection.segmentation import SegmentationConfig, by_segment, keep_only
+from tracker.detection.segmentation import SegmentationConfig, keep_only
 from tracker.detection.straight_runs import WallConfig
-from tracker.detection.walls import extent, split
+from tracker.detection.walls import extents, split
 from tracker.records import NOT_USED, Segments
 from tracker.seen_through import seen_through
 
@@ -110,13 +110,13 @@ class Background:
 
         Segments that are too long for a vehicle are split into walls and vehicles; the latter are numbered last.
         """
-        order, offset = by_segment(segments)
+        order = np.flatnonzero(segments.label != NOT_USED)
         if not len(order):
             return segments
-        points, label = points_odom[order], segments.label[order]
+        points, label = points_odom.take(order, axis=0), segments.label[order]
         cells = self._memory.cell(points)
         known = self._memory.contains(cells)
-        long = extent(points, offset) > self._config.length_min_m
+        long = extents(points, label) > self._config.length_min_m
         own = np.flatnonzero(long[label])
         if len(own):
             known[own], part = self._split(points[own] - np.asarray(ego_odom), label[own], cells[own], known[own])

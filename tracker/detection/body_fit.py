@@ -10,7 +10,7 @@ from tracker.arrays import Floats, Ints
 from tracker.bounds import require_within
 from tracker.detection.kernels.bowed_faces import BodyShape
 from tracker.detection.kernels.shape_search import search_bodies
-from tracker.detection.segmentation import by_segment
+from tracker.detection.segmentation import by_segment, positions
 from tracker.records import Segments
 from tracker.scan import Scan
 
@@ -118,7 +118,7 @@ def fit(
     """
     order, offset = by_segment(segments)
     found = search_bodies(
-        np.asarray(points_ego[order, :2], dtype=np.float64, order="C"),
+        positions(points_ego, order),
         np.asarray(scan_line[order], dtype=np.int64),
         offset,
         heading,
@@ -132,7 +132,7 @@ def fit(
 
 
 def _shape(config: BodyFitConfig) -> BodyShape:
-    """Return the settings as arrays, of flanks and ends."""
+    """Return the settings of flanks and ends for kernels."""
     return BodyShape(
         range_std=config.range_std_m,
         flatness=config.flatness_m,
@@ -140,19 +140,15 @@ def _shape(config: BodyFitConfig) -> BodyShape:
         inside=config.inside_m,
         inside_share=config.inside_share,
         cost_max=config.cost_max,
-        curvature=np.array(
-            [
-                [config.flank_curvature_per_m, config.flank_curvature_std_per_m],
-                [config.end_curvature_per_m, config.end_curvature_std_per_m],
-            ]
+        curvature=(
+            (config.flank_curvature_per_m, config.flank_curvature_std_per_m),
+            (config.end_curvature_per_m, config.end_curvature_std_per_m),
         ),
-        length=np.array([config.flank_length_m, config.end_length_m]),
-        whole_min=np.array([config.flank_whole_min_m, config.end_whole_min_m]),
-        middle_std=np.array(
-            [
-                [config.part_middle_std_m, config.flank_middle_std_m],
-                [config.part_middle_std_m, config.end_middle_std_m],
-            ]
+        length=(config.flank_length_m, config.end_length_m),
+        whole_min=(config.flank_whole_min_m, config.end_whole_min_m),
+        middle_std=(
+            (config.part_middle_std_m, config.flank_middle_std_m),
+            (config.part_middle_std_m, config.end_middle_std_m),
         ),
         width_max=config.width_max_m,
     )

@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.box_covariance import corner_covariance, side_covariance
+from tracker.detection.kernels.box_points import box_points
+from tracker.detection.segmentation import by_segment, positions
 from tracker.geometry import rotate
 from tracker.records import Boxes, Candidates, Linkage, Segments
 
@@ -56,10 +58,6 @@ class Selected(NamedTuple):
     size: Floats
     """(B, 2) along and across heading [m]."""
 
-    def into_frame(self, points: Floats, box: Ints) -> Floats:
-        """(P, 2) points in the frames of their boxes (P,) [m]."""
-        return rotate(points - self.center[box], -self.heading[box])
-
 
 def vehicle_sized(candidates: Candidates, config: BoxConfig) -> Selected:
     """Return the best rectangle of each segment, without those that are not of vehicle size."""
@@ -98,21 +96,23 @@ def build(
     viewpoints
         (N, 2) position of the unit of each point [m]; the ego's centre if None.
     """
-    rectangles = vehicle_sized(candidates, config)
-    kept, center, heading, size = rectangles.segment, rectangles.center, rectangles.heading, rectangles.size
-    of_box = np.append(np.isin(np.arange(segments.count), kept), False)[segments.label]  # unused points have label -1
-    used = np.flatnonzero((linkage.line >= 0) & of_box)
-    used = used[np.argsort(segments.label[used], kind="stable")]
-    box = np.searchsorted(kept, segments.label[used])
-    support = np.bincount(box, minlength=len(kept))
-    points = np.asarray(points_ego[used, :2], dtype=np.float64)
-    cut = cut_ends(rectangles.into_frame(points, box)[cut_off[used]], box[cut_off[used]], size, config)
-    members = np.flatnonzero(of_box)  # with outliers
-    owner = np.searchsorted(kept, segments.label[members])
-    member_points = np.asarray(points_ego[members, :2], dtype=np.float64)
-    viewpoint = np.zeros_like(center) if viewpoints is None else _means(viewpoints[members], owner)
-    corner, sign = nearest_corner(center, heading, size, viewpoint)
-    larger = strays(rectangles.into_frame(member_points, owner), owner, size, config)
+    kept, center, heading, size = vehicle_sized(candidates, config)
+    order, start = by_segment(segments)
+    units = np.zeros((len(points_ego), 2)) if viewpoints is None else viewpoints
+    seen = box_points(
+        np.asarray(points_ego[:, :2], dtype=np.float64, order="C"),
+        linkage.line >= 0,
+        cut_off,
+        np.asarray(time_offset, dtype=np.float64),
+        units,
+        order,
+        np.stack([start[kept], start[kept + 1]], axis=1),
+        center,
+        heading,
+        size,
+        config.cut_margin_m,
+    )
+    corner, sign = nearest_corner(center, heading, size, seen.viewpoint)
     return Boxes(
         segment=kept,
         center_ego=center,
@@ -121,37 +121,43 @@ def build(
         corner_ego=corner,
         corner_sign=sign,
         covariance=(
-            side_covariance(points - corner[box], box, heading, config.noise_std_m, config.end_std_m)
+            sides_covariance(points_ego, segments, linkage, kept, corner, heading, config)
             if candidates.covariance is None
-            else corner_covariance(candidates.covariance[kept], corner - _means(member_points, owner), config.end_std_m)
+            else corner_covariance(candidates.covariance[kept], corner - seen.mean, config.end_std_m)
         ),
-        support=support,
-        time_offset=np.bincount(box, weights=time_offset[used], minlength=len(kept)) / np.maximum(support, 1),
-        cut=cut,
-        flat=flat(corner - viewpoint, sign, heading, size, cut, config) | larger,
-        viewpoint_ego=viewpoint,
+        support=seen.support,
+        time_offset=seen.time,
+        cut=seen.cut,
+        flat=flat(corner - seen.viewpoint, sign, heading, size, seen.cut, config) | strays(seen.extent, size, config),
+        viewpoint_ego=seen.viewpoint,
     )
 
 
-def cut_ends(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
-    """(B, 2, 2) mask of ends, low and high, with a truncated point; points (P, 2) are in the frames of their boxes."""
-    cut = np.zeros((len(size), 2, 2), dtype=np.bool_)
-    for end, sign in enumerate((-1, 1)):
-        point, axis = np.nonzero(sign * from_center >= 0.5 * size[box] - config.cut_margin_m)
-        cut[box[point], axis, end] = True
-    return cut
+def sides_covariance(
+    points_ego: npt.NDArray[np.floating],
+    segments: Segments,
+    linkage: Linkage,
+    kept: Ints,
+    corner: Floats,
+    heading: Floats,
+    config: BoxConfig,
+) -> Floats:
+    """(B, 3, 3) `side_covariance` of boxes of the segments `kept` (B,), by their points on lines."""
+    box_of = np.full(segments.count + 1, -1)
+    box_of[kept] = np.arange(len(kept))
+    used = np.flatnonzero((linkage.line >= 0) & (box_of[segments.label] >= 0))  # unused points have label -1
+    box = box_of[segments.label[used]]
+    from_corner = positions(points_ego, used) - corner[box]
+    return side_covariance(from_corner, box, heading, config.noise_std_m, config.end_std_m)
 
 
-def strays(from_center: Floats, box: Ints, size: Floats, config: BoxConfig) -> Bools:
-    """(B,) mask of boxes whose segment is larger than a vehicle; points (P, 2) are in the frames of their boxes.
+def strays(extent: Floats, size: Floats, config: BoxConfig) -> Bools:
+    """(B,) mask of boxes whose segment, with `extent` (B, 2) along and across heading [m], is larger than a vehicle.
 
     Windows lie behind a side by up to the width of the vehicle, and mirrors protrude; the wall beside the corner of a
     house continues for metres.
     """
-    low, high = np.full_like(size, np.inf), np.full_like(size, -np.inf)
-    np.minimum.at(low, box, from_center)
-    np.maximum.at(high, box, from_center)
-    return np.asarray(np.any(high - low > np.maximum(size + config.stray_m, config.shorter_max_m), axis=1))
+    return np.asarray(np.any(extent > np.maximum(size + config.stray_m, config.shorter_max_m), axis=1))
 
 
 def flat(from_view: Floats, sign: Ints, heading: Floats, size: Floats, cut: Bools, config: BoxConfig) -> Bools:
@@ -178,9 +184,3 @@ def nearest_corner(
     """
     sign = np.where(rotate(center - viewpoint, -heading) > 0.0, -1, 1)
     return center + rotate(0.5 * sign * size, heading), sign
-
-
-def _means(points: Floats, box: Ints) -> Floats:
-    """(B, 2) mean of the points (P, 2) of each box (P,), all with points."""
-    count = np.bincount(box)
-    return np.column_stack([np.bincount(box, weights=axis) / count for axis in points.T])

@@ -3,6 +3,7 @@
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.detection.kernels.cells import contained
 
 HALF = 1 << 32
 """A cell's number is its column times this, plus its row."""
@@ -18,8 +19,8 @@ class CellMemory:
 
     def cell(self, points: Floats) -> Ints:
         """(N,) cell number of each point (N, 2) [m]."""
-        column, row = np.floor(points / self._pitch_m).astype(np.int64).T
-        return np.asarray(column * HALF + row)
+        place = np.floor(points / self._pitch_m).astype(np.int64)
+        return place[:, 0] * HALF + place[:, 1]
 
     def centers(self) -> Floats:
         """(C, 2) centres of the cells [m]."""
@@ -43,8 +44,4 @@ class CellMemory:
 
     def contains(self, cells: Ints) -> Bools:
         """(N,) mask of cells in the set; a binary search, because a long drive adds very many."""
-        place = np.searchsorted(self.cells, cells)
-        known = np.zeros(len(cells), np.bool_)
-        inside = place < len(self.cells)
-        known[inside] = self.cells[place[inside]] == cells[inside]
-        return known
+        return contained(cells, self.cells)

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from tracker.arrays import Floats, Floats32, Ints
+from tracker.detection.kernels.groups import means
 from tracker.geometry import inside, rotate, wrap
 from tracker.records import NO_TRACK, Segments
 from tracker.scan import Scan
@@ -91,22 +92,16 @@ def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewC
     """
     if not len(movers.heading) or not segments.count:
         return scan
-    middle = _middle(scan.points_ego, segments)
+    middle = means(np.asarray(scan.points_ego[:, :2], dtype=np.float64, order="C"), segments.label, segments.count)
     owner = _owner(rotate(middle, scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2], movers, config)
     mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
     followed = np.flatnonzero(mover != NO_TRACK)
-    way = rotate(movers.velocity, -scan.ego_pose_odom[2])[mover[followed]] * scan.time_offset[followed, None]
+    velocity = rotate(movers.velocity, -scan.ego_pose_odom[2]).take(mover[followed], axis=0)
     points, tau = scan.points_ego.copy(), scan.time_offset.copy()
-    points[followed, :2] -= way
+    for axis in range(2):
+        points[followed, axis] -= velocity[:, axis] * tau[followed]
     tau[followed] = 0.0
     return replace(scan, points_ego=points, time_offset=tau)
-
-
-def _middle(points: Floats32, segments: Segments) -> Floats:
-    """(S, 2) mean of each segment's points."""
-    bins = segments.label + 1
-    x, y, size = (np.bincount(bins, weights=weights)[1:] for weights in (points[:, 0], points[:, 1], None))
-    return np.stack([x, y], axis=1) / size[:, None]
 
 
 def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:

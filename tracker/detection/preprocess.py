@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tracker.arrays import Bools
+from tracker.detection.kernels.kept import kept_points
 from tracker.scan import PointFlag, Scan
 
 
@@ -46,33 +47,25 @@ class PreprocessConfig:
 
 def keep(scan: Scan, config: PreprocessConfig) -> Bools:
     """(N,) mask of points to keep; points with a non-finite position or time are always dropped."""
-    x, y, z = scan.points_ego.T
-    drop = sum(PointFlag[name.upper()] for name in set(config.drop_flags))
-    outside = (np.abs(x) > 0.5 * config.own_length_m + config.own_margin_m) | (
-        np.abs(y) > 0.5 * config.own_width_m + config.own_margin_m
-    )
-    kept: Bools = (
-        finite(scan)
-        & (scan.flags & drop == 0)
-        & (z >= config.ground_z_max_m)
-        & (np.hypot(x, y) <= config.range_max_m)
-        & outside
+    kept = kept_points(
+        np.asarray(scan.points_ego, dtype=np.float64),
+        np.asarray(scan.time_offset, dtype=np.float64),
+        np.asarray(scan.flags, dtype=np.int64),
+        sum(PointFlag[name.upper()] for name in set(config.drop_flags)),
+        config.ground_z_max_m,
+        config.range_max_m,
+        0.5 * np.array([config.own_length_m, config.own_width_m]) + config.own_margin_m,
     )
     if config.first_echo_only:
         kept &= scan.echo == 0
     return kept & ~inside(scan, kept, config.inside_depth_m)
 
 
-def finite(scan: Scan) -> Bools:
-    """(N,) whether place and time of each point are finite."""
-    return np.asarray(np.isfinite(scan.points_ego).all(axis=1) & np.isfinite(scan.time_offset))
-
-
 def masked(scan: Scan) -> Scan:
     """Return the scan with position and time 0 for non-finite points."""
-    whole = finite(scan)
-    if whole.all():
+    if np.isfinite(scan.points_ego).all() and np.isfinite(scan.time_offset).all():
         return scan
+    whole = np.isfinite(scan.points_ego).all(axis=1) & np.isfinite(scan.time_offset)
     points, tau = np.where(whole[:, None], scan.points_ego, 0), np.where(whole, scan.time_offset, 0)
     return replace(scan, points_ego=points, time_offset=tau)
 
@@ -83,7 +76,8 @@ def inside(scan: Scan, kept: Bools, depth_m: float) -> Bools:
     Echoes of a beam are adjacent in the scan and have the same unit, layer and time. Stronger echoes are wider.
     """
     found = np.zeros(len(scan), dtype=np.bool_)
-    behind = np.flatnonzero(kept[1:] & kept[:-1] & (scan.echo[1:] > 0)) + 1
+    later = np.flatnonzero(scan.echo[1:]) + 1
+    behind = later[kept[later] & kept[later - 1]]
     for field in (scan.unit, scan.layer, scan.time_offset):
         behind = behind[field[behind] == field[behind - 1]]
     distance = np.linalg.norm(scan.points_ego[behind] - scan.points_ego[behind - 1], axis=1)

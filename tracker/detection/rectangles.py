@@ -8,10 +8,11 @@ import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.kernels.criteria import best_headings
+from tracker.detection.kernels.groups import by_group
 from tracker.detection.kernels.sides import extents
-from tracker.detection.segmentation import by_segment
+from tracker.detection.segmentation import positions
 from tracker.geometry import fold, rotate
-from tracker.records import Linkage, Segments
+from tracker.records import NOT_USED, Linkage, Segments
 
 RANGE_STD = 0.027
 """Standard deviation of a range, along the beam [m], as `LinkageConfig.range_std_m`."""
@@ -87,7 +88,5 @@ def measure(
 
 def _by_segment(points_ego: npt.NDArray[np.floating], segments: Segments, used: Bools) -> tuple[Floats, Ints]:
     """Return the `used` (N,) points (K, 2) sorted by segment, and the start (S + 1,) of each segment."""
-    order, offset = by_segment(segments)
-    kept = used[order]
-    points = np.asarray(points_ego[order[kept], :2], dtype=np.float64, order="C")
-    return points, np.concatenate([[0], np.cumsum(kept)])[offset]
+    order, offset = by_group(np.where(used, segments.label, NOT_USED), segments.count)
+    return positions(points_ego, order), offset

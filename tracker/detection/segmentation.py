@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.kernels.chains import connected
+from tracker.detection.kernels.groups import by_group
 from tracker.records import NOT_USED, Segments
 
 
@@ -41,46 +42,31 @@ def segment(points_ego: npt.NDArray[np.floating], keep: Bools, config: Segmentat
     are first binned into cells no wider than the smallest radius, so that a dense cluster needs no search.
     """
     used = np.flatnonzero(keep)
-    points = np.asarray(points_ego[used, :2], dtype=np.float64)
-    root = used[connect(points, config)]
-    _, member, size = np.unique(root, return_inverse=True, return_counts=True)
-    kept = size >= config.points_min
-    number = np.where(kept, np.cumsum(kept) - 1, NOT_USED)
+    first = connect(positions(points_ego, used), config)
+    kept = np.bincount(first, minlength=len(used)) >= config.points_min
     label = np.full(len(points_ego), NOT_USED, dtype=np.int64)
-    label[used] = number[member]
+    label[used] = np.where(kept, np.cumsum(kept) - 1, NOT_USED)[first]
     return Segments(label=label, count=int(kept.sum()))
+
+
+def positions(points_ego: npt.NDArray[np.floating], index: Ints) -> Floats:
+    """(K, 2) x and y of the points of `index` (K,) [m], for kernels."""
+    return np.asarray(points_ego[:, :2], dtype=np.float64, order="C").take(index, axis=0)
 
 
 def connect(points: Floats, config: SegmentationConfig) -> Ints:
     """(N,) index of the first point of each point's component."""
     if not len(points):
         return np.empty(0, dtype=np.int64)
-    radius = config.radius_m + config.radius_per_m * np.hypot(points[:, 0], points[:, 1])
+    radius = config.radius_m + config.radius_per_m * np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2)
     pitch = radius.min() / math.sqrt(2.0)
     column, row = np.floor(points / pitch).astype(np.int64).T
-    order = np.lexsort((row, column))
-    column, row = column[order], row[order]
-    start = np.flatnonzero(np.diff(column, prepend=column[0] - 1) | np.diff(row, prepend=row[0]))
-    root = connected(
-        points[order],
-        radius[order],
-        column[start],
-        row[start],
-        np.append(start, len(points)),
-        math.ceil(radius.max() / pitch),
-    )
-    first = np.full(len(points), len(points), dtype=np.int64)
-    np.minimum.at(first, root, order)
-    chain = np.empty(len(points), dtype=np.int64)
-    chain[order] = first[root]
-    return chain
+    return connected(points, radius, np.lexsort((row, column)), column, row, math.ceil(radius.max() / pitch))
 
 
 def by_segment(segments: Segments) -> tuple[Ints, Ints]:
     """Return the indices of used points by segment and in scan order, and the start (S + 1,) of each segment."""
-    order = np.argsort(segments.label, kind="stable")
-    offset = np.searchsorted(segments.label[order], np.arange(segments.count + 1))
-    return order[offset[0] :], offset - offset[0]
+    return by_group(segments.label, segments.count)
 
 
 def keep_only(segments: Segments, kept: Bools) -> Segments:

@@ -11,7 +11,7 @@ from tracker.detection import body_fit
 from tracker.detection.body_fit import BodyFitConfig
 from tracker.detection.kernels.heading_search import align, side_distances
 from tracker.detection.rectangles import Rectangles, measure
-from tracker.detection.segmentation import by_segment
+from tracker.detection.segmentation import by_segment, positions
 from tracker.geometry import fold
 from tracker.records import Candidates, Linkage, Segments
 
@@ -67,7 +67,7 @@ def select(
         heading, cost = (np.hstack([of, np.take_along_axis(of, cheapest, axis=1)]) for of in (heading, cost))
     elif config.variant == "alignment":
         order, offset = by_segment(segments)
-        points = np.asarray(points_ego[order, :2], dtype=np.float64, order="C")
+        points = positions(points_ego, order)
         heading, cost = align(points, offset, rectangles.heading, config.reach_m, config.flatness_m)
     else:
         lines = np.zeros(len(points_ego), dtype=np.int64) if scan_line is None else scan_line

@@ -97,7 +97,7 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     label: Ints
     heading: Floats
     label, heading = link_segments(
-        np.asarray(points_ego[order, :3], dtype=np.float64, order="C"),
+        np.asarray(points_ego[:, :3], dtype=np.float64).take(order, axis=0),
         offset,
         uniforms(config.seed, config.points_max, config.samples_per_point),
         VARIANTS[config.variant],

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.arrays import Bools, Ints
+from tracker.arrays import Bools
+from tracker.detection.kernels.truncation import truncated_points
 from tracker.records import Segments
 from tracker.scan import Scan
 
@@ -37,36 +38,21 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, con
     the first and the last return of a layer count as truncated. Points near `range_max_m` are truncated by it. `scan`
     must not be deskewed: deskewed points have lost their times, and points without times have no neighbours.
     """
-    cut = np.zeros(len(scan), dtype=np.bool_)
     first = np.flatnonzero(keep & (scan.echo == 0))
     if not scan.time_offset[first].any():
-        return cut
-    order = first[np.lexsort((scan.time_offset[first], scan.layer[first], scan.unit[first]))]
-    one, other = order[:-1], order[1:]
-    wait = scan.time_offset[other] - scan.time_offset[one]
-    same_layer = (scan.unit[one] == scan.unit[other]) & (scan.layer[one] == scan.layer[other])
-    beside = same_layer & (wait > 0.0) & (wait <= config.neighbour_s) & (segments.label[one] != segments.label[other])
+        return np.zeros(len(scan), dtype=np.bool_)
+    limits = np.empty((0, 2)) if scan.sweep_limits is None else scan.sweep_limits.reshape(-1, 2)
+    layers = 256 if scan.sweep_limits is None else scan.sweep_limits.shape[1]
+    channel = scan.unit.astype(np.int64) * layers + scan.layer
     range_m = np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
-    farther = range_m[one] - range_m[other]
-    cut[_at_edges(scan, order, same_layer, config)] = True
-    cut[one[beside & (farther > config.nearer_m)]] = True
-    cut[other[beside & (-farther > config.nearer_m)]] = True
-    cut |= keep & (range_m > range_max_m - config.nearer_m)
-    return cut
-
-
-def _at_edges(scan: Scan, order: Ints, same_layer: Bools, config: TruncationConfig) -> Ints:
-    """Return the points at the edges of the field of view.
-
-    Parameters
-    ----------
-    order
-        (P,) points by unit, layer and time.
-    same_layer
-        (P - 1,) mask of successive points of one layer.
-    """
-    if scan.sweep_limits is None:
-        return np.concatenate([order[[0, -1]], order[:-1][~same_layer], order[1:][~same_layer]])
-    first, last = scan.sweep_limits[scan.unit[order], scan.layer[order]].T
-    time = scan.time_offset[order]
-    return np.asarray(order[(time - first <= config.neighbour_s) | (last - time <= config.neighbour_s)])
+    cut = truncated_points(
+        first[np.lexsort((scan.time_offset[first], channel[first]))],
+        channel,
+        np.asarray(scan.time_offset, dtype=np.float64),
+        np.asarray(range_m, dtype=np.float64),
+        segments.label,
+        np.asarray(limits, dtype=np.float64),
+        config.neighbour_s,
+        config.nearer_m,
+    )
+    return cut | keep & (range_m > range_max_m - config.nearer_m)

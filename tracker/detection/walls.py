@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.detection.kernels.groups import extents_along
 from tracker.detection.kernels.nearness import any_within
 from tracker.detection.segmentation import SegmentationConfig, connect
 from tracker.detection.straight_runs import WallConfig, straight_runs
@@ -23,7 +24,7 @@ apart, and adjacent points on a wall are nearer."""
 
 
 ANGLES = np.arange(0.0, np.pi, np.pi / 8)
-DIRECTIONS = np.array([np.cos(ANGLES), np.sin(ANGLES)])
+DIRECTIONS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES)])
 
 
 def split(
@@ -57,7 +58,10 @@ def split(
         numbers may be unused.
     """
     wall, label = part_objects(points, known, length_min_m, walls, segmentation)
-    searched = np.union1d(np.setdiff1d(segment, segment[known]), segment[label != NOT_USED])
+    is_searched = np.bincount(segment) > 0
+    is_searched[segment[known]] = False
+    is_searched[segment[label != NOT_USED]] = True
+    searched = np.flatnonzero(is_searched)
     if not len(searched):
         return wall, label
     wall = known.copy()
@@ -102,7 +106,7 @@ def halved(points: Floats, part: Ints, length_min_m: float, segmentation: Segmen
 def touching(points: Floats, wall: Bools, rest: Ints, part: Ints, segmentation: SegmentationConfig) -> Bools:
     """(max part + 1,) mask of parts of the `rest` (R,) that follow a wall without a gap."""
     close = tight(segmentation)
-    radius = close.radius_m + close.radius_per_m * np.hypot(*points[rest].T)
+    radius = close.radius_m + close.radius_per_m * np.sqrt(np.sum(points[rest] ** 2, axis=1))
     return np.bincount(part, any_within(points[rest], points[wall], radius)) > 0
 
 
@@ -142,23 +146,13 @@ def parts(points: Floats, segmentation: SegmentationConfig) -> Ints:
 
 
 def numbered(names: Ints) -> Ints:
-    """(P,) names renumbered from 0 without gaps, in their order."""
-    return np.asarray(np.unique(names, return_inverse=True)[1], dtype=np.int64)
+    """(P,) names, 0 or more, renumbered from 0 without gaps, in their order."""
+    return np.asarray((np.cumsum(np.bincount(names) > 0) - 1)[names])
 
 
 def extents(points: Floats, part: Ints, over: Callable[..., Floats] = np.max) -> Floats:
-    """(max part + 1,) largest or smallest extent of each part of points (P, 2) [m]; parts are numbered without gaps."""
-    if not len(points):
-        return np.zeros(0)
-    order = np.argsort(part, kind="stable")
-    return extent(points[order], np.searchsorted(part[order], np.arange(part.max() + 2)), over)
+    """(max part + 1,) largest or smallest extent of each part of points (P, 2) over directions 22.5 degrees apart [m].
 
-
-def extent(points: Floats, offset: Ints, over: Callable[..., Floats] = np.max) -> Floats:
-    """(S,) largest or smallest extent of each segment of points (N, 2) over directions 22.5 degrees apart [m].
-
-    The largest is at most 2 % below the diameter of the segment.
+    The largest is at most 2 % below the diameter of the part.
     """
-    along = points @ DIRECTIONS
-    low, high = np.minimum.reduceat(along, offset[:-1]), np.maximum.reduceat(along, offset[:-1])
-    return np.asarray(over(high - low, axis=1))
+    return np.asarray(over(extents_along(points, part, int(part.max(initial=-1)) + 1, DIRECTIONS), axis=1))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tracker.detection.background import Background, BackgroundConfig, extent
+from tracker.detection.background import Background, BackgroundConfig, extents
 from tracker.detection.segmentation import keep_only
 from tracker.records import Segments
 
@@ -59,7 +59,7 @@ def test_an_empty_scan_has_no_background():
 @pytest.mark.parametrize("angle", np.linspace(0.0, np.pi, 9))
 def test_extent_is_the_diameter_within_two_percent(angle):
     points = np.array([[0.0, 0.0], [20 * np.cos(angle), 20 * np.sin(angle)], [10 * np.cos(angle), 10 * np.sin(angle)]])
-    assert 19.6 <= extent(points, np.array([0, 3]))[0] <= 20.0 + 1e-9
+    assert 19.6 <= extents(points, np.zeros(3, dtype=np.int64))[0] <= 20.0 + 1e-9
 
 
 def test_keep_only_renumbers_segments_in_order():

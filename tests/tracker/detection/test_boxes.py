@@ -108,9 +108,9 @@ def test_a_single_side_with_a_visible_end_is_flat(start, end, cut_at, flat):
 def test_a_wall_beside_a_corner_is_not_taken_for_a_window(depth_m, stray):
     """Points behind a side are windows; points farther back than a vehicle's width belong to a house."""
     behind = np.array([[0.0, 8.0 + depth_m]])
-    from_center = np.concatenate([np.linspace((-2.0, 8.0), (2.0, 8.0), 41), behind]) - [0.0, 8.0]
+    points = np.concatenate([np.linspace((-2.0, 8.0), (2.0, 8.0), 41), behind])
     size = np.array([[4.0, 0.05]])
-    assert strays(from_center, np.zeros(42, dtype=np.int64), size, BoxConfig()).tolist() == [stray]
+    assert strays(np.ptp(points, axis=0)[None], size, BoxConfig()).tolist() == [stray]
 
 
 def covariance(points, corner, heading, **config):

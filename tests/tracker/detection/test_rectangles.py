@@ -10,6 +10,7 @@ from support.stages import fit_points, off_quarter, one_segment
 
 from tracker.detection import rectangles, tlinkage
 from tracker.detection.kernels import criteria as kernels
+from tracker.detection.kernels.hull import convex_hull
 from tracker.detection.kernels.sides import extents
 from tracker.detection.rectangles import RectangleConfig
 from tracker.detection.tlinkage import LinkageConfig
@@ -20,7 +21,9 @@ AREA, CLOSENESS, VARIANCE, TLINKAGE = range(4)
 
 
 def criteria(points, angle, floor=0.01):
-    return kernels.criteria(points, angle, floor, np.empty(len(points)), np.empty(len(points)))
+    score = np.empty((3, kernels.LANES))
+    kernels.criteria(points, convex_hull(points), np.linspace(angle, angle + 1.0, kernels.LANES), floor, score)
+    return score[:, 0]
 
 
 def headings(points, halvings=5):
@@ -43,6 +46,24 @@ def test_variance_by_hand():
     """
     points = np.array([[0.0, 4.0], [0.2, 2.0], [1.0, 0.1], [3.0, 0.3], [4.0, 0.0], [0.1, 0.1]])
     assert criteria(points, 0.0)[2] == pytest.approx(-(0.01 + 0.14 / 9))
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 10_000), st.integers(1, 60), st.integers(0, 2))
+def test_hull_reaches_as_far_as_the_points_in_every_direction(seed, count, digits):
+    """Rounded to few digits, points coincide and are collinear."""
+    points = np.round(np.random.default_rng(seed).normal(0.0, 2.0, (count, 2)), digits)
+    angle = np.deg2rad(np.arange(360.0))
+    normals = np.stack([np.cos(angle), np.sin(angle)])
+    hull = convex_hull(points)
+    np.testing.assert_array_equal(hull.T[0].max(), points.T[0].max())
+    np.testing.assert_allclose((hull @ normals).max(axis=0), (points @ normals).max(axis=0), rtol=0.0, atol=1e-12)
+
+
+def test_hull_leaves_out_inner_points():
+    square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    inner = np.random.default_rng(0).uniform(0.1, 1.9, (50, 2))
+    assert {tuple(vertex) for vertex in convex_hull(np.concatenate([inner, square]))} == {tuple(v) for v in square}
 
 
 def test_nearer_side_is_chosen_once_for_all_points():

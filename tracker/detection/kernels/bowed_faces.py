@@ -28,7 +28,10 @@ EXPONENT_MAX = 40.0
 
 
 class BodyShape(NamedTuple):
-    """Distributions of the shape of vehicles, and of points about their faces. Flanks come first, ends second."""
+    """Distributions of the shape of vehicles, and of points about their faces. Flanks come first, ends second.
+
+    Tuples, not arrays: kernels would count the references to arrays at each call.
+    """
 
     range_std: float
     """Range noise along the beam [m]."""
@@ -42,19 +45,19 @@ class BodyShape(NamedTuple):
     """Share of points inside the body."""
     cost_max: float
     """Cost of an outlier."""
-    curvature: Floats
-    """(2, 2) mean and standard deviation of the curvature [1/m]."""
-    length: Floats
-    """(2,) length of a face that is visible in part [m]."""
-    whole_min: Floats
-    """(2,) minimum visible length of a whole face [m]."""
-    middle_std: Floats
-    """(2, 2) standard deviation of the middle of a face that is visible in part, and of a whole one [m]."""
+    curvature: tuple[tuple[float, float], tuple[float, float]]
+    """Mean and standard deviation of the curvature [1/m]."""
+    length: tuple[float, float]
+    """Length of a face that is visible in part [m]."""
+    whole_min: tuple[float, float]
+    """Minimum visible length of a whole face [m]."""
+    middle_std: tuple[tuple[float, float], tuple[float, float]]
+    """Standard deviation of the middle of a face that is visible in part, and of a whole one [m]."""
     width_max: float
     """Maximum length of an end [m]."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: BodyShape, found: Floats) -> None:
     """Assign each point to the face that it is less deep behind, in standard deviations: a body is convex.
 
@@ -83,7 +86,7 @@ def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: B
         found[FACE, i] = 0.0 if first else 1.0
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy")
 def odds_inside(depth: float, variance: float, shape: BodyShape) -> float:
     """Return the likelihood that a point is inside the body over that of being on the face; 0 in front of the face."""
     if depth <= 0.0:
@@ -92,7 +95,7 @@ def odds_inside(depth: float, variance: float, shape: BodyShape) -> float:
     return shape.inside_share / (1.0 - shape.inside_share) * math.exp(exponent)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: BodyShape, prior: Floats) -> None:
     """Write curvature, its std, middle, its std, and visible length of each face before the fit to `prior` (2, 5).
 
@@ -110,11 +113,11 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
         whole = far[k] - corner > shape.whole_min[kind]
         length = far[k] - corner if whole else shape.length[kind]
         prior[k, 0], prior[k, 1] = shape.curvature[kind]
-        prior[k, 2], prior[k, 3] = side[1 - k] * (corner + 0.5 * length), shape.middle_std[kind, 1 if whole else 0]
+        prior[k, 2], prior[k, 3] = side[1 - k] * (corner + 0.5 * length), shape.middle_std[kind][1 if whole else 0]
         prior[k, 4] = max(far[k] - near[k], 0.0)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy")
 def line_offset(found: Floats, first: int, last: int, k: int, shape: BodyShape) -> float:
     """Return the likeliest depth of points `first` to `last`, a scan line, on face k [m]."""
     weight, depth = 1.0 / shape.line_std**2, 0.0
@@ -126,7 +129,7 @@ def line_offset(found: Floats, first: int, last: int, k: int, shape: BodyShape) 
     return depth / weight
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def cost(start: Ints, state: Floats, prior: Floats, flank: int, shape: BodyShape, found: Floats) -> float:
     """Return the negative log-likelihood of points and priors, with the likeliest offset of each scan line."""
     total, on_face, offset = 0.0, -math.log(1.0 - shape.inside_share), np.empty(2)

@@ -37,15 +37,41 @@ def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: i
 
 
 @njit(cache=True)
-def connected(points: Floats, radius: Floats, column: Ints, row: Ints, cell: Ints, window: int) -> Ints:
-    """Return the set of each point, connected by pairs within either point's radius.
+def cell_starts(order: Ints, column: Ints, row: Ints) -> Ints:
+    """(C + 1,) place in `order` (N,) of the first point of each of the C cells that have points, and N."""
+    start, count = np.zeros(len(order) + 1, np.int64), 1
+    for k in range(1, len(order)):
+        i, before = order[k], order[k - 1]
+        if column[i] != column[before] or row[i] != row[before]:
+            start[count] = k
+            count += 1
+    start[count] = len(order)
+    return start[: count + 1]
 
-    Points are sorted by grid cell (column, then row); cell c holds points cell[c] to cell[c + 1] and lies in
-    column[c], row[c]. A cell's diagonal is at most the smallest radius, so that a cell is one set from the
-    start; pairs are at most `window` cells apart.
+
+@njit(cache=True)
+def first_of_each(parent: Ints, order: Ints) -> Ints:
+    """(N,) lowest index of the points in the set of each point; place k of `parent` (N,) is point order[k]."""
+    first = np.full(len(parent), len(parent))
+    for k in range(len(parent)):
+        parent[k] = find_root(parent, k)
+        first[parent[k]] = min(first[parent[k]], order[k])
+    found = np.empty(len(parent), np.int64)
+    for k in range(len(parent)):
+        found[order[k]] = first[parent[k]]
+    return found
+
+
+@njit(cache=True)
+def connected(points: Floats, radius: Floats, order: Ints, column: Ints, row: Ints, window: int) -> Ints:
+    """Return the first point of the set of each point, connected by pairs within either point's radius.
+
+    `order` (N,) sorts the points by grid cell, by `column` (N,), then by `row` (N,). A cell's diagonal is at most the
+    smallest radius, so that a cell is one set from the start; pairs are at most `window` cells apart.
     """
-    parent = np.arange(len(points))
+    points, radius, parent, cell = points[order], radius[order], np.arange(len(points)), cell_starts(order, column, row)
     cells = len(cell) - 1
+    column, row = column[order[cell[:-1]]], row[order[cell[:-1]]]
     for a in range(cells):
         parent[cell[a] : cell[a + 1]] = cell[a]
     for shift in range(window + 1):
@@ -60,6 +86,4 @@ def connected(points: Floats, radius: Floats, column: Ints, row: Ints, cell: Int
             while b < cells and column[b] == column[a] + shift and row[b] <= row[a] + window:
                 connect_cells(points, radius, parent, cell[a], cell[a + 1], cell[b], cell[b + 1])
                 b += 1
-    for i in range(len(points)):
-        parent[i] = find_root(parent, i)
-    return parent
+    return first_of_each(parent, order)

@@ -60,27 +60,35 @@ def depths(points: Floats, face: Floats, noise: Floats) -> tuple[Floats, Floats,
     return depth, place, std
 
 
-@njit(cache=True)
-def nearest_face(points: Floats, corner: Floats, noise: Floats, gate: float) -> Ints:
-    """(N,) face of each point that lies within `gate` standard deviations of one, or -1."""
-    member, least = np.full(len(points), -1, np.int64), np.full(len(points), gate)
-    for k in range(2):
-        if exists(corner[k]):
-            depth, _, std = depths(points, corner[k], noise)
-            for i in range(len(points)):
-                if abs(depth[i]) < least[i] * std[i]:
-                    least[i], member[i] = abs(depth[i]) / std[i], k
-    return member
+@njit(cache=True, error_model="numpy")
+def nearest_face(points: Floats, corner: Floats, noise: Floats, gate: float) -> tuple[Ints, Floats, Floats]:
+    """Return the face (N,) of each point that lies within `gate` standard deviations of one, or -1.
+
+    The other results are the distance from that face (N,) in standard deviations, and the weight (N,) of the point,
+    1 / variance [1/m^2].
+    """
+    member, least, weight = np.full(len(points), -1, np.int64), np.full(len(points), gate), np.zeros(len(points))
+    real = exists(corner[0]), exists(corner[1])
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        range_m = max(math.sqrt(x * x + y * y), 1e-9)
+        for k in range(2):
+            if real[k]:
+                across = corner[k, 0] * x + corner[k, 1] * y
+                slant = noise[0] * across / range_m
+                std, distance = math.sqrt(slant * slant + noise[1] * noise[1]), abs(across + corner[k, 2])
+                if distance < least[i] * std:
+                    least[i], member[i], weight[i] = distance / std, k, 1.0 / std**2
+    return member, least, weight
 
 
 @njit(cache=True)
-def moments(points: Floats, face: Floats, member: Ints, k: int, noise: Floats) -> Floats:
+def moments(points: Floats, member: Ints, k: int, weights: Floats) -> Floats:
     """(6,) total weight, mean x, mean y, and weighted sums of xx, xy and yy about the mean, of the points on face k."""
-    std = depths(points, face, noise)[2]
     total, x, y = 0.0, 0.0, 0.0
     for i in range(len(points)):
         if member[i] == k:
-            weight = 1.0 / std[i] ** 2
+            weight = weights[i]
             total, x, y = total + weight, x + weight * points[i, 0], y + weight * points[i, 1]
     if total == 0.0:
         return np.zeros(6)
@@ -88,7 +96,7 @@ def moments(points: Floats, face: Floats, member: Ints, k: int, noise: Floats) -
     xx, xy, yy = 0.0, 0.0, 0.0
     for i in range(len(points)):
         if member[i] == k:
-            weight, dx, dy = 1.0 / std[i] ** 2, points[i, 0] - x, points[i, 1] - y
+            weight, dx, dy = weights[i], points[i, 0] - x, points[i, 1] - y
             xx, xy, yy = xx + weight * dx * dx, xy + weight * dx * dy, yy + weight * dy * dy
     return np.array([total, x, y, xx, xy, yy])
 
@@ -120,9 +128,9 @@ def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tu
     """
     moment = np.zeros((2, 6))
     for _ in range(ROUNDS):
-        member = nearest_face(points, corner, noise, gate)
+        member, _, weight = nearest_face(points, corner, noise, gate)
         for k in range(2):
-            moment[k] = moments(points, corner[k], member, k, noise)
+            moment[k] = moments(points, member, k, weight)
         if moment[0, 0] == 0.0:
             break
         xx, yy = moment[0, 3] + moment[1, 5], moment[0, 5] + moment[1, 3]
@@ -143,17 +151,24 @@ def fit_corner(points: Floats, corner: Floats, noise: Floats, gate: float) -> tu
     return corner, uncertainty
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def excess(points: Floats, corner: Floats, noise: Floats, tau: float) -> float:
     """Return the ratio of the points' deviation from their face to their noise, at least 1.
 
     Based on the median of |depth| / std of the points within tau of a face, which is 0.67 for normal noise. Real sides
     are curved.
     """
-    ratio = np.full(len(points), np.inf)
-    for k in range(2):
-        if exists(corner[k]):
-            depth, _, std = depths(points, corner[k], noise)
-            ratio = np.where(np.abs(depth) < tau, np.minimum(ratio, np.abs(depth) / std), ratio)
-    on = ratio[np.isfinite(ratio)]
-    return max(1.0, np.median(on) / NORMAL_MEDIAN) if len(on) > 0 else 1.0
+    ratio, count = np.empty(len(points)), 0
+    real = exists(corner[0]), exists(corner[1])
+    for i in range(len(points)):
+        x, y, least = points[i, 0], points[i, 1], np.inf
+        range_m = max(math.sqrt(x * x + y * y), 1e-9)
+        for k in range(2):
+            across = corner[k, 0] * x + corner[k, 1] * y
+            distance, slant = abs(across + corner[k, 2]), noise[0] * across / range_m
+            if real[k] and distance < tau:
+                least = min(least, distance / math.sqrt(slant * slant + noise[1] * noise[1]))
+        if least < np.inf:
+            ratio[count] = least
+            count += 1
+    return max(1.0, np.median(ratio[:count]) / NORMAL_MEDIAN) if count > 0 else 1.0

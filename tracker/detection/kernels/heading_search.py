@@ -17,7 +17,7 @@ HALVINGS = 7
 """Steps of the refinement; the last is 1/32 of a degree."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     """(N, M) distance of points to the side of a rectangle along their line, moved to the median of the line.
 
@@ -35,7 +35,7 @@ def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     return distance
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, inline="always", error_model="numpy")
 def smoothed(count: Floats, node: int) -> float:
     """Return the sum of the bins about a node, weighted by the kernel."""
     first, second, third = BESIDE
@@ -45,7 +45,7 @@ def smoothed(count: Floats, node: int) -> float:
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def local_density(place: Floats, reach: float, out: Floats) -> None:
     """Write the kernel density of the other points at each point's place to `out`.
 
@@ -68,7 +68,7 @@ def local_density(place: Floats, reach: float, out: Floats) -> None:
         out[i] = (1.0 - share) * smoothed(count, node) + share * smoothed(count, node + 1) - own
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatness: float) -> float:
     """Kernel radius across a side with that normal: range noise along the unit vector `ray`, projected on the normal.
 
@@ -77,7 +77,7 @@ def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatn
     return math.hypot(reach * (normal_x * ray[0] + normal_y * ray[1]), flatness)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def misalignment(
     points: Floats, heading: float, ray: Floats, reach: float, flatness: float, along: Floats, across: Floats
 ) -> float:
@@ -97,7 +97,7 @@ def misalignment(
     return -total / len(points)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def align(points: Floats, offset: Ints, heading: Floats, reach: float, flatness: float) -> tuple[Floats, Floats]:
     """Refine the best of each segment's headings (S, M) to the minimum of the cost; the sensor is at the origin.
 

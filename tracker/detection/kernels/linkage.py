@@ -23,13 +23,17 @@ def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
     reach = locality * math.hypot(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
     lines = np.zeros((count * repeats, 3))
     lines[:, 2] = np.inf
-    cumulative = np.empty(count)
+    weight, cumulative = np.zeros((count, count)), np.empty(count)
+    for i in range(count):
+        for j in range(i):
+            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
+            squared = dx * dx + dy * dy
+            if squared > 0.0:
+                weight[i, j] = weight[j, i] = math.exp(-squared / (reach * reach))
     for i in range(count):
         total = 0.0
         for j in range(count):
-            dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-            squared = dx * dx + dy * dy
-            total += math.exp(-squared / (reach * reach)) if squared > 0.0 else 0.0
+            total += weight[i, j]
             cumulative[j] = total
         if total == 0.0:
             continue
@@ -74,17 +78,17 @@ def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
 
 
 @njit(cache=True)
-def nearest(distance: Floats, i: int) -> int:
-    """Column of the smallest distance in row i other than i, the first of equal ones."""
+def nearest(distance: Floats, i: int, alive: Ints) -> int:
+    """Column of the smallest distance in row i other than i among the columns `alive`, the first of equal ones."""
     best = 1 if i == 0 else 0
-    for j in range(len(distance)):
+    for j in alive:
         if j != i and distance[i, j] < distance[i, best]:
-            best = j
+            best = int(j)
     return best
 
 
 @njit(cache=True)
-def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, row: Floats) -> None:
+def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, row: Floats) -> None:
     """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all."""
     for h in range(table.shape[0]):
         if table[h, q] < table[h, p]:
@@ -92,9 +96,20 @@ def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, row: Fl
         table[h, q] = 0.0
     products(table, p, len(row), row)
     norm[p], norm[q] = row[p], 0.0
-    for j in range(len(row)):
+    for j in alive:
         distance[p, j] = distance[j, p] = tanimoto(row[j], norm[p], norm[j])
         distance[q, j] = distance[j, q] = 1.0
+
+
+@njit(cache=True)
+def without(alive: Ints, q: int) -> Ints:
+    """Remove q from the sorted names of clusters, in place, and return the rest."""
+    kept = 0
+    for i in alive:
+        if i != q:
+            alive[kept] = i
+            kept += 1
+    return alive[:kept]
 
 
 @njit(cache=True)
@@ -106,26 +121,28 @@ def agglomerate(table: Floats) -> Ints:
     that cluster searches its neighbour again, so the least distance is always in the cache of one of them.
     """
     count = table.shape[1]
-    label = np.arange(count)
+    label, alive = np.arange(count), np.arange(count)
     distance, norm, row = np.ones((count, count)), np.empty(count), np.empty(count)
     for i in range(count):
         products(table, i, i + 1, row)
         norm[i] = row[i]
         for j in range(i):
             distance[i, j] = distance[j, i] = tanimoto(row[j], norm[i], norm[j])
-    neighbour = np.array([nearest(distance, i) for i in range(count)]) if count > 1 else np.zeros(1, np.int64)
+    neighbour = np.array([nearest(distance, i, alive) for i in range(count)]) if count > 1 else np.zeros(1, np.int64)
+    least = np.array([distance[i, neighbour[i]] for i in range(count)])
     while count > 1:
-        p = 0
-        for i in range(count):
-            if distance[i, neighbour[i]] < distance[p, neighbour[p]]:
-                p = i
+        p = alive[0]
+        for c in alive:
+            p = c if least[c] < least[p] else p
         q = neighbour[p]
-        if distance[p, q] >= 1.0:
+        if least[p] >= 1.0:
             break
-        merge(table, distance, norm, p, q, row)
+        merge(table, distance, norm, p, q, alive, row)
+        alive, least[q] = without(alive, q), 1.0
+        for c in alive:
+            if c == p or neighbour[c] == p or neighbour[c] == q:
+                neighbour[c] = nearest(distance, int(c), alive)
+                least[c] = distance[c, neighbour[c]]
         for i in range(count):
-            if label[i] == q:
-                label[i] = p
-            if i == p or neighbour[i] == p or neighbour[i] == q:
-                neighbour[i] = nearest(distance, i)
+            label[i] = p if label[i] == q else label[i]
     return label

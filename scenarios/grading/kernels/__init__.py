@@ -1,0 +1,1 @@
+"""Kernels of grading, independent of the tracker's."""

@@ -1,0 +1,87 @@
+"""Kernels on points and groups of points equal their references."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support import naive_points as naive
+
+from tracker.detection.kernels.box_points import box_points
+from tracker.detection.kernels.cells import contained
+from tracker.detection.kernels.groups import by_group, extents_along, means
+from tracker.detection.kernels.kept import kept_points
+from tracker.detection.kernels.truncation import truncated_points
+
+seeds = st.integers(0, 10_000)
+
+
+def labelled(seed, count=60, groups=4):
+    """Return points (count, 2) and their groups, all with points; some points are in none."""
+    rng = np.random.default_rng(seed)
+    label = np.concatenate([np.arange(groups), rng.integers(-1, groups, count - groups)])
+    return rng.normal(5.0, 3.0, (count, 2)), rng.permutation(label)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.integers(-1, 4), max_size=40))
+def test_order_by_group_equals_the_reference(label):
+    """Groups may be empty."""
+    for ours, twin in zip(by_group(np.array(label, int), 5), naive.by_group(np.array(label, int), 5), strict=True):
+        np.testing.assert_array_equal(ours, twin)
+
+
+@settings(deadline=None, max_examples=40)
+@given(seeds)
+def test_means_and_extents_equal_the_reference(seed):
+    points, label = labelled(seed)
+    directions = np.array([[1.0, 0.0], [0.6, 0.8], [0.0, 1.0]])
+    np.testing.assert_allclose(means(points, label, 4), naive.means(points, label, 4))
+    twin = naive.extents_along(points, label, 4, directions)
+    np.testing.assert_allclose(extents_along(points, label, 4, directions), twin)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(st.integers(-5, 5)), st.sets(st.integers(-5, 5)))
+def test_contained_cells_equal_those_of_a_set(cells, known):
+    found = contained(np.array(cells, np.int64), np.array(sorted(known), np.int64))
+    assert found.tolist() == [cell in known for cell in cells]
+
+
+@settings(deadline=None, max_examples=40)
+@given(seeds)
+def test_kept_points_equal_the_reference(seed):
+    """About half of the points break one of the conditions."""
+    rng = np.random.default_rng(seed)
+    points, time = rng.normal(0.0, (20.0, 3.0, 1.0), (80, 3)), rng.normal(size=80)
+    points[rng.random((80, 3)) < 0.03], time[rng.random(80) < 0.05] = np.nan, np.inf
+    limits = (rng.integers(0, 16, 80), 0b1000, -0.5, 40.0, np.array([2.5, 1.0]))
+    np.testing.assert_array_equal(kept_points(points, time, *limits), naive.kept_points(points, time, *limits))
+
+
+@settings(deadline=None, max_examples=40)
+@given(seeds)
+def test_box_points_equal_the_reference(seed):
+    rng = np.random.default_rng(seed)
+    points, label = labelled(seed)
+    of_points = (rng.random(60) < 0.5, rng.random(60) < 0.3, rng.normal(size=60), rng.normal(size=(60, 2)))
+    center, heading, size = rng.normal(5.0, 1.0, (4, 2)), rng.uniform(0.0, 1.5, 4), rng.uniform(0.5, 8.0, (4, 2))
+    order, start = by_group(label, 4)
+    spans = np.stack([start[:-1], start[1:]], axis=1)
+    found = box_points(points, *of_points, order, spans, center, heading, size, 0.3)
+    for b in range(4):
+        box = center[b], heading[b], size[b]
+        twin = naive.box_points(points, *of_points, np.flatnonzero(label == b), *box, 0.3)
+        for ours, expected in zip(found, twin, strict=True):
+            np.testing.assert_allclose(ours[b], expected, atol=1e-12)
+
+
+@settings(deadline=None, max_examples=40)
+@given(seeds, st.booleans())
+def test_truncated_points_equal_the_reference(seed, known):
+    """Two channels of beams 1 s apart, some lost, on two segments with ranges that differ by the limit or more."""
+    rng = np.random.default_rng(seed)
+    channel, time = rng.integers(0, 2, 40), rng.permutation(40).astype(float)
+    range_m, label = rng.integers(5, 12, 40).astype(float), rng.integers(0, 2, 40)
+    limits = np.array([[0.0, 39.0], [3.0, 30.0]]) if known else np.empty((0, 2))
+    found = truncated_points(np.lexsort((time, channel)), channel, time, range_m, label, limits, 2.0, 2.0)
+    twin = naive.truncated_points(channel, time, range_m, label, limits, 2.0, 2.0)
+    np.testing.assert_array_equal(found, twin)

@@ -1,0 +1,28 @@
+"""Kernel of the convex hull of points."""
+
+import numpy as np
+from numba import njit
+
+from tracker.arrays import Floats
+
+SLACK_M2 = 1e-9
+"""Area of the triangle with its neighbours, twice, within which a point is kept: rounding then drops no vertex."""
+
+
+@njit(cache=True)
+def convex_hull(points: Floats) -> Floats:
+    """Vertices (H, 2) of the convex hull of points (N, 2), by the monotone chain of Andrew (1979)."""
+    order = np.argsort(points[:, 0].copy(), kind="mergesort")  # as compiled for other kernels
+    chain, count = np.empty((2 * len(points), 2)), 0
+    for side in (1.0, -1.0):
+        first = count
+        for i in order:
+            while count > first + 1:
+                x, y = chain[count - 2, 0], chain[count - 2, 1]
+                left = (chain[count - 1, 0] - x) * (points[i, 1] - y) - (chain[count - 1, 1] - y) * (points[i, 0] - x)
+                if side * left > -SLACK_M2:
+                    break
+                count -= 1
+            chain[count, 0], chain[count, 1] = points[i, 0], points[i, 1]
+            count += 1
+    return chain[:count]
