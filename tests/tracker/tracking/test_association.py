@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.stats import chi2
 from support.seen import corners, observe_boxes
 
 from tracker.tracking.association import AssociationConfig, assign, score
@@ -82,6 +83,16 @@ def test_pairs_outside_the_gate_are_rejected():
     for pose, expected in ((near, [(0, 0)]), (far, [])):
         seen = observe_boxes(pose, CAR)
         assert associate(tracks, seen) == expected
+
+
+@pytest.mark.parametrize(("outside", "pairs"), [(0.0011, [(0, 0)]), (0.0009, [])])
+def test_the_gate_holds_999_of_1000_boxes_of_the_track(outside, pairs):
+    """Squared distance at which this share of a chi-square with two degrees is outside."""
+    tracks, pose = expecting((10.0, 4.0, 0.0), (-1, -1)), (10.0, 4.0, 0.0)
+    covariance = hypothesise(tracks, observe_boxes(pose, CAR), READING).covariance[0, 0]
+    variance = (covariance + tracks.covariance[0, 0])[0, 0] + CONFIG.view_std_m**2
+    shift = np.sqrt(chi2.isf(outside, 2) * variance)
+    assert associate(tracks, observe_boxes((10.0 + shift, 4.0, 0.0), CAR)) == pairs
 
 
 @pytest.mark.parametrize("quarters", range(4))
