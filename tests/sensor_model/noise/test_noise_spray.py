@@ -1,6 +1,7 @@
 """Spray: positions of clusters, and beams that hit them."""
 
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.independence import dependence
 from support.naive_noise import cluster_echo
 from support.noise_scenes import BEAMS, HARD, context, healthy, thresholds, within
 
@@ -88,6 +90,14 @@ def test_clusters_are_in_the_wake():
     )
     assert cloud.share.max() <= 0.17
     assert cloud.share.min() >= 0.17 * np.exp(-3.0) - 1e-12
+
+
+def test_place_and_radius_of_clusters_are_independent():
+    """By their joint histogram: a normal and a uniform number of one draw are uncorrelated, but dependent."""
+    cloud = wakes(*((id_, 5.0, 2.0, 0.0, 108.0) for id_ in range(12)))
+    whole = cloud.radius < 1.0
+    columns = [*cloud.centre_ego[whole].T, cloud.radius[whole]]
+    assert min(dependence(one, other) for one, other in combinations(columns, 2)) > 1e-3
 
 
 def test_clusters_persist_between_frames_and_are_decelerated_by_drag():
