@@ -170,7 +170,7 @@ def test_heading_error_is_modulo_a_full_turn_on_moving_vehicles():
 
 
 @given(st.integers(0, 4), st.integers(0, 4), st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_matching_is_optimal(actors, tracks, seed):
     rng = np.random.default_rng(seed)
 

@@ -255,7 +255,7 @@ def test_a_turn_on_the_spot_becomes_a_turn_of_feasible_radius():
     ahead=st.booleans(),
     kind=st.sampled_from([Kind.CAR, Kind.BUS, Kind.MOTORCYCLE, Kind.PEDESTRIAN]),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_output_is_feasible_for_any_input(seed, step_m, ahead, kind):
     """Poses are noise. Accelerations and jerks may be somewhat larger than with simulated traffic, which
     test_motion_limits.py limits to 10 m/s^2 and 60 m/s^3."""
