@@ -92,6 +92,21 @@ def test_clusters_are_in_the_wake():
     assert cloud.share.min() >= 0.17 * np.exp(-3.0) - 1e-12
 
 
+def test_clusters_are_born_where_an_accelerating_vehicle_was():
+    """Its place at the age t before, from that of an unaccelerated one: + a t^2 / 2, along and across its heading."""
+    placed, name = bodies((1, 5.0, 2.0, 0.3, 108.0))
+    acceleration = np.array([-4.0, 3.0])
+    steady, accelerated = (
+        clusters(ON, replace(placed, acceleration_ego=rate[None]), name, Draws(1, BEAMS), 10.0)
+        for rate in (np.zeros(2), acceleration)
+    )
+    age = -0.78 * np.log(steady.share / 0.17)
+    assert np.ptp(age) > 1.0
+    moved = accelerated.centre_ego - steady.centre_ego
+    np.testing.assert_allclose(moved[:, :2], age[:, None] ** 2 / 2 * acceleration, atol=1e-6)
+    assert np.array_equal(accelerated.tag, steady.tag)
+
+
 def test_place_and_radius_of_clusters_are_independent():
     """By their joint histogram: a normal and a uniform number of one draw are uncorrelated, but dependent."""
     cloud = wakes(*((id_, 5.0, 2.0, 0.0, 108.0) for id_ in range(12)))
