@@ -106,6 +106,19 @@ def test_a_hypothesis_does_not_depend_on_the_quarter_turn_of_the_box(quarters):
     assert hypotheses.misfit[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
 
 
+@pytest.mark.parametrize("cut_end", range(4))
+@pytest.mark.parametrize("quarters", range(4))
+def test_truncated_ends_turn_with_the_heading_of_the_box(quarters, cut_end):
+    """A piece of a side, truncated at the front, left, rear or right: its nearer end is whole unless that one is."""
+    pose, piece = (10.0, 4.0, 0.0), (2.0, 0.1)
+    tracks = expecting(pose, (-1, -1))
+    ends = [cut_end == (end + quarters) % 4 for end in range(4)]
+    seen = observe_boxes((8.8, 3.2, 0.0), piece, quarters=quarters, cut=ends)
+    hypotheses = hypothesise(tracks, seen, READING)
+    assert hypotheses.whole[0, 0].tolist() == [cut_end % 2 == 1, cut_end % 2 == 0]
+    assert hypotheses.exact[0, 0].tolist() == [cut_end == 0, True], "the piece is long enough if its front is truncated"
+
+
 def test_a_new_nearest_corner_is_tracked_and_measures_the_old_one_by_the_known_size():
     """The car has passed: its front left is tracked, its rear left is now far nearer."""
     pose = (6.0, -3.0, 0.0)
