@@ -52,6 +52,16 @@ def test_distances_have_a_constant_scale_error_over_a_run(draws):
     assert np.std(factor) == pytest.approx(noise.speed_scale_sigma, rel=0.2)
 
 
+def test_scale_error_stretches_the_whole_way_in_a_bend(draws):
+    poses, time = arc(200, yaw_rate=0.6)
+    noise = OdometryNoise(enabled=True, speed_scale_sigma=0.05, yaw_rate_sigma_dps=0.0, yaw_walk_sigma_deg=0.0)
+    found = driven(Odometry(noise, draws(3)), poses, time)
+    exact = driven(Odometry(OdometryNoise(enabled=False), draws(3)), poses, time)
+    factor = np.linalg.norm(found[1, :2]) / np.linalg.norm(exact[1, :2])
+    assert abs(factor - 1.0) > 0.001
+    assert found == pytest.approx(exact * [factor, factor, 1.0], abs=1e-9)
+
+
 @pytest.mark.parametrize("dt", [DT, 1.0])
 @pytest.mark.parametrize(("bias_dps", "walk_deg"), [(0.05, 0.0), (0.0, 0.2), (0.05, 0.2)])
 def test_yaw_drift_has_bias_and_random_walk(draws, dt, bias_dps, walk_deg):
