@@ -6,10 +6,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from support.real_data import VARIABLE
 
 # Shells start background jobs with SIGINT ignored, which all their children inherit; tests press Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# The same examples in each run, at any speed of the machine. To search for others: --hypothesis-profile=default.
+settings.register_profile("fixed", derandomize=True, deadline=None)
+settings.load_profile("fixed")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

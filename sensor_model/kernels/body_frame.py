@@ -15,7 +15,7 @@ _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 
 @njit(cache=True)
 def slope_extremes(slope: Floats) -> tuple[Floats, Floats]:
-    """Return (2, K) lowest and highest slope of the rays of each azimuth, and (K,) its longest ray per length forward."""
+    """Return (2, K) least and largest slope of the rays of each azimuth, and (K,) length of the longest per forward."""
     extremes, longest = np.empty((2, len(slope))), np.empty(len(slope))
     for k in range(len(slope)):
         low, high = slope[k, 0, 0], slope[k, 0, 0]

@@ -1,5 +1,7 @@
 """Kernels that move and label echoes on bodies, against slow reference implementations."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
 from support import naive_labels
@@ -10,7 +12,7 @@ from sensor_model.noise.random_draws import Draws
 from sensor_model.raycaster import Raycaster
 from sensor_model.scan_context import displacement
 from sensor_model.surface_relief import displace
-from sensor_model.truth import Cause, Part
+from sensor_model.truth import Cause, Face, Part
 from sensor_model.visibility import MAX_CLEAN_DEPTH, from_surfaces, visible_faces
 from sim.world import Kind
 
@@ -94,3 +96,15 @@ def test_causes_and_faces_follow_from_the_outline_of_the_straight_body():
     faces = visible_faces(returns, unit, context.origin_ego, bodies, size)
     assert np.array_equal(faces, (counted >= 3) @ [1, 2, 4, 8])
     assert {Cause.CLEAN, Cause.LAYER_OVERLAP} <= set(returns.cause[returns.target >= 0])
+
+
+def test_a_face_is_visible_from_three_points_on():
+    beams, bodies, context, echoes, size = cast(ActorSpec(16.0, 0.0))
+    returns = from_surfaces(echoes, bodies)
+
+    def seen_by(rows):
+        kept = replace(returns, **{field.name: getattr(returns, field.name)[rows] for field in fields(returns)})
+        return Face(visible_faces(kept, beams.unit[kept.beam], context.origin_ego, bodies, size)[0])
+
+    on_rear = [row for row in np.flatnonzero(returns.target == 0) if seen_by(np.full(20, row)) == Face.REAR]
+    assert [seen_by(np.array(on_rear[:points])) for points in (2, 3, 4)] == [Face(0), Face.REAR, Face.REAR]

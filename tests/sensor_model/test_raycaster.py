@@ -177,7 +177,7 @@ def hits(results, beams, bodies):
     extinction=st.sampled_from([0.0, 0.02]),
     jitter=st.floats(-0.01, 0.01),
 )
-@settings(deadline=None, max_examples=1500)
+@settings(max_examples=1500)
 def test_caster_equals_reference_implementation(rig, sensor, actors, ego, index, obstacles, seed, extinction, jitter):
     """Fails if a hit is culled, if a pose is not that of the beam's firing time, or if power, echo detection, merging,
     width or surface deviate from the documented model."""
@@ -204,14 +204,14 @@ def moved_with(ego, spec):
     actors=st.lists(actor_specs, min_size=1, max_size=2),
     obstacles=obstacles,
 )
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_whole_footprints_equal_reference_implementation(rig, sensor, actors, obstacles):
     scene = placed_scene(rig, sensor, world(*actors), obstacles)
     check_against_twin(sensor, *scene)
 
 
 @given(actors=st.lists(actor_specs, min_size=1, max_size=3), plain=st.booleans(), mirrors=st.booleans())
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_units_of_a_rig_equal_reference_implementation(actors, plain, mirrors):
     """Fails if a beam uses the origin, timing, counts or limits of another unit."""
     mounts = (

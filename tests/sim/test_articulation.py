@@ -70,7 +70,7 @@ def test_tractors_are_equal_and_short_vehicles_are_scaled():
 
 
 @given(length=st.floats(6.0, 25.0), seed=seeds)
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_wheels_are_at_the_axles_of_the_motion(length, seed):
     """Fails if the sensor's axles differ from those of the motion: wheels would slip sideways."""
     size = (length, WIDTH, HEIGHT)
@@ -92,7 +92,7 @@ def test_wheels_are_at_the_axles_of_the_motion(length, seed):
 
 @pytest.mark.parametrize("plain", [False, True])
 @given(angle=angles, seed=seeds, length=st.sampled_from([16.5, 8.0]))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_the_tractor_rotates_about_the_kingpin_and_the_trailer_stays(plain, angle, seed, length):
     """Compares corners by computational geometry: detects wrong signs, pivots and bounds."""
     size = (length, WIDTH, HEIGHT)
@@ -124,7 +124,7 @@ def test_the_tractor_is_its_cab_wheels_mirrors_and_frame():
 
 
 @given(angle=angles, seed=seeds)
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_an_articulated_truck_is_connected_and_its_cab_clears_the_trailer(angle, seed):
     solids = pieces(place(lorry(angle), seed=seed), 0)
     upper = [solid for solid in solids if corners(solid.planes)[:, 2].max() > 2.0]

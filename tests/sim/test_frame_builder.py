@@ -29,24 +29,25 @@ def motion(pose):
 
 def test_a_frame_has_the_ego_and_the_actors_in_range():
     roster = Roster(seed=0)
-    names = ("ego", "near", "edge", "far")
+    names = ("ego", "near", "far", "edge")
     members = [roster.add(key, Kind.CAR, (4.0 + n, 1.8, 1.5), key) for n, key in enumerate(names)]
-    pose = np.array([[10.0, 0, 0], [10, 5, 1], [40, 0, 2], [40.1, 0, 3]])
+    pose = np.array([[10.0, 0, 0], [10, 5, 1], [40.1, 0, 2], [40, 0, 3]])
+    seen = [1, 3]
     frame = FrameBuilder(DT, 30.0, ModeLimits()).frame(members, motion(pose))
     ego, actors = frame.ego, frame.actors
     assert list(actors.name) == ["near", "edge"]
-    assert list(actors.id) == [1, 2]
+    assert list(actors.id) == seen
     assert (ego.velocity_world.tolist(), ego.acceleration_world.tolist()) == ([10.5, 0.5], [10.7, 0.7])
     assert (ego.yaw_rate, ego.deviation.tolist(), ego.size.tolist()) == (0.1, [10.3, 0.3], [4.0, 1.8, 1.5])
-    assert actors.pose_world == pytest.approx(pose[1:3])
-    assert actors.velocity_world == pytest.approx(pose[1:3, :2] + 0.5)
-    assert actors.acceleration_world == pytest.approx(pose[1:3, :2] + 0.7)
-    assert actors.yaw_rate == pytest.approx([1.1, 2.1])
-    assert actors.articulation == pytest.approx([1.2, 2.2])
-    assert actors.deviation == pytest.approx(pose[1:3, :2] + 0.3)
-    assert actors.size[:, 0].tolist() == [5.0, 6.0]
+    assert actors.pose_world == pytest.approx(pose[seen])
+    assert actors.velocity_world == pytest.approx(pose[seen, :2] + 0.5)
+    assert actors.acceleration_world == pytest.approx(pose[seen, :2] + 0.7)
+    assert actors.yaw_rate == pytest.approx([1.1, 3.1])
+    assert actors.articulation == pytest.approx([1.2, 3.2])
+    assert actors.deviation == pytest.approx(pose[seen, :2] + 0.3)
+    assert actors.size[:, 0].tolist() == [5.0, 7.0]
     assert actors.changes_lane.tolist() == [False, True]
-    assert actors.reflectivity.tolist() == [member.reflectivity for member in members[1:3]]
+    assert actors.reflectivity.tolist() == [member.reflectivity for member in (members[1], members[3])]
 
 
 def test_frames_are_counted_and_modes_have_hysteresis():

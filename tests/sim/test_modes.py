@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.traffic import frames
 
@@ -130,7 +130,6 @@ EIGHTHS = st.integers(0, 12).map(lambda n: n / 8)
 FRAME = st.dictionaries(st.integers(0, 6), st.tuples(EIGHTHS, EIGHTHS))
 
 
-@settings(deadline=None)
 @given(st.lists(FRAME, min_size=1, max_size=12))
 def test_the_classifier_equals_its_naive_twin_with_actors_appearing_and_leaving(run):
     limits = ModeLimits(1.0, 0.5, 0.75, 0.25)

@@ -40,10 +40,10 @@ def flow_of(*poses, forward=0.0):
     return TrafficFlow(np.arange(1, len(table) + 1), table[:, :2], table[:, 2], forward, FlowConfig())
 
 
-def start(pose, flow=None, size=CAR, mma=MMA, cut=UNCUT):
+def start(pose, flow=None, size=CAR, mma=MMA, cut=UNCUT, time_offset=0.0):
     """A track of a vehicle; without a flow, the ego is parallel to it and there are no neighbours."""
     flow = flow_of(forward=pose[2]) if flow is None else flow
-    seen = observe_boxes(pose, size, cut=cut)
+    seen = observe_boxes(pose, size, cut=cut, time_offset=time_offset)
     shape = orientation.shape_log_odds(seen.size[0], seen.whole[0], CONFIG.orientation)
     turns = orientation.likeliest_turns(shape, seen.center[0], float(seen.heading[0]), flow, least=0.0)
     first, corner = first_observation(seen, 0, turns, CAR, HypothesisConfig())

@@ -52,11 +52,21 @@ def test_a_side_and_a_rear_that_meet_in_a_blind_corner_are_one_vehicle():
         pieces(CAB, (-4.0, 3.0, 0.0, 10.0, 2.5)),
         pieces((10.0, 3.0, 0.0, 4.5, 1.8), (0.0, 3.0, 0.0, 4.5, 1.8), speed=12.0),
         pieces(CAB, (5.0, 3.0, 0.4, 10.0, 0.1)),
+        pieces(CAB, (10.0, 3.0, 0.2, 4.0, 0.3)),
+        pieces(CAB, (10.0, 3.0, np.pi / 4, 2.0, 0.3)),
     ],
-    ids=["slow queue", "another speed", "few observations", "next lane", "20 m", "half a second", "articulated"],
+    ids=[
+        *("slow queue", "another speed", "few observations", "next lane", "20 m", "half a second", "articulated"),
+        *("turned by more than a fit's error", "oblique"),
+    ],
 )
 def test_separate_vehicles_are_not_merged(other):
     assert not are_one(other)
+
+
+@pytest.mark.parametrize("turn", [-0.08, 0.08, np.pi / 2 + 0.08])
+def test_pieces_turned_by_a_fits_error_are_one_vehicle(turn):
+    assert are_one(pieces(CAB, (10.0, 3.0, turn, 2.0, 0.3)))
 
 
 def test_segments_inside_a_vehicle_are_merged():

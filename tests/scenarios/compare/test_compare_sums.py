@@ -26,7 +26,7 @@ NAMED_AS_IN_A_RESULT = [
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_vehicle_scores_add_up_to_trackevals_counts(seed, vehicles, tracks):
     from trackeval.metrics import CLEAR, HOTA, Identity
 

@@ -84,7 +84,7 @@ def least(vehicles, tracks, cutoff):
 
 
 @given(st.integers(0, 2**32 - 1), st.lists(st.tuples(st.integers(0, 3), st.integers(0, 4)), min_size=1, max_size=3))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_the_assignment_is_optimal_in_every_frame(seed, counts):
     """In a square of 4 m nearly all pairs compete."""
     rng = np.random.default_rng(seed)

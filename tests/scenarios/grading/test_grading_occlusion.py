@@ -30,6 +30,13 @@ def test_first_track_after_the_gap_decides_even_if_late():
     assert survival(visible, [4] * 5 + [None] * 13 + [9] * 2 + [4] * 5) == (0.0, 1)
 
 
+def test_last_track_before_the_gap_decides():
+    visible = [1] * 8 + [0] * 10 + [1] * 5
+    assert survival(visible, [4] * 3 + [9] * 20) == (1.0, 1)
+    assert survival(visible, [4] * 3 + [9] * 5 + [None] * 10 + [4] * 5) == (0.0, 1)
+    assert survival(visible, [4] * 3 + [9] * 3 + [None] * 12 + [9] * 5) == (1.0, 1)
+
+
 def test_two_occlusions_count_as_two():
     visible = [1] * 4 + [0] * 4 + [1] * 4 + [0] * 4 + [1] * 4
     assert survival(visible, [4] * 12 + [9] * 8) == (0.5, 2)

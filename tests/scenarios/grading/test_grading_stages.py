@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support import naive_grading as naive
 from support.frames import Body, Scripted, observe, trace_of, world_frame
@@ -104,7 +104,6 @@ def test_points_outside_of_vehicles_segments_do_not_count():
     st.lists(st.tuples(st.sampled_from((NO_ACTOR, 2, 5, 9)), st.integers(-1, 3)), max_size=40),
     st.lists(st.booleans(), min_size=3, max_size=3),
 )
-@settings(deadline=None)
 def test_ownership_equals_a_loop(points, graded):
     actor_id = np.array([2, 5, 9])
     actor = np.array([a for a, _ in points], dtype=np.int64)

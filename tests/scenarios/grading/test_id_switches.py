@@ -54,7 +54,7 @@ def test_without_vehicles_the_metric_has_a_reason():
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4), st.integers(0, 4))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_number_of_switches_equals_trackevals(seed, vehicles, tracks):
     """Random overlaps with vehicles and tracks that come and go."""
     from trackeval.metrics import CLEAR

@@ -19,6 +19,11 @@ def test_it_equals_the_published_estimate():
     assert kaplan_meier.median(PLACEBO, np.ones(21, np.bool_)) == 8
 
 
+def test_a_median_is_the_time_at_which_exactly_half_have_happened():
+    assert kaplan_meier.median(np.array([1.0, 2.0, 3.0, 4.0]), np.ones(4, np.bool_)) == 2.0
+    assert kaplan_meier.median(np.array([1.0, 2.0, 2.0, 3.0]), np.array([True, True, False, False])) == 2.0
+
+
 def test_a_median_that_is_not_reached_is_infinite():
     assert math.isinf(kaplan_meier.median(np.array([1.0, 2.0, 3.0]), np.array([True, False, False])))
     assert math.isinf(kaplan_meier.median(np.empty(0), np.empty(0, np.bool_)))

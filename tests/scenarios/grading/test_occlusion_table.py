@@ -9,13 +9,15 @@ from support.frames import DT, Body, Scripted, follow, grade_run
 
 from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
+from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.manoeuvre import manoeuvre
-from scenarios.grading.occlusion_table import COLUMNS, STATIC
+from scenarios.grading.occlusion_table import COLUMNS, STATIC, occlusion_table
 from scenarios.run import device, loop
 from scenarios.run.device import SHIPPED
 from sim.world import Kind
 
 HIDDEN = range(5, 15)
+TABLES = ("truth", "tracks")
 
 
 def car_behind(*others, frames=25, track_after=4):
@@ -63,6 +65,15 @@ def test_a_run_without_occlusions_has_an_empty_table_of_the_same_types():
     assert empty.dtypes.astype(str).tolist() == full.dtypes.astype(str).tolist()
 
 
+def test_a_frame_counts_as_hidden_until_the_next_one():
+    """Scans of recordings are not evenly spaced: the last hidden one lasts for half a second more."""
+    tables = car_behind()[1]
+    truth, tracks = (tables[name].assign(time_s=lambda t: t["time_s"] + 0.5 * (t["frame"] > 14)) for name in TABLES)
+    (row,) = occlusion_table(truth, tracks, tables["blockers"], GradingConfig()).to_dict("records")
+    assert row["hidden_s"] == pytest.approx(10 * DT + 0.5)
+    assert row["gap_s"] == pytest.approx(11 * DT + 0.5)
+
+
 def rows(x, y, yaw, changes=False):
     t = np.arange(len(x)) * 0.1
     velocity = {"vx_world_mps": np.gradient(x, t), "vy_world_mps": np.gradient(y, t)}
@@ -70,14 +81,23 @@ def rows(x, y, yaw, changes=False):
     return pd.DataFrame(place | velocity)
 
 
-def test_manoeuvres_by_their_definition():
+@pytest.mark.parametrize("start", [0.0, 2.0, math.pi - 0.01, -math.pi + 0.01])
+def test_manoeuvres_by_their_definition(start):
+    """In any direction; yaws of the table are in (-pi, pi]."""
+
+    def driven(x, y, yaw, **changes):
+        place = (x + 1j * y) * np.exp(1j * start)
+        return manoeuvre(rows(place.real, place.imag, np.angle(np.exp(1j * (start + yaw))), **changes))
+
     t, zero = np.arange(21) * 0.1, np.zeros(21)
-    assert manoeuvre(rows(10 * t, zero, zero)) == "keeps"
-    assert manoeuvre(rows(10 * t - t**2, zero, zero)) == "brakes"
-    assert manoeuvre(rows(5 * t + 0.5 * t**2, zero, zero)) == "accelerates"
-    assert manoeuvre(rows(10 * np.sin(t / 2), 10 - 10 * np.cos(t / 2), t / 2)) == "turns"
-    assert manoeuvre(rows(10 * t, 1.75 * (1 - np.cos(np.pi * t / 2)), zero)) == "changes lane"
-    assert manoeuvre(rows(10 * t, zero, zero, changes=True)) == "changes lane"
+    sway = 0.03 * np.linspace(-1.0, 1.0, 21)
+    assert driven(10 * t, zero, sway) == "keeps"
+    assert driven(10 * t - t**2, zero, zero) == "brakes"
+    assert driven(5 * t + 0.5 * t**2, zero, zero) == "accelerates"
+    assert driven(10 * np.sin(t / 2), 10 - 10 * np.cos(t / 2), t / 2) == "turns"
+    assert driven(10 * np.sin(t / 2), 10 * np.cos(t / 2) - 10, -t / 2) == "turns"
+    assert driven(10 * t, 1.75 * (1 - np.cos(np.pi * t / 2)), zero) == "changes lane"
+    assert driven(10 * t, zero, zero, changes=True) == "changes lane"
 
 
 @pytest.mark.parametrize(("name", "blocker", "kind"), [("truck-shadow-1s", "truck", "truck")])

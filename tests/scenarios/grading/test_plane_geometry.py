@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 import shapely
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from support import naive_grading as naive
 from support.frames import compose, express
@@ -58,7 +58,6 @@ def test_iou_of_boxes_computed_by_hand(a, b, expected):
 @given(box, box)
 @example(*NESTED)
 @example(*NESTED[::-1])
-@settings(deadline=None)
 def test_iou_equals_polygon_clipping_and_is_a_symmetric_fraction(a, b):
     value = one_iou(a, b)
     assert value == pytest.approx(naive.iou(a, b), abs=1e-6)
@@ -80,7 +79,6 @@ def test_iou_equals_that_of_geos():
 
 
 @given(box, st.integers(-5, 5), st.tuples(st.floats(-3, 3), st.floats(-3, 3)), st.floats(0.2, 1.0))
-@settings(deadline=None)
 def test_iou_of_boxes_with_quarter_turns_equals_polygon_clipping(first, quarters, offset, part):
     """Fails when length and width of a perpendicular box are confused, or a small rotation counts as parallel."""
     x, y, yaw, length, width = first
@@ -91,14 +89,12 @@ def test_iou_of_boxes_with_quarter_turns_equals_polygon_clipping(first, quarters
 
 
 @given(box, box, pose)
-@settings(deadline=None)
 def test_iou_does_not_depend_on_the_frame(a, b, frame):
     moved = [(*compose(frame, x[:3]), *x[3:]) for x in (a, b)]
     assert one_iou(*moved) == pytest.approx(one_iou(a, b), abs=1e-6)
 
 
 @given(st.lists(box, max_size=5), st.lists(box, max_size=5))
-@settings(deadline=None)
 def test_overlap_table_equals_pairwise_overlaps(a, b):
     table = iou_table(np.array(a).reshape(-1, 5), np.array(b).reshape(-1, 5))
     expected = [[naive.iou(x, y) for y in b] for x in a]

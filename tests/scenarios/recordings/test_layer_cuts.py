@@ -59,3 +59,10 @@ def test_heights_keep_the_nearest_point_of_each_azimuth_step():
     assert len(kept) == 36
     assert np.hypot(*both.points[kept, :2].T) == pytest.approx(10.0)
     assert height[kept] == pytest.approx(2.0 - 10.0 * np.tan(np.deg2rad(3.0)))
+
+
+def test_a_point_near_two_heights_has_the_lower_layer():
+    whole = sweep(10.0)
+    layer = HeightCut((1.4, 1.5), 0.1, 10.0).layers(whole, whole.points[:, 2] + 2.0)
+    assert (layer[whole.ring == 4] == 0).all()  # 1.476 m high
+    assert (layer[whole.ring != 4] == -1).all()

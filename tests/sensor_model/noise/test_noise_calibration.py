@@ -46,6 +46,17 @@ def test_mounts_are_rotations_and_constant_over_a_run():
     assert np.array_equal(R_ego_unit, again[1])
 
 
+@pytest.mark.parametrize(("without", "axis", "normal"), [("roll", 1, 2), ("yaw", 0, 1)])
+def test_mounts_turn_by_yaw_then_pitch_then_roll(without, axis, normal):
+    """Large errors show the order: y stays level until the roll, and x in its plane without a yaw."""
+    large = {f"{turn}_sigma_deg": 0.0 if turn == without else 10.0 for turn in ("yaw", "pitch", "roll")}
+    for seed in range(5):
+        _, R_ego_unit = true_mounts(replace(ON, **large), UNITS, Draws(seed, BEAMS))
+        error = np.swapaxes(UNITS.R_ego_unit, 1, 2) @ R_ego_unit
+        np.testing.assert_allclose(error[:, normal, axis], 0.0, atol=1e-12)
+        assert np.abs(error[:, axis, normal]).max() > 0.01
+
+
 def test_mounts_and_times_are_exact_if_disabled():
     origin, R_ego_unit = true_mounts(CalibrationError(False), UNITS, Draws(3, BEAMS))
     assert np.array_equal(origin, UNITS.origin_ego)

@@ -80,7 +80,7 @@ def seen(config=PERFECT, some=None, cast=wall, **circumstances):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_bright_mirrors_equal_reference_implementation(seed):
     """Ego and bodies move and turn while the beams fire; only mirrors that are bright enough are found."""
     rng = np.random.default_rng(seed)

@@ -52,12 +52,25 @@ def test_distances_have_a_constant_scale_error_over_a_run(draws):
     assert np.std(factor) == pytest.approx(noise.speed_scale_sigma, rel=0.2)
 
 
-def test_yaw_drift_has_bias_and_random_walk(draws):
-    """Variance after t seconds: (bias t)^2 + walk^2 t."""
-    poses, time = np.zeros((11, 3)), np.arange(11.0)
-    noise = OdometryNoise(enabled=True, yaw_rate_sigma_dps=0.05, yaw_walk_sigma_deg=0.2)
+def test_scale_error_stretches_the_whole_way_in_a_bend(draws):
+    poses, time = arc(200, yaw_rate=0.6)
+    noise = OdometryNoise(enabled=True, speed_scale_sigma=0.05, yaw_rate_sigma_dps=0.0, yaw_walk_sigma_deg=0.0)
+    found = driven(Odometry(noise, draws(3)), poses, time)
+    exact = driven(Odometry(OdometryNoise(enabled=False), draws(3)), poses, time)
+    factor = np.linalg.norm(found[1, :2]) / np.linalg.norm(exact[1, :2])
+    assert abs(factor - 1.0) > 0.001
+    assert found == pytest.approx(exact * [factor, factor, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("dt", [DT, 1.0])
+@pytest.mark.parametrize(("bias_dps", "walk_deg"), [(0.05, 0.0), (0.0, 0.2), (0.05, 0.2)])
+def test_yaw_drift_has_bias_and_random_walk(draws, dt, bias_dps, walk_deg):
+    """Variance after t seconds, in steps of any length: (bias t)^2 + walk^2 t."""
+    time = dt * np.arange(round(8.0 / dt) + 1)
+    noise = OdometryNoise(enabled=True, yaw_rate_sigma_dps=bias_dps, yaw_walk_sigma_deg=walk_deg)
+    poses = np.zeros((len(time), 3))
     yaw = np.degrees([driven(Odometry(noise, draws(seed)), poses, time)[-1, 2] for seed in range(150)])
-    assert np.std(yaw) == pytest.approx(np.sqrt((0.05 * 10) ** 2 + 0.2**2 * 10), rel=0.2)
+    assert np.std(yaw) == pytest.approx(np.sqrt((bias_dps * 8) ** 2 + walk_deg**2 * 8), rel=0.2)
 
 
 def test_invalid_noise_is_refused():

@@ -7,6 +7,7 @@ import pytest
 from support.naive_noise import silent_unit
 from support.noise_scenes import BEAMS, NAMES, within
 
+from sensor_model.kernels.noise import silent_units
 from sensor_model.noise.noise_config import FixedOutage, Outage
 from sensor_model.noise.outage import TICK_S, Outages, transitions
 from sensor_model.noise.random_draws import Draws, Purpose
@@ -26,6 +27,16 @@ def test_states_equal_reference_implementation():
     for tick in [0, 1, 2, 30, 31, 200]:
         expected = [silent_unit([3, 0], tick, Purpose.OUTAGE, unit, failing, recovering) for unit in range(6)]
         assert outages(config).silent(tick * TICK_S).tolist() == expected
+
+
+@pytest.mark.parametrize("ticks", [1, 2, 4, 5])
+def test_times_of_frames_are_whole_ticks(ticks):
+    """Fails if rounding of a time puts a frame into the tick before."""
+    config = Outage(True, mean_uptime_s=0.05, mean_outage_s=0.05)
+    of_run, rates, key = outages(config), transitions(config), np.array([3, 0], np.uint32)
+    for frame in range(1000):
+        expected = silent_units(key, ticks * frame, int(Purpose.OUTAGE), len(NAMES), *rates)
+        assert np.array_equal(of_run.silent(frame * (ticks * TICK_S)), expected)
 
 
 def test_transitions_are_those_of_a_process_in_continuous_time():

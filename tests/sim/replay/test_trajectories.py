@@ -26,7 +26,7 @@ def along_x(times, speed=10.0):
     return [(time, speed * time, 0.0, 0.0) for time in times]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.lists(st.floats(0.1, 0.9), min_size=1, max_size=12),
     st.lists(st.integers(-3, 3), min_size=13, max_size=13),

@@ -71,8 +71,29 @@ MOTIONS = st.one_of(
 )
 
 
+@pytest.mark.parametrize("time", [0.3, 1.1, 1.9, 2.6, 3.7])
+@pytest.mark.parametrize(
+    "motion",
+    [
+        Spin("spin", rate_deg_per_s=-40.0),
+        Straight("straight", speed_mps=12.0, acceleration_mps2=-2.5),
+        Arc("arc", speed_mps=9.0, radius_m=-14.0),
+        StopAndGo("stop-and-go", peak_speed_mps=11.0, go_s=5.0, stop_s=1.0),
+        LaneChange("lane-change", speed_mps=8.0, offset_m=3.5, change_s=4.0),
+    ],
+    ids=lambda motion: motion.kind,
+)
+def test_rates_are_derivatives_within_each_motion(motion, time):
+    """Instants inside of every motion: random times miss most lane changes."""
+    check_rates(motion, time, yaw=0.7)
+
+
 @given(MOTIONS, st.floats(0.01, 20.0), st.floats(-4.0, 4.0))
 def test_rates_are_derivatives_of_poses_and_course_equals_heading(motion, time, yaw):
+    check_rates(motion, time, yaw)
+
+
+def check_rates(motion, time, yaw):
     start, step = np.array([3.0, -2.0, yaw]), 1e-4
     before, now, after = (state_at([motion], start, time + k * step) for k in (-1, 0, 1))
     quotients = [

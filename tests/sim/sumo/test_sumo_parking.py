@@ -61,6 +61,16 @@ LOTS = [
 ]
 
 
+CORNER = """<net version="1.20">
+<location netOffset="0,0" convBoundary="0,-60,110,60" origBoundary="0,-60,110,60" projParameter="!"/>
+<edge id="bend" from="a" to="b" priority="1">
+<lane id="bend_0" index="0" speed="9.0" length="100.0" shape="0,0 50,0 {end}"/>
+</edge>
+<junction id="a" type="dead_end" x="0" y="0" incLanes="" intLanes="" shape="0,0 0,-1.6"/>
+<junction id="b" type="dead_end" x="{x}" y="{y}" incLanes="bend_0" intLanes="" shape="{end} {end}"/>
+</net>"""
+
+
 def assert_parked_alike(cars, names):
     assert len(cars) == len(names)
     for car, name in zip(cars, names, strict=True):
@@ -78,6 +88,18 @@ def test_roadside_places_match_sumo(park, net, lane, keys):
     command = park(area(lane, **keys), net, lane.rpartition("_")[0], int(keys.get("roadsideCapacity", 4)))
     cars = parked_cars(command, libsumo.lane, 1.0, 1)
     assert_parked_alike(cars, sorted(libsumo.vehicle.getIDList()))
+
+
+@pytest.mark.parametrize("keys", [{}, {"angle": "60", "length": "5", "width": "2.4"}], ids=["along", "oblique"])
+@pytest.mark.parametrize("corner_deg", [-90, -45, 45, 90])
+def test_places_around_a_sharp_corner_match_sumo(park, tmp_path, corner_deg, keys):
+    """A lane of two straights: the row of places has a mitre on either side of its corner."""
+    turn = math.radians(corner_deg)
+    end = f"{50 + 50 * math.cos(turn):.3f},{50 * math.sin(turn):.3f}"
+    net = tmp_path / "corner.net.xml"
+    net.write_text(CORNER.format(end=end, x=end.partition(",")[0], y=end.partition(",")[2]))
+    command = park(area("bend_0", startPos="25", endPos="75", roadsideCapacity="5", **keys), net, "bend", 5)
+    assert_parked_alike(parked_cars(command, libsumo.lane, 1.0, 1), sorted(libsumo.vehicle.getIDList()))
 
 
 def test_single_places_match_sumo(park):

@@ -32,6 +32,13 @@ WATCHER = """<vehicle id="ego" depart="0" departPos="stop" departLane="1"><route
     <stop lane="east_in_1" startPos="60" endPos="90" duration="900"/></vehicle>"""
 """A standing ego opposite, with the whole crossing in range."""
 
+BLOCKED = "".join(
+    f'<vehicle id="block{lane}" type="calm" route="east" depart="0" departPos="stop" departLane="{lane}">'
+    f'<stop lane="west_in_{lane}" startPos="90" endPos="110" duration="900"/></vehicle>'
+    for lane in (1, 2)
+)
+STUCK = '<vehicle id="stuck" type="calm" route="east" depart="0" departPos="60" departLane="1" departSpeed="0"/>'
+
 
 @pytest.fixture
 def sumo(tmp_path):
@@ -148,13 +155,7 @@ def test_positions_are_relative_to_an_origin_near_the_ego(sumo, net, edge):
 
 def test_a_teleported_vehicle_continues_as_a_new_member(sumo):
     """It stands behind vehicles that block both lanes; after 5 s SUMO moves it beyond the crossing."""
-    blocked = "".join(
-        f'<vehicle id="block{lane}" type="calm" route="east" depart="0" departPos="stop" departLane="{lane}">'
-        f'<stop lane="west_in_{lane}" startPos="90" endPos="110" duration="900"/></vehicle>'
-        for lane in (1, 2)
-    )
-    stuck = '<vehicle id="stuck" type="calm" route="east" depart="0" departPos="60" departLane="1" departSpeed="0"/>'
-    seen = frames(sumo(EAST + WATCHER + blocked + stuck, options={"time-to-teleport": "5"}), 240)
+    seen = frames(sumo(EAST + WATCHER + BLOCKED + STUCK, options={"time-to-teleport": "5"}), 240)
     rows = [by_name(frame) for frame in seen]
     there = np.array([["stuck" in row, "stuck#2" in row] for row in rows])
     assert there[0].tolist() == [True, False]
@@ -166,6 +167,25 @@ def test_a_teleported_vehicle_continues_as_a_new_member(sumo):
     assert first[0].reflectivity[first[1]] == second[0].reflectivity[second[1]]
     assert first[0].pose_world[first[1], 0] < -100 < 0 < second[0].pose_world[second[1], 0]
     assert drives_everywhere(seen)
+
+
+def test_a_vehicle_that_is_away_during_its_teleport_comes_back_as_a_new_member(sumo):
+    """The road beyond the crossing is full for some seconds, in which SUMO holds the vehicle back."""
+    length = 7.5
+    full = "".join(
+        f'<vehicle id="full{lane}.{place}" type="calm" depart="0" departPos="{length * (place + 1)}" '
+        f'departLane="{lane}" departSpeed="0"><route edges="east_out"/><stop lane="east_out_{lane}" '
+        f'endPos="{length * (place + 1)}" duration="6"/></vehicle>'
+        for lane in (1, 2)
+        for place in range(19)
+    )
+    seen = frames(sumo(EAST + WATCHER + BLOCKED + STUCK + full, options={"time-to-teleport": "5"}), 240)
+    there = np.array([["stuck" in by_name(frame), "stuck#2" in by_name(frame)] for frame in seen])
+    away = np.flatnonzero(~there.any(axis=1))
+    assert len(away) > 10
+    assert there[: away[0]].all(axis=0).tolist() == [True, False]
+    assert there[-1].tolist() == [False, True]
+    assert there[away[-1] + 1 :].all(axis=0).tolist() == [False, True]
 
 
 def test_parking_and_leaving_cause_no_lateral_motion(sumo):

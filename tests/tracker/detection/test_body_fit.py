@@ -141,7 +141,7 @@ def one_car(seed, per_face=22):
     return points, rng.integers(0, 4, len(points)), car.heading
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from([15, 80]))
 def test_the_order_of_points_has_no_effect(seed, per_face):
     points, line, heading = one_car(seed, per_face)
@@ -151,7 +151,7 @@ def test_the_order_of_points_has_no_effect(seed, per_face):
     np.testing.assert_allclose(other.covariance, fitted.covariance, rtol=1e-6, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000), st.sampled_from([np.pi / 2, np.pi, 1.0, -0.3]))
 def test_heading_and_covariance_turn_with_the_scene(seed, angle):
     """With up to 48 points; of more points, the bearings at which the sample begins do not turn."""

@@ -14,7 +14,7 @@ from tracker.detection.kernels.bowed_faces import ASIDE, DEPTH, FACE, PLACE, RES
 SHAPE = body_fit._shape(BodyFitConfig())
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.integers(1, 9))
 def test_systems_equal_numpy(seed, count):
     rng = np.random.default_rng(seed)
@@ -52,7 +52,7 @@ def scattered(seed):
     return points, ray, rng.integers(0, 4, count), state, side
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000))
 def test_residuals_equal_the_reference(seed):
     points, ray, _, state, side = scattered(seed)
@@ -69,7 +69,7 @@ def test_residuals_equal_the_reference(seed):
     np.testing.assert_allclose(found[ASIDE], np.where(face == 0, across, along), atol=1e-12)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.sampled_from([1.0, 4.0]))
 def test_normal_equations_equal_the_reference(seed, scale):
     """Offsets of scan lines are eliminated in the kernel; the reference has them as correlations of the points."""
@@ -99,7 +99,7 @@ def test_scan_lines_begin_where_the_number_changes():
     assert body_starts.line_starts(np.array([5])).tolist() == [0, 1]
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 10_000), st.integers(1, 60))
 def test_a_shallow_depth_is_that_of_sorting(seed, count):
     place = np.random.default_rng(seed).normal(size=count).round(1)

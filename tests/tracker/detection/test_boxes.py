@@ -43,7 +43,7 @@ def test_other_sizes_are_rejected(size):
     assert len(fit_block(*size)) == 0
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(0, 1.57), st.floats(0.5, 18), st.floats(0.0, 3.0))
 def test_corner_is_the_nearest_of_four(x, y, heading, length, width):
     center, size = np.array([[x, y]]), np.array([[length, width]])
@@ -168,7 +168,7 @@ def test_reported_heading_deviation_matches_the_error():
 
 
 @pytest.mark.parametrize("variant", ["body", "alignment"])
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 60))
 def test_covariance_is_positive_definite(variant, seed, count):
     points = np.random.default_rng(seed).normal((15.0, 3.0), (1.5, 0.5), (count, 2))

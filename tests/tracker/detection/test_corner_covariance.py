@@ -37,7 +37,7 @@ def test_the_heading_of_a_body_without_faces_is_uniform_at_most():
     assert np.rad2deg(np.sqrt(result[2, 2])) == pytest.approx(90.0 / np.sqrt(12.0), rel=1e-3)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.floats(-3.0, 3.0))
 def test_the_covariance_of_a_corner_turns_with_the_scene(seed, angle):
     rng, turn = np.random.default_rng(seed), np.eye(3)

@@ -73,7 +73,7 @@ def test_nearer_side_is_chosen_once_for_all_points():
     assert criteria(points, 0.0)[1] == pytest.approx(expected)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 10_000), st.integers(3, 40), st.floats(0.0, 1.57))
 def test_criteria_equal_the_reference(seed, count, angle):
     points = np.random.default_rng(seed).normal((10.0, -5.0), (2.0, 1.0), (count, 2))
@@ -96,7 +96,7 @@ def test_search_finds_the_best_of_a_fine_brute_force(seed):
     assert np.all(reached >= coarse)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.0, np.pi / 2, exclude_max=True))
 def test_closeness_and_variance_find_a_clean_l_below_the_grid(heading):
     """A grid of 1 degree has an error of up to 0.5, also across the wrap from 89.9 to 0 degrees."""
@@ -212,7 +212,7 @@ def test_invalid_settings_are_rejected_by_name(values):
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 40))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_extents_equal_the_reference(seed, count, more):
     rng = np.random.default_rng(seed)
     parts = [rng.normal([8.0, 3.0], [1.5, 0.6], (n, 2)) for n in (count, more)]

@@ -35,7 +35,7 @@ def make_scan(points, flags=0, echo=0):
     )
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(arrays.arrays(float, st.tuples(st.integers(1, 60), st.just(2)), elements=st.floats(-6, 6, width=32)))
 def test_components_equal_those_of_all_pairs(points):
     """A cell window that is too narrow, or the radius of the wrong point, loses a pair."""
@@ -44,7 +44,6 @@ def test_components_equal_those_of_all_pairs(points):
     np.testing.assert_array_equal(segmentation.connect(points, config), naive_fit.connected(points, radius))
 
 
-@settings(deadline=None)
 @given(st.floats(-50, 50), st.floats(-50, 50), st.sampled_from([*np.arange(0.0, 6.3, 0.1).tolist(), np.pi / 2, np.pi]))
 def test_the_radius_is_exact_in_every_direction(x, y, angle):
     """Two points just inside or outside the radius, at any position of the cells."""

@@ -82,7 +82,7 @@ def test_a_single_point_does_not_affect_the_choice():
     assert off_quarter(with_mirror.heading[0, -1], 0.3) == pytest.approx(0.0, abs=0.1)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(1, 60))
 def test_local_density_equals_the_reference(seed, count):
     """The bins interpolate the kernel over a quarter of its radius."""
@@ -91,7 +91,7 @@ def test_local_density_equals_the_reference(seed, count):
     np.testing.assert_allclose(local_density(place), naive_fit.kernel_sum(place, 0.08), atol=0.1 * count**0.5)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(2, 40), st.floats(0.0, 1.57))
 def test_misalignment_equals_the_reference(seed, count, heading):
     points = np.random.default_rng(seed).normal((20.0, 5.0), (2.0, 0.3), (count, 2))
@@ -125,7 +125,7 @@ def test_the_paper_variant_refines_no_heading():
     assert METHODS[found.best[0]] != "refined"
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(0, 10_000), st.integers(1, 30), st.lists(st.floats(0.0, 1.57), min_size=4, max_size=4))
 def test_distances_equal_the_reference(seed, count, headings):
     rng = np.random.default_rng(seed)
@@ -136,7 +136,6 @@ def test_distances_equal_the_reference(seed, count, headings):
 
 
 @given(st.permutations([0.0, 3.0, 20.0, 44.0]), st.floats(0.0, 1.5))
-@settings(deadline=None)
 def test_the_true_heading_is_chosen_at_any_position(errors_deg, truth):
     points = l_shape(truth)
     corner = np.linalg.norm(points - [10.0, 5.0], axis=1) < 1e-9

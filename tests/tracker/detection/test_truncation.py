@@ -1,5 +1,7 @@
 """Truncation by occluders, from the order of the sweep."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,17 @@ def test_neighbours_may_be_one_lost_beam_apart_but_not_two(lost, found):
 
 def test_units_are_independent():
     assert cut([20, 20, 20, 20, 10, 10, 10, 10], [0] * 4 + [1] * 4, unit=[0] * 4 + [1] * 4) == [0, 3, 4, 7]
+
+
+def test_layers_that_fire_together_are_independent():
+    """Two layers in the order of the sweep: an occluder in each of them, a beam apart, truncates what is behind it."""
+    lower, upper = [20, 20, 20, 10, 10, 20, 20, 20], [21, 21, 21, 21, 10, 10, 21, 21]
+    range_m, label = np.stack([lower, upper], 1).ravel(), np.stack([np.array(lower) < 15, np.array(upper) < 15], 1)
+    scan, segments = sweep(range_m.astype(float), label.ravel().astype(int).tolist(), beams=np.repeat(np.arange(8), 2))
+    scan = replace(scan, layer=np.tile([0, 1], 8).astype(np.uint8))
+    found = np.flatnonzero(cut_off(scan, np.ones(16, bool), segments, RANGE_MAX_M, TruncationConfig()))
+    assert found[found % 2 == 0].tolist() == [2 * beam for beam in (0, 2, 5, 7)]
+    assert found[found % 2 == 1].tolist() == [2 * beam + 1 for beam in (0, 3, 6, 7)]
 
 
 def test_points_without_times_have_no_neighbours():

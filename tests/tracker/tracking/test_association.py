@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.stats import chi2
 from support.seen import corners, observe_boxes
 
 from tracker.tracking.association import AssociationConfig, assign, score
@@ -63,7 +64,7 @@ def best_by_brute_force(cost, admissible):
     return min(found)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.data())
 def test_assign_is_optimal(data):
     shape = data.draw(st.tuples(st.integers(1, 4), st.integers(1, 4)))
@@ -84,6 +85,16 @@ def test_pairs_outside_the_gate_are_rejected():
         assert associate(tracks, seen) == expected
 
 
+@pytest.mark.parametrize(("outside", "pairs"), [(0.0011, [(0, 0)]), (0.0009, [])])
+def test_the_gate_holds_999_of_1000_boxes_of_the_track(outside, pairs):
+    """Squared distance at which this share of a chi-square with two degrees is outside."""
+    tracks, pose = expecting((10.0, 4.0, 0.0), (-1, -1)), (10.0, 4.0, 0.0)
+    covariance = hypothesise(tracks, observe_boxes(pose, CAR), READING).covariance[0, 0]
+    variance = (covariance + tracks.covariance[0, 0])[0, 0] + CONFIG.view_std_m**2
+    shift = np.sqrt(chi2.isf(outside, 2) * variance)
+    assert associate(tracks, observe_boxes((10.0 + shift, 4.0, 0.0), CAR)) == pairs
+
+
 @pytest.mark.parametrize("quarters", range(4))
 def test_a_hypothesis_does_not_depend_on_the_quarter_turn_of_the_box(quarters):
     pose = (10.0, 4.0, 0.3)
@@ -93,6 +104,19 @@ def test_a_hypothesis_does_not_depend_on_the_quarter_turn_of_the_box(quarters):
     assert hypotheses.size[0, 0] == pytest.approx(CAR)
     assert tuple(hypotheses.corner_sign[0, 0]) == (-1, -1)
     assert hypotheses.misfit[0, 0] == pytest.approx(np.zeros((1, 2)), abs=1e-9)
+
+
+@pytest.mark.parametrize("cut_end", range(4))
+@pytest.mark.parametrize("quarters", range(4))
+def test_truncated_ends_turn_with_the_heading_of_the_box(quarters, cut_end):
+    """A piece of a side, truncated at the front, left, rear or right: its nearer end is whole unless that one is."""
+    pose, piece = (10.0, 4.0, 0.0), (2.0, 0.1)
+    tracks = expecting(pose, (-1, -1))
+    ends = [cut_end == (end + quarters) % 4 for end in range(4)]
+    seen = observe_boxes((8.8, 3.2, 0.0), piece, quarters=quarters, cut=ends)
+    hypotheses = hypothesise(tracks, seen, READING)
+    assert hypotheses.whole[0, 0].tolist() == [cut_end % 2 == 1, cut_end % 2 == 0]
+    assert hypotheses.exact[0, 0].tolist() == [cut_end == 0, True], "the piece is long enough if its front is truncated"
 
 
 def test_a_new_nearest_corner_is_tracked_and_measures_the_old_one_by_the_known_size():

@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 from support.driven_cars import SIZE, confirmed, driven, scan_of
+from support.one_track import CAR, DT, start
+from support.one_track import CONFIG as CONFIGURED
 from support.seen import observe_boxes
 
 from tracker.tracker import Tracker, TrackerConfig
 from tracker.tracking.births import BirthConfig, nearby, second_views
 from tracker.tracking.confirmation import TrackLifeConfig
+from tracker.tracking.filters import motion
 from tracker.tracking.hypotheses import HypothesisConfig, Predictions, hypothesise
 from tracker.tracking.track_arrays import predictions
+from tracker.tracking.track_observation import track_observation
 
 CONFIG = BirthConfig()
 HALF = 0.5 * np.array(SIZE)
@@ -69,6 +73,20 @@ def test_no_tracks_have_no_second_views():
     hypotheses = hypothesise(none, seen, HypothesisConfig())
     assert second_views(none, hypotheses, seen, np.zeros(0), np.zeros((0, 2)), CONFIG).shape == (0, 1)
     assert nearby(hypotheses, CONFIG).shape == (0, 1)
+
+
+@pytest.mark.parametrize("offsets_s", [(0.0, 0.0), (-0.03, 0.02), (0.03, -0.02)])
+def test_the_speed_of_two_views_is_over_the_time_between_them(offsets_s):
+    """The boxes are at their places at their own times; the track is at the times of the scans."""
+    speed_mps, one_track = 40.0, start((20.0, 10.0, 0.0), time_offset=offsets_s[0])
+    moved = speed_mps * (DT + offsets_s[1] - offsets_s[0])
+    seen = observe_boxes((20.0 + moved, 10.0, 0.0), CAR, time_offset=offsets_s[1])
+    before = one_track.corner.position[0]
+    one_track.predict(motion(DT, CONFIGURED.filters))
+    one_track.update(track_observation(hypothesise(predictions([one_track]), seen, HypothesisConfig()), seen, 0, 0))
+    at_the_scan = before + speed_mps * (DT - offsets_s[0])
+    assert one_track.corner.velocity[0] == pytest.approx(speed_mps, rel=0.05)
+    assert one_track.corner.position[0] == pytest.approx(at_the_scan, abs=0.1)
 
 
 @pytest.mark.parametrize("speed_mps", [20.0, 40.0, 70.0])

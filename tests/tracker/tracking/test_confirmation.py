@@ -144,6 +144,42 @@ def test_another_end_has_its_own_first_place():
     assert judged.log_odds == 0.0
 
 
+# --- objects that reappear
+
+
+def reappeared(same, corners, moving=False):
+    """Return the judge of a vehicle that moved, was hidden, and reappears at each of some corners (K, 2) [m]."""
+    judged, size = confirmation(), (4.6, 1.8)
+    for corner in [(0.0, 0.0), *[(2.0 * FAR, 0.0)] * 4]:
+        judged.count(view(size))
+        judged.check_motion(REAR, place(size, *corner), np.array(corner), moving=True)
+    assert judged.log_odds > LIFE.motion_log_odds
+    judged.reacquire(same)
+    for corner in corners:
+        judged.check_motion(REAR, place(size, *corner), np.array(corner), moving=moving)
+    return judged
+
+
+@pytest.mark.parametrize(("same", "probability"), [(0.0, 0.5), (1.0, 1.0), (0.4, 0.4 + 0.6 * 0.5)])
+def test_an_object_that_reappears_has_the_probability_of_both_cases(same, probability):
+    odds = math.exp(reappeared(same, []).log_odds)
+    assert odds / (1.0 + odds) == pytest.approx(probability, abs=1e-6)
+
+
+def test_an_object_that_stands_where_the_vehicle_did_not_is_not_in_motion():
+    """Its place, its ends and its views count from then on."""
+    judged = reappeared(0.0, [(9.0, 0.0)] * 20)
+    assert judged.log_odds == pytest.approx(0.0)
+    judged.count(view((2.2, 1.0)))
+    assert judged.log_odds == pytest.approx(log_odds(view((2.2, 1.0)), 1))
+
+
+@pytest.mark.parametrize(("views", "counts"), [(LIFE.moved_views_min - 1, False), (LIFE.moved_views_min, True)])
+def test_a_speed_in_successive_views_counts_again_after_a_vehicle_was_hidden(views, counts):
+    judged = reappeared(0.0, [(9.0, 0.0)] * views, moving=True)
+    assert judged.log_odds == pytest.approx(LIFE.motion_log_odds if counts else 0.0)
+
+
 # --- tracks
 
 

@@ -8,6 +8,7 @@ from tracker.tracking.filters import (
     initial_filters,
     integrator,
     motion,
+    moved,
     process_noise,
 )
 
@@ -35,10 +36,20 @@ def filterpy_twins(filters):
 def test_the_integrator_predicts_constant_acceleration_exactly():
     dt = 0.7
     position, velocity, acceleration = 3.0, -2.0, 4.0
-    moved = integrator(3, dt) @ [position, velocity, acceleration]
-    assert moved == pytest.approx(
+    predicted = integrator(3, dt) @ [position, velocity, acceleration]
+    assert predicted == pytest.approx(
         [position + velocity * dt + acceleration * dt**2 / 2, velocity + acceleration * dt, acceleration]
     )
+
+
+@pytest.mark.parametrize("yaw_rate", [0.7, -0.4, 0.0])
+def test_another_point_of_a_turning_body_has_the_motion_of_a_rigid_one(yaw_rate):
+    """Difference of two points of a body, and its two derivatives by small steps."""
+    offset, step = np.array([4.2, -1.7]), 1e-3
+    away = complex(*offset) * np.exp(1j * yaw_rate * step * np.arange(-1, 2))
+    velocity, acceleration = (away[2] - away[0]) / (2 * step), (away[2] - 2 * away[1] + away[0]) / step**2
+    expected = [*offset, velocity.real, velocity.imag, acceleration.real, acceleration.imag]
+    assert moved(offset, yaw_rate) == pytest.approx(expected, abs=1e-5)
 
 
 def test_process_noise_of_constant_velocity_equals_the_textbook():

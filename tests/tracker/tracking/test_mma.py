@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 import scipy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tracker.tracker import TrackerConfig
@@ -33,7 +33,6 @@ def test_a_common_offset_of_the_evidence_has_no_effect():
     assert mma.update(prior, np.full(3, -1e6)) == pytest.approx(prior)
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-1e4, 50)] * 3), min_size=1, max_size=20))
 def test_probabilities_sum_to_one_and_never_fall_below_the_floor(evidence):
     probability, floor = mma.initial_probability(), CONFIG.probability_floor

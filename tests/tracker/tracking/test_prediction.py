@@ -42,6 +42,14 @@ def test_a_braking_vehicle_stops_and_does_not_reverse(name):
     assert found == pytest.approx(np.array([[11.125, 20], [11.5, 20], [11.5, 20]]))
 
 
+@pytest.mark.parametrize("name", ["ca", "ctra", "two-axle"])
+def test_a_vehicle_that_reverses_stops_or_goes_on_backwards(name):
+    """Its heading is along x in each case; -3 t + 1.5 t^2 until it stands, and -3 t - 1.5 t^2."""
+    stops, goes_on = (positions(name, (-3.0, 0.0), (change, 0.0)) for change in (3.0, -3.0))
+    assert stops == pytest.approx(np.array([[8.875, 20], [8.5, 20], [8.5, 20]]))
+    assert goes_on == pytest.approx(np.array([[8.125, 20], [5.5, 20], [-2, 20]]))
+
+
 def test_a_constant_turn_is_a_circle():
     # 8 m/s at 0.5 rad/s: a radius of 16 m; after 2 s it has turned by 1 rad.
     expected = [[10 + 16 * np.sin(0.5 * t), 20 + 16 * (1 - np.cos(0.5 * t))] for t in PREDICTION_S]

@@ -1,5 +1,7 @@
 """Posterior of vehicle sizes against scipy's distributions and sums by hand, and the sizes that views imply."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -135,3 +137,34 @@ def test_a_quarter_turn_renames_the_sides():
     estimator.turn(1)
     assert estimator.size == pytest.approx(size_after(*[((4.3, 1.7), WHOLE)] * 5), abs=0.12)  # hidden parts differ
     assert estimator.seen == pytest.approx([4.3, 1.7])
+
+
+@pytest.mark.parametrize(
+    "sides",
+    [
+        [((4.3, 1.7), (True, False))] * 4,
+        [((4.3, 1.7), (False, True))] * 4,
+        [((2.0, 1.7), (False, True))] * 4 + [((3.0, 0.2), (False, True))] * 3,
+        [((0.1, 1.7), WHOLE)] * 6,
+    ],
+    ids=["length whole", "width whole", "length in pieces", "length faces away"],
+)
+def test_a_quarter_turn_renames_all_that_is_known_of_the_sides(sides):
+    """Later views have the same effect as if the first ones had had the names of the sides from the start."""
+    equal = replace(CONFIG, hidden_length_m=0.2, hidden_width_m=0.2)
+    renamed, named = (SizeEstimator(*map(np.array, view), equal) for view in (turned(sides[0]), sides[0]))
+    for view in sides[1:]:
+        renamed.observe(*map(np.array, turned(view)))
+        named.observe(*map(np.array, view))
+    renamed.turn(1)
+    for view in [((4.6, 1.9), WHOLE), ((4.0, 1.5), CUT), ((4.4, 1.8), WHOLE)]:
+        for of in ("seen", "seen_whole", "size", "std", "known", "likely"):
+            assert getattr(renamed, of) == pytest.approx(getattr(named, of), abs=1e-9), of
+        renamed.observe(*map(np.array, view))
+        named.observe(*map(np.array, view))
+
+
+def turned(view):
+    """Return a view with its sides named across and along."""
+    extents, whole = view
+    return extents[::-1], whole[::-1]
