@@ -21,7 +21,7 @@ def labelled(seed, count=60, groups=4):
     return rng.normal(5.0, 3.0, (count, 2)), rng.permutation(label)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.integers(-1, 4), max_size=40))
 def test_order_by_group_equals_the_reference(label):
     """Groups may be empty."""
@@ -29,7 +29,7 @@ def test_order_by_group_equals_the_reference(label):
         np.testing.assert_array_equal(ours, twin)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_means_and_extents_equal_the_reference(seed):
     points, label = labelled(seed)
@@ -39,14 +39,14 @@ def test_means_and_extents_equal_the_reference(seed):
     np.testing.assert_allclose(extents_along(points, label, 4, directions), twin)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.lists(st.integers(-5, 5)), st.sets(st.integers(-5, 5)))
 def test_contained_cells_equal_those_of_a_set(cells, known):
     found = contained(np.array(cells, np.int64), np.array(sorted(known), np.int64))
     assert found.tolist() == [cell in known for cell in cells]
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_kept_points_equal_the_reference(seed):
     """About half of the points break one of the conditions."""
@@ -57,7 +57,7 @@ def test_kept_points_equal_the_reference(seed):
     np.testing.assert_array_equal(kept_points(points, time, *limits), naive.kept_points(points, time, *limits))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds)
 def test_box_points_equal_the_reference(seed):
     rng = np.random.default_rng(seed)
@@ -74,7 +74,7 @@ def test_box_points_equal_the_reference(seed):
             np.testing.assert_allclose(ours[b], expected, atol=1e-12)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seeds, st.booleans())
 def test_truncated_points_equal_the_reference(seed, known):
     """Two channels of beams 1 s apart, some lost, on two segments with ranges that differ by the limit or more."""

@@ -48,7 +48,7 @@ def test_variance_by_hand():
     assert criteria(points, 0.0)[2] == pytest.approx(-(0.01 + 0.14 / 9))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 10_000), st.integers(1, 60), st.integers(0, 2))
 def test_hull_reaches_as_far_as_the_points_in_every_direction(seed, count, digits):
     """Rounded to few digits, points coincide and are collinear."""

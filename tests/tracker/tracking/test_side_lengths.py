@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tracker.tracking.kernels import face_depths
@@ -125,20 +125,17 @@ def test_shapes_of_vehicles_and_of_background(size, whole, expected):
     assert (vehicle(size, whole) > 0.0) is expected
 
 
-@settings(deadline=None)  # the first call compiles
 @given(sides, masks, shares)
 def test_swapped_sides_have_the_opposite_log_odds(size, whole, truncated):
     assert length(size[::-1], whole[::-1], truncated) == pytest.approx(-length(size, whole, truncated), abs=1e-9)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(sides, masks, shares)
 def test_the_name_of_a_side_has_no_effect_on_the_evidence_for_a_vehicle(size, whole, truncated):
     if size[0] != size[1]:
         assert vehicle(size[::-1], whole[::-1], truncated) == vehicle(size, whole, truncated)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(sides, masks, shares)
 def test_log_odds_are_finite_for_any_extents(size, whole, truncated):
     """The largest density is that of a motorcycle's width, 1 / 0.6; that of outliers is 0.001."""
@@ -146,7 +143,6 @@ def test_log_odds_are_finite_for_any_extents(size, whole, truncated):
     assert math.isfinite(vehicle(size, whole, truncated))
 
 
-@settings(deadline=None)  # the first call compiles
 @given(extents, shares)
 def test_a_truncated_side_is_the_limit_of_a_certain_truncation(extent, truncated):
     """The probability of an undetected truncation has no effect on a side that is known to be truncated."""

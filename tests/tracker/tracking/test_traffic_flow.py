@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tracker.geometry import rotate, wrap
@@ -64,7 +64,6 @@ def test_a_vehicle_is_not_its_own_neighbour():
     assert flow.without(0).axis_log_odds(ORIGIN, EAST) == flow_of((15.0, 0.0, EAST)).axis_log_odds(ORIGIN, EAST)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(cars, places, angles, angles, angles)
 def test_a_rotated_scene_has_the_same_flow(poses, place, heading, forward, rotation):
     turned = [(*rotate(np.array([x, y]), rotation), yaw + rotation) for x, y, yaw in poses]
