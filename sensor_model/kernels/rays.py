@@ -1,4 +1,4 @@
-"""Rays of a block of azimuths, and their intersections with ground and walls.
+"""Rays of a block of azimuths, and their intersections with the ground.
 
 All rays at one azimuth of a fan start at one origin at one time. The inner loops run over them without branches, so
 that the compiler can vectorise them. `error_model="numpy"` makes a division by zero infinite.
@@ -9,21 +9,18 @@ import math
 import numpy as np
 from numba import njit
 
-from sensor_model.arrays import Floats, Ints
+from sensor_model.arrays import Floats
 from sensor_model.kernels.motion import ego_at
 from sensor_model.kernels.records import (
-    COSINE,
     INNER_SURFACE,
     INVERSE_DEPTH,
     NONE,
-    SURFACE,
     TARGET,
     EgoDrive,
     Grid,
     Rays,
-    StaticScene,
 )
-from sensor_model.returns import GROUND, NOTHING, WALL
+from sensor_model.returns import GROUND, NOTHING
 
 
 @njit(cache=True)
@@ -98,37 +95,3 @@ def intersect_ground(rays: Rays) -> None:
                 inverse_depth[k, layer, r] = max(at, far[k, layer, r])
                 target[k, layer, r] = GROUND if at > far[k, layer, r] else NOTHING
                 inner_surface[k, layer, r] = NONE
-
-
-@njit(cache=True, error_model="numpy")
-def intersect_walls(rows: Ints, rays: Rays, static: StaticScene) -> None:
-    """End the rays on walls nearer than their hits so far; rows (N, 3) are wall, first azimuth and end."""
-    for row in range(len(rows)):
-        _intersect_wall(rows[row, 0], rows[row, 1], rows[row, 2], rays, static)
-
-
-@njit(cache=True, error_model="numpy")
-def _intersect_wall(w: int, first: int, end: int, rays: Rays, static: StaticScene) -> None:
-    """End the rays of azimuths [first, end) on wall w where it is nearer than their hits so far."""
-    # Unpacked once: each access to a record's array costs an atomic reference count.
-    ends, z, line, side, slope, cos = static.ends, static.z, rays.line, rays.side, rays.slope, rays.cos
-    inverse_depth, cosine = rays.hit[INVERSE_DEPTH], rays.hit[COSINE]
-    target, surface = rays.hit_id[TARGET], rays.hit_id[SURFACE]
-    ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
-    length = math.sqrt(ex * ex + ey * ey)
-    ex, ey = ex / length, ey / length
-    for k in range(first, end):
-        gx, gy = ends[w, 0] - line[0, k], ends[w, 1] - line[1, k]
-        aside, before = gx * ey - gy * ex, gx * ex + gy * ey
-        for layer in range(slope.shape[1]):
-            for r in range(slope.shape[2]):
-                c, s, t = side[0, r], side[1, r], slope[k, layer, r]
-                dx = c * line[3, k] + s * line[6, k] + t * line[9, k]
-                dy = c * line[4, k] + s * line[7, k] + t * line[10, k]
-                at = (dx * ey - dy * ex) / aside
-                along = (dx * ex + dy * ey) / at - before
-                height = line[2, k] + (c * line[5, k] + s * line[8, k] + t * line[11, k]) / at
-                inside = 0.0 <= along <= length and z[w, 0] <= height <= z[w, 1]
-                if inside and inverse_depth[k, layer, r] < at < math.inf:
-                    inverse_depth[k, layer, r], target[k, layer, r], surface[k, layer, r] = at, WALL, w
-                    cosine[k, layer, r] = abs(aside) * at * cos[k, layer, r]

@@ -7,7 +7,7 @@ from numba import njit
 
 from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
-from sensor_model.kernels.rays import aim_rays, intersect_ground, intersect_walls
+from sensor_model.kernels.rays import aim_rays, intersect_ground
 from sensor_model.kernels.receiver import receive_block
 from sensor_model.kernels.records import (
     BEAM,
@@ -26,6 +26,7 @@ from sensor_model.kernels.records import (
     Units,
 )
 from sensor_model.kernels.solid_hits import intersect_bodies
+from sensor_model.kernels.wall_hits import intersect_walls
 from sensor_model.returns import NOTHING
 
 _BLOCK = 2048  # rays that are cast together, so that their state stays in the cache
@@ -70,7 +71,7 @@ def cast_rig(
             rays = aim_rays(grid, f, first, len(first_beam), grid.azimuth[block], time, u, origin, rotation, drive)
             intersect_ground(rays)
             used = azimuths_in_fan(wall_interval, start, step, count, rows)
-            intersect_walls(rows[:used], rays, static)
+            intersect_walls(rows[:used], grid.refine, rays, static)
             used = azimuths_in_fan(body_interval, start, step, count, rows)
             _sort_near_to_far(rows[:used], bodies.motion, origin)
             intersect_bodies(rows[:used], half_width, grid.refine, time, rays, bodies, out.unit_hits_alone[u])

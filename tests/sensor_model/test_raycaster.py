@@ -251,11 +251,14 @@ def test_beams_decided_by_their_corner_rays_equal_those_traced_ray_by_ray(name, 
     actors = [random_actor(rng, distance) for distance in rng.uniform(5.0, 70.0, 25)]
     actors = [replace(one, velocity=tuple(rng.uniform(-30, 30, 2)), yaw_rate=rng.uniform(-1, 1)) for one in actors]
     ego, sensor = replace(STILL, velocity=(15.0, 1.0), yaw_rate=0.5), SensorConfig(footprint=footprint)
-    beams, *scene = placed_scene(load_rig(name, Path()), sensor, world(*actors, ego=ego, index=seed))
-    decided, traced = (
-        Raycaster(beams, sensor, refine=refine).cast(*scene, free_range=True) for refine in (True, False)
-    )
-    assert np.count_nonzero(traced.target >= 0) > 100
+    bearing, distance = rng.uniform(0.0, 2.0 * np.pi, 12), rng.uniform(12.0, 45.0, 12)
+    posts = np.column_stack([distance * np.cos(bearing), distance * np.sin(bearing)])
+    shape = np.array([[-1.5, -0.2], [1.5, -0.3], [1.4, 0.4], [-1.6, 0.2]])
+    obstacles = Obstacles.from_polygons(list(posts[:, None] + shape), list(rng.uniform(0.4, 3.0, 12)))
+    beams, *scene = placed_scene(load_rig(name, Path()), sensor, world(*actors, ego=ego, index=seed), obstacles)
+    decided = Raycaster(beams, sensor).cast(*scene, free_range=True)
+    traced = Raycaster(beams, sensor, refine=False).cast(*scene, free_range=True)
+    assert min(np.count_nonzero(traced.target >= 0), np.count_nonzero(traced.target == WALL)) > 30
     for column in fields(traced):
         np.testing.assert_array_equal(getattr(decided, column.name), getattr(traced, column.name), column.name)
 
