@@ -105,5 +105,5 @@ def enter_solid(
             through, enter = p if at < enter else through, min(at, enter)
         for p in range(hidden):
             leaves = max(leaves, c * leave[p, 0] + s * leave[p, 1] + t * leave[p, 2])
-        if leaves < enter:
+        if leaves < enter < math.inf:
             depth[layer, r], plane[layer, r] = enter, entry_plane[through]
