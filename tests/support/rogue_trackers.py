@@ -239,7 +239,7 @@ def Forks(self, _scan):
 
 @rogue
 def LeavesThread(self, _scan):
-    threading.Thread(target=time.sleep, args=(3.0,), name="lasting").start()
+    threading.Thread(target=time.sleep, args=(20.0,), name="lasting").start()
     return self.fine()
 
 
