@@ -158,7 +158,7 @@ def test_a_quarter_turn_renames_all_that_is_known_of_the_sides(sides):
         named.observe(*map(np.array, view))
     renamed.turn(1)
     for view in [((4.6, 1.9), WHOLE), ((4.0, 1.5), CUT), ((4.4, 1.8), WHOLE)]:
-        for of in ("seen", "seen_whole", "size", "std", "known", "likely"):
+        for of in ("seen", "whole_views", "size", "std", "known"):
             assert getattr(renamed, of) == pytest.approx(getattr(named, of), abs=1e-9), of
         renamed.observe(*map(np.array, view))
         named.observe(*map(np.array, view))
