@@ -169,8 +169,6 @@ def _grid(beams: BeamTable, footprint: tuple[int, int], refine: bool) -> records
         fan_ray.append(start[key])
     elevation, turn = np.concatenate(elevations), units.beam_width[:, None] * np.tile(_midpoints(rays_wide), rays_high)
     return records.Grid(
-        rays_high=rays_high,
-        rays_wide=rays_wide,
         half_width=units.beam_width / 2.0,
         side=np.ascontiguousarray(_cos_sin(turn).transpose(0, 2, 1)),
         fan_ray=np.array(fan_ray),

@@ -45,15 +45,10 @@ def keep_nearer(
             alone += 1
             if at > hit[INVERSE_DEPTH, k, layer, r]:
                 nearer += 1
-                hit_id[TARGET, k, layer, r], hit_id[SURFACE, k, layer, r], hit_id[INNER_SURFACE, k, layer, r] = (
-                    a,
-                    q,
-                    NONE,
-                )
+                hit_id[TARGET, k, layer, r], hit_id[SURFACE, k, layer, r] = a, q
+                hit_id[INNER_SURFACE, k, layer, r] = NONE
                 hit[INVERSE_DEPTH, k, layer, r] = at
-                height = (
-                    planes[q, 0] * x + planes[q, 1] * y + planes[q, 2] * z - planes[q, 3]
-                )  # of the origin over the plane
+                height = planes[q, 0] * x + planes[q, 1] * y + planes[q, 2] * z - planes[q, 3]
                 hit[COSINE, k, layer, r] = height * at * cos[k, layer, r]
     return alone, nearer
 

@@ -38,10 +38,6 @@ class Grid(NamedTuple):
     beams of a fan at one azimuth fire at once: L R rays, layer by layer.
     """
 
-    rays_high: int
-    """I"""
-    rays_wide: int
-    """J"""
     half_width: Floats
     """(U,) half of a beam's width [rad]."""
     side: Floats

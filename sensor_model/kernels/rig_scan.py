@@ -137,11 +137,8 @@ def pack_echoes(out: ScanBuffers) -> DenseEchoes:
         for e in range(out.echoes[b]):
             for row in range(3):
                 echo[row, n] = out.echo[row, b, e]
-            echo_id[TARGET, n], echo_id[SURFACE, n], echo_id[BEAM, n] = (
-                out.echo_id[TARGET, b, e],
-                out.echo_id[SURFACE, b, e],
-                b,
-            )
+            echo_id[TARGET, n], echo_id[SURFACE, n] = out.echo_id[TARGET, b, e], out.echo_id[SURFACE, b, e]
+            echo_id[BEAM, n] = b
             n += 1
         if out.lost[b]:
             lost_beam[m], lost_echo[0, m], lost_echo[1, m] = b, out.lost_echo[0, b], out.lost_echo[1, b]
