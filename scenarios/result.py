@@ -1,9 +1,10 @@
 """Result of a run: metrics with units and validity, tables, and all that is needed to repeat the run."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+if TYPE_CHECKING:
+    import pandas as pd  # scenario files are read without it
 
 NOT_REPORTED = "the tracker does not report"
 """Beginning of the reason of metrics of an output that a tracker leaves out, such as a covariance."""
@@ -42,7 +43,7 @@ class Result:
     frames: int
     """Number of graded frames."""
     metrics: dict[str, Metric]
-    tables: dict[str, pd.DataFrame] = field(repr=False)
+    tables: "dict[str, pd.DataFrame]" = field(repr=False)
     """Per-frame tables by name, as in `scenarios/grading/frame_tables.py`."""
     config: dict[str, Any] = field(repr=False)
     """The effective scenario, including defaults."""

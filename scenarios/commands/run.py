@@ -77,11 +77,11 @@ def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool
     """Run one seed, print the report or JSON, and return the exit code."""
     import json
 
+    outcome = request.execute(seed)
     from scenarios.commands.run_seeds import code_of
     from scenarios.report import text
     from scenarios.run import run_folder
 
-    outcome = request.execute(seed)
     if as_json:
         document = run_folder.document(outcome.result, outcome.checks)
         print(json.dumps({**document, "out": str(outcome.out)}, allow_nan=False))

@@ -52,10 +52,13 @@ class RunRequest:
         InputError
             The file or a key is invalid.
         """
-        from scenarios.files import shipped
+        from scenarios.files import shipped, toml_file
+
+        path = shipped.find(self.scenario)
+        toml_file.read(path)  # reports a misspelt name or invalid TOML before the slow imports
         from scenarios.files.scenario import Scenario
 
-        return Scenario.load(shipped.find(self.scenario), overrides(seed, self.duration_s), self.settings)
+        return Scenario.load(path, overrides(seed, self.duration_s), self.settings)
 
     def require_own_folders(self) -> None:
         """Check that several runs do not write to one folder.
@@ -76,9 +79,10 @@ class RunRequest:
         Exception
             As `scenarios.execute.execute`.
         """
+        scenario = self.load(seed)
         from scenarios.execute import default_folder, execute
 
-        scenario, device = self.load(seed), self.device
+        device = self.device
         default = default_folder(scenario, self.stages, self.tracker)
         return execute(
             scenario,

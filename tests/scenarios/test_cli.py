@@ -467,6 +467,16 @@ def test_list_imports_no_slow_package():
     assert heavy.isdisjoint(out.splitlines()[-1].split())
 
 
+@pytest.mark.parametrize("scenario", ["sumo-crosing", "missing.toml", "broken.toml"])
+def test_a_misspelt_scenario_is_reported_before_slow_packages_are_imported(scenario, tmp_path):
+    (tmp_path / "broken.toml").write_text("duration_s = \n")
+    code = f"import sys; from scenarios.cli import main; print(main(['run', {scenario!r}])); print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)
+    exit_code, modules = ran.stdout.splitlines()
+    assert (exit_code, len(ran.stderr.splitlines())) == ("2", 1)
+    assert {"pandas", "numba", "scipy", "matplotlib", "rerun", "trackeval"}.isdisjoint(modules.split())
+
+
 def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd):
     """SUMO returns its vehicles in dicts and sets keyed by their names."""
     arguments = ("run", "sumo-crossing", "--duration", "1", "--no-recording", "--json")
