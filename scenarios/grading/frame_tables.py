@@ -219,8 +219,12 @@ SNAPSHOT_POINTS: Schema = {
 """A row per scan point of the kept frames."""
 
 
+CHUNK_FRAMES = 256
+"""Frames whose rows are copied together into one array per column: thousands of small arrays take twice the memory."""
+
+
 class TableBuilder:
-    """Collects the rows of one table frame by frame; arrays are copied only in `build`.
+    """Collects the rows of one table frame by frame.
 
     Parameters
     ----------
@@ -230,6 +234,7 @@ class TableBuilder:
 
     def __init__(self, schema: Schema) -> None:
         self._schema = schema
+        self._chunks: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in schema}
         self._parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in schema}
         self._frames: list[int] = []
         self._times: list[float] = []
@@ -255,19 +260,30 @@ class TableBuilder:
         self._frames.append(frame.index)
         self._times.append(frame.time)
         self._rows.append(len(values))
+        if len(self._rows) % CHUNK_FRAMES == 0:
+            self._close_chunk()
+
+    def _close_chunk(self) -> None:
+        """Copy the rows of the last frames into one array per column, of the type of the column."""
+        for name, kind in self._schema.items():
+            parts, stored = self._parts[name], np.int8 if isinstance(kind, tuple) else kind
+            if parts:
+                self._chunks[name].append(np.concatenate(parts).astype(stored))
+                parts.clear()
 
     def build(self) -> pd.DataFrame:
         """Return all rows as a data frame; a table without rows keeps its columns and their types."""
+        self._close_chunk()
         rows = np.array(self._rows, dtype=np.int64)
         columns: dict[str, Any] = {
             "frame": np.repeat(np.array(self._frames, dtype=np.int64), rows),
             "time_s": np.repeat(np.array(self._times, dtype=np.float64), rows),
         }
         for name, kind in self._schema.items():
-            parts = self._parts[name]
+            chunks = self._chunks[name]
             if isinstance(kind, tuple):
-                codes = np.concatenate(parts) if parts else np.empty(0, np.int8)
-                columns[name] = pd.Categorical.from_codes(codes.astype(np.int8), list(kind))
+                codes = np.concatenate(chunks) if chunks else np.empty(0, np.int8)
+                columns[name] = pd.Categorical.from_codes(codes, list(kind))
             else:
-                columns[name] = np.concatenate(parts).astype(kind) if parts else np.empty(0, kind)
+                columns[name] = np.concatenate(chunks) if chunks else np.empty(0, kind)
         return pd.DataFrame(columns)

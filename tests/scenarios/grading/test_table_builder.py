@@ -1,0 +1,39 @@
+"""Tables collected frame by frame."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scenarios.grading.frame_tables import CHUNK_FRAMES, Schema, TableBuilder
+
+SCHEMA: Schema = {"name": np.str_, "x_m": np.float64, "kind": ("car", "bus")}
+
+
+@pytest.mark.parametrize("frames", [0, 1, CHUNK_FRAMES, 2 * CHUNK_FRAMES + 3])
+def test_a_table_has_the_rows_of_all_frames_in_order(frames):
+    rng = np.random.default_rng(1)
+    builder, expected = TableBuilder(SCHEMA), []
+    for index in range(frames):
+        rows = int(rng.integers(0, 4))
+        columns = {
+            "name": np.array([f"car{index}" * (1 + row) for row in range(rows)], np.str_),
+            "x_m": rng.normal(size=rows),
+            "kind": rng.integers(0, 2, rows),
+        }
+        builder.add(SimpleNamespace(index=index, time=0.08 * index), columns)
+        expected += [
+            (index, 0.08 * index, str(name), float(x), SCHEMA["kind"][kind])
+            for name, x, kind in zip(*columns.values(), strict=True)
+        ]
+    table = builder.build()
+    names = ["frame", "time_s", *SCHEMA]
+    assert list(table.itertuples(index=False, name=None)) == expected
+    assert list(table.columns) == names
+    assert isinstance(table["kind"].dtype, pd.CategoricalDtype)
+
+
+def test_a_column_that_is_missing_or_unknown_is_refused():
+    with pytest.raises(ValueError, match="'x_m'"):
+        TableBuilder(SCHEMA).add(SimpleNamespace(index=0, time=0.0), {"name": np.array(["a"]), "kind": np.array([0])})
