@@ -14,11 +14,22 @@ from typing import Any
 from rich.console import Console
 from rich.table import Column, Table
 
-from benchmarks import bench_fit, bench_loop, bench_overhead, bench_sensor, bench_sweep, bench_tracker, bench_traffic
+from benchmarks import (
+    bench_fit,
+    bench_loop,
+    bench_overhead,
+    bench_scaling,
+    bench_sensor,
+    bench_sweep,
+    bench_tracker,
+    bench_traffic,
+)
 from benchmarks.reference import reference_ms
 
 OUT = Path(__file__).parent / "latest.json"
-BENCHES = (bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_sweep, bench_overhead)
+BENCHES = (
+    bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_scaling, bench_sweep, bench_overhead,
+)  # fmt: skip
 MS = {"us": 1e-3, "ms": 1.0, "s": 1e3}
 """Milliseconds per unit of time."""
 

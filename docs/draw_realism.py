@@ -12,6 +12,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from marked_text import replace
+
 from scenarios.realism.compared_figures import FIGURES, Figure, bow_figure
 
 DOCS = Path(__file__).parent
@@ -33,15 +35,7 @@ def main() -> None:
         for name in SHOWN[side]:
             shutil.copyfile(folder / f"{name}.png", PICTURES / f"realism_{name}_{side}.png")
     documents = {side: json.loads((folder / "realism.json").read_text()) for side, folder in folders.items()}
-    replace(MARK, table(documents))
-
-
-def replace(mark: str, text: str) -> None:
-    """Replace the text between `<!-- mark -->` and the next `<!-- end -->` of the page."""
-    start, end = f"<!-- {mark} -->", "<!-- end -->"
-    head, rest = PAGE.read_text(encoding="utf-8").split(start)
-    _, tail = rest.split(end, 1)
-    PAGE.write_text(f"{head}{start}\n{text}\n{end}{tail}", encoding="utf-8")
+    replace(PAGE, MARK, table(documents))
 
 
 def table(documents: dict[str, Json]) -> str:
