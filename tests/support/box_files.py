@@ -22,7 +22,9 @@ class Box(NamedTuple):
 
 
 def csv(boxes: list[Box]) -> str:
-    rows = [f"{b.frame},{b.id},{b.x!r},{b.y!r},{b.heading!r},{b.length!r},{b.width!r},{b.score!r},{b.kind}" for b in boxes]
+    rows = [
+        f"{b.frame},{b.id},{b.x!r},{b.y!r},{b.heading!r},{b.length!r},{b.width!r},{b.score!r},{b.kind}" for b in boxes
+    ]
     return "\n".join(["frame,id,x_m,y_m,heading_rad,length_m,width_m,score,class", *rows]) + "\n"
 
 

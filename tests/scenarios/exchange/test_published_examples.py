@@ -18,7 +18,7 @@ FIGURE_1 = {
     "C": (range(100), 1.00, 0.25, 0.50, 0.97, 0.25),
 }
 """Frames of 100 with a track, and DetA, AssA, HOTA, MOTA and IDF1 of figure 1 of Luiten et al. 2021, HOTA, in percent.
-Its IDF1 of B, 52, is 35 / (0.5 (100 + 35)), without the second track; by the formula of IDF1 (Ristani et al. 2016) it is
+Its IDF1 of B, 52, is 35 / (0.5 (100 + 35)), without the second track; the formula of IDF1 (Ristani et al. 2016) gives
 2 * 35 / (100 + 70)."""
 PARTS = {"A": 50, "B": 35, "C": 25}
 """Frames of one track; the next 35 or 25 frames have another id."""
@@ -26,7 +26,9 @@ PARTS = {"A": 50, "B": 35, "C": 25}
 
 def graded(folder, truth, tracks, capsys, *options):
     """Metrics of the command line, by name."""
-    paths = [box_files.write(folder, f"{name}.csv", box_files.csv(boxes)) for name, boxes in (("a", truth), ("b", tracks))]
+    paths = [
+        box_files.write(folder, f"{name}.csv", box_files.csv(boxes)) for name, boxes in (("a", truth), ("b", tracks))
+    ]
     assert main(["grade", "--truth", str(paths[0]), "--tracks", str(paths[1]), "--json", *options]) == 0
     return json.loads(capsys.readouterr().out)["metrics"]
 
