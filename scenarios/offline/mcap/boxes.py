@@ -1,5 +1,7 @@
 """Reader of the boxes of an MCAP file that `scenarios.offline.mcap.export` wrote."""
 
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,12 +32,11 @@ def read_boxes(path: Path, topic: str) -> list[FoundBox]:
     TracksError
         The file is no MCAP, is damaged, or has no such topic.
     """
-    from mcap.exceptions import McapError
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
-    try:
-        with path.open("rb") as stream:
+    try:  # the decoder prints about invalid definitions
+        with path.open("rb") as stream, redirect_stdout(StringIO()), redirect_stderr(StringIO()):
             reader = make_reader(stream, decoder_factories=[DecoderFactory()])
             summary = reader.get_summary()
             topics = sorted({channel.topic for channel in summary.channels.values()}) if summary else []
@@ -45,9 +46,9 @@ def read_boxes(path: Path, topic: str) -> list[FoundBox]:
             for _, _, message, scene in reader.iter_decoded_messages(topics=[topic]):
                 time_s = NANOSECOND_S * message.log_time
                 found += [_box(message.sequence, time_s, entity) for entity in scene.entities]
-    except TracksError:
+    except (TracksError, MemoryError):
         raise
-    except (McapError, OSError, ValueError, LookupError, AttributeError, TypeError, EOFError, MemoryError) as error:
+    except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
         raise TracksError(f"{path}: cannot be read ({reason}); give an MCAP file of luxloop mcap") from error
     return found
