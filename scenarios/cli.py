@@ -13,6 +13,7 @@ from scenarios.commands import (
     check_tracker,
     compare,
     compile_kernels,
+    export,
     full_disk,
     grade,
     import_,
@@ -45,7 +46,7 @@ app = typer.Typer(
 app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
     run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
-    grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism,
+    grade.grade, check_tracker.check_tracker, mcap.mcap, export.export, realism.realism,
     occlusions.occlusions, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
 ):  # fmt: skip
     app.command(cls=PlainHelp)(command)

@@ -6,7 +6,7 @@
     - `DeviceError`: the tracker named by --tracker; `ContractError`, exit code 4: it runs and breaks its contract
     - `MetricError`: a function of the `[[metric]]` tables
     - `OutputError`: the folder of results
-    - `TracksError`: a file of tracks
+    - `TracksError`: a file of tracks, or of true boxes
 """
 
 
@@ -39,7 +39,7 @@ class OutputError(InputError):
 
 
 class TracksError(InputError):
-    """A file of tracks cannot be read, or does not have the required layout."""
+    """A file of tracks or of true boxes cannot be read, or does not have the required layout."""
 
 
 class Interrupted(Exception):

@@ -52,7 +52,7 @@ def read(path: Path) -> pd.DataFrame:
         The file is missing or not a table, lacks a column, or has an invalid cell. Rows are counted from 1, without
         the header.
     """
-    table = _table(path)
+    table = read_table(path, parquet=path.suffix == ".parquet")
     when = [column for column in WHEN if column.name in table][:1]
     if not when:
         raise TracksError(f"{path}: no column frame or time_s; add one that gives the scan of each row")
@@ -60,7 +60,7 @@ def read(path: Path) -> pd.DataFrame:
     for column in (*when, *REQUIRED):
         if column.name not in table:
             raise TracksError(f"{path}: no column {column.name}; found {', '.join(table)}; see docs/other-trackers.md")
-        columns[column.name] = _numbers(path, table[column.name], column)
+        columns[column.name] = numbers(path, table[column.name], column)
     for name in ("length_m", "width_m"):
         require(path, table[name], columns[name] > 0, "should be more than 0")
     require(path, table["track_id"], columns["track_id"] >= 0, "should be 0 or more")
@@ -77,9 +77,16 @@ def require(path: Path, cells: pd.Series, valid: Bools, remedy: str) -> None:
         raise TracksError(f"{path}: column {cells.name}, row {row + 1}: {shown}: {remedy}")
 
 
-def _table(path: Path) -> pd.DataFrame:
+def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
+    """Return a CSV or Parquet file; the cells of CSV are texts.
+
+    Raises
+    ------
+    TracksError
+        The file cannot be read as a table.
+    """
     try:
-        if path.suffix == ".parquet":
+        if parquet:
             return pq.read_table(path).to_pandas()
         return pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""]).rename(
             columns=str.strip
@@ -91,8 +98,14 @@ def _table(path: Path) -> pd.DataFrame:
         ) from error
 
 
-def _numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:
-    """Return (N,) finite numbers, as integers if the column has an integer type."""
+def numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:
+    """Return (N,) finite numbers, as integers if the column has an integer type.
+
+    Raises
+    ------
+    TracksError
+        A cell is no such number.
+    """
     values: Floats = pd.to_numeric(cells, errors="coerce").to_numpy(np.float64, na_value=np.nan)
     require(path, cells, np.isfinite(values), "should be a number")
     if column.kind is not np.int64:

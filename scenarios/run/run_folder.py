@@ -73,7 +73,7 @@ def document(result: Result, checks: list[Check]) -> dict[str, Any]:
         "ended_early": result.ended_early,
         "simulator_failed": result.simulator_failed,
         "frames": result.frames,
-        "metrics": {name: _metric(metric) for name, metric in result.metrics.items()},
+        "metrics": {name: metric_document(metric) for name, metric in result.metrics.items()},
         "config": result.config,
         "versions": result.versions,
     }
@@ -154,7 +154,7 @@ def _not_a_run(folder: Path) -> OutputError:
     return OutputError(f"{folder}: no {RESULT} of a run in it; give a folder that luxloop run wrote")
 
 
-def _metric(metric: Metric) -> dict[str, Any]:
+def metric_document(metric: Metric) -> dict[str, Any]:
     """Return the JSON of a metric; the reason is left out if it is empty."""
     return {key: value for key, value in asdict(metric).items() if key != "reason" or value}
 

@@ -74,6 +74,15 @@ SWEEP = ["sweep", "study.toml", "--scheduler", "127.0.0.1:9", "--out", "out"]
 GRADE = ["grade", "run", "--json", "--out", "out"]
 TRACKS = [*GRADE, "--tracks", "tracks.csv"]
 GRADE_REC = ["grade", "rec", "--json", "--out", "out"]
+TABLES, LABELS = "scene/v1.0-luxloop", "run/scans/labels.parquet"
+
+
+def of_files(truth: str, tracks: str) -> list[str]:
+    """Return the command that grades two files."""
+    return ["grade", "--truth", truth, "--tracks", tracks, "--json"]
+
+
+SCENE = of_files("scene", "scene/tracking_result.json")
 TRACK = ["track", "rec", "--no-recording", "--out", "out"]
 IMPORT = ["import", "--out", "out", "--mount", "0,0,1"]
 
@@ -99,6 +108,14 @@ KINDS: dict[str, Kind] = {
     "tracks": either(
         of_content(valid.tracks_csv, "tracks.csv", [*GRADE, "--tracks", "tracks.csv"], TEXT),
         of_table(valid.tracks_parquet, "tracks.parquet", valid.tracks, [*GRADE, "--tracks", "tracks.parquet"]),
+    ),
+    "boxes": either(
+        *(of_content(valid.boxes, f"{name}{end}", of_files(f"a{end}", f"b{end}"), TEXT)
+          for name in "ab" for end in (".csv", ".txt", ".json")),
+        *(of_content(valid.nuscenes_folder, f"{TABLES}/{name}.json", SCENE, TEXT)
+          for name in ("sample", "sample_annotation", "instance", "category")),
+        of_content(valid.boxes_mcap, "run.mcap", of_files("run.mcap", "run.mcap"), BYTES),
+        of_part(valid.run, LABELS, of_files(LABELS, "run/tables/tracks.parquet")),
     ),
     "imports": either(
         of_content(valid.bin_scan, "a.bin", [*IMPORT, "a.bin"], BYTES),
@@ -136,7 +153,8 @@ KINDS: dict[str, Kind] = {
 
 ALL = {
     "scenario": 1400, "study": 800, "rig": 600, "unit": 600, "csv": 900, "parquet": 900, "fcd": 700, "commonroad": 500,
-    "sumo": 400, "tracks": 900, "imports": 800, "scans": 400, "runs": 500, "baseline": 500, "arguments": 700,
+    "sumo": 400, "tracks": 900, "boxes": 800, "imports": 800, "scans": 400, "runs": 500, "baseline": 500,
+    "arguments": 700,
 }  # fmt: skip
 """Numbers of mutations by kind."""
 

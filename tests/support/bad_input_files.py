@@ -76,6 +76,52 @@ def tracks_parquet() -> Files:
     return run() | {"tracks.parquet": parquet(tracks())}
 
 
+@cache
+def boxes() -> Files:
+    """Truth and tracks in files of every format that `luxloop grade --truth` reads."""
+    from support import box_files
+    from support.box_files import Box
+
+    truth = [Box(k, f"{car}", 9.0 + k, 4.0 * car, 0.1, 4.5, 1.8) for k in range(3) for car in range(2)]
+    tracks = [box._replace(x=box.x + 0.3, score=0.7) for box in truth]
+    found = {
+        "a.csv": box_files.csv(truth), "b.csv": box_files.csv(tracks), "a.txt": box_files.kitti(truth, scored=False),
+        "b.txt": box_files.kitti(tracks), "a.json": box_files.nuscenes(truth), "b.json": box_files.nuscenes(tracks),
+    }  # fmt: skip
+    return {name: content.encode() for name, content in found.items()}
+
+
+@cache
+def nuscenes_folder() -> Files:
+    """Tables and tracks of the run, as `luxloop export` writes them."""
+
+    def make(folder: Path) -> None:
+        _unpack(run(), folder)
+        _made("export", str(folder / "run"), "--format", "nuscenes", "--out", str(folder / "scene"))
+
+    return _folder_of(make, "scene")
+
+
+@cache
+def boxes_mcap() -> Files:
+    """The run with truth and tracks as `luxloop mcap` writes it."""
+
+    def make(folder: Path) -> None:
+        _unpack(run(), folder)
+        (folder / "made").mkdir()
+        _made("mcap", str(folder / "run"), str(folder / "made" / "run.mcap"))
+
+    (content,) = _folder_of(make, "made").values()
+    return {"run.mcap": content}
+
+
+def _unpack(files: Files, folder: Path) -> None:
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
 def table_of(files: Callable[[], Files], name: str) -> Callable[[], pa.Table]:
     """Return a function that reads a Parquet file of `files` once."""
     return cache(lambda: pq.read_table(io.BytesIO(files()[name])))
@@ -86,10 +132,7 @@ def baseline() -> Files:
     """Two equal baseline files."""
 
     def make(folder: Path) -> None:
-        for name, content in run().items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+        _unpack(run(), folder)
         (folder / "made").mkdir()
         _made("baseline", str(folder / "run"), "--out", str(folder / "made" / "base.jsonl"))
 

@@ -1,0 +1,120 @@
+"""Boxes of a file in one common record, whatever its format."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from scenarios.arrays import Bools, Floats, Ints
+from scenarios.errors import TracksError
+
+Texts = npt.NDArray[np.str_]
+
+ANY_AXES = ""
+"""Axes of a file that does not name them: they are taken for those of the other file."""
+BOX = ("x", "y", "heading", "length", "width")
+LARGEST = 1e7
+"""Absolute value of any number, in m, rad or m/s."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoxTable:
+    """N boxes of all frames of a file, each with the id of its object or track."""
+
+    source: Path
+    axes: str
+    """Frame of reference of the positions, such as "world", "odom" or "ego"; `ANY_AXES` if the file does not say."""
+    id: Texts
+    """(N,) id of the object or track, the same in all frames."""
+    boxes: Floats
+    """(N, 5) x [m], y [m], heading [rad] counter-clockwise from x, length [m], width [m], about the centre."""
+    frame: Ints | None = None
+    """(N,) number of the frame; a file has one of `frame`, `time_s` and `sample`, or several of them."""
+    time_s: Floats | None = None
+    """(N,) time [s]."""
+    sample: Texts | None = None
+    """(N,) name of the sample (keyframe)."""
+    scene_of: Mapping[str, str] = field(default_factory=dict)
+    """Scene of every sample, in the order of time; samples without boxes are in it, too."""
+    velocity: Floats | None = None
+    """(N, 2) velocity over ground on the same axes [m/s], NaN where it is unknown; None if the format has none."""
+    z_m: Floats | None = None
+    """(N,) height of the centre [m]."""
+    height_m: Floats | None = None
+    """(N,) height of the box [m]."""
+    score: Floats | None = None
+    """(N,) confidence; more is surer."""
+    kind: Texts | None = None
+    """(N,) name of the class, in lower case."""
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    def select(self, rows: Bools | Ints) -> "BoxTable":
+        """Return the boxes of a mask (N,), or of row numbers in their order."""
+        columns = ("id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "kind")
+        values: dict[str, Any] = {name: getattr(self, name) for name in columns}
+        kept: dict[str, Any] = {name: None if column is None else column[rows] for name, column in values.items()}
+        return replace(self, **kept)
+
+
+def checked(table: BoxTable, place: Callable[[int], str]) -> BoxTable:
+    """Return a table whose numbers are finite, whose sizes are positive, and whose ids are unique in a frame.
+
+    Parameters
+    ----------
+    table
+        The table.
+    place
+        Function that names the place of a row in the file, such as "line 3".
+
+    Raises
+    ------
+    TracksError
+        A row is not valid; the message names its place, the value and the remedy.
+    """
+    for column, name in enumerate(BOX):
+        _require(table, place, name, table.boxes[:, column], _plausible(table.boxes[:, column]), "should be a number")
+    for column in (3, 4):
+        values = table.boxes[:, column]
+        _require(table, place, BOX[column], values, values > 0.0, "should be more than 0")
+    for name in ("time_s", "z_m", "score"):
+        values = getattr(table, name)
+        if values is not None:
+            limit = np.inf if name == "time_s" else LARGEST
+            _require(table, place, name, values, _plausible(values, limit), "should be a number")
+    if table.height_m is not None:
+        _require(table, place, "height", table.height_m, table.height_m > 0.0, "should be more than 0")
+    if table.velocity is not None:
+        speed = np.hypot(*table.velocity.T)
+        _require(table, place, "velocity", speed, _plausible(speed) | np.isnan(speed), "should be two numbers")
+    _refuse_duplicates(table, place)
+    return table
+
+
+def _plausible(values: Floats, largest: float = LARGEST) -> Bools:
+    return np.isfinite(values) & (np.abs(values) <= largest)
+
+
+def _require(
+    table: BoxTable, place: Callable[[int], str], name: str, values: Floats, valid: Bools, remedy: str
+) -> None:
+    if not valid.all():
+        row = int(np.argmin(valid))
+        raise TracksError(f"{table.source}: {place(row)}, {name}: {values[row]:g}: {remedy}")
+
+
+def _refuse_duplicates(table: BoxTable, place: Callable[[int], str]) -> None:
+    keys = {name: getattr(table, name) for name in ("sample", "frame", "time_s") if getattr(table, name) is not None}
+    name, when = next(iter(keys.items()))
+    again = pd.DataFrame({"when": when, "id": table.id}).duplicated().to_numpy(np.bool_)
+    if again.any():
+        row = int(np.argmax(again))
+        raise TracksError(
+            f"{table.source}: {place(row)}, id: {table.id[row]}: occurs twice in {name} {when[row]}; "
+            "give each id one box per frame"
+        )

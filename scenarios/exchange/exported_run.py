@@ -1,0 +1,66 @@
+"""Data of a recorded run as exporters need them, independent of the format."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import pandas as pd
+
+from scenarios.arrays import Floats32, Ints
+from scenarios.errors import OutputError
+from scenarios.exchange.tabular_boxes import CONFIRMED
+from scenarios.files import atomic_folder
+from scenarios.offline.recorded_run import RecordedRun
+from sensor_model.truth import ScanTruth
+from tracker.scan import Scan
+
+TRACK_HEIGHT_M = 1.5
+"""Height of the boxes of tracks; the tracker estimates none."""
+
+
+class Exporter(Protocol):
+    """Writer of one format."""
+
+    def __call__(self, run: RecordedRun, folder: Path) -> None:
+        """Write the whole run into an empty folder."""
+
+
+def write_folder(run: RecordedRun, out: Path, exporter: Exporter) -> None:
+    """Write a run into a new folder, which appears as a whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        The run has no scans, or the folder exists, is the run, or cannot be written.
+    """
+    run.refuse_to_write_to(out)
+    with atomic_folder.create(out, "--out", _refuse_existing) as folder:
+        try:
+            exporter(run, folder)
+        except OSError as error:
+            raise atomic_folder.cannot_write(out, "--out", error) from error
+
+
+def confirmed_tracks(run: RecordedRun) -> Mapping[int, pd.DataFrame]:
+    """Return the confirmed rows of the track table by frame."""
+    tracks = run.result.tables["tracks"]
+    return dict(list(tracks[tracks["status"] == CONFIRMED].groupby("frame")))
+
+
+def points_of_actors(truth: ScanTruth, actor_id: Ints) -> Ints:
+    """(A,) number of points on each actor."""
+    ids, count = np.unique(truth.actor_id, return_counts=True)
+    number = dict(zip(ids.tolist(), count.tolist(), strict=True))
+    return np.array([number.get(actor, 0) for actor in actor_id.tolist()], np.int64)
+
+
+def cloud(scan: Scan, *others: Floats32) -> Floats32:
+    """(N, 4 + k) float32 positions in the ego frame [m], echo pulse width [m] as intensity, and other columns."""
+    columns = [*scan.points_ego.T, scan.echo_pulse_width, *others]
+    return np.ascontiguousarray(np.column_stack(columns), "<f4")
+
+
+def _refuse_existing(out: Path) -> None:
+    if out.exists():
+        raise OutputError(f"{out}: already exists; choose another folder with --out")

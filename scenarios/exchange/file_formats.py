@@ -1,0 +1,124 @@
+"""Formats of files with boxes, recognised by content and else by the ending of the name."""
+
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from scenarios.arrays import Bools
+from scenarios.errors import TracksError
+from scenarios.exchange.box_table import ANY_AXES, BoxTable
+from scenarios.exchange.file_role import Role
+
+Format = Literal["csv", "parquet", "kitti", "nuscenes", "mcap"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+ENDINGS: dict[str, Format] = {
+    ".csv": "csv", ".parquet": "parquet", ".txt": "kitti", ".json": "nuscenes", ".mcap": "mcap"
+}  # fmt: skip
+HEAD_BYTES = 2048
+KITTI_FIELDS = 17
+
+
+def recognise(path: Path) -> Format:
+    """Return the format of a file, or of a folder of nuScenes tables.
+
+    Raises
+    ------
+    TracksError
+        The file cannot be read, or is of no known format.
+    """
+    if path.is_dir():
+        return "nuscenes"
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(HEAD_BYTES)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise TracksError(f"{path}: cannot be read ({reason}); give an existing file") from error
+    found = _of_content(head) or ENDINGS.get(path.suffix.lower())
+    if found is None:
+        raise TracksError(f"{path}: no known format; name it with --truth-format or --tracks-format")
+    return found
+
+
+def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxTable]:
+    """Return the boxes of a file, once for each frame of reference that it has.
+
+    Raises
+    ------
+    TracksError
+        The file cannot be read, or is not valid.
+    """
+    file_format = file_format or recognise(path)
+    if file_format == "kitti":
+        from scenarios.exchange import kitti_labels
+
+        return [kitti_labels.read(path)]
+    if file_format == "nuscenes":
+        from scenarios.exchange import nuscenes_results, nuscenes_tables
+
+        return [nuscenes_tables.read(path) if path.is_dir() else nuscenes_results.read(path)]
+    if file_format == "mcap":
+        from scenarios.exchange import mcap_boxes
+
+        return [mcap_boxes.read(path, role)]
+    from scenarios.exchange import tabular_boxes
+
+    return tabular_boxes.read(path, parquet=file_format == "parquet")
+
+
+def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTable, BoxTable]:
+    """Return the first tables of both files in the same frame of reference.
+
+    Raises
+    ------
+    TracksError
+        There is none.
+    """
+    pairs = [(a, b) for a in truth for b in tracks if ANY_AXES in (a.axes, b.axes) or a.axes == b.axes]
+    if not pairs:
+        there, here = (" and ".join(table.axes for table in tables) for tables in (truth, tracks))
+        raise TracksError(
+            f"{tracks[0].source}: its positions are in {here} axes, those of {truth[0].source} in {there} axes; "
+            "give both files in the same frame of reference"
+        )
+    return min(pairs, key=lambda pair: pair[0].axes != pair[1].axes)
+
+
+def of_classes(truth: BoxTable, tracks: BoxTable, classes: list[str]) -> tuple[BoxTable, BoxTable]:
+    """Return the boxes of some classes; tracks without classes are all kept.
+
+    Raises
+    ------
+    TracksError
+        The truth has no classes, or not these.
+    """
+    wanted = [name.strip().lower() for name in classes]
+    if truth.kind is None:
+        raise TracksError(f"{truth.source}: has no classes; leave --classes out")
+    known = sorted(set(truth.kind.tolist()))
+    missing = [name for name in wanted if name not in known]
+    if missing:
+        raise TracksError(f"{truth.source}: --classes {missing[0]}: not in the file; it has {', '.join(known)[:300]}")
+    kept = [table if table.kind is None else table.select(_is_among(table, wanted)) for table in (truth, tracks)]
+    return kept[0], kept[1]
+
+
+def _is_among(table: BoxTable, names: list[str]) -> Bools:
+    found: Bools = np.isin(table.kind, names)  # type: ignore[arg-type]
+    return found
+
+
+def _of_content(head: bytes) -> Format | None:
+    """Return the format that the first bytes show, or None."""
+    if head.startswith(b"PAR1"):
+        return "parquet"
+    if head.startswith(b"\x89MCAP"):
+        return "mcap"
+    if head.lstrip()[:1] in (b"{", b"["):
+        return "nuscenes"
+    line = head.lstrip().split(b"\n", 1)[0]
+    if b"," in line:
+        return "csv"
+    words = line.split()
+    return "kitti" if len(words) >= KITTI_FIELDS and words[0].lstrip(b"-").isdigit() else None

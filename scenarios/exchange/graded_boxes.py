@@ -1,0 +1,109 @@
+"""Grading of a file of tracks against a file of true boxes, as a table and as JSON."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from scenarios.exchange.box_grading import BoxLimits, grade
+from scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
+from scenarios.exchange.file_formats import Format, in_common_axes, of_classes, read
+from scenarios.exchange.paired_frames import FramePairs, pair_frames
+from scenarios.grading.metric_definition import Definition
+from scenarios.report.cells import table_of, value_of
+from scenarios.result import Metric
+from scenarios.run.run_folder import metric_document
+
+TABLES = {
+    "Tracking": SCORES,
+    "GOSPA": GOSPA,
+    "Averages over recalls, as nuScenes": AVERAGES,
+    "Errors of pairs": ERRORS,
+}
+"""Titles of the printed tables and their metrics."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GradedBoxes:
+    """Metrics of a file of tracks."""
+
+    pairs: FramePairs
+    limits: BoxLimits
+    classes: tuple[str, ...]
+    """Classes that were graded; empty for all."""
+    metrics: dict[str, Metric]
+
+    @classmethod
+    def of(
+        cls,
+        truth: Path,
+        tracks: Path,
+        formats: tuple[Format | None, Format | None],
+        classes: tuple[str, ...],
+        limits: BoxLimits,
+    ) -> "GradedBoxes":
+        """Read both files and grade the tracks.
+
+        Raises
+        ------
+        TracksError
+            A file is not valid, or they do not belong together.
+        """
+        tables = in_common_axes(read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1]))
+        if classes:
+            tables = of_classes(*tables, list(classes))
+        pairs = pair_frames(*tables)
+        return cls(pairs, limits, classes, grade(pairs, limits))
+
+
+def document(graded: GradedBoxes) -> dict[str, Any]:
+    """Return a grading as JSON."""
+    pairs = graded.pairs
+    return {
+        "truth": str(pairs.truth.source),
+        "tracks": str(pairs.tracks.source),
+        "frames": pairs.frames,
+        "true_boxes": len(pairs.truth),
+        "track_boxes": len(pairs.tracks),
+        "limits": asdict(graded.limits),
+        "classes": list(graded.classes),
+        "metrics": {name: metric_document(metric) for name, metric in graded.metrics.items()},
+    }
+
+
+def report(graded: GradedBoxes) -> Group:
+    """Return the printed grading."""
+    sections: list[RenderableType] = [
+        _header(graded),
+        *(_table(title, definitions, graded) for title, definitions in TABLES.items()),
+        _limits(graded.limits),
+    ]
+    return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
+
+
+def _header(graded: GradedBoxes) -> Text:
+    pairs = graded.pairs
+    of = f", classes {', '.join(graded.classes)}" if graded.classes else ""
+    return Text(
+        f"{pairs.tracks.source} against {pairs.truth.source}\n"
+        f"{pairs.frames} frames, {len(pairs.truth)} true boxes, {len(pairs.tracks)} boxes of tracks{of}"
+    )
+
+
+def _table(title: str, definitions: tuple[Definition, ...], graded: GradedBoxes) -> Table:
+    table = table_of(title, "metric", "value", "n")
+    table.add_column("", style="dim")
+    for name in (definition.name for definition in definitions):
+        metric = graded.metrics[name]
+        table.add_row(name, value_of(metric), str(metric.n), metric.reason or DEFINITIONS[name].meaning)
+    return table
+
+
+def _limits(limits: BoxLimits) -> Text:
+    return Text(
+        "Graded with " + ", ".join(f"{name} = {value:g}" for name, value in asdict(limits).items()), style="dim"
+    )

@@ -1,0 +1,142 @@
+"""Frames that the two files of a grading have in common, and the boxes of each of them."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from scenarios.arrays import Bools, Floats, Ints
+from scenarios.errors import TracksError
+from scenarios.exchange.box_table import BoxTable
+from scenarios.grading.plane_geometry import iou_table
+from scenarios.grading.tracking_sequence import TrackingSequence
+
+TIME_TOLERANCE_S = 1e-3
+"""[s] Times of one frame in the two files differ by less: programs round times."""
+
+
+class FramePairs(NamedTuple):
+    """Truth and tracks with common numbers of frames, sorted by frame."""
+
+    truth: BoxTable
+    tracks: BoxTable
+    truth_frame: Ints
+    """(N,) number of the frame of each true box, from 0."""
+    track_frame: Ints
+    """(M,) the same of the tracks."""
+    truth_id: Ints
+    """(N,) renumbered id of each true box, from 0."""
+    track_id: Ints
+    """(M,) the same of the tracks."""
+    frames: int
+    """Number of frames."""
+
+    def steps(self) -> Iterator[tuple[Ints, Ints]]:
+        """Yield the rows of the truth and the rows of the tracks of each frame."""
+        bounds = np.arange(self.frames + 1)
+        of_truth, of_tracks = (np.searchsorted(f, bounds) for f in (self.truth_frame, self.track_frame))
+        for k in range(self.frames):
+            yield np.arange(of_truth[k], of_truth[k + 1]), np.arange(of_tracks[k], of_tracks[k + 1])
+
+    def select(self, truth: Bools, tracks: Bools) -> "FramePairs":
+        """Return the pairs of some true boxes and some tracks; frames and ids keep their numbers."""
+        return FramePairs(
+            self.truth.select(truth), self.tracks.select(tracks),
+            self.truth_frame[truth], self.track_frame[tracks], self.truth_id[truth], self.track_id[tracks], self.frames,
+        )  # fmt: skip
+
+
+def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
+    """Number the frames of two files by the first of sample, frame and time that both have.
+
+    Raises
+    ------
+    TracksError
+        There is none, a sample of the tracks is unknown to the truth, or the files have no frame in common.
+    """
+    frames = _frames(truth, tracks)
+    if len(truth) and len(tracks) and not np.intersect1d(*frames).size:
+        raise TracksError(f"{tracks.source}: has no frame in common with {truth.source}; give tracks of the same scans")
+    order = [np.argsort(frame, kind="stable") for frame in frames]
+    tables = [table.select(rows) for table, rows in zip((truth, tracks), order, strict=True)]
+    truth_frame, track_frame = (frame[rows] for frame, rows in zip(frames, order, strict=True))
+    scenes = [_scene_ids(table, truth) for table in tables]
+    ids = [np.unique(names, return_inverse=True)[1].reshape(-1).astype(np.int64) for names in scenes]
+    count = int(max([-1, *truth_frame[-1:], *track_frame[-1:]])) + 1
+    return FramePairs(tables[0], tables[1], truth_frame, track_frame, ids[0], ids[1], count)
+
+
+def tracking_sequence(pairs: FramePairs) -> TrackingSequence:
+    """Return all boxes with their bird's-eye overlaps, as trackeval's metric classes expect them."""
+    gt_ids, tracker_ids, overlaps = [], [], []
+    for true, tracked in pairs.steps():
+        gt_ids.append(pairs.truth_id[true])
+        tracker_ids.append(pairs.track_id[tracked])
+        overlaps.append(iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[tracked]))
+    return {
+        "frames": np.arange(pairs.frames),
+        "actor_ids": np.unique(pairs.truth_id),
+        "num_timesteps": pairs.frames,
+        "num_gt_ids": len(np.unique(pairs.truth_id)),
+        "num_tracker_ids": len(np.unique(pairs.track_id)),
+        "num_gt_dets": len(pairs.truth),
+        "num_tracker_dets": len(pairs.tracks),
+        "gt_ids": gt_ids,
+        "tracker_ids": tracker_ids,
+        "similarity_scores": overlaps,
+    }
+
+
+def distances(pairs: FramePairs, true: Ints, tracked: Ints) -> Floats:
+    """(t, k) distances of the centres of true boxes (t,) and tracks (k,), given by their rows [m]."""
+    apart = pairs.truth.boxes[true, None, :2] - pairs.tracks.boxes[None, tracked, :2]
+    found: Floats = np.hypot(apart[..., 0], apart[..., 1])
+    return found
+
+
+def _frames(truth: BoxTable, tracks: BoxTable) -> tuple[Ints, Ints]:
+    if truth.sample is not None and tracks.sample is not None:
+        return _by_sample(truth, tracks)
+    if truth.frame is not None and tracks.frame is not None:
+        return _renumbered(truth.frame, tracks.frame)
+    if truth.time_s is not None and tracks.time_s is not None:
+        return _by_time(truth.time_s, tracks.time_s)
+    there, here = (_keys(table) for table in (truth, tracks))
+    raise TracksError(f"{tracks.source}: has {here}, but {truth.source} has {there}; give both files the same")
+
+
+def _keys(table: BoxTable) -> str:
+    return " and ".join(name for name in ("sample", "frame", "time_s") if getattr(table, name) is not None)
+
+
+def _by_sample(truth: BoxTable, tracks: BoxTable) -> tuple[Ints, Ints]:
+    number = {sample: index for index, sample in enumerate(truth.scene_of)}
+    found = []
+    for table in (truth, tracks):
+        assert table.sample is not None
+        unknown = [sample for sample in table.sample.tolist() if sample not in number]
+        if unknown:
+            raise TracksError(f"{table.source}: sample {unknown[0]} is not in {truth.source}; leave it out")
+        found.append(np.array([number[sample] for sample in table.sample.tolist()], np.int64))
+    return found[0], found[1]
+
+
+def _renumbered(truth: npt.NDArray[np.int64], tracks: npt.NDArray[np.int64]) -> tuple[Ints, Ints]:
+    values = np.unique(np.concatenate([truth, tracks]))
+    return np.searchsorted(values, truth), np.searchsorted(values, tracks)
+
+
+def _by_time(truth: Floats, tracks: Floats) -> tuple[Ints, Ints]:
+    """Times closer than the tolerance are one frame."""
+    values = np.unique(np.concatenate([truth, tracks]))
+    number = np.concatenate([[0], np.cumsum(np.diff(values) > TIME_TOLERANCE_S)]).astype(np.int64)
+    return number[np.searchsorted(values, truth)], number[np.searchsorted(values, tracks)]
+
+
+def _scene_ids(table: BoxTable, truth: BoxTable) -> npt.NDArray[np.str_]:
+    """(N,) ids with the scene before them, because ids need not be unique over scenes."""
+    if table.sample is None or not truth.scene_of:
+        return table.id
+    scenes = [truth.scene_of.get(sample, "") for sample in table.sample.tolist()]
+    return np.array([f"{scene} {name}" for scene, name in zip(scenes, table.id.tolist(), strict=True)], np.str_)
