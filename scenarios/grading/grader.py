@@ -69,9 +69,7 @@ class Grader:
         no truth events, and no actor is masked because of them.
     """
 
-    def __init__(
-        self, config: GradingConfig, ranging: Ranging | None = None, delivered_m: float | None = None
-    ) -> None:
+    def __init__(self, config: GradingConfig, ranging: Ranging | None = None, delivered_m: float | None = None) -> None:
         self._config = config
         self._ranging = ranging
         self._frames = 0

@@ -134,6 +134,7 @@ class Regrader:
             trace_hash=trace_hash,
             ended_early=run.ended_early,
             simulator_failed=run.simulator_failed,
+            warnings=run.warnings,
             frames=run.frames,
             metrics=metrics,
             tables=tables,

@@ -31,15 +31,16 @@ VALUES = {
 
 
 def truth_events(result: Result) -> list[Text]:
-    """Return a line with the events of the ground truth, each kind with its largest; nothing without events."""
+    """Return the warnings about the traffic, and a line with the events of each kind; nothing without any."""
+    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in result.warnings]
     events = result.tables.get("events")
     if events is None or events.empty:
-        return []
+        return warnings
     line = f"Traffic events: {'; '.join(_kinds(events))}"
     masked = result.metrics[MASKED].value
     if masked:
         line += f"; {masked:.0f} observations are not graded because of them"
-    return [Text(line, style="yellow")]
+    return [*warnings, Text(line, style="yellow")]
 
 
 def _kinds(events: pd.DataFrame) -> Iterator[str]:

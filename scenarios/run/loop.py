@@ -115,6 +115,7 @@ def run(
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device),
         versions=versions.installed(),
+        warnings=source.warnings,
     )
 
 

@@ -39,7 +39,7 @@ def overlaps(bodies: Bodies) -> Overlaps:
     count = len(bodies.id)
     low, high = np.minimum(row[first], row[second]), np.maximum(row[first], row[second])
     pair, at = np.unique(low * count + high, return_inverse=True)
-    total = np.bincount(at, weights=area, minlength=len(pair))
+    total: Floats = np.bincount(at, weights=area, minlength=len(pair)).astype(np.float64)
     over = total > OVERLAP_M2
     return Overlaps(pair[over] // count, pair[over] % count, total[over])
 

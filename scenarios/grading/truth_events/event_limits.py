@@ -6,8 +6,8 @@ from scenarios.arrays import Floats
 from sim.world import Kind
 
 OVERLAP_M2 = 0.05
-"""[m^2] Least overlap of two boxes that is an overlap of bodies. The corners of bodies are rounded: at a radius of 0.5 m
-a box is (1 - pi / 4) r^2 = 0.054 m^2 larger than the body at each corner."""
+"""[m^2] Least overlap of two boxes that is an overlap of bodies. Corners of bodies are rounded: at a radius of 0.5 m a
+box is (1 - pi / 4) r^2 = 0.054 m^2 larger than the body at each corner."""
 
 JUMP_M = 1.0
 """[m] Least distance between a body and the place its velocity leads to that is a teleport. Within a frame of 0.08 s,
@@ -53,4 +53,5 @@ LIMITS = {
 
 def exceedance(values: Floats) -> Floats:
     """Return values (M, 3) of the quantities in `LIMITS`, in units of their limits."""
-    return values / np.array(list(LIMITS.values()))
+    excess: Floats = values / np.array(list(LIMITS.values()))
+    return excess

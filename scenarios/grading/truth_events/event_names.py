@@ -1,4 +1,4 @@
-"""Kinds of truth events, and names, units and meanings of the `sim` metrics. Imports quickly, as `metric_names` must."""
+"""Kinds of truth events, and names, units and meanings of the `sim` metrics. Imports quickly."""
 
 from collections.abc import Iterator
 from enum import IntEnum

@@ -11,7 +11,6 @@ from scenarios.grading.truth_events.event_names import EventKind
 from scenarios.grading.truth_events.truth_event import TruthEvent, new_event
 from sim.world import WorldFrame
 
-
 TIE_S = 1e-9
 """[s] Margin of comparisons of frame times."""
 

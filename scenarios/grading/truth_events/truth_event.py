@@ -76,7 +76,10 @@ class TruthEvent:
 
 def event_table(events: list[TruthEvent]) -> pd.DataFrame:
     """Return the table `events`: a row per event, by time."""
-    ordered = sorted((e for e in events if not e.withdrawn), key=lambda event: (event.frame, event.kind, event.actor_id, event.other_id))
+    ordered = sorted(
+        (e for e in events if not e.withdrawn),
+        key=lambda event: (event.frame, event.kind, event.actor_id, event.other_id),
+    )
     columns = {
         "frame": np.array([event.frame for event in ordered], np.int64),
         "time_s": np.array([event.time for event in ordered], np.float64),
