@@ -48,6 +48,8 @@ class Result:
     config: dict[str, Any] = field(repr=False)
     """The effective scenario, including defaults."""
     versions: dict[str, str] = field(repr=False)
+    warnings: tuple[str, ...] = ()
+    """Defects of the traffic's input, one line each with consequence and remedy."""
 
     @property
     def complete(self) -> bool:

@@ -47,6 +47,8 @@ class TrafficSource(Protocol):
     origin: Floats
     """(2,) [m] origin of the world frame in the simulator's coordinates; valid after `reset`. Zero for small maps, else
     a multiple of 10 km, so that float32 resolves millimetres near the ego."""
+    warnings: tuple[str, ...]
+    """Defects of the input that the run survives, one line each with consequence and remedy; valid after `reset`."""
 
     def reset(self, seed: int) -> Obstacles:
         """Start a new run and return its static obstacles.

@@ -20,6 +20,10 @@ def print_error(message: str, code: int) -> int:
 
 
 def print_early_end(result: "Result", kept: str) -> int:
-    """Print why a run ended early and what is kept of it, and return the exit code."""
-    remedy = "" if result.simulator_failed else "; give the ego a longer route, or the run a shorter --duration"
+    """Print why a run ended early and what is kept of it, and return the exit code.
+
+    A reason with a remedy of its own names it after a semicolon.
+    """
+    has_remedy = result.simulator_failed or ";" in result.ended_early
+    remedy = "" if has_remedy else "; give the ego a longer route, or the run a shorter --duration"
     return print_error(f"{result.ended_early.rstrip('.')}{remedy}; {kept}", 3 if result.simulator_failed else 1)

@@ -1,8 +1,9 @@
 """Grade of one frame: graded actors, and the actor and heading error of each track and box."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from scenarios.arrays import Bools, Floats, Ints
+from scenarios.grading.truth_events.truth_event import TruthEvent
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,3 +22,5 @@ class FrameGrade:
     """(B,) id of the graded actor with most points of the box's segment."""
     box_heading_error: Floats
     """(B,) heading of the box minus truth, modulo a quarter turn, in (-pi/4, pi/4] [rad]."""
+    events: list[TruthEvent] = field(default_factory=list)
+    """Events of the ground truth that begin in this frame."""

@@ -182,6 +182,15 @@ of clean points removed in segments with points of this cause."""
 BLOCKERS: Schema = {"actor_id": np.int64, "blocker_id": np.int64, "points": np.int64}
 """A row per hidden vehicle, frame and blocker: the points on what the beams hit instead, see `blockers.BlockerLog`."""
 
+EXTREMES: Schema = {
+    "acceleration_max_mps2": np.float64,
+    "jerk_max_mps3": np.float64,
+    "overlap_max_m2": np.float64,
+    "masked": np.int64,
+}
+"""A row per frame: the largest acceleration, jerk and overlap of all bodies, and the number of vehicles that are not
+graded because of truth events, see `truth_events.event_log`."""
+
 SCHEMAS: Mapping[str, Schema] = {
     "truth": TRUTH,
     "tracks": TRACKS,

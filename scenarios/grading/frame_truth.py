@@ -11,6 +11,7 @@ from scenarios.grading.articulated import tractors, trailers
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import point_rows
 from scenarios.grading.plane_geometry import into_frame, iou_table
+from scenarios.grading.truth_events.event_log import FrameEvents
 from sensor_model.truth import ON_NOTHING, Cause, ScanTruth
 from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
 from tracker.scan import Scan
@@ -39,7 +40,11 @@ class FrameTruth:
     bent: Bools
     """(A,) the actor is an articulated truck bent too much for one rectangle."""
     graded: Bools
-    """(A,) the actor is a vehicle in range, with enough points."""
+    """(A,) the actor is a vehicle in range, with enough points, and not masked."""
+    masked: Bools
+    """(A,) the actor would be graded but for a truth event, see `FrameEvents.masked`."""
+    ghosts_ego: Floats
+    """(G, 5) boxes in the ego frame of actors that vanished in view shortly before."""
 
     @property
     def boxed(self) -> Bools:
@@ -52,14 +57,24 @@ class FrameTruth:
         return self.frame.actors
 
     @classmethod
-    def of(cls, frame: WorldFrame, scan: Scan, truth: ScanTruth, config: GradingConfig) -> "FrameTruth":
-        """Evaluate the truth of one frame with the limits of `config`."""
+    def of(
+        cls,
+        frame: WorldFrame,
+        scan: Scan,
+        truth: ScanTruth,
+        config: GradingConfig,
+        events: FrameEvents | None = None,
+    ) -> "FrameTruth":
+        """Evaluate the truth of one frame with the limits of `config`, and with its events, if they are known."""
         actors = frame.actors
         pose_ego = into_frame(actors.pose_world, frame.ego.pose_world)
         range_m = np.hypot(pose_ego[:, 0], pose_ego[:, 1])
         row = point_rows(truth.actor_id, actors.id)
         points = np.bincount(row[row >= 0], minlength=len(actors))
         bent = np.abs(actors.articulation) > np.deg2rad(config.bent_deg)
+        gradable = IS_VEHICLE[actors.kind] & (range_m <= config.range_max_m) & (points >= config.points_min)
+        masked = np.zeros(len(actors), np.bool_) if events is None else events.masked
+        ghosts = np.empty((0, 5)) if events is None else events.ghosts_world
         return cls(
             frame=frame,
             scan=scan,
@@ -69,7 +84,9 @@ class FrameTruth:
             point_row=row,
             points=points,
             bent=bent,
-            graded=IS_VEHICLE[actors.kind] & (range_m <= config.range_max_m) & (points >= config.points_min),
+            graded=gradable & ~masked,
+            masked=gradable & masked,
+            ghosts_ego=np.hstack([into_frame(ghosts[:, :3], frame.ego.pose_world), ghosts[:, 3:]]),
         )
 
     def overlap(self, boxes_ego: Floats) -> Floats:

@@ -1,8 +1,10 @@
 """Grader of a run: `add` grades one frame and collects its table rows, `finish` computes tables and metrics."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from scenarios.arrays import Floats, Ints
@@ -36,6 +38,8 @@ from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership
 from scenarios.grading.plane_geometry import QUARTER, wrap
 from scenarios.grading.snapshots import Snapshots
 from scenarios.grading.track_matches import TrackMatches
+from scenarios.grading.truth_events import event_metrics
+from scenarios.grading.truth_events.event_log import EventLog, FrameEvents
 from scenarios.result import NOT_REPORTED, Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.world import WorldFrame
@@ -60,9 +64,12 @@ class Grader:
         Limits of grading.
     ranging
         Beam origins and range noise of the rig; without it, there are no bounds of headings and no errors of extents.
+    delivered_m
+        Distance up to which simulated traffic is delivered [m]. Without it, as for labels of recorded scans, there are
+        no truth events, and no actor is masked because of them.
     """
 
-    def __init__(self, config: GradingConfig, ranging: Ranging | None = None) -> None:
+    def __init__(self, config: GradingConfig, ranging: Ranging | None = None, delivered_m: float | None = None) -> None:
         self._config = config
         self._ranging = ranging
         self._frames = 0
@@ -78,6 +85,10 @@ class Grader:
         self._emergence = EmergenceLog(config)
         self._blocker_log = BlockerLog(config.hidden_fraction_max)
         self._blockers = TableBuilder(frame_tables.BLOCKERS)
+        self._extremes = TableBuilder(frame_tables.EXTREMES)
+        self._events: EventLog | None = None
+        if delivered_m is not None:
+            self._events = EventLog(config.hidden_fraction_max, config.range_max_m, delivered_m)
 
     def add(
         self, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None
@@ -96,12 +107,15 @@ class Grader:
             Intermediate results of the tracker's stages. Without them (None) the stages are not graded.
         """
         self._frames += 1
-        frame_truth = FrameTruth.of(frame, scan, truth, self._config)
+        events = self._events.add(frame, truth) if self._events else None
+        frame_truth = FrameTruth.of(frame, scan, truth, self._config, events)
         matches = TrackMatches.of(frame_truth, tracks, self._matcher)
         if self._frames == 1:
             self._tracks = TableBuilder(frame_tables.track_schema(tracks.models))
         self._tracks.add(frame, matches.rows(frame_truth, tracks))
         self._ego.add(frame, _ego_row(frame))
+        if events is not None:
+            self._extremes.add(frame, _extremes_row(frame_truth, events))
         self._emergence.add(frame_truth, matches, tracks)
         self._blockers.add(frame, self._blocker_log.rows(frame_truth))
         self._overlaps.add(frame, matches.overlap_rows(frame_truth, tracks))
@@ -123,6 +137,7 @@ class Grader:
             track_heading_error=matches.heading_error,
             box_actor=box_actor,
             box_heading_error=box_error,
+            events=events.began if events is not None else [],
         )
 
     def _add_stages(self, frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:
@@ -157,6 +172,8 @@ class Grader:
             "outliers": self._outliers.build(),
             **self._snapshots.tables(),
         }
+        if self._events is not None:
+            result |= {"events": self._events.table(), "extremes": self._extremes.build()}
         return grade(result, self._config, self._frames), result
 
 
@@ -190,6 +207,7 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     track_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
     occlusion_metrics.grade(sheet, truth, tracks, config)
     emergence_metrics.grade(sheet, table.get("emergence"), config.target)
+    event_metrics.grade(sheet, table.get("events"), table.get("extremes"))
     return sheet.metrics
 
 
@@ -205,6 +223,12 @@ def _ego_row(frame: WorldFrame) -> dict[str, Floats]:
     ego = frame.ego
     values = np.concatenate([ego.pose_world, ego.size[:2], ego.velocity_world])
     return dict(zip(frame_tables.EGO, values[:, None], strict=True))
+
+
+def _extremes_row(frame_truth: FrameTruth, events: FrameEvents) -> dict[str, npt.NDArray[Any]]:
+    """Return the row of the table `extremes`."""
+    values = {name: np.array([value]) for name, value in events.extremes.items()}
+    return values | {"masked": np.array([np.count_nonzero(frame_truth.masked)])}
 
 
 def _grade_boxes(frame_truth: FrameTruth, ownership: Ownership, trace: StepTrace) -> tuple[Ints, Floats]:

@@ -24,8 +24,8 @@ class TrackVerdict(IntEnum):
     GRADED = 0
     """Follows a graded vehicle."""
     UNGRADED = 1
-    """Overlaps an actor that is not graded by `match_iou_min` or more, or is the second track of a bent truck: neither
-    right nor wrong."""
+    """Overlaps an actor that is not graded, or the place of one that just vanished in view, by `match_iou_min` or more,
+    or is the second track of a bent truck: neither right nor wrong."""
     FALSE = 2
     """On no actor, or a second track on a graded vehicle."""
     OUTSIDE = 3
@@ -57,6 +57,11 @@ class TrackMatcher:
         self._config = config
         self._followed: dict[int, int] = {}
         """Actor id by track id, of the last frame's pairs."""
+
+    @property
+    def iou_min(self) -> float:
+        """Least overlap of a track and the actor that it follows."""
+        return self._config.match_iou_min
 
     def match(
         self,

@@ -12,7 +12,7 @@ from sim.world import Kind
 
 PREFIX = "own."
 """Beginning of the names of own metrics in results, which no shipped metric has."""
-NOT_BY_ACTOR = ("outliers.", "dataset.frames", "emergence.target.")
+NOT_BY_ACTOR = ("outliers.", "dataset.frames", "emergence.target.", "sim.")
 """Beginnings of the names of graded metrics that are not sums over actors."""
 
 KINDS = tuple(kind.name.lower() for kind in Kind)

@@ -10,7 +10,7 @@ from scenarios.arrays import Floats, Ints
 from scenarios.grading import frame_tables, mma_metrics, prediction_metrics
 from scenarios.grading.frame_truth import FrameTruth
 from scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
-from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned, wrap
+from scenarios.grading.plane_geometry import into_frame, iou_table, out_of_frame, turned, wrap
 from sensor_model.truth import NO_ACTOR
 from tracker.records import MODEL_NAMES, MODELS, Status, Tracks
 
@@ -69,6 +69,7 @@ class TrackMatches:
         actor_row[reported] = matching.actor_row
         verdict = np.full(len(tracks), TrackVerdict.UNREPORTED, dtype=np.int8)
         verdict[reported] = matching.verdict
+        verdict[_on_ghosts(boxes, verdict, frame_truth.ghosts_ego, matcher.iou_min)] = TrackVerdict.UNGRADED
         error = np.full(len(tracks), np.nan)
         pair = np.flatnonzero(actor_row >= 0)
         error[pair] = wrap(boxes[pair, 2] - frame_truth.boxes_ego[actor_row[pair], 2])
@@ -128,6 +129,15 @@ class TrackMatches:
             "track_id": tracks.id[track],
             "iou": self.overlap[actor, track],
         }
+
+
+def _on_ghosts(boxes: Floats, verdict: npt.NDArray[np.int8], ghosts: Floats, iou_min: float) -> Ints:
+    """Return the false tracks that are where an actor vanished in view: a tracker cannot know it yet."""
+    false = np.flatnonzero(verdict == TrackVerdict.FALSE)
+    if not len(ghosts) or not len(false):
+        return np.empty(0, np.int64)
+    on: Ints = false[iou_table(boxes[false], ghosts).max(axis=1) >= iou_min]
+    return on
 
 
 def _motion(tracks: Tracks, odom_to_world: float) -> dict[str, npt.NDArray[Any]]:

@@ -96,7 +96,9 @@ class Regrader:
     def _replay(self, scans: RecordedScans, tracker: Guard, name: str, *, timed: bool) -> Result:
         """Grade a tracker on recorded scans: the run loop without traffic and LIDARs."""
         stopwatch, trace_hash = Stopwatch(), TraceHash()
-        run_grader = grader.Grader(self._grading, Ranging.of(self._run.rig, self._run.scenario.noise))
+        rig = self._run.rig
+        ranging = Ranging.of(rig, self._run.scenario.noise)
+        run_grader = grader.Grader(self._grading, ranging, rig.range_max_m)
         for frame, scan, truth in scans:
             tracker.show_truth(frame, truth)
             tracks, trace = tracker.checked(stopwatch.time("tracker", tracker.step, scan), scan)
@@ -132,6 +134,7 @@ class Regrader:
             trace_hash=trace_hash,
             ended_early=run.ended_early,
             simulator_failed=run.simulator_failed,
+            warnings=run.warnings,
             frames=run.frames,
             metrics=metrics,
             tables=tables,

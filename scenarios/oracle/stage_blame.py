@@ -14,6 +14,7 @@ from scenarios.run import device, loop
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import Guard
 from scenarios.run.time_limit import STEP_TIMEOUT_S
+from sensor_model.rig.rig import load_rig
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.scan import Scan
@@ -133,7 +134,8 @@ class _ParallelDevice:
 
     def __init__(self, scenario: Scenario, make_device: DeviceFactory) -> None:
         self._guard = Guard(make_device, scenario.tracker, STEP_TIMEOUT_S)
-        self._grader = Grader(scenario.grading)
+        rig = load_rig(str(scenario.rig), scenario.folder)
+        self._grader = Grader(scenario.grading, delivered_m=rig.range_max_m)
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth) -> None:
         self._guard.show_truth(frame, truth)

@@ -200,6 +200,8 @@ class Recorder:
     def _log_events(self, frame: WorldFrame, tracks: Tracks, grade: FrameGrade) -> None:
         import rerun as rr
 
+        for found in grade.events:
+            self._stream.log("events", rr.TextLog(f"truth: {found.text}", level="WARN"))
         for event in self._events.update(frame, tracks, grade):
             self._stream.log("events", rr.TextLog(event.text, level=event.level))
 

@@ -28,6 +28,7 @@ Observer = Callable[[WorldFrame, Scan, ScanTruth, Tracks, StepTrace | None, Fram
 NO_TRUTH = "the recording has no true poses"
 NO_SIMULATION = "the scans were recorded, not simulated"
 UNKNOWN = {
+    "sim.": NO_SIMULATION,
     "outliers.": "causes of single points are not known in a recording",
     "track.occlusion": "occlusion is not known in a recording",
     "track.hidden": "occlusion is not known in a recording",

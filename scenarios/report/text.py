@@ -10,7 +10,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from scenarios.files.expect import Check, RunVerdict, verdict
-from scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables
+from scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables, truth_event_line
 from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
@@ -52,6 +52,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         *([tables.control(result)] if result.config["control"] else []),
         tables.speed(result),
         limits(result.config["grading"]),
+        *truth_event_line.truth_events(result),
         *([tables.expectations(checks)] if checks else []),
         conclusion(result, checks),
     ]

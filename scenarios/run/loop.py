@@ -76,7 +76,7 @@ def run(
         lidar = _lidar(rig, scenario, obstacles)
         with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
             warm_up(rig, scenario.noise, scenario.sensor, unused)
-        grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise))
+        grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise), rig.range_max_m)
         driver = TrackDriver(scenario.control, source) if scenario.control else None
         recorder = _recorder(scenario, record_to, obstacles)
         with closing(recorder), guarded(make_device, scenario.tracker, step_timeout_s) as tracker:
@@ -115,6 +115,7 @@ def run(
         tables={**tables, **control_tables},
         config=_effective_config(scenario, rig, make_device),
         versions=versions.installed(),
+        warnings=source.warnings,
     )
 
 
@@ -129,8 +130,7 @@ def _rig(scenario: Scenario) -> Rig:
 
 def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
     """Make the traffic source of a scenario, which delivers actors up to the longest range of any LIDAR."""
-    range_m = max(mount.model.range_max_m for mount in rig.mounts)
-    return make_source(scenario.traffic, scenario.folder, range_m)
+    return make_source(scenario.traffic, scenario.folder, rig.range_max_m)
 
 
 def _drives(

@@ -73,6 +73,7 @@ def document(result: Result, checks: list[Check]) -> dict[str, Any]:
         "ended_early": result.ended_early,
         "simulator_failed": result.simulator_failed,
         "frames": result.frames,
+        "warnings": list(result.warnings),
         "metrics": {name: metric_document(metric) for name, metric in result.metrics.items()},
         "config": result.config,
         "versions": result.versions,
@@ -119,6 +120,7 @@ def read(folder: Path) -> Result:
             tables={path.stem: _read_table(path) for path in sorted((folder / TABLES).glob("*.parquet"))},
             config=document["config"],
             versions=document["versions"],
+            warnings=tuple(map(str, document.get("warnings", ()))),
         )
     except FileNotFoundError as error:
         raise _not_a_run(folder) from error

@@ -69,6 +69,11 @@ class Rig:
         """Scans per second, the same for all units."""
         return self.mounts[0].model.scan_rate_hz
 
+    @property
+    def range_max_m(self) -> float:
+        """Longest range of any unit [m]."""
+        return max(mount.model.range_max_m for mount in self.mounts)
+
 
 def load_rig(name_or_path: str, folder: Path) -> Rig:
     """Read a rig and the unit models that it names.

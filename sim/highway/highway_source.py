@@ -45,6 +45,7 @@ class HighwaySource:
 
     dt = 1 / POLICY_HZ
     origin: Floats
+    warnings: tuple[str, ...] = ()
 
     def __init__(self, config: HighwayTraffic, folder: Path, range_m: float):
         del folder

@@ -51,6 +51,7 @@ class ProcessSource:
     def __init__(self, source: TrafficSource, name: str, ahead: int = AHEAD, patience_s: float = PATIENCE_S):
         self.dt = source.dt
         self.origin = np.zeros(2)
+        self.warnings: tuple[str, ...] = ()
         self._source = source
         self._name = name
         self._ahead = ahead
@@ -69,7 +70,7 @@ class ProcessSource:
             raise SimulatorFailedError(f"{self._name}: cannot start its process ({error.strerror})") from error
         start = StartRun(pickle.dumps(self._source), seed, self._ahead, str(Path.cwd()), list(map(str, sys.path)))
         try:
-            obstacles, self.origin = self._ask(start, "at its start")
+            obstacles, self.origin, self.warnings = self._ask(start, "at its start")
         except Exception:
             self.close()
             raise

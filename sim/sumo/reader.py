@@ -14,6 +14,7 @@ from sim.arrays import Floats
 from sim.kinematics import RawFrame
 from sim.origin import origin_near
 from sim.roster import EGO_ID, Member, Roster
+from sim.sumo.incidents import NO_INTERNAL_LINKS, WARNING, collision_partner, has_internal_lanes
 from sim.sumo.parked_cars import ParkedCars, Pose
 from sim.sumo.parking import ParkedCar
 from sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
@@ -65,6 +66,9 @@ class SumoReader:
         self._east, self._north = self.origin.tolist()
         self._parked = ParkedCars(roster, parked, self.origin, range_m + MARGIN)
         self.end_reason = ""
+        crossed = has_internal_lanes(sumo)
+        self.warnings = () if crossed else (WARNING,)
+        self._missing_lanes = "" if crossed else f", since {NO_INTERNAL_LINKS}; build the net again without this option"
         self._subscribe()
 
     def vehicles_in_range(self) -> int:
@@ -85,7 +89,7 @@ class SumoReader:
         people: _Results = self._sumo.poi.getContextSubscriptionResults(_EGO_POI)
         teleported = self._sumo.simulation.getStartingTeleportIDList()
         if self._ego in teleported or self._ego not in vehicles:
-            self.end_reason = "SUMO teleported it" if self._ego in teleported else "it arrived, or SUMO removed it"
+            self.end_reason = self._reason_of_absence(teleported)
             return None
         place = vehicles[self._ego][self._position]
         self._sumo.poi.setPosition(_EGO_POI, *place)  # centre of the search for pedestrians in the next step
@@ -99,13 +103,26 @@ class SumoReader:
         ]
         rows.sort(key=lambda row: row[0].id)
         if rows[0][0].id != EGO_ID:
-            self.end_reason = "SUMO moved it to another place"
+            self.end_reason = "SUMO moved it to another place" + self._missing_lanes
             return None
         return RawFrame(
             members=[member for member, _, _ in rows],
             pose_world=np.array([pose for _, pose, _ in rows]),
             speed=np.array([speed for _, _, speed in rows]),
         )
+
+    def _reason_of_absence(self, teleported: tuple[str, ...]) -> str:
+        """Return why the ego is gone: SUMO removes or teleports vehicles that collide, without `collision.action`."""
+        other = collision_partner(self._sumo.simulation.getCollisions(), self._ego)
+        if other is not None:
+            what = "teleported" if self._ego in teleported else "removed"
+            return (
+                f'it collided with "{other}", and SUMO {what} it; let drivers keep their distance, or set '
+                'options."collision.action" = "warn" to keep both on the road'
+            )
+        if self._ego in teleported:
+            return "SUMO teleported it out of a jam; raise options.time-to-teleport"
+        return "it arrived, or SUMO removed it"
 
     def _rows(self, names: MemberNames, results: _Results, parking: set[str]) -> Iterator[_Row]:
         """Yield the road users on the road, by name. A Python loop: numpy calls are slower with cold caches."""

@@ -37,6 +37,7 @@ class SumoSource:
     """
 
     origin: Floats
+    warnings: tuple[str, ...] = ()
     _running: ClassVar["SumoSource | None"] = None
 
     def __init__(self, config: SumoTraffic, folder: Path, range_m: float):
@@ -116,6 +117,7 @@ class SumoSource:
         self._await_vehicles(until)
         self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin
+        self.warnings = self._reader.warnings
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
         self._frame_builder = FrameBuilder(self.dt, self._range, config.modes)
         self._pushed, self._end = 0, ""

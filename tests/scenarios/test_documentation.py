@@ -36,6 +36,7 @@ from scenarios.grading.metric_names import (
     TIMED_STAGES,
 )
 from scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
+from scenarios.grading.truth_events import truth_event
 from scenarios.report import text as report
 from scenarios.run import run_folder
 from sensor_model.truth import View
@@ -346,7 +347,13 @@ def test_every_column_is_listed(table):
 
 
 @pytest.mark.parametrize(
-    ("table", "columns"), [("occlusions", occlusion_table.COLUMNS), ("blockers", frame_tables.BLOCKERS)]
+    ("table", "columns"),
+    [
+        ("occlusions", occlusion_table.COLUMNS),
+        ("blockers", frame_tables.BLOCKERS),
+        ("events", truth_event.COLUMNS),
+        ("extremes", frame_tables.EXTREMES),
+    ],
 )
 def test_every_column_of_occlusions_is_listed(table, columns):
     listed = names_in_rows(section_tree(RESULTS, "Tables").partition(f"### {table}\n")[2].partition("\n### ")[0])

@@ -1,0 +1,57 @@
+"""Printed line of the truth events of a run."""
+
+from collections.abc import Iterator
+
+import pandas as pd
+from rich.text import Text
+
+from scenarios.grading.truth_events.event_names import COUNTS, MASKED, EventKind
+from scenarios.result import Result
+
+WORDS = {
+    EventKind.EGO_COLLISION: ("collision of the ego", "collisions of the ego"),
+    EventKind.OVERLAP: ("overlap", "overlaps"),
+    EventKind.TELEPORT: ("teleport", "teleports"),
+    EventKind.INSERTION: ("insertion in view", "insertions in view"),
+    EventKind.REMOVAL: ("removal in view", "removals in view"),
+    EventKind.ID_CHANGE: ("change of id", "changes of id"),
+    EventKind.LIMIT_VIOLATION: ("violation of limits", "violations of limits"),
+}
+"""Singular and plural of each kind."""
+
+VALUES = {
+    "overlap_m2": "{:.2g} m²",
+    "distance_m": "{:.2g} m",
+    "speed_mps": "at {:.2g} m/s",
+    "acceleration_mps2": "{:.3g} m/s²",
+    "jerk_mps3": "{:.3g} m/s³",
+    "yaw_rate_radps": "{:.2g} rad/s",
+}
+"""Format of each quantity."""
+
+
+def truth_events(result: Result) -> list[Text]:
+    """Return the warnings about the traffic, and a line with the events of each kind; nothing without any."""
+    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in result.warnings]
+    events = result.tables.get("events")
+    if events is None or events.empty:
+        return warnings
+    line = f"Traffic events: {'; '.join(_kinds(events))}"
+    masked = result.metrics[MASKED].value
+    if masked:
+        line += f"; {masked:.0f} observations are not graded because of them"
+    return [*warnings, Text(line, style="yellow")]
+
+
+def _kinds(events: pd.DataFrame) -> Iterator[str]:
+    """Yield the number of events of each kind, and the largest of them."""
+    for kind, _ in COUNTS.values():
+        found = events[events["kind"] == kind.name.lower()]
+        if found.empty:
+            continue
+        largest = found.loc[found["value"].idxmax()]
+        actors = " and ".join(name for name in (largest["name"], largest["other"]) if name)
+        if kind == EventKind.EGO_COLLISION:
+            actors = largest["name"]
+        example = f"{actors}, {VALUES[largest['quantity']].format(largest['value'])} at {largest['time_s']:.1f} s"
+        yield f"{len(found)} {WORDS[kind][len(found) > 1]} ({'' if len(found) == 1 else 'largest '}{example})"
