@@ -4,6 +4,8 @@ from pathlib import Path
 
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
+from sim.openscenario.openscenario_config import OpenScenarioTraffic
+from sim.openscenario.openscenario_source import OpenScenarioSource
 from sim.process.process_source import AHEAD, ProcessSource
 from sim.replay.replay_config import ReplayTraffic
 from sim.replay.replay_source import ReplaySource
@@ -12,7 +14,7 @@ from sim.source import TrafficSource
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 
-TrafficConfig = SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic
+TrafficConfig = SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic | OpenScenarioTraffic
 
 
 def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficSource:
@@ -37,3 +39,5 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
             return ScriptedSource(config, folder, range_m)
         case ReplayTraffic():
             return ReplaySource(config, folder, range_m)
+        case OpenScenarioTraffic():
+            return OpenScenarioSource(config, folder, range_m)

@@ -32,6 +32,7 @@ from scenarios.grading.own_metric import OwnMetric, definitions_of
 from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.sensor_config import SensorConfig
 from sim.highway.highway_config import HighwayTraffic
+from sim.openscenario.openscenario_config import OpenScenarioTraffic
 from sim.replay.replay_config import ReplayTraffic
 from sim.scripted.scripted_source import ScriptedTraffic
 from sim.sumo.sumo_config import SumoTraffic
@@ -76,7 +77,10 @@ class Scenario(BaseModel):
     """Seed of traffic and noise."""
     duration_s: Annotated[float, Field(gt=0, le=_LONGEST_S)]
     """Simulated time [s]."""
-    traffic: Annotated[SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic, Field(discriminator="kind")]
+    traffic: Annotated[
+        SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic | OpenScenarioTraffic,
+        Field(discriminator="kind"),
+    ]
     """Traffic simulator, and the traffic it simulates."""
     rig: RigChoice = RigChoice(name="srx_six_lux")
     """LIDARs mounted on the ego."""

@@ -1,0 +1,1 @@
+"""Roads of OpenDRIVE files: reference lines, lanes and links."""
