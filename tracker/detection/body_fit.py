@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from tracker.arrays import Floats, Ints
 from tracker.bounds import require_within
+from tracker.detection.body_search import search_bodies
 from tracker.detection.kernels.bowed_faces import BodyShape
-from tracker.detection.kernels.shape_search import search_bodies
 from tracker.detection.segmentation import by_segment, positions
 from tracker.records import Segments
 from tracker.scan import Scan
@@ -120,8 +120,9 @@ def fit(
     found = search_bodies(
         positions(points_ego, order),
         np.asarray(scan_line[order], dtype=np.int64),
+        segments.label[order],
         offset,
-        heading,
+        np.ascontiguousarray(heading),
         _shape(config),
         np.array([reach_m, edge_m, config.alignment_weight]),
         config.temperature,

@@ -8,15 +8,17 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from tracker.arrays import Floats, Ints
+from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.detection.kernels.segments import FACES, LINES, PAPER, FaceLimits, LineLimits, link_segments
+from tracker.detection.even_subset import even_subset
+from tracker.detection.kernels.line_labels import label_lines
+from tracker.detection.kernels.linkage import link_samples
+from tracker.detection.linked_faces import label_faces
 from tracker.detection.segmentation import by_segment
 from tracker.geometry import fold
 from tracker.records import Linkage, Segments
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-VARIANTS = {"faces": FACES, "lines": LINES, "paper": PAPER}
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,27 +96,16 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     of points is z [m], which identifies points of mirrors in the plane of a side.
     """
     order, offset = by_segment(segments)
-    label: Ints
-    heading: Floats
-    label, heading = link_segments(
-        np.asarray(points_ego[:, :3], dtype=np.float64).take(order, axis=0),
-        offset,
-        uniforms(config.seed, config.points_max, config.samples_per_point),
-        VARIANTS[config.variant],
-        LineLimits(
-            tau=config.tau_m,
-            locality=config.locality,
-            length_min=config.length_min_m,
-            turn_min=math.sin(math.radians(config.turn_min_deg)),
-        ),
-        FaceLimits(
-            noise=np.array([config.range_std_m, config.flatness_m]),
-            gate=config.gate,
-            depth_max=config.curve_depth_m,
-            beyond_max=config.curve_beyond_m,
-            pitch=math.radians(config.pitch_deg),
-        ),
-    )
+    points = np.asarray(points_ego[:, :3], dtype=np.float64).take(order, axis=0)
+    chosen, first = even_subset(points, segments.label[order], offset, config.points_max)
+    sample, numbers = points[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
+    cluster = link_samples(sample, first, numbers, config.locality, config.tau_m)
+    if config.variant == "faces":
+        label, heading = label_faces(points, offset, chosen, first, cluster, config)
+    else:
+        turn_min, paper = math.sin(math.radians(config.turn_min_deg)), config.variant == "paper"
+        limits = config.tau_m, config.length_min_m, turn_min, paper
+        label, heading = label_lines(points, offset, sample, first, cluster, *limits)
     line = np.full(len(segments.label), -1, dtype=np.int64)
     line[order] = label
     return Linkage(line=line, heading=fold(heading))

@@ -10,8 +10,8 @@ from support import naive_faces, naive_fit
 from support.shapes import Car, l_shape, rotation, scan_car
 from support.stages import off_quarter, one_segment
 
-from tracker.detection import tlinkage
-from tracker.detection.kernels import corners, faces, lines, linkage, outline
+from tracker.detection import linked_faces, tlinkage
+from tracker.detection.kernels import faces, lines, linkage, outline
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.records import Segments
 
@@ -140,26 +140,36 @@ def test_faces_equal_the_reference(seed):
     chosen = np.arange(0, len(points), step)
     noise = np.array([config.range_std_m, config.flatness_m])
     limits = (noise, config.gate, config.curve_depth_m, config.curve_beyond_m)
-    found = corners.best_corner(points, chosen, cluster, config.tau_m, *limits, config.length_min_m)
+    offset, first = np.array([0, len(points)]), np.array([0, len(chosen)])
+    found = linked_faces.best_corners(points, offset, chosen, first, cluster, noise, config)
     twin = naive_faces.best_corner(points, clusters, chosen, config.tau_m, *limits, config.length_min_m)
-    np.testing.assert_allclose(found, twin, atol=1e-9)
+    np.testing.assert_allclose(found[0], twin, atol=1e-9)
 
-    found, uncertainty = faces.fit_corner(points, found, noise, config.gate)
+    uncertainty, information = faces.fit_corners(points, offset, found, noise, np.array([config.gate]))
+    linked_faces.put_dominant_first(found, uncertainty, information)
     twin, twin_uncertainty = naive_faces.fit_corner(points, twin, noise, config.gate)
-    np.testing.assert_allclose(found, twin, atol=1e-6)
+    np.testing.assert_allclose(found[0], twin, atol=1e-6)
     np.testing.assert_allclose(
-        uncertainty[found.any(axis=1)], twin_uncertainty[found.any(axis=1)], rtol=1e-5, atol=1e-6
+        uncertainty[0, found[0].any(axis=1)], twin_uncertainty[found[0].any(axis=1)], rtol=1e-5, atol=1e-6
     )
 
-    wide = faces.excess(points, found, noise, config.tau_m)
-    assert wide == pytest.approx(naive_faces.excess(points, found, noise, config.tau_m))
+    wide = faces.excesses(points, offset, found, noise, config.tau_m)[0]
+    assert wide == pytest.approx(naive_faces.excess(points, found[0], noise, config.tau_m))
 
     height = np.random.default_rng(seed).uniform(0.3, 1.2, (len(points), 1))
+    gate, reach, pitch = np.array([config.gate]), limits[2:], np.deg2rad(config.pitch_deg)
     for cloud in (points, np.hstack([points, height])):
-        label = outline.label_body(cloud, found, uncertainty, *limits, np.deg2rad(config.pitch_deg))
+        label, _ = outline.label_bodies(cloud, offset, found, uncertainty, noise, gate, *reach, pitch)
         np.testing.assert_array_equal(
-            label, naive_faces.label_body(cloud, found, uncertainty, *limits, np.deg2rad(0.25))
+            label, naive_faces.label_body(cloud, found[0], uncertainty[0], *limits, np.deg2rad(0.25))
         )
+
+
+@settings(max_examples=30)
+@given(st.lists(st.sampled_from([0.0, 0.5, 1.0, 2.0, 7.0]) | st.floats(0.0, 9.0), min_size=1, max_size=40))
+def test_the_median_is_that_of_numpy(values):
+    spare = np.array([*values, -1.0])  # values after the first `count` have no effect
+    assert faces.median(spare, len(values)) == np.median(values)
 
 
 @settings(max_examples=50)

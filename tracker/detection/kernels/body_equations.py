@@ -153,9 +153,11 @@ def fit_body(
         minima. Above 1, curvature and middle of the faces start at their priors.
     """
     found, prior, step = np.empty((RESIDUALS, len(points))), np.empty((2, 5)), np.empty(STATES)
-    for turn in range(rounds):
+    for turn in range(rounds + 1):  # the last one only writes what the cost needs
         residuals(points, ray, state, side, shape, found)
         face_priors(found, state, side, flank, shape, prior)
+        if turn == rounds:
+            break
         if turn == 0 and scale > 1.0:
             for k in range(2):
                 state[2 + 3 * k], state[3 + 3 * k] = prior[k, 0], prior[k, 2]
@@ -166,6 +168,4 @@ def fit_body(
         shortened = min(1.0, TURN_MAX / max(abs(step[0]), 1e-12))
         for a in range(STATES):
             state[a] += step[a] * shortened
-    residuals(points, ray, state, side, shape, found)
-    face_priors(found, state, side, flank, shape, prior)
     return cost(start, state, prior, flank, shape, found)

@@ -1,118 +1,151 @@
-"""Kernels of corners: selection of a vehicle's side among the lines of T-linkage, and of a perpendicular side."""
+"""Kernels of corners: a vehicle's side for each line of T-linkage, and a perpendicular side."""
 
 import numpy as np
 from numba import njit
 
 from tracker.arrays import Floats, Ints
-from tracker.detection.kernels.faces import depths, inward
+from tracker.detection.kernels.faces import depth_std, faces_away
 from tracker.detection.kernels.lines import extent, fit_line, near
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 
+@njit(cache=True, error_model="numpy")
+def candidate_faces(
+    points: Floats, offset: Ints, sample: Floats, first: Ints, cluster: Ints, name: Ints, owner: Ints, tau: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return face (C, 3), length (C,) [m], and information on the heading (C,) of the lines of clusters.
+
+    Parameters
+    ----------
+    points, offset
+        (N, 2 or 3) grouped by segment [m]; (S + 1,) first point of each segment, and N.
+    sample, first, cluster
+        (K, 2 or 3) those that were linked, by segment; first one of each segment (S + 1,); cluster of each (K,).
+    name, owner
+        (C,) clusters, and their segments.
+    """
+    face, length, information = np.empty((len(name), 3)), np.empty(len(name)), np.empty(len(name))
+    nothing = np.zeros(len(points), np.int64)
+    for c in range(len(name)):
+        s = owner[c]
+        own, cloud = points[offset[s] : offset[s + 1]], sample[first[s] : first[s + 1]]
+        member, key, count = cluster[first[s] : first[s + 1]], name[c], 0
+        for _ in range(2):  # a line through the cluster, then one through the points near it, if they are enough
+            line = fit_line(cloud, member, key)
+            cloud, member, key = own, near(own, line, tau, nothing), 1
+            count = member.sum()
+            if count <= MINIMAL_SAMPLE:
+                break
+        length[c] = extent(own, line, member)[0]
+        information[c] = length[c] * length[c] * count
+        sign = -1.0 if faces_away(own, line, tau) else 1.0
+        for a in range(3):
+            face[c, a] = sign * line[a]
+    return face, length, information
+
+
 @njit(cache=True)
-def beside(place: Floats, member: Ints, beyond_max: float) -> Ints:
-    """1 for places between the ends of the members or at most `beyond_max` past them, else 0."""
+def beside(depth: Floats, place: Floats, gates: Floats, beyond_max: float, aside: Ints) -> None:
+    """Write 1 for places between the ends of the points on a face or at most `beyond_max` past them, else 0."""
     low, high = np.inf, -np.inf
     for i in range(len(place)):
-        if member[i] == 1:
+        if abs(depth[i]) < gates[0, i]:
             low, high = min(low, place[i]), max(high, place[i])
-    return ((place > low - beyond_max) & (place < high + beyond_max)).astype(np.int64)
+    for i in range(len(place)):
+        aside[i] = low - beyond_max < place[i] < high + beyond_max
 
 
 @njit(cache=True)
-def explained(first: Floats, aside: Ints, second: Floats, gates: Floats, depth_max: float) -> int:
-    """Return the points on either of two faces minus those that contradict them; depths (N,) behind each, gates (2, N).
+def explained(
+    depth: Floats, aside: Ints, place: Floats, start: float, sign: float, gates: Floats, depth_max: float
+) -> int:
+    """Return the points on either of two faces minus those that contradict them; gates (2, N).
 
-    A body is convex: points outside a face contradict it, and so do points well inside. Points just behind a face, on
-    rounded parts, do not count.
+    Depths (N,) are behind the first face; the second one is at place `start`, with the body in the direction `sign`
+    of it. A body is convex: points outside a face contradict it, and so do points well inside. Points just behind a
+    face, on rounded parts, do not count.
     """
     score = 0
-    for i in range(len(first)):
-        if first[i] < -gates[0, i] or second[i] < -gates[1, i]:
+    for i in range(len(depth)):
+        second = sign * (place[i] - start)
+        if depth[i] < -gates[0, i] or second < -gates[1, i]:
             score -= 1
-        elif first[i] < gates[0, i] or second[i] < gates[1, i]:
+        elif depth[i] < gates[0, i] or second < gates[1, i]:
             score += 1
-        elif not (aside[i] == 1 and first[i] < depth_max) and second[i] >= depth_max:
+        elif not (aside[i] == 1 and depth[i] < depth_max) and second >= depth_max:
             score -= 1
     return score
 
 
-@njit(cache=True)
-def across(
-    points: Floats,
-    chosen: Ints,
-    face: Floats,
-    noise: Floats,
-    gate: float,
-    depth_max: float,
-    beyond_max: float,
-    length_min: float,
-) -> tuple[int, Floats]:
-    """Return the score of a face, single or with the best perpendicular face (3,) at either end, and that one or zeros.
+@njit(cache=True, error_model="numpy")
+def measure(
+    points: Floats, face: Floats, noise: Floats, gate: float, depth: Floats, place: Floats, gates: Floats, deep: Ints
+) -> tuple[int, int]:
+    """Write depth behind a face, place along it, gates of the depth behind it and behind a perpendicular one (2, N).
 
-    Every `chosen` point off the face is a candidate for the other face, which has at least two points, farther apart
-    than the length of a mirror. All points score.
+    Return the number of points deeper than the gate, which are written to `deep`, and of those as far in front.
     """
-    depth, place, std = depths(points, face, noise)
-    turned = np.array([face[1], -face[0], 0.0])
-    gates = gate * np.stack((std, depths(points, turned, noise)[2]))
-    aside = beside(place, (np.abs(depth) < gates[0]).astype(np.int64), beyond_max)
-    other, best = np.zeros(3), explained(depth, aside, np.full(len(points), np.inf), gates, depth_max)
-    deep = np.flatnonzero(depth > gates[0])
-    shallow = len(points) - len(deep) - 2 * np.sum(depth < -gates[0])  # the score of all others
+    behind, before = 0, 0
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        normal, place[i] = face[0] * x + face[1] * y, face[1] * x - face[0] * y
+        depth[i] = normal + face[2]
+        gates[0, i], gates[1, i] = gate * depth_std(normal, x, y, noise), gate * depth_std(place[i], x, y, noise)
+        before += depth[i] < -gates[0, i]
+        if depth[i] > gates[0, i]:
+            deep[behind] = i
+            behind += 1
+    return behind, before
+
+
+@njit(cache=True, error_model="numpy")
+def across(
+    points: Floats, chosen: Ints, face: Floats, noise: Floats, gate: float, depth_max: float, beyond_max: float,
+    length_min: float, other: Floats,
+) -> int:  # fmt: skip
+    """Return the score of a face, single or with the best perpendicular face at either end; write that one or zeros.
+
+    Every `chosen` point off the face is a candidate for the other face (3,), which has at least two points, farther
+    apart than the length of a mirror. All points score.
+    """
+    count = len(points)
+    depth, place, gates = np.empty(count), np.empty(count), np.empty((2, count))
+    aside, deep, other[:] = np.empty(count, np.int64), np.empty(count, np.int64), 0.0
+    behind, before = measure(points, face, noise, gate, depth, place, gates, deep)
+    beside(depth, place, gates, beyond_max, aside)
+    best = explained(depth, aside, place, -np.inf, 1.0, gates, depth_max)  # no other face: infinitely far away
     for c in chosen:
         if depth[c] < gates[0, c]:
             continue
-        nearest, farthest, count, mean = np.inf, -np.inf, 0, 0.0
-        for i in deep:
+        nearest, farthest, support, total = np.inf, -np.inf, 0, 0.0
+        for i in deep[:behind]:
             if abs(place[i] - place[c]) < gates[1, i]:
                 nearest, farthest = min(nearest, depth[i]), max(farthest, depth[i])
-                count, mean = count + 1, mean + place[i]
-        if count < MINIMAL_SAMPLE or farthest - nearest < length_min or shallow + count <= best:
+                support, total = support + 1, total + place[i]
+        most = count - behind - 2 * before + support  # the score if no other point contradicts
+        if support < MINIMAL_SAMPLE or farthest - nearest < length_min or most <= best:
             continue
         for sign in (1.0, -1.0):
-            score = explained(depth, aside, sign * (place - place[c]), gates, depth_max)
+            score = explained(depth, aside, place, place[c], sign, gates, depth_max)
             if score > best:
-                best, other = score, np.array([sign * face[1], -sign * face[0], -sign * mean / count])
-    return best, other
+                best, other[0], other[1], other[2] = score, sign * face[1], -sign * face[0], -sign * total / support
+    return best
 
 
 @njit(cache=True)
-def best_corner(
-    points: Floats,
-    chosen: Ints,
-    cluster: Ints,
-    tau: float,
-    noise: Floats,
-    gate: float,
-    depth_max: float,
-    beyond_max: float,
-    length_min: float,
-) -> Floats:
-    """Return the corner (2, 3) that explains most points, among the lines of the clusters of the `chosen` ones.
+def scores(
+    points: Floats, offset: Ints, chosen: Ints, first: Ints, face: Floats, owner: Ints, noise: Floats, gate: float,
+    depth_max: float, beyond_max: float, length_min: float,
+) -> tuple[Ints, Floats]:  # fmt: skip
+    """Return the score (C,) of faces (C, 3) of segments `owner` (C,), and their perpendicular faces (C, 3).
 
-    Clusters compete by all points that their rectangle explains, not by their own: a dense rounded corner makes a
-    larger cluster than the sparse flank beside it, but does not explain the flank. Of equal scores the line with more
-    information on the heading is chosen. The largest cluster is the result if no other is long enough.
+    `chosen` (K,) are indices of points, and first[s] to first[s + 1] of them are in segment s; see `across`.
     """
-    sample = points[chosen]
-    size = np.bincount(cluster, minlength=len(sample))
-    corner, best, best_information, nothing = np.zeros((2, 3)), -len(points) - 1, 0.0, np.zeros(len(points), np.int64)
-    for rank, name in enumerate(np.argsort(-size, kind="mergesort")):
-        if rank > 0 and size[name] <= MINIMAL_SAMPLE:
-            break
-        line = fit_line(sample, cluster, name)
-        member = near(points, line, tau, nothing)
-        if member.sum() > MINIMAL_SAMPLE:
-            line = fit_line(points, member, 1)
-            member = near(points, line, tau, nothing)
-        length = extent(points, line, member)[0]
-        if rank > 0 and length < length_min:
-            continue
-        face = inward(points, line, tau)
-        score, other = across(points, chosen, face, noise, gate, depth_max, beyond_max, 0.5 * length_min)
-        information = length * length * member.sum()
-        if score > best or (score == best and information > best_information):
-            best, best_information = score, information
-            corner[0], corner[1] = face, other
-    return corner
+    score, other = np.empty(len(face), np.int64), np.empty((len(face), 3))
+    for c in range(len(face)):
+        s = owner[c]
+        score[c] = across(
+            points[offset[s] : offset[s + 1]], chosen[first[s] : first[s + 1]] - offset[s], face[c], noise, gate,
+            depth_max, beyond_max, length_min, other[c],
+        )  # fmt: skip
+    return score, other

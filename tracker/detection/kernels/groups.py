@@ -26,7 +26,7 @@ def by_group(label: Ints, count: int) -> tuple[Ints, Ints]:
     return order, start
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def means(points: Floats, label: Ints, count: int) -> Floats:
     """(count, 2) mean of each group of points (N, 2); points with a negative label belong to no group."""
     mean, size = np.zeros((count, 2)), np.zeros(count)
@@ -36,7 +36,10 @@ def means(points: Floats, label: Ints, count: int) -> Floats:
             mean[g, 0] += points[i, 0]
             mean[g, 1] += points[i, 1]
             size[g] += 1.0
-    return mean / size.reshape(-1, 1)
+    for g in range(count):
+        mean[g, 0] /= size[g]
+        mean[g, 1] /= size[g]
+    return mean
 
 
 @njit(cache=True)

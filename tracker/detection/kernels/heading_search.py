@@ -47,14 +47,16 @@ def smoothed(count: Floats, node: int) -> float:
 
 @njit(cache=True, error_model="numpy")
 def local_density(place: Floats, reach: float, out: Floats) -> None:
-    """Write the kernel density of the other points at each point's place to `out`.
+    """Write the kernel density of the other points at each point's place to `out`, which may be `place` itself.
 
     A point at distance d counts (1 - (d / reach)^2)^2, a kernel with a standard deviation of 0.38 reach; the point
     itself does not count. Each place is interpolated between the two bins around it, for writing and reading, so that
     the estimate is continuous and needs no sorting.
     """
-    low, pitch = place.min(), reach / BINS_PER_REACH
-    count = np.zeros(int((place.max() - low) / pitch) + 2 * BINS_PER_REACH + 2)
+    low, high, pitch = place[0], place[0], reach / BINS_PER_REACH
+    for i in range(1, len(place)):
+        low, high = min(low, place[i]), max(high, place[i])
+    count = np.zeros(int((high - low) / pitch) + 2 * BINS_PER_REACH + 2)
     for i in range(len(place)):
         at = (place[i] - low) / pitch + BINS_PER_REACH
         node = int(at)
@@ -89,12 +91,30 @@ def misalignment(
     cos, sin = math.cos(heading), math.sin(heading)
     reach_along = sharpness(cos, sin, ray, reach, flatness)
     reach_across = sharpness(-sin, cos, ray, reach, flatness)
-    local_density(cos * points[:, 0] + sin * points[:, 1], reach_along, along)
-    local_density(cos * points[:, 1] - sin * points[:, 0], reach_across, across)
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        along[i], across[i] = cos * x + sin * y, cos * y - sin * x
+    local_density(along, reach_along, along)
+    local_density(across, reach_across, across)
     total = 0.0
     for i in range(len(points)):
         total += math.log(1.0 + reach * max(along[i] / reach_along, across[i] / reach_across))
     return -total / len(points)
+
+
+@njit(cache=True, error_model="numpy")
+def misalignments(points: Floats, offset: Ints, heading: Floats, owner: Ints, ray: Floats, limits: Floats) -> Floats:
+    """(K,) cost of headings (K,) for the points of segments `owner` (K,); see `misalignment`.
+
+    Segment s has points offset[s] to offset[s + 1] in the direction ray[s]. `limits` begins with reach and flatness.
+    """
+    cost, along, across = np.empty(len(heading)), np.empty(len(points)), np.empty(len(points))
+    for k in range(len(heading)):
+        first, end, s = offset[owner[k]], offset[owner[k] + 1], owner[k]
+        cost[k] = misalignment(
+            points[first:end], heading[k], ray[s], limits[0], limits[1], along[first:end], across[first:end]
+        )
+    return cost
 
 
 @njit(cache=True, error_model="numpy")

@@ -9,7 +9,7 @@ from tracker.arrays import Floats, Ints
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fit_line(points: Floats, member: Ints, name: int) -> Floats:
     """Total least squares line (3,) through the points, at least one, whose `member` is `name`."""
     count, x, y = 0, 0.0, 0.0

@@ -20,8 +20,7 @@ def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
     A point without another place in reach gives lines with an infinite offset.
     """
     count, repeats = len(points), uniforms.shape[1]
-    reach = locality * math.hypot(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
-    lines = np.zeros((count * repeats, 3))
+    reach, lines = locality * diagonal(points), np.zeros((count * repeats, 3))
     lines[:, 2] = np.inf
     weight, cumulative = np.zeros((count, count)), np.empty(count)
     for i in range(count):
@@ -38,7 +37,7 @@ def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
         if total == 0.0:
             continue
         for k in range(repeats):
-            j = np.searchsorted(cumulative, uniforms[i, k] * total, side="right")
+            j = first_above(cumulative, uniforms[i, k] * total)
             dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
             length = math.hypot(dx, dy)
             lines[k * count + i, 0] = -dy / length
@@ -48,11 +47,34 @@ def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
 
 
 @njit(cache=True)
+def diagonal(points: Floats) -> float:
+    """Return the length of the diagonal of the box around points (N, 2 or more) [m]."""
+    low_x, low_y, high_x, high_y = np.inf, np.inf, -np.inf, -np.inf
+    for i in range(len(points)):
+        low_x, high_x = min(low_x, points[i, 0]), max(high_x, points[i, 0])
+        low_y, high_y = min(low_y, points[i, 1]), max(high_y, points[i, 1])
+    return math.hypot(high_x - low_x, high_y - low_y)
+
+
+@njit(cache=True)
+def first_above(cumulative: Floats, value: float) -> int:
+    """Return the index of the first of the ascending numbers (N,) above a value, by bisection."""
+    low, high = 0, len(cumulative)
+    while low < high:
+        middle = (low + high) // 2
+        if cumulative[middle] <= value:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True)
 def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
     """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
     table = np.zeros((len(lines), len(points)))
     for h in range(len(lines)):
-        a, b, c = lines[h]
+        a, b, c = lines[h, 0], lines[h, 1], lines[h, 2]
         for i in range(len(points)):
             distance = abs(a * points[i, 0] + b * points[i, 1] + c)
             if distance < tau:
@@ -128,8 +150,10 @@ def agglomerate(table: Floats) -> Ints:
         norm[i] = row[i]
         for j in range(i):
             distance[i, j] = distance[j, i] = tanimoto(row[j], norm[i], norm[j])
-    neighbour = np.array([nearest(distance, i, alive) for i in range(count)]) if count > 1 else np.zeros(1, np.int64)
-    least = np.array([distance[i, neighbour[i]] for i in range(count)])
+    neighbour, least = np.zeros(count, np.int64), np.ones(count)
+    for i in range(count if count > 1 else 0):
+        neighbour[i] = nearest(distance, i, alive)
+        least[i] = distance[i, neighbour[i]]
     while count > 1:
         p = alive[0]
         for c in alive:
@@ -146,3 +170,19 @@ def agglomerate(table: Floats) -> Ints:
         for i in range(count):
             label[i] = p if label[i] == q else label[i]
     return label
+
+
+@njit(cache=True)
+def link_samples(sample: Floats, first: Ints, uniforms: Floats, locality: float, tau: float) -> Ints:
+    """(K,) cluster of each point of samples (K, 2 or more), as the index of a member within its segment.
+
+    Segment s has points first[s] to first[s + 1]; see `hypotheses` for the random numbers.
+    """
+    cluster = np.empty(len(sample), np.int64)
+    for s in range(len(first) - 1):
+        own = sample[first[s] : first[s + 1]]
+        lines = hypotheses(own, uniforms, locality)
+        label = agglomerate(preferences(own, lines, tau))
+        for i in range(len(label)):
+            cluster[first[s] + i] = label[i]
+    return cluster

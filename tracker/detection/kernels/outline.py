@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from tracker.arrays import Floats, Ints
-from tracker.detection.kernels.faces import depths, exists
+from tracker.detection.kernels.faces import depth_std, exists
 
 WIDTH_MAX = 2.8
 """Maximum width of a vehicle [m]; a longer face is a flank. Mirrors protrude from flanks only: points in front of a
@@ -29,18 +29,21 @@ MIRROR_GATE = 4.0
 """Gate in standard deviations beyond which a point is on a mirror; near points at the same height are, too."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def face_depths(points: Floats, corner: Floats, uncertainty: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
     """Return depths behind both faces, places along them, and standard deviations that include those of the faces.
 
     All are (2, N). The depth of a face is most certain at its centre. Depths behind a missing face are infinite.
     """
-    shape = (2, len(points))
-    depth, place, std = np.full(shape, np.inf), np.zeros(shape), np.ones(shape)
+    depth, place, std = np.empty((2, len(points))), np.empty((2, len(points))), np.empty((2, len(points)))
     for k in range(2):
-        if exists(corner[k]):
-            depth[k], place[k], std[k] = depths(points, corner[k], noise)
-            std[k] = np.sqrt(std[k] ** 2 + uncertainty[k, 1] + (place[k] - uncertainty[k, 0]) ** 2 * uncertainty[k, 2])
+        real = exists(corner, k)
+        for i in range(len(points)):
+            x, y = points[i, 0], points[i, 1]
+            across, place[k, i] = corner[k, 0] * x + corner[k, 1] * y, corner[k, 1] * x - corner[k, 0] * y
+            depth[k, i] = across + corner[k, 2] if real else np.inf
+            away, own = place[k, i] - uncertainty[k, 0], depth_std(across, x, y, noise)
+            std[k, i] = math.sqrt(own * own + uncertainty[k, 1] + away * away * uncertainty[k, 2]) if real else 1.0
     return depth, place, std
 
 
@@ -98,10 +101,10 @@ def unseen_sides(
     Points along such a side are body, as the edge of a hood above the front. Points farther out are mirrors or
     neighbours; the end is known to a beam spacing (`pitch` [rad]). Labels are 2 and up, one for each side.
     """
-    for k in range(2 if exists(corner[1]) else 1):
+    for k in range(2 if exists(corner, 1) else 1):
         for sign in (1.0, -1.0):
             turn = corner[1 - k, 0] * corner[k, 1] - corner[1 - k, 1] * corner[k, 0]
-            if exists(corner[1]) and sign * turn < 0.0:
+            if exists(corner, 1) and sign * turn < 0.0:
                 continue
             edge, start = -np.inf, np.inf
             for i in range(len(points)):
@@ -119,46 +122,74 @@ def unseen_sides(
                     label[i] = 2 * k + (2 if sign > 0.0 else 3)
 
 
-@njit(cache=True)
-def drop_mirrors(height: Floats, label: Ints, depth: Floats, place: Floats, std: Floats) -> None:
-    """Remove the points of mirrors in the plane of a face from its label; values (N,) for that face.
+@njit(cache=True, error_model="numpy")
+def drop_mirrors(points: Floats, label: Ints, depth: Floats, place: Floats, std: Floats) -> None:
+    """Remove the points (N, 3) of mirrors in the plane of a face from its label; values (N,) for that face.
 
     A third of a mirror's points, on its base, lie in that plane. They are identified by a point of the same mirror that
     is clearly outside.
     """
-    sure = (label < 0) & (depth > -MIRROR_OUT) & (depth < -MIRROR_GATE * std) & (height > MIRROR_Z_MIN)
+    sure = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        outside = -MIRROR_OUT < depth[i] < -MIRROR_GATE * std[i]
+        sure[i] = label[i] < 0 and outside and points[i, 2] > MIRROR_Z_MIN
     pending = sure.copy()
-    for i in np.flatnonzero(sure):
+    for i in range(len(points)):
         if pending[i]:
-            middle = np.mean(place[sure & (np.abs(place - place[i]) < MIRROR_APART)])
-            here = (np.abs(place - middle) < MIRROR_HALF) & (np.abs(height - height[i]) < MIRROR_HEIGHT)
-            pending[here] = False
-            label[here & (depth < MIRROR_FOOT)] = -1
+            total, count = 0.0, 0
+            for j in range(len(points)):
+                if sure[j] and abs(place[j] - place[i]) < MIRROR_APART:
+                    total, count = total + place[j], count + 1
+            for j in range(len(points)):
+                near = abs(place[j] - total / count) < MIRROR_HALF
+                if near and abs(points[j, 2] - points[i, 2]) < MIRROR_HEIGHT:
+                    pending[j] = False
+                    if depth[j] < MIRROR_FOOT:
+                        label[j] = -1
 
 
 @njit(cache=True)
-def label_body(
+def keep_dominant(label: Ints, depth: Floats) -> None:
+    """Label the point nearest to the dominant face 0 if there is no other on it; depths (2, N)."""
+    nearest = 0
+    for i in range(len(label)):
+        if label[i] == 0:
+            return
+        nearest = i if abs(depth[0, i]) < abs(depth[0, nearest]) else nearest
+    label[nearest] = 0
+
+
+@njit(cache=True)
+def label_bodies(
     points: Floats,
+    offset: Ints,
     corner: Floats,
     uncertainty: Floats,
     noise: Floats,
-    gate: float,
+    gate: Floats,
     depth_max: float,
     beyond_max: float,
     pitch: float,
-) -> Ints:
-    """Return the face of each of the points (N, 2 or 3) on the body: 0 and 1 as in `corner`, 2 and up for unseen sides.
+) -> tuple[Ints, Floats]:
+    """Return the face of each of the points (N, 2 or 3) on the bodies of segments, and headings of faces 0 (S,) [rad].
 
-    Outliers are -1: points outside a face are mirrors or neighbours, points deep inside are seen through or over the
-    body.
+    Faces are 0 and 1 as in `corner` (S, 2, 3), 2 and up for unseen sides. Outliers are -1: points outside a face are
+    mirrors or neighbours, points deep inside are seen through or over the body. Segment s has points offset[s] to
+    offset[s + 1], and gate[s].
     """
-    depth, place, std = face_depths(points, corner, uncertainty, noise)
-    label, outside = on_faces(depth, place, std, gate, depth_max, beyond_max)
-    unseen_sides(points, corner, depth, place, label, outside, gate * noise[1], pitch, depth_max)
-    label[outside == 1] = -1
-    if points.shape[1] > 2:
-        for k in range(2 if exists(corner[1]) else 1):
-            drop_mirrors(points[:, 2], label, depth[k], place[k], std[k])
-    if not np.any(label == 0):
-        label[np.argmin(np.abs(depth[0]))] = 0
-    return label
+    label, heading = np.empty(len(points), np.int64), np.empty(len(corner))
+    for s in range(len(corner)):
+        own, faces = points[offset[s] : offset[s + 1]], corner[s]
+        depth, place, std = face_depths(own, faces, uncertainty[s], noise)
+        member, outside = on_faces(depth, place, std, gate[s], depth_max, beyond_max)
+        unseen_sides(own, faces, depth, place, member, outside, gate[s] * noise[1], pitch, depth_max)
+        for i in range(len(own)):
+            member[i] = -1 if outside[i] == 1 else member[i]  # a loop: slices of arrays take long to compile
+        for k in range(2 if points.shape[1] > 2 else 0):
+            if k == 0 or exists(faces, 1):
+                drop_mirrors(own, member, depth[k], place[k], std[k])
+        keep_dominant(member, depth)
+        for i in range(len(own)):
+            label[offset[s] + i] = member[i]
+        heading[s] = math.atan2(-faces[0, 0], faces[0, 1])
+    return label, heading
