@@ -47,6 +47,8 @@ class TrafficSource(Protocol):
     origin: Floats
     """(2,) [m] origin of the world frame in the simulator's coordinates; valid after `reset`. Zero for small maps, else
     a multiple of 10 km, so that float32 resolves millimetres near the ego."""
+    ego_name: str
+    """The ego's id in the simulator, valid after `reset`; empty if it has none."""
 
     def reset(self, seed: int) -> Obstacles:
         """Start a new run and return its static obstacles.

@@ -41,6 +41,7 @@ class ReplaySource:
     def __init__(self, config: ReplayTraffic, folder: Path, range_m: float):
         self.dt = config.dt_s
         self.origin = np.zeros(2)
+        self.ego_name = config.ego
         self._config = config
         self._folder = folder
         self._range = range_m

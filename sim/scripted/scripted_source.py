@@ -69,6 +69,7 @@ class ScriptedSource:
         del folder
         self.dt = config.dt_s
         self.origin = np.zeros(2)
+        self.ego_name = ""
         self._config = config
         self._range = range_m
         self._frame_builder: FrameBuilder | None = None
