@@ -13,11 +13,13 @@ from scenarios.commands import (
     check_tracker,
     compare,
     compile_kernels,
+    egos,
     full_disk,
     grade,
     import_,
     list_scenarios,
     mcap,
+    new,
     occlusions,
     paper,
     realism,
@@ -44,7 +46,7 @@ app = typer.Typer(
 )
 app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
-    run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
+    egos.egos, new.new, run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
     grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism,
     occlusions.occlusions, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
 ):  # fmt: skip

@@ -92,6 +92,7 @@ class CandidateLog:
             first=first,
             time=time,
             near_at=column["near"].astype(np.int64),
+            speed_at=column["speed"].astype(np.float64),
         )
 
 

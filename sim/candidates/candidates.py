@@ -1,15 +1,11 @@
 """Candidates for the ego, and their order."""
 
 from dataclasses import dataclass
-from typing import Literal, get_args
-
 import numpy as np
 
 from sim.arrays import Bools, Floats, Ints
 from sim.candidates.moment import Body
-
-Want = Literal["neighbours", "turns", "stops", "occlusion", "long"]
-WANTS: tuple[Want, ...] = get_args(Want)
+from sim.candidates.want import Want
 
 STAY_S = 30.0
 """[s] Default stay that a candidate needs; shorter ones come last."""
@@ -47,6 +43,8 @@ class Candidates:
     """(S,) [s] on the simulator's clock, by vehicle and then by time."""
     near_at: Ints
     """(S,) other vehicles within the range of grading."""
+    speed_at: Floats
+    """(S,) [m/s]."""
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -56,7 +54,7 @@ class Candidates:
         """(N,) mask of vehicles that can carry the rig."""
         return np.array([not body.rejected for body in self.bodies], dtype=bool)
 
-    def order(self, want: Want = "neighbours", stay_s: float = STAY_S) -> Ints:
+    def order(self, want: Want = Want.NEIGHBOURS, stay_s: float = STAY_S) -> Ints:
         """Return the vehicles (N,), the best first.
 
         Vehicles come first that can carry the rig, stay for `stay_s`, and drive at `SLOWEST_MPS` on average. Among these, the
@@ -71,11 +69,11 @@ class Candidates:
             Stay that a candidate needs [s].
         """
         value = {
-            "neighbours": self.near,
-            "turns": self.turns,
-            "stops": self.stops,
-            "occlusion": self.occlusion,
-            "long": self.stay_s,
+            Want.NEIGHBOURS: self.near,
+            Want.TURNS: self.turns,
+            Want.STOPS: self.stops,
+            Want.OCCLUSION: self.occlusion,
+            Want.LONG: self.stay_s,
         }[want]
         moves = self.distance_m >= SLOWEST_MPS * self.stay_s
         usable = self.suitable & moves & (self.stay_s >= stay_s)
@@ -85,6 +83,8 @@ class Candidates:
     def busiest_start(self, row: int, duration_s: float) -> tuple[float, float]:
         """Return the start [s] of the window with most near vehicles in the stay of a vehicle, and their mean number.
 
+        Windows in which the vehicle drives at `SLOWEST_MPS` on average come first.
+
         Parameters
         ----------
         row
@@ -93,11 +93,11 @@ class Candidates:
             Length of the window [s]; the whole stay if it is shorter.
         """
         end = self.first[row + 1] if row + 1 < len(self) else len(self.time)
-        time, near = self.time[self.first[row] : end], self.near_at[self.first[row] : end]
-        total = np.concatenate([[0], np.cumsum(near)])
-        last = np.searchsorted(time, time + duration_s, side="right")
+        time, near, speed = (values[self.first[row] : end] for values in (self.time, self.near_at, self.speed_at))
         fits = np.flatnonzero(time + duration_s <= time[-1] + 1e-6)
-        starts = fits if len(fits) else np.array([0])
-        mean = (total[last] - total[: len(time)])[starts] / (last - np.arange(len(time)))[starts]
-        best = int(np.argmax(mean))
-        return float(time[starts[best]]), float(mean[best])
+        start = fits if len(fits) else np.array([0])
+        last = np.searchsorted(time, time[start] + duration_s, side="right")
+        total_near, total_speed = (np.append(0.0, np.cumsum(values)) for values in (near, speed))
+        mean_near, mean_speed = ((total[last] - total[start]) / (last - start) for total in (total_near, total_speed))
+        best = np.lexsort((start, -mean_near, mean_speed < SLOWEST_MPS))[0]
+        return float(time[start[best]]), float(mean_near[best])

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sim.candidates.candidate_log import CandidateLog
-from sim.candidates.candidates import Want
+from sim.candidates.want import Want
 from sim.source import TrafficEndedError, TrafficInputError
 from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
 from sim.sumo.sumo_config import SumoTraffic
@@ -38,7 +38,7 @@ def best_ego(config: SumoTraffic, folder: Path, seed: int, range_m: float) -> st
     TrafficInputError
         No vehicle entered that can carry the rig, or the input is invalid.
     """
-    want: Want = config.ego.partition(":")[2] or "neighbours"  # type: ignore[assignment]
+    want = Want(config.ego.partition(":")[2] or Want.NEIGHBOURS)
     log, survey = CandidateLog(range_m), SumoSurvey(config, folder)
     try:
         survey.reset(seed)

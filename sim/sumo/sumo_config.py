@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
-from sim.candidates.candidates import WANTS
+from sim.candidates.want import Want
 from sim.modes import ModeLimits
 from sim.physical.physical_config import PhysicalConfig
 from sim.sumo.options import SCENARIO_KEYS, full_name
@@ -67,8 +67,8 @@ class SumoTraffic:
             raise ValueError("additional requires net and routes; with config, list the files in the .sumocfg")
         selector, _, wanted = self.ego.partition(":")
         if selector == "best":
-            if self.ego != "best" and wanted not in WANTS:
-                raise ValueError(f'ego = "{self.ego}": write "best", or "best:" with one of {", ".join(WANTS)}')
+            if self.ego != "best" and wanted not in list(Want):
+                raise ValueError(f'ego = "{self.ego}": write "best", or "best:" with one of {", ".join(Want)}')
         elif self.ego != "first" and not (selector in ("vehicle", "route") and wanted):
             raise ValueError(f'ego = "{self.ego}": write "vehicle:<id>", "route:<id>", "first" or "best"')
         if not (self.dt_s > 0 and self.max_wait_s > 0 and self.building_height_m > 0):
