@@ -15,7 +15,9 @@ from sim.sumo.input_checks import text_of
 _TRAFFIC = re.compile(r"<(vehicle|trip|flow|person|personFlow|container)\b")
 _SIGNALS = re.compile(r"<(tlLogic|WAUT)\b")
 _SCHEDULE = re.compile(r"<(edgeData|laneData|meandata|timedEvent)\b", re.IGNORECASE)
-_ROOT = re.compile(r"<(?![?!])([\w-]+)")
+_ROOT = re.compile(r"<([A-Za-z][\w-]*)")
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+"""SUMO's tools write their whole configuration into a comment at the head."""
 
 
 @dataclass(slots=True)
@@ -84,7 +86,7 @@ def _listed(net: Path, routes: Sequence[Path]) -> list[Path]:
 def _text(path: Path) -> str:
     """Return the text of a file, or an empty one if it is damaged; SUMO reports that where it is used."""
     try:
-        return text_of(path)
+        return _COMMENT.sub("", text_of(path))
     except (TrafficInputError, ET.ParseError, *DAMAGED):
         return ""
 

@@ -26,6 +26,12 @@ ENOUGH = 1.0
 """Mean number of vehicles within the range of grading that is enough."""
 SHORTEST_S = 3.0
 """[s] Shorter windows are refused."""
+REMEDIES = {
+    "sumo": "add traffic, or give a longer --window or another --begin",
+    "highway-env": "write a scenario file with more vehicles in traffic.config",
+    "replay": "choose another recording",
+}
+"""Remedies for traffic without neighbours, by its kind."""
 
 
 def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *, force: bool = False) -> list[str]:
@@ -62,7 +68,7 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     if best is None:
         raise InputError(f"{source}: no candidate for the ego could be simulated; see luxloop egos")
     draft, rehearsal = best
-    _require_worth(source, rehearsal)
+    _require_worth(source, draft.traffic["kind"], rehearsal)
     duration = draft.duration_s if rehearsal.complete else rehearsal.duration_s
     choices = [*draft.choices, _checked(rehearsal, duration)]
     document = replace(draft, duration_s=duration).document()
@@ -113,12 +119,12 @@ def _score(rehearsal: Rehearsal) -> tuple[bool, float]:
     return rehearsal.near >= ENOUGH, rehearsal.frames * min(rehearsal.near, ENOUGH)
 
 
-def _require_worth(source: str, rehearsal: Rehearsal) -> None:
+def _require_worth(source: str, kind: str, rehearsal: Rehearsal) -> None:
     """Refuse a window without vehicles, or one that is too short."""
     if rehearsal.near == 0:
         raise InputError(
-            f"{source}: no vehicle comes near any of the candidates for the ego, so that nothing could be graded; "
-            "give more traffic, a longer --window or another --begin"
+            f"{source}: no vehicle comes within the range of grading of the ego, for none of the {TRIED} best choices, so "
+            f"that nothing could be graded; {REMEDIES[kind]}"
         )
     if rehearsal.duration_s < SHORTEST_S:
         raise InputError(f"{source}: no ego drives for {SHORTEST_S:g} s; the longest ended so: {rehearsal.end}")

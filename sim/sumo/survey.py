@@ -13,7 +13,6 @@ from sim.arrays import Floats
 from sim.candidates.moment import Body, Moment
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
-from sim.sumo.error_messages import one_line
 from sim.sumo.session import SumoSession
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.vehicle_kinds import kind_of_shape
@@ -56,8 +55,8 @@ class SumoSurvey:
         ------
         TrafficEndedError
             No road user is left, and none will enter.
-        SimulatorFailedError
-            SUMO failed.
+        TrafficInputError
+            SUMO rejects its input when it gets there, such as a lane that does not exist.
         """
         sumo = self._sumo
         if sumo is None:
@@ -69,7 +68,7 @@ class SumoSurvey:
                 sumo.simulationStep()
             return self._moment()
         except (sumo.TraCIException, sumo.FatalTraCIError) as error:
-            raise SimulatorFailedError(f"SUMO: {one_line(str(error))}") from error
+            raise self._session.input_error(str(error)) from error
 
     def apply(self, command: EgoCommand) -> None:
         """Reject the command: there is no ego."""
