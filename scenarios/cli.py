@@ -13,12 +13,14 @@ from scenarios.commands import (
     check_tracker,
     compare,
     compile_kernels,
+    egos,
     export,
     full_disk,
     grade,
     import_,
     list_scenarios,
     mcap,
+    new,
     occlusions,
     paper,
     realism,
@@ -45,8 +47,8 @@ app = typer.Typer(
 )
 app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
-    run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
-    grade.grade, check_tracker.check_tracker, mcap.mcap, export.export, realism.realism,
+    egos.egos, new.new, run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline,
+    trends.trends, grade.grade, check_tracker.check_tracker, mcap.mcap, export.export, realism.realism,
     occlusions.occlusions, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
 ):  # fmt: skip
     app.command(cls=PlainHelp)(command)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from sim.candidates.moment import Moment
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
 from sim.openscenario.openscenario_config import OpenScenarioTraffic
@@ -13,6 +14,7 @@ from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from sim.source import TrafficSource
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
+from sim.sumo.survey import SumoSurvey
 
 TrafficConfig = SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic | OpenScenarioTraffic
 
@@ -41,3 +43,14 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
             return ReplaySource(config, folder, range_m)
         case OpenScenarioTraffic():
             return OpenScenarioSource(config, folder, range_m)
+
+
+def make_survey(config: SumoTraffic, folder: Path) -> ProcessSource[None, Moment]:
+    """Make a survey of all vehicles of SUMO traffic, in a process of its own.
+
+    Parameters
+    ----------
+    config, folder
+        As `make_source`.
+    """
+    return ProcessSource(SumoSurvey(config, folder), "SUMO")

@@ -49,6 +49,8 @@ class TrafficSource(Protocol):
     a multiple of 10 km, so that float32 resolves millimetres near the ego."""
     warnings: tuple[str, ...]
     """Defects of the input that the run survives, one line each with consequence and remedy; valid after `reset`."""
+    ego_name: str
+    """The ego's id in the simulator, valid after `reset`; empty if it has none."""
 
     def reset(self, seed: int) -> Obstacles:
         """Start a new run and return its static obstacles.

@@ -17,7 +17,7 @@ from sim.kinematics import Kinematics, RawFrame
 from sim.physical.layer import PhysicalTruth
 from sim.physical.physical_config import PhysicalConfig
 from sim.roster import Member, Roster
-from sim.sumo.ego import await_ego
+from sim.sumo.ego_choice import await_ego
 from sim.sumo.input_checks import sumo_command
 from sim.sumo.reader import SumoReader
 from sim.sumo.sumo_config import SumoTraffic

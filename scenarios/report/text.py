@@ -78,12 +78,15 @@ def _width(report: RenderableType) -> int:
 
 
 def header(result: Result) -> Text:
-    """Return scenario, seed and trace hash, and the device unless it is the shipped tracker."""
-    device = result.config["device"]
+    """Return scenario, seed and trace hash, a chosen ego, and the device unless it is the shipped tracker."""
+    device, ego = result.config["device"], result.config.get("ego", "")
+    selector = result.config["traffic"].get("ego")
+    chosen = isinstance(selector, str) and selector not in (ego, f"vehicle:{ego}")
     return Text.assemble(
         (result.scenario, "bold"),
         f": {result.config['description']}\n",
         (f"seed {result.seed}, {result.frames} frames, trace {result.trace_hash}", "dim"),
+        *([(f'\nego "{ego}", chosen by ego = "{selector}"', "dim")] if ego and chosen else []),
         *([] if device == SHIPPED else [("\ndevice ", "dim"), (device, "bold")]),
     )
 

@@ -113,7 +113,7 @@ def run(
         frames=frames,
         metrics={**metrics, **control_metrics, **stopwatch.metrics(frames, source.dt), **own},
         tables={**tables, **control_tables},
-        config=_effective_config(scenario, rig, make_device),
+        config=_effective_config(scenario, rig, make_device, source.ego_name),
         versions=versions.installed(),
         warnings=source.warnings,
     )
@@ -188,7 +188,7 @@ def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
     return max(1, round(scenario.duration_s / source.dt))
 
 
-def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory) -> dict[str, Any]:
-    """Return the whole configuration of the run, including defaults and the content of the rig files."""
+def _effective_config(scenario: Scenario, rig: Rig, make_device: DeviceFactory, ego: str) -> dict[str, Any]:
+    """Return the whole configuration of the run, including defaults, the content of the rig files and the ego's id."""
     config = {**scenario.model_dump(mode="json"), "rig": asdict(rig), "device": device.name_of(make_device)}
-    return config | ({"set": list(scenario.settings)} if scenario.settings else {})
+    return config | ({"ego": ego} if ego else {}) | ({"set": list(scenario.settings)} if scenario.settings else {})

@@ -51,6 +51,7 @@ class HighwaySource:
         del folder
         self._config = config
         self._range = range_m
+        self.ego_name = ""
         self._env: Any = None
         self._tuning: Tuning = []
 

@@ -39,6 +39,8 @@ class OpenScenarioSource:
     def __init__(self, config: OpenScenarioTraffic, folder: Path, range_m: float):
         self.dt = config.dt_s
         self.origin = np.zeros(2)
+        self.warnings: tuple[str, ...] = ()
+        self.ego_name = config.ego
         self._config = config
         self._folder = folder
         self._range = range_m

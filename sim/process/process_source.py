@@ -18,14 +18,14 @@ import tempfile
 import uuid
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from sim.arrays import Floats
 from sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
 from sim.process.worker import Request, StartRun
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError, TrafficSource
-from sim.world import Obstacles, WorldFrame
+from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 
 IDLE_PATIENCE_S = 10.0
 """Longest wait for the reply of an idle process [s]; a new one takes its place."""
@@ -33,7 +33,36 @@ AHEAD = 4
 """Frames computed in advance: they even out steps of different duration at negligible memory."""
 
 
-class ProcessSource:
+Start_co = TypeVar("Start_co", covariant=True)
+Frame_co = TypeVar("Frame_co", covariant=True)
+
+
+class SteppedSource(Protocol[Start_co, Frame_co]):
+    """A source that a worker process can run: traffic, or a survey of it. See `sim.source.TrafficSource`."""
+
+    dt: float
+    origin: Floats
+    warnings: tuple[str, ...]
+    ego_name: str
+
+    def reset(self, seed: int) -> Start_co:
+        """Start a new run."""
+        ...
+
+    def step(self) -> Frame_co:
+        """Return the next frame."""
+        ...
+
+    def apply(self, command: EgoCommand) -> None:
+        """Command the ego."""
+        ...
+
+    def close(self) -> None:
+        """Release the simulator."""
+        ...
+
+
+class ProcessSource(Generic[Start_co, Frame_co]):
     """Adapter that runs another source in a worker process: the same frames bit for bit, and the same errors.
 
     Parameters
@@ -48,10 +77,11 @@ class ProcessSource:
         Longest wait for a reply of the process [s]; a stopped one is ended then.
     """
 
-    def __init__(self, source: TrafficSource, name: str, ahead: int = AHEAD, patience_s: float = PATIENCE_S):
+    def __init__(self, source: SteppedSource[Start_co, Frame_co], name: str, ahead: int = AHEAD, patience_s: float = PATIENCE_S):
         self.dt = source.dt
         self.origin = np.zeros(2)
         self.warnings: tuple[str, ...] = ()
+        self.ego_name = ""
         self._source = source
         self._name = name
         self._ahead = ahead
@@ -60,7 +90,7 @@ class ProcessSource:
         self._reusable = True
         self._next = 0
 
-    def reset(self, seed: int) -> Obstacles:
+    def reset(self, seed: int) -> Start_co:
         """Start a new run. See `TrafficSource.reset`."""
         self.close()
         self._reusable, self._next = True, 0
@@ -70,15 +100,15 @@ class ProcessSource:
             raise SimulatorFailedError(f"{self._name}: cannot start its process ({error.strerror})") from error
         start = StartRun(pickle.dumps(self._source), seed, self._ahead, str(Path.cwd()), list(map(str, sys.path)))
         try:
-            obstacles, self.origin, self.warnings = self._ask(start, "at its start")
+            started, self.origin, self.warnings, self.ego_name = self._ask(start, "at its start")
         except Exception:
             self.close()
             raise
-        return obstacles  # type: ignore[no-any-return]
+        return started  # type: ignore[no-any-return]
 
-    def step(self) -> WorldFrame:
+    def step(self) -> Frame_co:
         """Return the next frame; wait for it if necessary. See `TrafficSource.step`."""
-        frame: WorldFrame = self._ask(Request.STEP, f"at {self._next * self.dt:.2f} s")
+        frame: Frame_co = self._ask(Request.STEP, f"at {self._next * self.dt:.2f} s")
         self._next += 1
         return frame
 

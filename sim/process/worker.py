@@ -25,7 +25,7 @@ from sim.source import TrafficError, TrafficSource
 
 @dataclass(frozen=True, slots=True)
 class StartRun:
-    """Request for a new run. The reply is (obstacles, origin, warnings), or an error that the parent raises."""
+    """Request for a new run. The reply is (obstacles, origin, warnings, ego's name), or an error that the parent raises."""
 
     source: bytes
     """Pickled `TrafficSource` before its reset; it is unpickled after `path` is applied."""
@@ -95,7 +95,7 @@ def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[ob
     os.chdir(start.folder)
     sys.path[:] = start.path
     source: TrafficSource = pickle.loads(start.source)
-    start_reply = _attempt(lambda: (source.reset(start.seed), source.origin, source.warnings))
+    start_reply = _attempt(lambda: (source.reset(start.seed), source.origin, source.warnings, source.ego_name))
     send(start_reply)
     frames = _frames(source)
     pending = 0 if isinstance(start_reply, Exception) else start.ahead

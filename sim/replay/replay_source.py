@@ -42,6 +42,7 @@ class ReplaySource:
         self.dt = config.dt_s
         self.origin = np.zeros(2)
         self.warnings: tuple[str, ...] = ()
+        self.ego_name = config.ego
         self._config = config
         self._folder = folder
         self._range = range_m

@@ -70,6 +70,7 @@ class ScriptedSource:
         self.dt = config.dt_s
         self.origin = np.zeros(2)
         self.warnings: tuple[str, ...] = ()
+        self.ego_name = ""
         self._config = config
         self._range = range_m
         self._frame_builder: FrameBuilder | None = None

@@ -1,4 +1,4 @@
-"""Selection and control of the ego in SUMO."""
+"""Control of the ego in SUMO."""
 
 import math
 from typing import Any
@@ -13,46 +13,6 @@ _LANE_CHANGE_MODE = 0
 """No autonomous lane changes; commanded ones ignore other vehicles."""
 _FOREVER_S = 1e9
 """[s]"""
-
-
-def await_ego(sumo: Any, ego: str, until: float) -> str:
-    """Step SUMO until the ego enters.
-
-    Parameters
-    ----------
-    sumo
-        The libsumo module, running.
-    ego
-        Selector of the ego, see `sim.sumo.sumo_config.SumoTraffic`.
-    until
-        Time limit on SUMO's clock [s].
-
-    Returns
-    -------
-    name
-        The ego's SUMO id.
-
-    Raises
-    ------
-    TrafficInputError
-        The ego did not enter.
-    """
-    selector, _, wanted = ego.partition(":")
-    appeared: dict[str, None] = {}
-    begin = sumo.simulation.getTime()
-    while sumo.simulation.getTime() < until:
-        sumo.simulationStep()
-        for name in sorted(sumo.simulation.getDepartedIDList()):
-            label = sumo.vehicle.getRouteID(name) if selector == "route" else name
-            if selector == "first" or label == wanted:
-                return str(name)
-            appeared[label] = None
-        if sumo.simulation.getMinExpectedNumber() == 0:  # no vehicle is left to enter
-            break
-    raise TrafficInputError(
-        f'ego = "{ego}" did not enter in {sumo.simulation.getTime() - begin:.0f} s; '
-        f"these did: {', '.join(list(appeared)[:8]) or 'none'}; name one of them, raise max_wait_s or lower begin_s"
-    )
 
 
 class EgoControl:

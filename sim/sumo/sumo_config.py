@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Literal
 
+from sim.candidates.want import Want
 from sim.modes import ModeLimits
 from sim.physical.physical_config import PhysicalConfig
 from sim.sumo.options import SCENARIO_KEYS, full_name
@@ -24,8 +25,12 @@ class SumoTraffic:
     `guard_rail`, points of interest of the types `pole`, `street_lamp`, `tree`, `traffic_sign` or `bollard`, and any
     shape with a parameter `height` [m]. Further parameters: `base` and `diameter` [m], `reflectivity`."""
     ego: str = "first"
-    """`vehicle:<id>`, `route:<id>` (the first vehicle that enters on it), or `first` (the first vehicle that
-    enters)."""
+    """`vehicle:<id>`; `route:<id>`, the first vehicle that enters on it; `first`, the first vehicle that enters, or,
+    with `min_vehicles`, the first that has as many around it; or `best`, the first in the list of `luxloop egos`, also
+    `best:<want>` with `neighbours`, `turns`, `stops`, `occlusion` or `long`, by a survey of `max_wait_s`. `result.json`
+    names the vehicle. Only vehicles are taken that can carry the rig: no trams, trains, bicycles, motorcycles."""
+    ego_any_class: bool = False
+    """Accept any vehicle as the ego, also a tram or a bicycle."""
     dt_s: float = 0.08
     """[s] SUMO's step, whole milliseconds, and the time between frames; the rig turns at 12.5 Hz."""
     begin_s: float | None = None
@@ -35,6 +40,8 @@ class SumoTraffic:
     """[s] Simulated time to wait for the ego, and for `min_vehicles` around it."""
     min_vehicles: int = 0
     """Frames begin when the ego is in the net with at least this number of other vehicles in sensor range."""
+    frames_from_s: float | None = None
+    """[s] Earliest frame 0 on SUMO's clock; before it the ego drives without frames. Default: none."""
     parking_fill: float = 0.0
     """Share of the places of parking areas that are occupied by parked cars, 0 to 1."""
     building_height_m: float = 10.0
@@ -59,14 +66,18 @@ class SumoTraffic:
         if self.config and self.additional:
             raise ValueError("additional requires net and routes; with config, list the files in the .sumocfg")
         selector, _, wanted = self.ego.partition(":")
-        if self.ego != "first" and not (selector in ("vehicle", "route") and wanted):
-            raise ValueError(f'ego = "{self.ego}": write "vehicle:<id>", "route:<id>" or "first"')
+        if selector == "best":
+            if self.ego != "best" and wanted not in list(Want):
+                raise ValueError(f'ego = "{self.ego}": write "best", or "best:" with one of {", ".join(Want)}')
+        elif self.ego != "first" and not (selector in ("vehicle", "route") and wanted):
+            raise ValueError(f'ego = "{self.ego}": write "vehicle:<id>", "route:<id>", "first" or "best"')
         if not (self.dt_s > 0 and self.max_wait_s > 0 and self.building_height_m > 0):
             raise ValueError("dt_s, max_wait_s and building_height_m must be positive")
         if round(self.dt_s, 3) != self.dt_s:
             raise ValueError(f"dt_s = {self.dt_s}: SUMO steps are whole milliseconds; use at most three decimals")
-        if self.min_vehicles < 0 or (self.begin_s is not None and not self.begin_s >= 0):
-            raise ValueError("min_vehicles and begin_s must not be negative")
+        clock = [time for time in (self.begin_s, self.frames_from_s) if time is not None]
+        if self.min_vehicles < 0 or not all(time >= 0 for time in clock):
+            raise ValueError("min_vehicles, begin_s and frames_from_s must not be negative")
         if not 0 <= self.parking_fill <= 1:
             raise ValueError(f"parking_fill = {self.parking_fill}: write a share from 0 to 1")
         if self.ego_control and self.physical.lookahead_s > 0:

@@ -1,24 +1,29 @@
-"""Traffic by SUMO, run in this process through libsumo. Only this file imports it."""
+"""Traffic by SUMO, run in this process through libsumo."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from sim.arrays import Floats
 from sim.frame_builder import FrameBuilder
 from sim.physical.layer import PhysicalTruth
 from sim.roster import Roster
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
-from sim.sumo.ego import EgoControl, await_ego
-from sim.sumo.error_messages import captured_stderr, one_line
-from sim.sumo.input_checks import clean_up, sumo_command
+from sim.sumo.ego import EgoControl
+from sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
+from sim.sumo.error_messages import one_line
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.roadside import static_obstacles
+from sim.sumo.session import SumoSession
 from sim.sumo.sumo_config import SumoTraffic
 from sim.world import Obstacles, WorldFrame
+
+EARLY = 1e-6
+"""[s] Tolerance of SUMO's clock."""
 
 
 class SumoSource:
@@ -38,31 +43,30 @@ class SumoSource:
 
     origin: Floats
     warnings: tuple[str, ...] = ()
-    _running: ClassVar["SumoSource | None"] = None
 
     def __init__(self, config: SumoTraffic, folder: Path, range_m: float):
         self.dt = config.dt_s
         self._config = config
         self._folder = folder
         self._range = range_m
+        self.ego_name = ""
+        self._session = SumoSession(config, folder)
         self._sumo: Any = None
         self._control: EgoControl | None = None
 
     def reset(self, seed: int) -> Obstacles:
         """Start SUMO and run it until the ego enters. See `TrafficSource.reset`."""
         self.close()
-        if SumoSource._running is not None:
-            raise SimulatorFailedError("libsumo runs one simulation per process: close the other source first")
-        command = self._command(seed)
-        import libsumo
-
-        self._sumo, SumoSource._running = libsumo, self
+        ego = self._config.ego
+        if ego.partition(":")[0] == "best":
+            ego = f"vehicle:{best_ego(self._config, self._folder, seed, self._range)}"
+        libsumo = self._sumo = self._session.start(seed)
         try:
-            _start(libsumo, command)
-            return self._set_up(command, seed)
+            return self._set_up(ego, seed)
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
+            wrong = self._session.input_error(str(error))
             self.close()
-            raise TrafficInputError(f"SUMO: {one_line(str(error), command)}") from error
+            raise wrong from error
         except BaseException:
             self.close()
             raise
@@ -85,33 +89,16 @@ class SumoSource:
 
     def close(self) -> None:
         """End the simulation if it is running."""
-        if self._sumo is not None:
-            self._sumo.close()
-            self._sumo = SumoSource._running = None
-            clean_up()
-        self._control = None
+        self._session.close()
+        self._sumo = self._control = None
 
-    def _command(self, seed: int) -> list[str]:
-        config = self._config
-        if config.config:
-            files = {"configuration-file": [config.config]}
-        else:
-            files = {
-                "net-file": [config.net],
-                "route-files": config.routes,
-                "additional-files": config.additional,
-            }
-        # by default SUMO removes an ego that collides
-        options = {"collision.action": "warn"} if config.ego_control else {}
-        return sumo_command(self._folder, files, self.dt, seed, options | config.options, config.begin_s)
-
-    def _set_up(self, command: list[str], seed: int) -> Obstacles:
+    def _set_up(self, ego: str, seed: int) -> Obstacles:
         """Run SUMO until the first frame, push it and return the obstacles."""
         sumo, config = self._sumo, self._config
         obstacles = static_obstacles(sumo.polygon, sumo.poi, config.building_height_m)
-        parked = parked_cars(command, sumo.lane, config.parking_fill, seed)
+        parked = parked_cars(self._session.command, sumo.lane, config.parking_fill, seed)
         until = sumo.simulation.getTime() + config.max_wait_s
-        self._ego = await_ego(sumo, config.ego, until)
+        self.ego_name = self._ego = self._await_ego(ego, until)
         roster = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
         self._reader = SumoReader(sumo, self._ego, roster, parked, self._range, self.dt)
         self._await_vehicles(until)
@@ -124,17 +111,36 @@ class SumoSource:
         self._push_frame()
         return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin)
 
+    def _await_ego(self, ego: str, until: float) -> str:
+        """Step SUMO until the ego is in the net, and return its SUMO id."""
+        config, any_class = self._config, self._config.ego_any_class
+        if ego == "first" and config.min_vehicles:
+            return await_busy_ego(self._sumo, config.min_vehicles, self._range, until, any_class=any_class)
+        return await_ego(self._sumo, ego, until, any_class=any_class)
+
     def _await_vehicles(self, until: float) -> None:
-        """Step SUMO until enough vehicles are around the ego."""
+        """Step SUMO until the start of the frames, with enough vehicles around the ego."""
         required, simulation, count_max = self._config.min_vehicles, self._sumo.simulation, 0
-        while (count := self._reader.vehicles_in_range()) < required:
+        begin = -math.inf if self._config.frames_from_s is None else self._config.frames_from_s
+        while (count := self._reader.vehicles_in_range()) < required or simulation.getTime() < begin - EARLY:
             count_max = max(count_max, count)
-            if simulation.getTime() >= until or self._ego in simulation.getArrivedIDList():
-                raise TrafficInputError(
-                    f'min_vehicles = {required}: ego "{self._ego}" had at most {count_max} around it until '
-                    f"{simulation.getTime():.0f} s on SUMO's clock; lower it, or raise max_wait_s"
-                )
+            arrived = self._ego in simulation.getArrivedIDList()
+            if arrived or simulation.getTime() >= until:
+                raise TrafficInputError(self._too_few(count_max, arrived, begin))
             self._sumo.simulationStep()
+
+    def _too_few(self, count_max: int, arrived: bool, begin: float) -> str:
+        """Return the message that the ego arrived or the time ran out before frame 0, with the true cause."""
+        now = self._sumo.simulation.getTime()
+        if now < begin - EARLY:
+            end = f'ego "{self._ego}" left the net at {now:.0f} s' if arrived else f"max_wait_s ended at {now:.0f} s"
+            remedy = "choose an ego that stays longer (luxloop egos lists them)" if arrived else "raise max_wait_s"
+            return f"frames_from_s = {begin:g}: {end} on SUMO's clock; {remedy}, or lower frames_from_s"
+        remedy = "when it left the net; choose another ego (luxloop egos lists them), or lower min_vehicles"
+        return (
+            f'min_vehicles = {self._config.min_vehicles}: ego "{self._ego}" had at most {count_max} around it until '
+            f"{now:.0f} s on SUMO's clock{', ' + remedy if arrived else '; lower it, or raise max_wait_s'}"
+        )
 
     def _advance(self) -> None:
         """Step SUMO once and push the frame."""
@@ -160,14 +166,3 @@ class SumoSource:
             yield
         except (self._sumo.TraCIException, self._sumo.FatalTraCIError) as error:
             raise SimulatorFailedError(f"SUMO after {self._time:.2f} s on its clock: {one_line(str(error))}") from error
-
-
-def _start(sumo: Any, command: list[str]) -> None:
-    """Start SUMO without output on the terminal; its messages about bad input become the error."""
-    with captured_stderr() as captured:
-        try:
-            sumo.start(command)
-        except (sumo.TraCIException, sumo.FatalTraCIError) as error:
-            captured.seek(0)
-            message = captured.read().decode(errors="replace") or str(error)
-            raise TrafficInputError(f"SUMO: {one_line(message, command)}") from error

@@ -16,7 +16,7 @@ from support.traffic import frames, play
 from sim.physical.physical_config import PhysicalConfig
 from sim.roster import EGO_ID, Roster
 from sim.source import EgoCommand, TrafficEndedError, TrafficInputError
-from sim.sumo.ego import await_ego
+from sim.sumo.ego_choice import await_ego
 from sim.sumo.input_checks import clean_up, sumo_command
 from sim.sumo.reader import SumoReader
 from sim.sumo.sumo_config import SumoTraffic

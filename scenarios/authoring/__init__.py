@@ -1,0 +1,1 @@
+"""Candidates for the ego, and new scenario files."""

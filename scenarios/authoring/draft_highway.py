@@ -1,0 +1,46 @@
+"""Drafts of scenarios from environments of highway-env."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from scenarios.authoring.draft import Draft
+from scenarios.authoring.draft_options import DraftOptions
+from scenarios.errors import InputError
+from sim.highway.environment import make
+
+MOTORIST = "sim.highway.motorist.Motorist"
+SEEDS = 8
+"""Seeds that are tried: in some, the ego crashes soon."""
+
+
+def highway_drafts(env: str, options: DraftOptions) -> Iterator[Draft]:
+    """Yield drafts with one seed after the other.
+
+    Raises
+    ------
+    InputError
+        An ego was asked for.
+    TrafficInputError
+        There is no such environment.
+    """
+    if options.ego or options.begin_s is not None:
+        raise InputError("--ego and --begin: an environment of highway-env has its first agent as ego, from its start on")
+    environment = make(env, {})
+    limited = "other_vehicles_type" in environment.config
+    environment.close()
+    table: dict[str, Any] = {"kind": "highway-env", "env": env}
+    table |= {"config": {"other_vehicles_type": MOTORIST}} if limited else {}
+    drivers = (
+        "Drivers: Motorist, which turns within the limits of tyres; highway-env's own do not."
+        if limited
+        else "Drivers: the environment does not let them be chosen."
+    )
+    for place in range(SEEDS):
+        seed = options.seed + place
+        yield Draft(
+            description=f"highway-env's {env}.",
+            traffic=table,
+            duration_s=options.duration_s,
+            seed=seed,
+            choices=["Ego: the first agent, driven like the other vehicles.", drivers, f"Seed {seed}."],
+        )

@@ -1,0 +1,33 @@
+"""Options of `luxloop new`."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from sim.candidates.want import Want
+
+_Paths = TypeVar("_Paths", str, list[str])
+
+
+@dataclass(frozen=True, slots=True)
+class DraftOptions:
+    """Options of a new scenario."""
+
+    out: Path
+    """The scenario file."""
+    duration_s: float
+    seed: int
+    want: Want
+    ego: str
+    """Id of the ego; empty to choose it."""
+    begin_s: float | None
+    """[s] Start of SUMO's clock."""
+    window_s: float
+    """[s] Time that is surveyed."""
+
+    def moved(self, names: _Paths, folder: Path) -> _Paths:
+        """Return file names relative to `folder` as names relative to the scenario file."""
+        if isinstance(names, str):
+            return os.path.relpath(folder / names, self.out.parent) if names else names
+        return [self.moved(name, folder) for name in names]

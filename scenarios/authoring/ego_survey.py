@@ -1,0 +1,72 @@
+"""Survey of the traffic that a user names, for `luxloop egos`."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from scenarios.authoring.sumo_survey import survey
+from scenarios.authoring.traffic_input import read_input
+from scenarios.errors import InputError
+from scenarios.files import shipped
+from scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
+from scenarios.grading.grading_config import GradingConfig
+from sensor_model.rig.rig import load_rig
+from sim.candidates.candidates import Candidates
+from sim.sumo.sumo_config import SumoTraffic
+
+DEFAULT_RIG = RigChoice(name="srx_six_lux")
+
+
+def sensor_range(rig: RigChoice = DEFAULT_RIG, folder: Path = Path()) -> float:
+    """Return the longest range of the LIDARs of a rig [m].
+
+    Raises
+    ------
+    RigError
+        There is no such rig.
+    """
+    return max(mount.model.range_max_m for mount in load_rig(str(rig), folder).mounts)
+
+
+def survey_source(
+    source: str, routes: Sequence[Path], begin_s: float | None, window_s: float, seed: int | None
+) -> tuple[Candidates, tuple[float, float]]:
+    """Return the candidates for the ego, and sensor range and range of grading [m].
+
+    Parameters
+    ----------
+    source
+        The traffic as in `scenarios.authoring.traffic_input`, or a scenario.
+    routes
+        Route files of a net, or folders of them.
+    begin_s
+        Start of SUMO's clock [s], None for the default.
+    window_s
+        Simulated time [s].
+    seed
+        Seed of the traffic, None for the default.
+
+    Raises
+    ------
+    InputError
+        It is no SUMO traffic.
+    TrafficError
+        The input is invalid, or SUMO failed.
+    """
+    if source.endswith(".toml") or source in shipped.paths():
+        scenario = Scenario.load(shipped.find(source))
+        traffic, folder, name = scenario.traffic, scenario.folder, scenario.name
+        ranges = sensor_range(scenario.rig, folder), scenario.grading.range_max_m
+        seed = scenario.seed if seed is None else seed
+    else:
+        found = read_input(source, routes)
+        traffic, folder, name = found.traffic, found.folder, found.name
+        ranges = sensor_range(), GradingConfig().range_max_m
+    if not isinstance(traffic, SumoTraffic):
+        raise InputError(
+            f"{name}: only SUMO's traffic has candidates for the ego, this is {traffic.kind}; the ego of highway-env is "
+            "its first agent, and luxloop new chooses that of a recording"
+        )
+    if begin_s is not None:
+        traffic = replace(traffic, begin_s=begin_s)
+    return survey(traffic, folder, DEFAULT_SEED if seed is None else seed, window_s, *ranges), ranges

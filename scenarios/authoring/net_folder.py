@@ -1,0 +1,95 @@
+"""Route files and additional files beside a SUMO net."""
+
+import os
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from scenarios.errors import InputError
+from sim.compressed import DAMAGED
+from sim.source import TrafficInputError
+from sim.sumo.input_checks import text_of
+
+_TRAFFIC = re.compile(r"<(vehicle|trip|flow|person|personFlow|container)\b")
+_SIGNALS = re.compile(r"<(tlLogic|WAUT)\b")
+_SCHEDULE = re.compile(r"<(edgeData|laneData|meandata|timedEvent)\b", re.IGNORECASE)
+_ROOT = re.compile(r"<([A-Za-z][\w-]*)")
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+"""SUMO's tools write their whole configuration into a comment at the head."""
+
+
+@dataclass(slots=True)
+class RouteFiles:
+    """Files for a net, relative to its folder."""
+
+    routes: list[str] = field(default_factory=list)
+    additional: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+
+def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
+    """Return the route files and additional files of a net, recognised by their root elements.
+
+    Files of types come before those of vehicles. Of the trips and the routes of the same name only the routes are taken,
+    since they contain the same vehicles. Files with signal programs are left out: the net has its own, and a second
+    program of the same name is an error.
+
+    Parameters
+    ----------
+    net
+        The net.
+    routes
+        Route files or folders of them; by default the net's folder.
+
+    Raises
+    ------
+    InputError
+        One of `routes` does not exist.
+    """
+    found = RouteFiles()
+    kinds: dict[str, tuple[str, str]] = {}
+    for path in _listed(net, routes):
+        text = _text(path)
+        root = _ROOT.search(text)
+        kinds[os.path.relpath(path, net.parent)] = (root[1] if root else "", text)
+    taken = [name for name, (root, _) in kinds.items() if root == "routes" and ".rou.alt." not in name]
+    stems = {_stem(name) for name in taken if ".rou." in name}
+    for name in sorted(taken, key=lambda name: (bool(_TRAFFIC.search(kinds[name][1])), name)):
+        if ".trips." in name and _stem(name) in stems:
+            found.left_out.append(f"{name}: the trips of a route file")
+        else:
+            found.routes.append(name)
+    for name, (root, text) in kinds.items():
+        if root in ("additional", "add") and not routes:
+            if _SIGNALS.search(text):
+                found.left_out.append(f"{name}: signal programs beside those of the net")
+            elif not _SCHEDULE.search(text):
+                found.additional.append(name)
+    return found
+
+
+def _listed(net: Path, routes: Sequence[Path]) -> list[Path]:
+    """Return the XML files of folders, and the files themselves."""
+    listed: list[Path] = []
+    for path in routes or [net.parent]:
+        if path.is_dir():
+            listed += sorted([*path.glob("*.xml"), *path.glob("*.xml.gz")])
+        elif path.is_file():
+            listed.append(path)
+        else:
+            raise InputError(f"--routes {path}: no such file or folder")
+    return [path for path in listed if ".net.xml" not in path.name]
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file, or an empty one if it is damaged; SUMO reports that where it is used."""
+    try:
+        return _COMMENT.sub("", text_of(path))
+    except (TrafficInputError, ET.ParseError, *DAMAGED):
+        return ""
+
+
+def _stem(name: str) -> str:
+    return re.sub(r"\.(rou|trips)\.xml(\.gz)?$", "", name)

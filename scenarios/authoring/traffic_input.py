@@ -1,0 +1,106 @@
+"""Traffic from a file, a folder or a name on the command line."""
+
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenarios.authoring.net_folder import RouteFiles, files_beside
+from scenarios.errors import InputError
+from sim.compressed import DAMAGED, open_gz
+from sim.highway.highway_config import HighwayTraffic
+from sim.replay.replay_config import ENDINGS, ReplayTraffic
+from sim.sumo.sumo_config import SumoTraffic
+
+CONFIGURATIONS = ("sumoConfiguration", "configuration")
+RECORDINGS = ("fcd-export", "commonRoad")
+
+
+@dataclass(frozen=True, slots=True)
+class TrafficInput:
+    """Traffic that a user names."""
+
+    traffic: SumoTraffic | HighwayTraffic | ReplayTraffic
+    folder: Path
+    """Folder that relative paths in `traffic` start from."""
+    name: str
+    """Short name for messages and descriptions."""
+    left_out: tuple[str, ...] = ()
+    """Files beside a net that were not taken, with the reason."""
+
+
+def read_input(source: str, routes: Sequence[Path] = ()) -> TrafficInput:
+    """Return the traffic that a path or a name stands for.
+
+    Parameters
+    ----------
+    source
+        A `.sumocfg`, a net, a folder with one of these, a recording, or the id of an environment of highway-env.
+    routes
+        Route files of a net, or folders of them; by default those beside it.
+
+    Raises
+    ------
+    InputError
+        The source is unknown, or a net has no routes.
+    """
+    path = Path(source)
+    if os.path.isdir(source):  # noqa: PTH112  Path.is_dir raises for a name that is too long
+        path = _only_simulation(path)
+    elif not os.path.isfile(source):  # noqa: PTH113  as above
+        if os.sep in source or path.suffix in (".xml", ".gz", ".sumocfg", ".csv", ".parquet"):
+            raise InputError(f"{source}: no such file")
+        return TrafficInput(HighwayTraffic(env=source), Path(), source)
+    name = path.name.split(".")[0]
+    if path.name.endswith((".csv", ".csv.gz", ".parquet")):
+        return TrafficInput(ReplayTraffic(file=path.name, ego=""), path.parent, name)
+    root = root_of(path)
+    if root in CONFIGURATIONS:
+        return TrafficInput(SumoTraffic(config=path.name), path.parent, name)
+    if root in RECORDINGS and path.name.endswith(ENDINGS):
+        return TrafficInput(ReplayTraffic(file=path.name, ego=""), path.parent, name)
+    if root != "net":
+        raise InputError(
+            f"{source}: its root is <{root}>; give a SUMO net, a .sumocfg, a recording ({', '.join(RECORDINGS)}), "
+            "or the id of an environment of highway-env"
+        )
+    found = files_beside(path, routes)
+    if not found.routes:
+        raise InputError(
+            f"{source}: no route file beside this net; give one with --routes, or make one with SUMO's randomTrips.py"
+        )
+    return TrafficInput(_of_net(path, found), path.parent, name, tuple(found.left_out))
+
+
+def root_of(path: Path) -> str:
+    """Return the name of the root element of an XML file, which may be compressed.
+
+    Raises
+    ------
+    InputError
+        It is not XML.
+    """
+    try:
+        with path.open("rb") as stream:
+            compressed = stream.read(2) == b"\x1f\x8b"
+        with open_gz(path) if compressed else path.open("rb") as stream:
+            root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
+    except (ET.ParseError, *DAMAGED) as error:
+        raise InputError(f"{path}: not XML: {error}") from error
+    return root
+
+
+def _only_simulation(folder: Path) -> Path:
+    """Return the only configuration in a folder, or else its only net."""
+    for pattern in ("*.sumocfg", "*.net.xml*"):
+        found = sorted(folder.glob(pattern))
+        if len(found) > 1:
+            raise InputError(f"{folder}: has {', '.join(path.name for path in found)}; name one of them")
+        if found:
+            return found[0]
+    raise InputError(f"{folder}: has no .sumocfg and no .net.xml; name the file")
+
+
+def _of_net(path: Path, found: RouteFiles) -> SumoTraffic:
+    return SumoTraffic(net=path.name, routes=found.routes, additional=found.additional)
