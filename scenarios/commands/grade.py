@@ -36,6 +36,9 @@ def grade(
     gospa_cutoff: Annotated[
         float, typer.Option(metavar="M", help="Cut-off distance c of GOSPA; only with --truth.")
     ] = GOSPA_CUTOFF_M,
+    points_min: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Leave out true boxes of fewer points; only with --truth.")
+    ] = 0,
     tracker: Annotated[
         str | None,
         typer.Option(metavar="MODULE:NAME", help="A tracker to run on the scans, as for luxloop run."),
@@ -56,12 +59,13 @@ def grade(
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
     if run is None:
         _refuse_options({"--tracker": tracker, "--scenario": scenario, "--out": out}, "needs RUN")
-        grade_files(truth, tracks, (truth_format, tracks_format), classes, hit_iou, gospa_cutoff, as_json)
+        grade_files(truth, tracks, (truth_format, tracks_format), classes, hit_iou, gospa_cutoff, points_min, as_json)
         return
     of_files = {"--truth": truth, "--truth-format": truth_format, "--tracks-format": tracks_format}
     other_limits = {
         "--hit-iou": hit_iou if hit_iou != HIT_IOU_MIN else None,
         "--gospa-cutoff": gospa_cutoff if gospa_cutoff != GOSPA_CUTOFF_M else None,
+        "--points-min": points_min or None,
     }
     _refuse_options({**of_files, "--classes": classes, **other_limits}, "cannot be given with RUN")
     result, checks = _graded_folder(run, tracks, tracker, scenario, out, step_timeout)

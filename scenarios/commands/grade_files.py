@@ -24,6 +24,7 @@ def grade_files(
     classes: str | None,
     hit_iou: float,
     gospa_cutoff_m: float,
+    points_min: int,
     as_json: bool,
 ) -> None:
     """Grade a file of tracks against a file of true boxes, and print the result.
@@ -49,7 +50,7 @@ def grade_files(
 
     known = (_format("--truth-format", formats[0], truth), _format("--tracks-format", formats[1], tracks))
     names = tuple(classes.split(",")) if classes is not None else ()
-    limits = BoxLimits(hit_iou_min=hit_iou, gospa_cutoff_m=gospa_cutoff_m)
+    limits = BoxLimits(hit_iou_min=hit_iou, gospa_cutoff_m=gospa_cutoff_m, points_min=points_min)
     graded = graded_boxes.GradedBoxes.of(truth, tracks, known, names, limits)
     if as_json:
         print(json.dumps(graded_boxes.document(graded), allow_nan=False))

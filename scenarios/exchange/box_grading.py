@@ -33,6 +33,8 @@ class BoxLimits:
     """Cut-off c of GOSPA [m], as in the grading of runs."""
     pair_distance_m: float = 2.0
     """Distance of the centres below which truth and track are a pair [m], for AMOTA and errors (nuScenes)."""
+    points_min: int = 0
+    """Least number of LIDAR points of a true box; others, and the tracks on them, are neither right nor wrong."""
 
 
 def grade(pairs: FramePairs, limits: BoxLimits) -> dict[str, Metric]:
