@@ -1,4 +1,4 @@
-"""Boxes of a file in one common record, whatever its format."""
+"""Boxes of a file in one common record, the same for every format."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
