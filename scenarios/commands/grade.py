@@ -6,20 +6,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout
-from scenarios.commands.extras import require
+from scenarios.commands.grade_files import GOSPA_CUTOFF_M, HIT_IOU_MIN, TracksFormat, TruthFormat, grade_files
 
 if TYPE_CHECKING:
-    from scenarios.exchange.file_formats import Format
     from scenarios.files.expect import Check
     from scenarios.files.scenario import Scenario
     from scenarios.offline.recorded_run import RecordedRun
     from scenarios.result import Result
-
-FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap; recognised if left out."
-TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
-TracksFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
-HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
-"""Defaults of `scenarios.exchange.box_grading.BoxLimits`, whose import is slower than the help."""
 
 
 def grade(
@@ -43,6 +36,9 @@ def grade(
     gospa_cutoff: Annotated[
         float, typer.Option(metavar="M", help="Cut-off distance c of GOSPA; only with --truth.")
     ] = GOSPA_CUTOFF_M,
+    points_min: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Leave out true boxes of fewer points; only with --truth.")
+    ] = 0,
     tracker: Annotated[
         str | None,
         typer.Option(metavar="MODULE:NAME", help="A tracker to run on the scans, as for luxloop run."),
@@ -63,12 +59,13 @@ def grade(
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
     if run is None:
         _refuse_options({"--tracker": tracker, "--scenario": scenario, "--out": out}, "needs RUN")
-        _grade_files(truth, tracks, (truth_format, tracks_format), classes, hit_iou, gospa_cutoff, as_json)
+        grade_files(truth, tracks, (truth_format, tracks_format), classes, hit_iou, gospa_cutoff, points_min, as_json)
         return
     of_files = {"--truth": truth, "--truth-format": truth_format, "--tracks-format": tracks_format}
     other_limits = {
         "--hit-iou": hit_iou if hit_iou != HIT_IOU_MIN else None,
         "--gospa-cutoff": gospa_cutoff if gospa_cutoff != GOSPA_CUTOFF_M else None,
+        "--points-min": points_min or None,
     }
     _refuse_options({**of_files, "--classes": classes, **other_limits}, "cannot be given with RUN")
     result, checks = _graded_folder(run, tracks, tracker, scenario, out, step_timeout)
@@ -83,54 +80,6 @@ def _refuse_options(options: dict[str, object], why: str) -> None:
     for name, given in options.items():
         if given is not None:
             raise InputError(f"{name} {why}; give either RUN, or --truth FILE and --tracks FILE")
-
-
-def _grade_files(
-    truth: Path | None,
-    tracks: Path | None,
-    formats: "tuple[str | None, str | None]",
-    classes: str | None,
-    hit_iou: float,
-    gospa_cutoff_m: float,
-    as_json: bool,
-) -> None:
-    """Grade a file of tracks against a file of true boxes, and print the result."""
-    import json
-
-    from scenarios.errors import InputError
-
-    if truth is None or tracks is None:
-        raise InputError("give RUN, or both of --truth FILE and --tracks FILE")
-    if not 0.0 < hit_iou < 1.0:
-        raise InputError(f"--hit-iou {hit_iou:g}: should lie between 0 and 1")
-    if not 0.0 < gospa_cutoff_m < 1e6:
-        raise InputError(f"--gospa-cutoff {gospa_cutoff_m:g}: should be more than 0")
-    from scenarios.exchange import graded_boxes
-    from scenarios.exchange.box_grading import BoxLimits
-    from scenarios.report import text
-
-    known = (_format("--truth-format", formats[0], truth), _format("--tracks-format", formats[1], tracks))
-    names = tuple(classes.split(",")) if classes is not None else ()
-    limits = BoxLimits(hit_iou_min=hit_iou, gospa_cutoff_m=gospa_cutoff_m)
-    graded = graded_boxes.GradedBoxes.of(truth, tracks, known, names, limits)
-    if as_json:
-        print(json.dumps(graded_boxes.document(graded), allow_nan=False))
-    else:
-        text.show(graded_boxes.report(graded))
-
-
-def _format(option: str, name: str | None, path: Path) -> "Format":
-    """Return a format by its name, or that of the content; MCAP needs its packages."""
-    from scenarios.errors import InputError
-    from scenarios.exchange.file_formats import FORMATS, recognise
-
-    found = next((known for known in FORMATS if known == name), None)
-    if name is not None and found is None:
-        raise InputError(f"{option} {name}: is none of {', '.join(FORMATS)}")
-    found = found or recognise(path)
-    if found == "mcap":
-        require("grade", "mcap")
-    return found
 
 
 def _graded_folder(

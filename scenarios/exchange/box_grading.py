@@ -7,20 +7,19 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Floats, Ints
+from scenarios.exchange.box_metric import mean, metric
 from scenarios.exchange.box_metric_names import DEFINITIONS
-from scenarios.exchange.distance_matching import NOT_MATCHED, DistanceStep, match_frames
-from scenarios.exchange.paired_frames import FramePairs, distances, tracking_sequence
+from scenarios.exchange.pair_errors import distance_steps, pair_errors
+from scenarios.exchange.paired_frames import FramePairs, tracking_sequence
 from scenarios.exchange.recall_average import average, recall_curve, track_scores
 from scenarios.grading import gospa
 from scenarios.grading.id_switches import clear_hits
-from scenarios.grading.plane_geometry import iou, wrap
 from scenarios.grading.tracking_scores import TrackingScores
 from scenarios.grading.tracking_sequence import TrackingSequence
 from scenarios.result import Metric
 
 NO_TRUTH = "the truth has no boxes"
 NO_BOXES = "the files have no boxes"
-NO_PAIRS = "no track is near a true box"
 NO_HITS = "no track hits a true box"
 
 
@@ -34,6 +33,8 @@ class BoxLimits:
     """Cut-off c of GOSPA [m], as in the grading of runs."""
     pair_distance_m: float = 2.0
     """Distance of the centres below which truth and track are a pair [m], for AMOTA and errors (nuScenes)."""
+    points_min: int = 0
+    """Least number of LIDAR points of a true box; others, and the tracks on them, are neither right nor wrong."""
 
 
 def grade(pairs: FramePairs, limits: BoxLimits) -> dict[str, Metric]:
@@ -42,15 +43,9 @@ def grade(pairs: FramePairs, limits: BoxLimits) -> dict[str, Metric]:
         **_scores(tracking_sequence(pairs), limits),
         **_gospa(pairs, limits.gospa_cutoff_m),
         **_averages(pairs, limits.pair_distance_m),
-        **_errors(pairs, limits.pair_distance_m),
+        **pair_errors(pairs, limits.pair_distance_m),
     }
     return {name: values[name] for name in DEFINITIONS}
-
-
-def _metric(name: str, value: float | None, n: int, why_none: str) -> dict[str, Metric]:
-    unit = DEFINITIONS[name].unit
-    known = value is not None and n > 0
-    return {name: Metric(float(value), unit, n) if known and value is not None else Metric(None, unit, n, why_none)}
 
 
 def _scores(sequence: TrackingSequence, limits: BoxLimits) -> dict[str, Metric]:
@@ -59,11 +54,11 @@ def _scores(sequence: TrackingSequence, limits: BoxLimits) -> dict[str, Metric]:
     boxes = sequence["num_gt_dets"]
     found: dict[str, Metric] = {}
     for name in ("hota", "deta", "assa", "mota", "idf1", "id_switches", "fragments", "missed"):
-        found |= _metric(f"track.{name}", getattr(scores, name), boxes, NO_TRUTH)
-    found |= _metric("track.false", scores.false, max(boxes, sequence["num_tracker_dets"]), NO_BOXES)
-    found |= _metric("track.loca", scores.loca, scores.most_matches, NO_HITS)
+        found |= metric(f"track.{name}", getattr(scores, name), boxes, NO_TRUTH)
+    found |= metric("track.false", scores.false, max(boxes, sequence["num_tracker_dets"]), NO_BOXES)
+    found |= metric("track.loca", scores.loca, scores.most_matches, NO_HITS)
     hits = _hit_overlaps(sequence, limits.hit_iou_min)
-    return found | _metric("track.motp", float(hits.mean()) if len(hits) else None, len(hits), NO_HITS)
+    return found | metric("track.motp", float(hits.mean()) if len(hits) else None, len(hits), NO_HITS)
 
 
 def _hit_overlaps(sequence: TrackingSequence, hit_iou_min: float) -> Floats:
@@ -96,14 +91,10 @@ def _gospa(pairs: FramePairs, cutoff_m: float) -> dict[str, Metric]:
     false = penalty * (np.bincount(pairs.track_frame, minlength=pairs.frames) - matched)
     used = np.union1d(pairs.truth_frame, pairs.track_frame)
     parts = np.stack([located, missed, false])[:, used]
-    metrics = _mean("track.gospa_m", np.sqrt(parts.sum(axis=0)), NO_BOXES)
+    metrics = mean("track.gospa_m", np.sqrt(parts.sum(axis=0)), NO_BOXES)
     for name, part in zip(("localisation", "missed", "false"), parts, strict=True):
-        metrics |= _mean(f"track.gospa_{name}_m2", part, NO_BOXES)
+        metrics |= mean(f"track.gospa_{name}_m2", part, NO_BOXES)
     return metrics
-
-
-def _mean(name: str, values: Floats, why_none: str) -> dict[str, Metric]:
-    return _metric(name, float(values.mean()) if len(values) else None, len(values), why_none)
 
 
 def _averages(pairs: FramePairs, distance_m: float) -> dict[str, Metric]:
@@ -115,12 +106,12 @@ def _averages(pairs: FramePairs, distance_m: float) -> dict[str, Metric]:
     score = track_scores(pairs.track_id, pairs.tracks.score)
     found = []
     for part, kept in _by_class(pairs):
-        steps = list(_distance_steps(part))
+        steps = list(distance_steps(part))
         scores = [score[kept][rows] for _, rows in part.steps()]
         found.append(average(recall_curve(steps, scores, distance_m)))
     metrics: dict[str, Metric] = {}
     for name, values in zip(names, np.array(found).reshape(-1, 2).T, strict=True):
-        metrics |= _metric(name, float(values.mean()) if len(values) else None, len(pairs.truth), NO_TRUTH)
+        metrics |= metric(name, float(values.mean()) if len(values) else None, len(pairs.truth), NO_TRUTH)
     return metrics
 
 
@@ -133,50 +124,3 @@ def _by_class(pairs: FramePairs) -> Iterator[tuple[FramePairs, Ints]]:
         return
     for name in np.unique(truth):
         yield pairs.select(truth == name, tracks == name), np.flatnonzero(tracks == name)
-
-
-def _distance_steps(pairs: FramePairs) -> Iterator[DistanceStep]:
-    for true, tracked in pairs.steps():
-        yield DistanceStep(pairs.truth_id[true], pairs.track_id[tracked], distances(pairs, true, tracked))
-
-
-def _errors(pairs: FramePairs, distance_m: float) -> dict[str, Metric]:
-    """Return the errors of all pairs of truth and tracks that match by distance."""
-    rows: list[tuple[Ints, Ints]] = []
-    matches = match_frames(_distance_steps(pairs), distance_m)
-    for (true, tracked), match in zip(pairs.steps(), matches, strict=True):
-        pair = np.flatnonzero(match.track != NOT_MATCHED)
-        rows.append((true[pair], tracked[match.track[pair]]))
-    true, tracked = (np.concatenate([np.empty(0, np.int64), *(row[k] for row in rows)]) for k in (0, 1))
-    a, b = pairs.truth.boxes[true], pairs.tracks.boxes[tracked]
-    error = b - a
-    return {
-        **_mean("track.position_abs_mean_m", np.hypot(error[:, 0], error[:, 1]), NO_PAIRS),
-        **_mean("track.iou_mean", iou(a, b), NO_PAIRS),
-        **_mean("track.heading_abs_mean_deg", np.degrees(np.abs(wrap(error[:, 2]))), NO_PAIRS),
-        **_mean("track.length_abs_mean_m", np.abs(error[:, 3]), NO_PAIRS),
-        **_mean("track.width_abs_mean_m", np.abs(error[:, 4]), NO_PAIRS),
-        **_velocity(pairs, true, tracked),
-        **_height(pairs, true, tracked),
-    }
-
-
-def _velocity(pairs: FramePairs, true: Ints, tracked: Ints) -> dict[str, Metric]:
-    name = "track.velocity_abs_mean_mps"
-    for table in (pairs.truth, pairs.tracks):
-        if table.velocity is None:
-            return _metric(name, None, 0, f"{table.source.name} has no velocities")
-    assert pairs.truth.velocity is not None
-    assert pairs.tracks.velocity is not None
-    error = np.hypot(*(pairs.tracks.velocity[tracked] - pairs.truth.velocity[true]).T)
-    return _mean(name, error[np.isfinite(error)], f"{NO_PAIRS} with a known velocity")
-
-
-def _height(pairs: FramePairs, true: Ints, tracked: Ints) -> dict[str, Metric]:
-    name = "track.height_abs_mean_m"
-    for table in (pairs.truth, pairs.tracks):
-        if table.height_m is None:
-            return _metric(name, None, 0, f"{table.source.name} has no heights")
-    assert pairs.truth.height_m is not None
-    assert pairs.tracks.height_m is not None
-    return _mean(name, np.abs(pairs.tracks.height_m[tracked] - pairs.truth.height_m[true]), NO_PAIRS)

@@ -1,4 +1,4 @@
-"""Boxes of a file in one common record, whatever its format."""
+"""Boxes of a file in one common record, the same for every format."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -48,6 +48,8 @@ class BoxTable:
     """(N,) height of the box [m]."""
     score: Floats | None = None
     """(N,) confidence; more is surer."""
+    points: Ints | None = None
+    """(N,) number of LIDAR points on the box; only of truth."""
     kind: Texts | None = None
     """(N,) name of the class, in lower case."""
 
@@ -56,7 +58,7 @@ class BoxTable:
 
     def select(self, rows: Bools | Ints) -> "BoxTable":
         """Return the boxes of a mask (N,), or of row numbers in their order."""
-        columns = ("id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "kind")
+        columns = ("id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "kind")
         values: dict[str, Any] = {name: getattr(self, name) for name in columns}
         kept: dict[str, Any] = {name: None if column is None else column[rows] for name, column in values.items()}
         return replace(self, **kept)

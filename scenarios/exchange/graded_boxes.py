@@ -12,7 +12,8 @@ from rich.text import Text
 from scenarios.exchange.box_grading import BoxLimits, grade
 from scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
 from scenarios.exchange.file_formats import Format, in_common_axes, of_classes, read
-from scenarios.exchange.paired_frames import FramePairs, pair_frames
+from scenarios.exchange.ignored_boxes import leave_out
+from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from scenarios.grading.metric_definition import Definition
 from scenarios.report.cells import table_of, value_of
 from scenarios.result import Metric
@@ -57,6 +58,9 @@ class GradedBoxes:
         if classes:
             tables = of_classes(*tables, list(classes))
         pairs = pair_frames(*tables)
+        require_common_frames(pairs)
+        if limits.points_min:
+            pairs = leave_out(pairs, limits.points_min, limits.hit_iou_min)
         return cls(pairs, limits, classes, grade(pairs, limits))
 
 

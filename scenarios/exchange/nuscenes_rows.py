@@ -1,30 +1,19 @@
 """Rows of the nuScenes tables of a run, linked by tokens that depend on the run only."""
 
 import hashlib
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from scenarios.exchange.exported_run import points_of_actors
+from scenarios.exchange.nuscenes_names import ATTRIBUTES, CATEGORIES, VISIBILITIES, attributes, visibility
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.truth import ScanTruth
-from sim.world import Kind, Mode, WorldFrame
+from sim.world import Kind, WorldFrame
 
 Row = dict[str, Any]
 
 CHANNEL = "LIDAR_TOP"
-CATEGORIES = {
-    Kind.CAR: "vehicle.car", Kind.SUV: "vehicle.car", Kind.VAN: "vehicle.car", Kind.TRUCK: "vehicle.truck",
-    Kind.TRAILER_TRUCK: "vehicle.truck", Kind.BUS: "vehicle.bus.rigid", Kind.MOTORCYCLE: "vehicle.motorcycle",
-    Kind.BICYCLE: "vehicle.bicycle", Kind.PEDESTRIAN: "human.pedestrian.adult", Kind.OBSTACLE: "movable_object.debris",
-}  # fmt: skip
-RIDDEN = (Kind.MOTORCYCLE, Kind.BICYCLE)
-ATTRIBUTES = (
-    "vehicle.moving", "vehicle.stopped", "cycle.with_rider", "pedestrian.moving", "pedestrian.standing",
-)  # fmt: skip
-VISIBILITIES = {"1": (0.4, "v0-40"), "2": (0.6, "v40-60"), "3": (0.8, "v60-80"), "4": (1.0, "v80-100")}
-"""Upper end and level of the visible fraction by token, as in nuScenes; 1 is in the last."""
 NO_ROTATION = [1.0, 0.0, 0.0, 0.0]
 
 
@@ -111,8 +100,8 @@ class TableWriter:
                 "token": self._token("sample_annotation", frame.index, actor),
                 "sample_token": sample,
                 "instance_token": instance,
-                "visibility_token": _visibility(float(truth.visible_fraction[a])),
-                "attribute_tokens": [self._token("attribute", name) for name in _attributes(kind, actors.mode[a])],
+                "visibility_token": visibility(float(truth.visible_fraction[a])),
+                "attribute_tokens": [self._token("attribute", name) for name in attributes(kind, actors.mode[a])],
                 "translation": [x, y, 0.5 * height],
                 "size": [width, length, height],
                 "rotation": rotation(yaw),
@@ -182,18 +171,3 @@ def _link(rows: list[Row]) -> None:
     tokens = ["", *(row["token"] for row in rows), ""]
     for index, row in enumerate(rows):
         row["prev"], row["next"] = tokens[index], tokens[index + 2]
-
-
-def _visibility(fraction: float) -> str:
-    """Return the token of a visible fraction."""
-    return next((token for token, (end, _) in VISIBILITIES.items() if fraction < end), "4")
-
-
-def _attributes(kind: Kind, mode: int) -> Iterable[str]:
-    """Return the attributes of an actor; obstacles have none."""
-    stands = mode == Mode.STATIONARY
-    if kind in RIDDEN:
-        return ["cycle.with_rider"]
-    if kind == Kind.PEDESTRIAN:
-        return ["pedestrian.standing" if stands else "pedestrian.moving"]
-    return [] if kind == Kind.OBSTACLE else ["vehicle.stopped" if stands else "vehicle.moving"]

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.arrays import Bools, Floats
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable, Texts, checked
+from scenarios.exchange.box_table import LARGEST, BoxTable, Texts, checked
 from scenarios.exchange.json_file import Row, number, read_json, text
 from scenarios.exchange.nuscenes_results import GLOBAL, Solid, solid
 
@@ -76,11 +76,20 @@ def read(path: Path) -> BoxTable:
         velocity=_velocity(rows, solids, dict(zip(rows, time_s.tolist(), strict=True))),
         z_m=np.array([found.z_m for found in solids.values()]),
         height_m=np.array([found.height_m for found in solids.values()]),
+        points=_points(file, rows),
         kind=_texts([CLASSES.get(kind[instance], "") for instance in linked["instance"].values()]),
     )
     place = [f"annotation {token}" for token in rows]
     whole = checked(table, place.__getitem__)
     return whole.select(_tracked(whole))
+
+
+def _points(path: Path, rows: Mapping[str, Row]) -> Ints | None:
+    """(N,) numbers of LIDAR points; None if an annotation has none."""
+    if not all("num_lidar_pts" in row for row in rows.values()):
+        return None
+    found = np.array([number(path, f"row {token}", row, "num_lidar_pts") for token, row in rows.items()], np.float64)
+    return np.nan_to_num(found, posinf=0.0, neginf=0.0).clip(0.0, LARGEST).astype(np.int64)
 
 
 def _tracked(table: BoxTable) -> Bools:

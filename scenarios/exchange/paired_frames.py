@@ -53,11 +53,9 @@ def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
     Raises
     ------
     TracksError
-        There is none, a sample of the tracks is unknown to the truth, or the files have no frame in common.
+        There is none, or a sample of the tracks is unknown to the truth.
     """
     frames = _frames(truth, tracks)
-    if len(truth) and len(tracks) and not np.intersect1d(*frames).size:
-        raise TracksError(f"{tracks.source}: has no frame in common with {truth.source}; give tracks of the same scans")
     order = [np.argsort(frame, kind="stable") for frame in frames]
     tables = [table.select(rows) for table, rows in zip((truth, tracks), order, strict=True)]
     truth_frame, track_frame = (frame[rows] for frame, rows in zip(frames, order, strict=True))
@@ -65,6 +63,13 @@ def pair_frames(truth: BoxTable, tracks: BoxTable) -> FramePairs:
     ids = [np.unique(names, return_inverse=True)[1].reshape(-1).astype(np.int64) for names in scenes]
     count = int(max([-1, *truth_frame[-1:], *track_frame[-1:]])) + 1
     return FramePairs(tables[0], tables[1], truth_frame, track_frame, ids[0], ids[1], count)
+
+
+def require_common_frames(pairs: FramePairs) -> None:
+    """Raise a TracksError if both files have boxes, but in no frame both of them."""
+    truth, tracks = pairs.truth, pairs.tracks
+    if len(truth) and len(tracks) and not np.intersect1d(pairs.truth_frame, pairs.track_frame).size:
+        raise TracksError(f"{tracks.source}: has no frame in common with {truth.source}; give tracks of the same scans")
 
 
 def tracking_sequence(pairs: FramePairs) -> TrackingSequence:

@@ -16,6 +16,7 @@ AXES = (ANY_AXES, "odom", "world", "ego")
 """Frames of reference in names of columns: `x_m`, `x_odom_m`, `x_world_m`, `x_ego_m`."""
 IDS = ("track_id", "actor_id", "id")
 KINDS = ("class", "kind")
+FRAME, POINTS = Column("frame", np.int64, "", ""), Column("points", np.int64, "", "")
 CONFIRMED = "confirmed"
 """Only rows with this `status` are reported, where there is such a column."""
 
@@ -67,7 +68,7 @@ def _table(path: Path, table: pd.DataFrame, position: Position) -> BoxTable:
         raise TracksError(f"{path}: no column {missing[0]}; add it; see docs/formats.md")
     names = (position.x, position.y, position.heading, "length_m", "width_m")
     boxes = np.column_stack([_floats(path, table, name) for name in names])
-    frame = numbers(path, table["frame"], Column("frame", np.int64, "", "")) if "frame" in table else None
+    frame = numbers(path, table["frame"], FRAME) if "frame" in table else None
     time_s = _floats(path, table, "time_s") if "time_s" in table else None
     if frame is None and time_s is None:
         raise TracksError(f"{path}: no column frame or time_s; add one that gives the scan of each row")
@@ -82,6 +83,7 @@ def _table(path: Path, table: pd.DataFrame, position: Position) -> BoxTable:
         z_m=_floats(path, table, "z_m") if "z_m" in table else None,
         height_m=_floats(path, table, "height_m") if "height_m" in table else None,
         score=_floats(path, table, "score") if "score" in table else None,
+        points=numbers(path, table["points"], POINTS) if "points" in table else None,
         kind=np.char.lower(_texts(path, table, KINDS)) if any(name in table for name in KINDS) else None,
     )
 

@@ -180,6 +180,23 @@ def test_files_without_tracks_or_truth_are_graded(tmp_path, capsys):
             assert metrics["track.false"]["value"] == (found or None)
 
 
+def test_boxes_of_few_points_and_their_tracks_are_left_out(tmp_path, capsys):
+    """Of three cars the second has 3 points: its track counts no more. The track on no car stays false."""
+    truth = [Box(k, f"{car}", 0.0, 9.0 * car, 0.0, 4.0, 2.0) for k in range(2) for car in range(3)]
+    tracks = [box._replace(id=f"1{box.id}", x=0.4) for box in truth if box.id != "2"]
+    tracks += [Box(k, "99", 50.0, 0.0, 0.0, 4.0, 2.0) for k in range(2)]
+    rows = box_files.csv(truth).splitlines()
+    counted = [f"{row},{points}" for row, points in zip(rows, ["points", *[10, 3, 12] * 2], strict=True)]
+    a = box_files.write(tmp_path, "a.csv", "\n".join(counted))
+    b = write(tmp_path, "csv", "b", tracks)
+    found = []
+    for points in ("0", "10"):
+        assert main(["grade", "--truth", str(a), "--tracks", str(b), "--json", "--points-min", points]) == 0
+        metrics = json.loads(capsys.readouterr().out)["metrics"]
+        found.append([metrics[f"track.{name}"]["value"] for name in ("missed", "false", "mota")])
+    assert found == [[2, 2, pytest.approx(1 - 4 / 6)], [2, 2, pytest.approx(1 - 4 / 4)]]
+
+
 HEAD = "frame,id,x_m,y_m,heading_rad,length_m,width_m"
 GOOD = f"{HEAD}\n0,1,0,0,0,4,2\n"
 BOX = {
@@ -281,6 +298,8 @@ def test_an_invalid_table_is_refused_in_one_line(table, rows, message, tmp_path,
         (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "bag"], "--truth-format bag: is none of csv"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--classes", "car"], "a.csv: has no classes; leave --classes out"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "kitti"], "a.csv: line 1: 1 fields; KITTI"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--points-min", "1"], "a.csv: has no numbers of points; leave"),
+        (["run", "--points-min", "3"], "--points-min cannot be given with RUN; give either RUN"),
         (["--truth", "none.csv", "--tracks", "a.csv"], "none.csv: cannot be read (No such file or directory)"),
         (["--truth", ".", "--tracks", "a.csv"], ".: no sample_annotation.json in it or in a folder below"),
     ],

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from support import box_files
+from support import box_files, devkit_averages
 from support.box_files import Box
 
 from scenarios.cli import main
@@ -152,3 +152,22 @@ def test_unsure_false_tracks_lower_only_the_recalls_that_need_them():
     for point in points:
         assert point.motar == pytest.approx(1.0 if point.recall < 5 / 8 else 0.5, abs=1e-12), point
         assert point.motp_m == pytest.approx(0.0 if point.recall < 5 / 8 else 0.5, abs=1e-12), point
+
+
+DEVKIT = {
+    0: (0.5412151626098106, 0.9656944154647935),
+    1: (0.43328257953376725, 1.1942045059032576),
+    2: (0.5167956396605465, 1.0664822874618234),
+    3: (0.5690321448363728, 0.909563338259947),
+    4: (0.5817337903645384, 0.9433468203786564),
+    5: (0.5593941499113912, 0.9523086703116903),
+}
+"""AMOTA and AMOTP [m] that nuScenes' development kit 1.2.0 printed by `tests/support/devkit_averages.py`, by seed."""
+
+
+@pytest.mark.parametrize("seed", DEVKIT)
+def test_averages_are_those_of_nuscenes_development_kit(seed, tmp_path, capsys):
+    """Drives with gaps, switched ids, false tracks and scores per box."""
+    metrics = graded(tmp_path, *box_files.drive(seed, devkit_averages.FRAMES, devkit_averages.CARS), capsys)
+    found = [metrics[f"track.{name}"]["value"] for name in ("amota", "amotp_m")]
+    assert found == pytest.approx(DEVKIT[seed], abs=1e-9)
