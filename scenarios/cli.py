@@ -46,7 +46,8 @@ app = typer.Typer(
 )
 app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
-    egos.egos, new.new, run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline, trends.trends,
+    egos.egos, new.new, run.run, view.view, report.report, paper.paper, blame.blame, compare.compare,
+    baseline.baseline, trends.trends,
     grade.grade, check_tracker.check_tracker, mcap.mcap, realism.realism,
     occlusions.occlusions, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
 ):  # fmt: skip
