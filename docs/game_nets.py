@@ -1,4 +1,4 @@
-"""Write the table of the SUMO game's nets in docs/any-city.md: `luxloop new` and `luxloop run` of each, without an edit.
+"""Print the table of the nets of SUMO's game in docs/any-city.md: `luxloop new` and `luxloop run` without an edit.
 
     pip download --no-deps eclipse-sumo    # or `pip install`; the folder is sumo/tools/game of the package
     python docs/game_nets.py FOLDER_OF_THE_GAME [FOLDER_OF_RUNS]

@@ -43,7 +43,10 @@ def table(found: Candidates, rows: list[int], want: Want, ranges: tuple[float, f
         shown.add_column(head, justify="left" if text else "right", style=style, no_wrap=text)
     for row in rows:
         shown.add_row(*_cells(document(found, row)))
-    note = "Other vehicles are counted in two ranges. + after a stay: still there at the end of the survey. Occluded: near vehicles behind another one, from above."
+    note = (
+        "Other vehicles are counted in two ranges. + after a stay: still there at the end of the survey. "
+        "Occluded: share of near vehicles behind another one, seen from above."
+    )
     return Group(shown, Text(f"\n{note}", style="dim"))
 
 

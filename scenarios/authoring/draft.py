@@ -16,7 +16,7 @@ class Draft:
     duration_s: float
     seed: int
     choices: list[str] = field(default_factory=list)
-    """What was chosen and why, a sentence each."""
+    """Choices with their reasons, a sentence each."""
 
     def document(self) -> dict[str, Any]:
         """Return the content of the scenario file."""

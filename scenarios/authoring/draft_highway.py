@@ -24,7 +24,9 @@ def highway_drafts(env: str, options: DraftOptions) -> Iterator[Draft]:
         There is no such environment.
     """
     if options.ego or options.begin_s is not None:
-        raise InputError("--ego and --begin: an environment of highway-env has its first agent as ego, from its start on")
+        raise InputError(
+            "--ego and --begin: an environment of highway-env has its first agent as ego, from its start on"
+        )
     environment = make(env, {})
     limited = "other_vehicles_type" in environment.config
     environment.close()

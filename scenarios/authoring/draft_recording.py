@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from scenarios.authoring.draft import Draft
 from scenarios.authoring.draft_options import DraftOptions
 from scenarios.authoring.ego_survey import sensor_range
-from scenarios.authoring.type_guesses import TypeGuesses
 from scenarios.authoring.traffic_input import TrafficInput
+from scenarios.authoring.type_guesses import TypeGuesses
 from scenarios.errors import InputError
 from scenarios.grading.grading_config import GradingConfig
 from sim.candidates.candidate_log import CandidateLog

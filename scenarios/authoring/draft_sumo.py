@@ -40,8 +40,8 @@ def _rows(found: Candidates, name: str, options: DraftOptions) -> list[int]:
     """Return the candidates in their order, or the one that was asked for."""
     if not len(found):
         raise InputError(
-            f"{name}: no vehicle enters within {options.window_s:g} s, and people cannot carry the rig; if vehicles depart "
-            "later, give --begin shortly before their departure, or a longer --window"
+            f"{name}: no vehicle enters within {options.window_s:g} s, and people cannot carry the rig; if vehicles "
+            "depart later, give --begin shortly before their departure, or a longer --window"
         )
     rows = [int(row) for row in found.order(options.want, options.duration_s + MARGIN_S)]
     if options.ego:
@@ -70,7 +70,10 @@ def _draft(
     start, near = found.busiest_start(row, options.duration_s)
     later = start > found.enters_s[row] + 0.5 * MARGIN_S
     keys = ("config",) if traffic.config else ("net", "routes", "additional")
-    table: dict[str, Any] = {"kind": "sumo", **{key: options.moved(getattr(traffic, key), given.folder) for key in keys}}
+    table: dict[str, Any] = {
+        "kind": "sumo",
+        **{key: options.moved(getattr(traffic, key), given.folder) for key in keys},
+    }
     table = {key: value for key, value in table.items() if value}
     table |= {"ego": f"vehicle:{body.name}"}
     table |= {"begin_s": options.begin_s} if options.begin_s is not None else {}
@@ -91,8 +94,9 @@ def _draft(
                 f"({options.window_s:g} s were surveyed; luxloop egos lists them)"
             )
             + ".",
-            f"It stays {found.stay_s[row]:.0f} s, drives {found.distance_m[row]:.0f} m, turns in {found.turns[row]:.0%} of "
-            f"the time, stops {found.stops[row]} times; {found.occlusion[row]:.0%} of its neighbours are behind others.",
+            f"It stays {found.stay_s[row]:.0f} s, drives {found.distance_m[row]:.0f} m, turns in "
+            f"{found.turns[row]:.0%} of the time and stops {found.stops[row]} times; {found.occlusion[row]:.0%} of its "
+            "neighbours are behind others.",
             f"Window: from {start:.0f} s on SUMO's clock, {'the busiest of its stay' if later else 'where it enters'}, "
             f"with {near:.1f} vehicles within {near_m:g} m on average.",
         ],

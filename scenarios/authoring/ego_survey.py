@@ -64,8 +64,8 @@ def survey_source(
         ranges = sensor_range(), GradingConfig().range_max_m
     if not isinstance(traffic, SumoTraffic):
         raise InputError(
-            f"{name}: only SUMO's traffic has candidates for the ego, this is {traffic.kind}; the ego of highway-env is "
-            "its first agent, and luxloop new chooses that of a recording"
+            f"{name}: only SUMO's traffic has candidates for the ego, this is {traffic.kind}; the ego of highway-env "
+            "is its first agent, and luxloop new chooses that of a recording"
         )
     if begin_s is not None:
         traffic = replace(traffic, begin_s=begin_s)

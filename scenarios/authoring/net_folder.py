@@ -32,9 +32,9 @@ class RouteFiles:
 def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
     """Return the route files and additional files of a net, recognised by their root elements.
 
-    Files of types come before those of vehicles. Of the trips and the routes of the same name only the routes are taken,
-    since they contain the same vehicles. Files with signal programs are left out: the net has its own, and a second
-    program of the same name is an error.
+    Files of types come before those of vehicles. Of the trips and the routes of the same name only the routes are
+    taken, since they contain the same vehicles. Files with signal programs are left out: the net has its own, and a
+    second program of the same name is an error.
 
     Parameters
     ----------
@@ -52,8 +52,8 @@ def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
     kinds: dict[str, tuple[str, str]] = {}
     for path in _listed(net, routes):
         text = _text(path)
-        root = _ROOT.search(text)
-        kinds[os.path.relpath(path, net.parent)] = (root[1] if root else "", text)
+        head = _ROOT.search(text)
+        kinds[os.path.relpath(path, net.parent)] = (head[1] if head else "", text)
     taken = [name for name, (root, _) in kinds.items() if root == "routes" and ".rou.alt." not in name]
     stems = {_stem(name) for name in taken if ".rou." in name}
     for name in sorted(taken, key=lambda name: (bool(_TRAFFIC.search(kinds[name][1])), name)):

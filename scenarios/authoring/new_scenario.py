@@ -57,10 +57,12 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     """
     _require_new(options.out, force)
     best: tuple[Draft, Rehearsal] | None = None
+    tried = 0
     for draft in islice(_drafts(source, routes, options), TRIED):
         rehearsal = _rehearsed(draft, options.out)
         if rehearsal is None:
             continue
+        tried += 1
         if best is None or _score(rehearsal) > _score(best[1]):
             best = draft, rehearsal
         if rehearsal.complete and rehearsal.near >= ENOUGH:
@@ -68,7 +70,7 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     if best is None:
         raise InputError(f"{source}: no candidate for the ego could be simulated; see luxloop egos")
     draft, rehearsal = best
-    _require_worth(source, draft.traffic["kind"], rehearsal)
+    _require_worth(source, draft.traffic["kind"], rehearsal, tried)
     duration = draft.duration_s if rehearsal.complete else rehearsal.duration_s
     choices = [*draft.choices, _checked(rehearsal, duration)]
     document = replace(draft, duration_s=duration).document()
@@ -119,12 +121,12 @@ def _score(rehearsal: Rehearsal) -> tuple[bool, float]:
     return rehearsal.near >= ENOUGH, rehearsal.frames * min(rehearsal.near, ENOUGH)
 
 
-def _require_worth(source: str, kind: str, rehearsal: Rehearsal) -> None:
+def _require_worth(source: str, kind: str, rehearsal: Rehearsal, tried: int) -> None:
     """Refuse a window without vehicles, or one that is too short."""
     if rehearsal.near == 0:
         raise InputError(
-            f"{source}: no vehicle comes within the range of grading of the ego, for none of the {TRIED} best choices, so "
-            f"that nothing could be graded; {REMEDIES[kind]}"
+            f"{source}: no vehicle comes within the range of grading of the ego (choices of ego and window: {tried}), "
+            f"so that nothing could be graded; {REMEDIES[kind]}"
         )
     if rehearsal.duration_s < SHORTEST_S:
         raise InputError(f"{source}: no ego drives for {SHORTEST_S:g} s; the longest ended so: {rehearsal.end}")
@@ -135,6 +137,6 @@ def _checked(rehearsal: Rehearsal, duration_s: float) -> str:
     few = "" if rehearsal.near >= ENOUGH else ", which is few: the limit of observations may fail"
     short = "" if rehearsal.complete else f" It is shorter than asked for, since {rehearsal.end.rstrip('.')}."
     return (
-        f"Checked by playing the traffic once: {duration_s:g} s with {rehearsal.near:.1f} vehicles in the range of grading "
-        f"on average{few}.{short}"
+        f"Checked by playing the traffic once: {duration_s:g} s with {rehearsal.near:.1f} vehicles in the range of "
+        f"grading on average{few}.{short}"
     )

@@ -17,7 +17,7 @@ _KINDS = np.array(sorted(VEHICLE_KINDS))
 
 @dataclass(frozen=True, slots=True)
 class Rehearsal:
-    """What the traffic of a draft does."""
+    """Course of the traffic of a draft."""
 
     frames: int
     """Frames until the end."""

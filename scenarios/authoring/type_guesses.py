@@ -42,7 +42,7 @@ class TypeGuesses(Mapping[str, ReplayType]):
 
     def __getitem__(self, word: str) -> ReplayType:
         if word not in self.made:
-            kind = next((kind for part, kind in WORDS.items() if part in word.lower()), "car")
+            kind: KindName = next((kind for part, kind in WORDS.items() if part in word.lower()), "car")
             self.made[word] = ReplayType(kind)
         return self.made[word]
 

@@ -12,11 +12,13 @@ Source = Annotated[
     str,
     typer.Argument(
         metavar="SOURCE",
-        help="A SUMO net with routes beside it, a .sumocfg, a folder with one of these, or a scenario with SUMO traffic.",
+        help="A SUMO net with routes beside it, a .sumocfg, a folder with one of these, or a scenario with SUMO "
+        "traffic.",
     ),
 ]
 Routes = Annotated[
-    list[Path] | None, typer.Option(help="Route file of a net, or a folder of them; may be repeated. Else those beside it.")
+    list[Path] | None,
+    typer.Option(help="Route file of a net, or a folder of them; may be repeated. Else those beside it."),
 ]
 Begin = Annotated[float | None, typer.Option(help="Start of SUMO's clock [s], as the key begin_s.")]
 Window = Annotated[float, typer.Option(min=1.0, help="Simulated time of the survey [s].")]

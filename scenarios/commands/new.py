@@ -15,8 +15,8 @@ def new(
         str,
         typer.Argument(
             metavar="SOURCE",
-            help="A SUMO net with routes beside it, a .sumocfg, a folder with one of these, a recording, or the id of an "
-            "environment of highway-env.",
+            help="A SUMO net with routes beside it, a .sumocfg, a folder with one of these, a recording, or the id of "
+            "an environment of highway-env.",
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE.toml", help="The scenario file to write.")],

@@ -1,10 +1,12 @@
 """Log of moments, and its evaluation for every vehicle."""
 
 import math
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from sim.arrays import Bools, Floats, Ints
+from sim.arrays import Bools, Floats
 from sim.candidates.candidates import Candidates
 from sim.candidates.line_of_sight import count_blocked, count_near
 from sim.candidates.moment import Body, Moment
@@ -15,8 +17,12 @@ TURNS_FROM = math.radians(5.0)
 NEAR_M = 50.0
 """[m] Default of `grading.range_max_m`, the range within which vehicles are graded."""
 _LIMITS = ModeLimits()
-_COLUMNS = {"body": np.int32, "moment": np.int32, "speed": np.float32, "yaw": np.float32}
-_COUNTS = {"neighbours": np.int16, "near": np.int16, "blocked": np.int16}
+_TYPES = {
+    "body": np.int32, "moment": np.int32, "speed": np.float32, "yaw": np.float32,
+    "neighbours": np.int16, "near": np.int16, "blocked": np.int16,
+}  # fmt: skip
+"""Columns of samples with their types, which bound the memory."""
+Column = npt.NDArray[Any]
 
 
 class CandidateLog:
@@ -36,7 +42,7 @@ class CandidateLog:
         self._size = np.empty((0, 2))
         self._graded = np.empty(0, dtype=bool)
         self._times: list[float] = []
-        self._rows: dict[str, list[Ints | Floats]] = {name: [] for name in _COLUMNS | _COUNTS}
+        self._rows: dict[str, list[Column]] = {name: [] for name in _TYPES}
 
     def add(self, moment: Moment) -> None:
         """Add the next moment."""
@@ -55,59 +61,74 @@ class CandidateLog:
             "near": count_near(pose[:, :2], graded, self._near),
             "blocked": count_blocked(pose, size, graded, self._near),
         }
-        for name, kind in (_COLUMNS | _COUNTS).items():
+        for name, kind in _TYPES.items():
             self._rows[name].append(values[name].astype(kind))
         self._times.append(moment.time)
 
     def candidates(self) -> Candidates:
         """Return the vehicles of all moments so far."""
-        column = {name: _joined(rows, kind) for (name, kind), rows in zip(
-            (_COLUMNS | _COUNTS).items(), self._rows.values(), strict=True)}  # fmt: skip
-        order = np.argsort(column["body"], kind="stable")
-        column = {name: values[order] for name, values in column.items()}
-        body, count = column["body"], len(self._bodies)
-        time = np.array(self._times)[column["moment"]] if len(body) else np.empty(0)
-        step = (np.diff(time) * (np.diff(body) == 0)).clip(0.0)  # 0 between two vehicles
-        mean_speed = 0.5 * (column["speed"][1:] + column["speed"][:-1])
-        turn = np.abs(np.diff(column["yaw"]) + math.pi) % math.tau
-        turns = (np.abs(turn - math.pi) > TURNS_FROM * step) & (step > 0) & (mean_speed > _LIMITS.moves_from_mps)
-        samples, near = np.bincount(body, minlength=count), np.bincount(body, column["near"], count)
-        first = np.cumsum(samples) - samples
-        driving = np.bincount(body[1:], step, count)
-
-        def share(part: Floats, whole: Floats) -> Floats:
-            return part / np.where(whole > 0, whole, 1.0)
-
-        return Candidates(
-            bodies=self._bodies,
-            enters_s=time[first] if count else np.empty(0),
-            stay_s=driving,
-            leaves=column["moment"][first + samples - 1] < len(self._times) - 1 if count else np.empty(0, dtype=bool),
-            distance_m=np.bincount(body[1:], step * mean_speed, count),
-            neighbours=share(np.bincount(body, column["neighbours"], count), samples),
-            near=share(near, samples),
-            turns=share(np.bincount(body[1:], step * turns, count), driving),
-            stops=np.bincount(body[1:][_stops(body, column["speed"])], minlength=count),
-            occlusion=share(np.bincount(body, column["blocked"], count), near),
-            first=first,
-            time=time,
-            near_at=column["near"].astype(np.int64),
-            speed_at=column["speed"].astype(np.float64),
-        )
+        samples = {name: np.concatenate(rows or [np.empty(0, _TYPES[name])]) for name, rows in self._rows.items()}
+        order = np.argsort(samples["body"], kind="stable")
+        return evaluate(self._bodies, np.array(self._times), {name: rows[order] for name, rows in samples.items()})
 
 
-def _joined(rows: list[Ints | Floats], kind: type) -> Ints | Floats:
-    return np.concatenate(rows) if rows else np.empty(0, dtype=kind)
+def evaluate(bodies: list[Body], moments: Floats, samples: dict[str, Column]) -> Candidates:
+    """Return the figures of vehicles.
+
+    Parameters
+    ----------
+    bodies
+        The N vehicles.
+    moments
+        Times of all moments [s].
+    samples
+        Columns (S,) of `CandidateLog`, ordered by vehicle and then by time.
+    """
+    body, speed, number = samples["body"], samples["speed"].astype(np.float64), len(bodies)
+    time = moments[samples["moment"]] if len(body) else np.empty(0)
+    count = np.bincount(body, minlength=number)
+    first = np.cumsum(count) - count
+    step = (np.diff(time) * (np.diff(body) == 0)).clip(0.0)  # 0 between two vehicles
+    mean_speed = 0.5 * (speed[1:] + speed[:-1])
+    turn = np.abs((np.diff(samples["yaw"]) + math.pi) % math.tau - math.pi)
+    turns = (turn > TURNS_FROM * step) & (step > 0) & (mean_speed > _LIMITS.moves_from_mps)
+
+    def total(values: Column) -> Floats:
+        return np.bincount(body[len(body) - len(values) :], values, number).astype(np.float64)
+
+    stay = total(step)
+    return Candidates(
+        bodies=bodies,
+        enters_s=time[first] if number else np.empty(0),
+        stay_s=stay,
+        leaves=samples["moment"][first + count - 1] < len(moments) - 1 if number else np.empty(0, dtype=bool),
+        distance_m=total(step * mean_speed),
+        neighbours=total(samples["neighbours"]) / count,
+        near=total(samples["near"]) / count,
+        turns=_share(total(step * turns), stay),
+        stops=total(_stops(body, speed)).astype(np.int64),
+        occlusion=_share(total(samples["blocked"]), total(samples["near"])),
+        first=first,
+        time=time,
+        near_at=samples["near"].astype(np.int64),
+        speed_at=speed,
+    )
 
 
-def _stops(body: Ints, speed: Floats) -> Bools:
+def _share(part: Floats, whole: Floats) -> Floats:
+    return np.asarray(part / np.where(whole > 0, whole, 1.0), dtype=np.float64)
+
+
+def _stops(body: Column, speed: Floats) -> Bools:
     """Return True (S - 1,) for the second of two samples if the vehicle comes to a stop in it.
 
     The limits are those of the true motion modes: it stands from below 0.3 m/s until it reaches 0.5 m/s. A vehicle that
     stands at its first sample has not stopped there.
     """
+    if not len(body):
+        return np.empty(0, dtype=bool)
     state = np.where(speed < _LIMITS.stands_below_mps, 0, np.where(speed >= _LIMITS.moves_from_mps, 1, -1))
-    new = np.append(True, np.diff(body) != 0)[: len(body)]
-    known = np.flatnonzero((state >= 0) | new)  # between the limits, the last state holds
-    held = state[known[np.cumsum((state >= 0) | new) - 1]] if len(body) else state
+    new = np.append(True, np.diff(body) != 0)
+    decided = (state >= 0) | new
+    held = state[np.flatnonzero(decided)[np.cumsum(decided) - 1]]  # between the limits, the last state holds
     return np.asarray((held[1:] == 0) & (held[:-1] == 1) & ~new[1:])

@@ -1,6 +1,7 @@
 """Candidates for the ego, and their order."""
 
 from dataclasses import dataclass
+
 import numpy as np
 
 from sim.arrays import Bools, Floats, Ints
@@ -57,9 +58,9 @@ class Candidates:
     def order(self, want: Want = Want.NEIGHBOURS, stay_s: float = STAY_S) -> Ints:
         """Return the vehicles (N,), the best first.
 
-        Vehicles come first that can carry the rig, stay for `stay_s`, and drive at `SLOWEST_MPS` on average. Among these, the
-        order is that of the wanted value: for `neighbours` the mean number within the range of grading, for `long` the
-        stay. Equal vehicles are in the order of stay, entry and name.
+        Vehicles come first that can carry the rig, stay for `stay_s`, and drive at `SLOWEST_MPS` on average. Among
+        these, the order is that of the wanted value: for `neighbours` the mean number within the range of grading, for
+        `long` the stay. Equal vehicles are in the order of stay, entry and name.
 
         Parameters
         ----------

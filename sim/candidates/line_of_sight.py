@@ -51,17 +51,26 @@ def count_blocked(pose: Floats, size: Floats, counted: Bools, range_m: float) ->
         return blocked
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    x, y = (pose[pairs[:, 1], :2] - pose[pairs[:, 0], :2]).T
+    distance = np.maximum(np.hypot(x, y), 1e-9)
+    radius = 0.5 * np.hypot(*size.T)[pairs[:, 1]]
     count = np.bincount(pairs[:, 0], minlength=len(pose))
     first = np.cumsum(count) - count
-    for part in _chunks(np.flatnonzero(counted[pairs[:, 1]]), count[pairs[:, 0]]):
-        ego, target = pairs[part].T
-        line = np.repeat(np.arange(len(part)), count[ego])
-        place = np.arange(len(line)) - np.repeat(np.cumsum(count[ego]) - count[ego], count[ego])
-        blocker = pairs[np.repeat(first[ego], count[ego]) + place, 1]
-        hit = _intersects(pose[ego[line], :2], pose[target[line], :2], pose[blocker], size[blocker])
-        hit &= blocker != target[line]
-        hidden = np.bincount(line[hit], minlength=len(part)) > 0
-        blocked += np.bincount(ego[hidden], minlength=len(pose))
+    for line in _chunks(np.flatnonzero(counted[pairs[:, 1]]), count[pairs[:, 0]]):
+        ego = pairs[line, 0]
+        target = np.repeat(line, count[ego])
+        start = np.repeat(np.cumsum(count[ego]) - count[ego] - first[ego], count[ego])
+        blocker = np.arange(len(target)) - start  # the pairs of the same ego, for each of its lines
+        # a circle around the box excludes most of them
+        ahead = (x[target] * x[blocker] + y[target] * y[blocker]) / distance[target]
+        aside = np.abs(x[target] * y[blocker] - y[target] * x[blocker]) / distance[target]
+        near = (aside <= radius[blocker]) & (ahead > -radius[blocker]) & (ahead < distance[target] + radius[blocker])
+        near &= target != blocker
+        target, blocker = target[near], blocker[near]
+        box = pairs[blocker, 1]
+        hit = _intersects(np.column_stack([x, y])[target], np.column_stack([x, y])[blocker], pose[box, 2], size[box])
+        hidden = np.unique(target[hit])
+        blocked += np.bincount(pairs[hidden, 0], minlength=len(pose))
     return blocked
 
 
@@ -72,26 +81,22 @@ def _chunks(rows: Ints, cost: Ints) -> Iterator[Ints]:
         yield from np.split(rows, np.flatnonzero(np.diff(part)) + 1)
 
 
-def _intersects(start: Floats, end: Floats, pose: Floats, size: Floats) -> Bools:
-    """Return True (M,) for line segments that intersect a box.
+def _intersects(end: Floats, centre: Floats, yaw: Floats, size: Floats) -> Bools:
+    """Return True (M,) for segments from the origin that intersect a box, by its slabs (Kay and Kajiya, SIGGRAPH 1986).
 
-    First a circle around the box excludes most of them, then the slabs of the box decide (Kay and Kajiya, SIGGRAPH
-    1986).
+    Parameters
+    ----------
+    end, centre
+        (M, 2) ends of the segments and centres of the boxes, relative to the segments' beginnings [m].
+    yaw, size
+        (M,) [rad] and (M, 2) [m] of the boxes.
     """
-    along, centre = end - start, pose[:, :2] - start
-    length = np.maximum(np.hypot(*along.T), 1e-9)
-    radius = 0.5 * np.hypot(*size.T)
-    ahead = (along * centre).sum(axis=1) / length
-    aside = np.abs(along[:, 0] * centre[:, 1] - along[:, 1] * centre[:, 0]) / length
-    hit = (aside <= radius) & (ahead > -radius) & (ahead < length + radius)
-    row = np.flatnonzero(hit)
-    cos, sin = np.cos(pose[row, 2]), np.sin(pose[row, 2])
-    enter, leave = np.zeros(len(row)), np.ones(len(row))
+    enter, leave = np.zeros(len(end)), np.ones(len(end))
+    cos, sin = np.cos(yaw), np.sin(yaw)
     for axis, (x, y) in enumerate(((cos, sin), (-sin, cos))):
-        origin = -(centre[row, 0] * x + centre[row, 1] * y)
-        direction = along[row, 0] * x + along[row, 1] * y
+        origin = -(centre[:, 0] * x + centre[:, 1] * y)
+        direction = end[:, 0] * x + end[:, 1] * y
         direction = np.where(np.abs(direction) < 1e-12, 1e-12, direction)
-        bounds = (np.array([[-0.5], [0.5]]) * size[row, axis] - origin) / direction
+        bounds = (np.array([[-0.5], [0.5]]) * size[:, axis] - origin) / direction
         enter, leave = np.maximum(enter, bounds.min(axis=0)), np.minimum(leave, bounds.max(axis=0))
-    hit[row] = enter <= leave
-    return hit
+    return np.asarray(enter <= leave)

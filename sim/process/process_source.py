@@ -77,7 +77,9 @@ class ProcessSource(Generic[Start_co, Frame_co]):
         Longest wait for a reply of the process [s]; a stopped one is ended then.
     """
 
-    def __init__(self, source: SteppedSource[Start_co, Frame_co], name: str, ahead: int = AHEAD, patience_s: float = PATIENCE_S):
+    def __init__(
+        self, source: SteppedSource[Start_co, Frame_co], name: str, ahead: int = AHEAD, patience_s: float = PATIENCE_S
+    ):
         self.dt = source.dt
         self.origin = np.zeros(2)
         self.warnings: tuple[str, ...] = ()

@@ -51,8 +51,11 @@ def best_ego(config: SumoTraffic, folder: Path, seed: int, range_m: float) -> st
     found = log.candidates()
     rows = [row for row in found.order(want) if config.ego_any_class or not found.bodies[row].rejected]
     if not rows:
-        raise TrafficInputError(none_entered(config.ego, config.max_wait_s, [body.vehicle_class for body in found.bodies]))
-    return found.bodies[rows[0]].name
+        raise TrafficInputError(
+            none_entered(config.ego, config.max_wait_s, [body.vehicle_class for body in found.bodies])
+        )
+    name: str = found.bodies[rows[0]].name
+    return name
 
 
 def await_ego(sumo: Any, ego: str, until: float, *, any_class: bool = False) -> str:
@@ -120,7 +123,8 @@ def await_busy_ego(sumo: Any, required: int, range_m: float, until: float, *, an
         No vehicle had enough others around it.
     """
     begin, steps = sumo.simulation.getTime(), max(1, round(CHECK_S / sumo.simulation.getDeltaT()))
-    most, busiest, classes = -1, "", {}
+    most, busiest = -1, ""
+    classes: dict[str, str] = {}
     while sumo.simulation.getTime() < until and sumo.simulation.getMinExpectedNumber() > 0:
         for _ in range(steps):
             sumo.simulationStep()
@@ -161,8 +165,8 @@ def none_entered(ego: str, waited: float, classes: Sequence[str], people: int = 
     if classes:
         found = ", ".join(f"{list(classes).count(name)} {name}" for name in sorted(set(classes)))
         return (
-            f'ego = "{ego}": the vehicles that entered in {waited:.0f} s ({found}) cannot carry the rig; add cars to the '
-            "routes, or set ego_any_class = true"
+            f'ego = "{ego}": the vehicles that entered in {waited:.0f} s ({found}) cannot carry the rig; add cars to '
+            "the routes, or set ego_any_class = true"
         )
     only = f" ({people} people did)" if people else ""
     return f'ego = "{ego}": no vehicle entered in {waited:.0f} s{only}; add vehicles to the routes, or raise max_wait_s'

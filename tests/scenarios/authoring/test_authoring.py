@@ -140,11 +140,11 @@ def commonroad_file(path):
         for number, x in ((1, 0), (2, 40), (3, -40))
     )
     path.write_text(
-        '''<?xml version="1.0" ?><commonRoad timeStepSize="0.1" commonRoadVersion="2020a" author="" affiliation=""
+        """<?xml version="1.0" ?><commonRoad timeStepSize="0.1" commonRoadVersion="2020a" author="" affiliation=""
         source="" benchmarkID="DEU_A-1_1_T-1" date="2024-01-01"><location><geoNameId>-999</geoNameId><gpsLatitude>999
         </gpsLatitude><gpsLongitude>999</gpsLongitude></location><scenarioTags><urban/></scenarioTags><lanelet id="9">
         <leftBound><point><x>0</x><y>2</y></point><point><x>99</x><y>2</y></point></leftBound><rightBound><point><x>0</x>
-        <y>-2</y></point><point><x>99</x><y>-2</y></point></rightBound><laneletType>urban</laneletType></lanelet>'''
+        <y>-2</y></point><point><x>99</x><y>-2</y></point></rightBound><laneletType>urban</laneletType></lanelet>"""
         + cars
         + "</commonRoad>"
     )
@@ -188,7 +188,15 @@ def test_an_ego_that_was_asked_for(written, capfd, tmp_path):
     scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60", "--ego", "s_e.0")
     assert scenario.traffic.ego == "vehicle:s_e.0"
     assert "as asked for" in choices[0]
-    arguments = [str(CROSSING / "crossing.net.xml"), "--out", str(tmp_path / "x.toml"), "--window", "20", "--ego", "no-such"]
+    arguments = [
+        str(CROSSING / "crossing.net.xml"),
+        "--out",
+        str(tmp_path / "x.toml"),
+        "--window",
+        "20",
+        "--ego",
+        "no-such",
+    ]
     assert main(["new", *arguments]) == 2
     assert "--ego no-such: did not enter within 20 s; see luxloop egos" in capfd.readouterr().err
     assert not (tmp_path / "x.toml").exists()
@@ -214,7 +222,10 @@ def write_traffic(folder, traffic):
             '<person id="p" depart="0"><walk edges="west_in" arrivalPos="50"/></person>',
             "no vehicle enters within 30 s, and people cannot carry the rig",
         ),
-        ('<vehicle id="alone" depart="0"><route edges="west_in east_out"/></vehicle>', "no vehicle comes within the range"),
+        (
+            '<vehicle id="alone" depart="0"><route edges="west_in east_out"/></vehicle>',
+            "no vehicle comes within the range",
+        ),
         ('<vehicle id="late" depart="90"><route edges="west_in"/></vehicle>', "give --begin shortly before"),
     ],
 )
@@ -332,7 +343,11 @@ def test_routes_replace_trips_types_come_first_and_signal_programs_are_left_out(
 
 
 def test_a_written_file_is_read_back():
-    document = {"description": 'a "b" \\ ü \x7f', "x": [1, 2.5, True], "traffic": {"odd key": {"a.b": -1}, "list": ["c"]}}
+    document = {
+        "description": 'a "b" \\ ü \x7f',
+        "x": [1, 2.5, True],
+        "traffic": {"odd key": {"a.b": -1}, "list": ["c"]},
+    }
     text = scenario_text(document, ["word " * 60])
     assert tomllib.loads(text) == document
     assert max(map(len, text.splitlines())) <= 120
@@ -340,7 +355,12 @@ def test_a_written_file_is_read_back():
 
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [("veh_passenger", "car"), ("bike_bicycle", "bicycle"), ("MotorCycle", "motorcycle"), ("truck_trailer", "trailer-truck")],
+    [
+        ("veh_passenger", "car"),
+        ("bike_bicycle", "bicycle"),
+        ("MotorCycle", "motorcycle"),
+        ("truck_trailer", "trailer-truck"),
+    ],
 )
 def test_guesses_of_types(name, kind):
     guesses = TypeGuesses()

@@ -90,7 +90,10 @@ def test_no_vehicles_have_no_neighbours():
 def test_stay_distance_and_neighbours():
     # "a" drives 10 m/s for 10 s; "b" stands at x = 30 m, 0.5 s later; the bicycle does not count
     moments = [
-        (float(t), {"a": (10.0 * t, 0, 0, 10.0), "bike": (5.0, 3.0, 0, 0.0)} | ({"b": (30.0, 9.0, 0, 0.0)} if t > 2 else {}))
+        (
+            float(t),
+            {"a": (10.0 * t, 0, 0, 10.0), "bike": (5.0, 3.0, 0, 0.0)} | ({"b": (30.0, 9.0, 0, 0.0)} if t > 2 else {}),
+        )
         for t in range(11)
     ]
     moments += [(float(t), {"b": (30.0, 9.0, 0, 0.0)}) for t in range(11, 15)]
@@ -108,7 +111,19 @@ def test_stay_distance_and_neighbours():
 
 def test_turns_and_stops():
     yaw = [0, 0, 10, 20, 20, 20, 20, 24, 24, 24, 24]  # two of ten seconds at 10 deg/s; 4 deg/s is no turn
-    speed = [5, 5, 5, 5, 0.4, 0.2, 0.4, 0.6, 5, 0.1, 5]  # stops at 5 s and at 9 s, not at 4 s: 0.4 is between the limits
+    speed = [
+        5,
+        5,
+        5,
+        5,
+        0.4,
+        0.2,
+        0.4,
+        0.6,
+        5,
+        0.1,
+        5,
+    ]  # stops at 5 s and at 9 s, not at 4 s: 0.4 is between the limits
     moments = [(float(t), {"a": (t, 0, yaw[t], speed[t]), "still": (0, 90, 0, 0.0)}) for t in range(11)]
     found = log_of(moments)
     assert found.turns[by_name(found)["a"]] == pytest.approx(0.2)
@@ -147,7 +162,7 @@ def test_the_order_prefers_suitable_then_usable_then_the_wanted():
     assert names[4] == "few"  # alone, but it drives for 40 s
     assert set(names[5:7]) == {"short", "parked"}
     assert names[-1] == "bike"
-    assert [found.bodies[row].name for row in found.order(Want.NEIGHBOURS, 10.0)][0] == "short"
+    assert found.bodies[found.order(Want.NEIGHBOURS, 10.0)[0]].name == "short"
     assert log_of([]).order().tolist() == []
 
 

@@ -66,7 +66,9 @@ def test_first_skips_vehicles_that_cannot_carry_the_rig(source):
 
 
 def test_a_named_tram_is_refused_unless_any_class_is_accepted(source):
-    with pytest.raises(TrafficInputError, match=r'ego = "vehicle:t" is a tram, which cannot carry the rig; name a road'):
+    with pytest.raises(
+        TrafficInputError, match=r'ego = "vehicle:t" is a tram, which cannot carry the rig; name a road'
+    ):
         source(vehicle("t", kind="tram"), ego="vehicle:t").reset(1)
     made = source(vehicle("t", kind="tram"), ego="vehicle:t", ego_any_class=True)
     made.reset(1)
@@ -105,7 +107,9 @@ def test_first_with_min_vehicles_takes_a_vehicle_that_has_them(source):
 
 
 def test_first_that_finds_too_few_names_the_most(source):
-    with pytest.raises(TrafficInputError, match=r'min_vehicles = 3: .* within 200 m; the most were 1, around ".*"; lower it$'):
+    with pytest.raises(
+        TrafficInputError, match=r'min_vehicles = 3: .* within 200 m; the most were 1, around ".*"; lower it$'
+    ):
         source(vehicle("a") + vehicle("b", depart=3), min_vehicles=3).reset(1)
 
 
@@ -178,8 +182,9 @@ def test_figures_of_standing_vehicles_equal_those_by_hand(folder):
 
 def test_figures_of_a_driving_vehicle_equal_those_by_hand(folder):
     stop = '<stop lane="west_in_1" endPos="60" duration="5"/>'
+    begin = 'route="east" depart="0" departPos="20" departSpeed="5" departLane="1"'
     traffic = f"""<vType id="slow" maxSpeed="5" sigma="0" speedDev="0" accel="50" decel="50" tau="1"/>
-        <vehicle id="a" type="slow" route="east" depart="0" departPos="20" departSpeed="5" departLane="1">{stop}</vehicle>
+        <vehicle id="a" type="slow" {begin}>{stop}</vehicle>
         <vehicle id="tram" type="tram" route="west" depart="0" departLane="1"/>"""
     found, row = survey(*folder(traffic), 15.0)
     a = row["a"]
