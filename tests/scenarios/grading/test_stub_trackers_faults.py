@@ -26,7 +26,7 @@ x_m = 9
 y_m = 4
 yaw_deg = 25
 [[traffic.actor]]
-x_m = -14
+x_m = -16
 y_m = 5
 motion = [{ kind = "straight", speed_mps = 8 }]
 [[traffic.actor]]

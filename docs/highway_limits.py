@@ -1,0 +1,79 @@
+"""Largest acceleration and jerk in all environments of highway-env, by the drivers: `python docs/highway_limits.py`.
+
+It prints the table of docs/traffic.md. `--environments NAME...` measures some only.
+"""
+
+import argparse
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.grading.truth_events.bodies import Bodies
+from scenarios.grading.truth_events.body_motion import MotionHistory
+from scenarios.grading.truth_events.event_limits import ACCELERATION_MPS2, JERK_MPS3
+from sim.highway.highway_config import HighwayTraffic
+from sim.highway.highway_source import HighwaySource
+from sim.source import TrafficEndedError, TrafficInputError
+
+MOTORIST = "sim.highway.motorist.Motorist"
+RANGE_M, DURATION_S, SEEDS = 200.0, 20.0, (1,)
+
+
+def environments() -> list[str]:
+    """Return the ids of the environments that highway-env registers, sorted."""
+    import gymnasium
+    import highway_env  # noqa: F401  registers its environments
+
+    return sorted(name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("highway_env."))
+
+
+def frames(env: str, drivers: str | None, seed: int) -> Iterator[Bodies]:
+    """Yield the bodies of a run, until the ego crashes."""
+    config = {"other_vehicles_type": drivers} if drivers else {}
+    with closing(HighwaySource(HighwayTraffic(env=env, config=config), Path(), RANGE_M)) as source:
+        source.reset(seed)
+        for _ in range(round(DURATION_S / source.dt)):
+            try:
+                yield Bodies.of(source.step())
+            except TrafficEndedError:
+                return
+
+
+def largest(env: str, drivers: str | None) -> tuple[float, float, float]:
+    """Return the largest acceleration [m/s^2] and jerk [m/s^3] over the seeds, and the shortest run [s]."""
+    peaks, shortest = np.zeros(2), DURATION_S
+    for seed in SEEDS:
+        history, time = MotionHistory(), 0.0
+        for bodies in frames(env, drivers, seed):
+            peaks, time = np.maximum(peaks, history.add(bodies).quantities[:, :2].max(axis=0)), bodies.time
+        shortest = min(shortest, time)
+    return float(peaks[0]), float(peaks[1]), shortest
+
+
+def row(env: str) -> str:
+    """Return a row of the table; values beyond the limits are bold."""
+    cells = []
+    for drivers in (None, MOTORIST):
+        try:
+            acceleration, jerk, time = largest(env, drivers)
+        except TrafficInputError:  # the environment has no other vehicles to choose drivers for
+            cells += ["", "", ""]
+            continue
+        for value, limit in ((acceleration, ACCELERATION_MPS2), (jerk, JERK_MPS3)):
+            cells.append(f"**{value:.1f}**" if value > limit else f"{value:.1f}")
+        cells.append(f"{time:.1f}")
+    return f"| `{env}` | {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--environments", nargs="*")
+    for env in parser.parse_args().environments or environments():
+        print(row(env), flush=True)
+
+
+if __name__ == "__main__":
+    main()
