@@ -14,10 +14,11 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.sumo.ego import EgoControl, await_ego
 from sim.sumo.error_messages import captured_stderr, one_line
 from sim.sumo.input_checks import clean_up, sumo_command
+from sim.sumo.opendrive_net import converted
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.roadside import static_obstacles
-from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.sumo_config import OPENDRIVE, SumoTraffic
 from sim.world import Obstacles, WorldFrame
 
 
@@ -95,8 +96,10 @@ class SumoSource:
         if config.config:
             files = {"configuration-file": [config.config]}
         else:
+            opendrive = config.net.endswith(OPENDRIVE)
+            net = converted(self._folder, config.net, config.netconvert) if opendrive else config.net
             files = {
-                "net-file": [config.net],
+                "net-file": [net],
                 "route-files": config.routes,
                 "additional-files": config.additional,
             }
