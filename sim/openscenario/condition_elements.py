@@ -72,9 +72,9 @@ def _by_entity(by: XmlElement, entities: dict[str, Entity]) -> EntityCondition:
         raise triggering.error("names no entity; add an EntityRef")
     every = triggering.choice("triggeringEntitiesRule", {"any": "", "all": "yes"}) != ""
     test = by.need("EntityCondition").only()
-    if test.tag not in _QUANTITIES:
-        raise test.error(f"is not supported; supported are {', '.join(_QUANTITIES)}")
-    quantity, compared = _QUANTITIES[test.tag]
+    if test.tag not in QUANTITIES:
+        raise test.error(f"is not supported; supported are {', '.join(QUANTITIES)}")
+    quantity, compared = QUANTITIES[test.tag]
     value = test.number(compared)
     rule = {"reach": "lessOrEqual", "travelled": "greaterOrEqual", "standing": "greaterOrEqual"}.get(quantity)
     target = test.find("TimeToCollisionConditionTarget") or test
@@ -109,7 +109,7 @@ def _require_complete(condition: EntityCondition, test: XmlElement) -> None:
         raise test.error("has a direction, which is not supported; remove it to compare the absolute value")
 
 
-_QUANTITIES = {
+QUANTITIES = {
     "TimeHeadwayCondition": ("headway", "value"),
     "TimeToCollisionCondition": ("collision", "value"),
     "RelativeDistanceCondition": ("distance", "value"),

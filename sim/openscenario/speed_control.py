@@ -30,7 +30,7 @@ class SpeedChange:
         self._elapsed += step
         if self._action.continuous:
             self._target = self._wanted(others, self._target)
-        progress = self._elapsed / self._duration if self._duration > 0 else 1.0
+        progress = round(self._elapsed / self._duration, 9) if self._duration > 0 else 1.0
         self.done = progress >= 1 and not (self._action.entity and self._action.continuous)
         return self._begin + (self._target - self._begin) * share(self._action.dynamics, progress)
 

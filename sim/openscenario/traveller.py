@@ -33,7 +33,8 @@ class LaneChange:
     def progress(self) -> float:
         """Share of duration or length, 1 at the end."""
         least = 1e-9
-        return max(self.elapsed / max(self.duration, least), self.travelled / max(self.length, least))
+        progress = max(self.elapsed / max(self.duration, least), self.travelled / max(self.length, least))
+        return round(progress, 9)  # so that the sum of all steps reaches 1
 
     @property
     def remaining(self) -> float:

@@ -134,6 +134,11 @@ def clean_up() -> None:
         _scratch.cache_clear()
 
 
+def scratch_file(name: str) -> Path:
+    """Return the path of a file that exists until `clean_up` or the end of the process."""
+    return Path(_scratch().name) / name
+
+
 @functools.cache
 def _scratch() -> "tempfile.TemporaryDirectory[str]":
     """Return a folder that exists until `clean_up` or the end of the process."""

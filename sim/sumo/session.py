@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 from sim.source import SimulatorFailedError, TrafficInputError
 from sim.sumo.error_messages import captured_stderr, one_line
 from sim.sumo.input_checks import clean_up, sumo_command
-from sim.sumo.sumo_config import SumoTraffic
+from sim.sumo.opendrive_net import converted
+from sim.sumo.sumo_config import OPENDRIVE, SumoTraffic
 
 
 class SumoSession:
@@ -75,8 +76,10 @@ class SumoSession:
         if config.config:
             files = {"configuration-file": [config.config]}
         else:
+            opendrive = config.net.endswith(OPENDRIVE)
+            net = converted(self._folder, config.net, config.netconvert) if opendrive else config.net
             files = {
-                "net-file": [config.net],
+                "net-file": [net],
                 "route-files": config.routes,
                 "additional-files": config.additional,
             }

@@ -8,6 +8,9 @@ from sim.modes import ModeLimits
 from sim.physical.physical_config import PhysicalConfig
 from sim.sumo.options import SCENARIO_KEYS, full_name
 
+OPENDRIVE = ".xodr"
+"""Suffix of OpenDRIVE nets."""
+
 
 @dataclass(frozen=True, slots=True)
 class SumoTraffic:
@@ -17,7 +20,7 @@ class SumoTraffic:
     config: str = ""
     """A `.sumocfg`; omit `net`, `routes` and `additional` then."""
     net: str = ""
-    """A `.net.xml`."""
+    """A `.net.xml`, or an OpenDRIVE file (`.xodr`), which netconvert of the extra `opendrive` converts at the start."""
     routes: list[str] = field(default_factory=list)
     """Route files: vehicle types, routes, flows, vehicles, persons."""
     additional: list[str] = field(default_factory=list)
@@ -59,6 +62,8 @@ class SumoTraffic:
     """Limits of the motion modes."""
     options: dict[str, str] = field(default_factory=dict)
     """Further SUMO options by long name, such as `lateral-resolution = "0.8"`, which makes lane changes gradual."""
+    netconvert: dict[str, str] = field(default_factory=dict)
+    """Further options of netconvert for an OpenDRIVE net, by long name, such as `"tls.cycle.time" = "70"`."""
 
     def __post_init__(self) -> None:
         if bool(self.config) == bool(self.net and self.routes):
@@ -84,6 +89,8 @@ class SumoTraffic:
             raise ValueError(
                 "physical.lookahead_s must be 0 with ego_control = true: commands cannot reach a simulator ahead"
             )
+        if self.netconvert and not self.net.endswith(OPENDRIVE):
+            raise ValueError(f'netconvert requires an OpenDRIVE net ({OPENDRIVE}), not net = "{self.net}"')
         for option in self.options:
             if key := SCENARIO_KEYS.get(full_name(option)):
                 raise ValueError(f"options.{option}: set the key {key} instead")

@@ -7,11 +7,14 @@ import pytest
 from support.frames import Body, world_frame
 from support.motion_limits import LIMITS, excesses, worst_motion
 from support.nets import source_on
+from support.paths import EXAMPLES
 
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import paths
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
+from sim.openscenario.openscenario_config import OpenScenarioTraffic
+from sim.openscenario.openscenario_source import OpenScenarioSource
 from sim.replay.replay_config import ReplayTraffic
 from sim.replay.replay_source import ReplaySource
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
@@ -24,6 +27,7 @@ SOURCES = {
     HighwayTraffic: HighwaySource,
     ScriptedTraffic: ScriptedSource,
     ReplayTraffic: ReplaySource,
+    OpenScenarioTraffic: OpenScenarioSource,
 }
 RANGE_M = 200.0
 ON_NETS_S = 60.0
@@ -44,6 +48,12 @@ def motion(source, seed, duration_s):
 def test_motion_in_a_shipped_scenario_is_feasible(name):
     scenario = Scenario.load(paths()[name])
     source = SOURCES[type(scenario.traffic)](scenario.traffic, scenario.folder, RANGE_M)
+    assert excesses(motion(source, scenario.seed, scenario.duration_s)) == []
+
+
+def test_motion_of_a_storyboard_is_feasible():
+    scenario = Scenario.load(EXAMPLES / "cut-in.toml")
+    source = OpenScenarioSource(scenario.traffic, scenario.folder, RANGE_M)
     assert excesses(motion(source, scenario.seed, scenario.duration_s)) == []
 
 

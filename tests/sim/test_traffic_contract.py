@@ -6,18 +6,25 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.paths import CATALOG
+from support.paths import CATALOG, EXAMPLES
 
 from scenarios.files.scenario import Scenario
 from sim.highway.highway_source import HighwaySource
 from sim.kinematics import wrap_angle
+from sim.openscenario.openscenario_source import OpenScenarioSource
 from sim.replay.replay_source import ReplaySource
 from sim.roster import EGO_ID
 from sim.scripted.scripted_source import ScriptedSource
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Kind
 
-SOURCES = {"sumo": SumoSource, "highway-env": HighwaySource, "scripted": ScriptedSource, "replay": ReplaySource}
+SOURCES = {
+    "sumo": SumoSource,
+    "highway-env": HighwaySource,
+    "scripted": ScriptedSource,
+    "replay": ReplaySource,
+    "openscenario": OpenScenarioSource,
+}
 SCENARIOS = [
     "urban/sumo-crossing",
     "highway/sumo-cut-in",
@@ -27,6 +34,7 @@ SCENARIOS = [
     "fitting/ring",
     "urban/replayed-crossing",
     "highway/cruise-on-tracks",
+    "cut-in",
 ]
 RANGE_M = 60.0
 FRAMES = 40
@@ -36,7 +44,8 @@ class Runs:
     """First frames of a scenario by one source: `first` with one seed, `other` with another, `again` with the first."""
 
     def __init__(self, name):
-        scenario = Scenario.load(CATALOG / f"{name}.toml")
+        folder = CATALOG if "/" in name else EXAMPLES
+        scenario = Scenario.load(folder / f"{name}.toml")
         with closing(SOURCES[scenario.traffic.kind](scenario.traffic, scenario.folder, RANGE_M)) as source:
             self.dt = source.dt
             self.first, self.other, self.again = (self.record(source, seed) for seed in (5, 6, 5))

@@ -1,0 +1,83 @@
+"""OpenDRIVE files as nets of SUMO, converted by netconvert of the package eclipse-sumo."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+from sim.source import TrafficInputError
+from sim.sumo.input_checks import scratch_file
+from sim.sumo.options import is_rejected
+
+TIMEOUT_S = 600.0
+"""[s] Limit of one conversion."""
+_ALWAYS = {
+    "offset.disable-normalization": "true",  # the net keeps the coordinates of the file
+    "xml-validation": "never",  # validation would download schemas
+}
+
+
+def converted(folder: Path, name: str, options: Mapping[str, str]) -> str:
+    """Convert an OpenDRIVE file, and return the path of the net.
+
+    Parameters
+    ----------
+    folder
+        Folder of the scenario file.
+    name
+        Path of the file, relative to it.
+    options
+        Further options of netconvert by long name.
+
+    Raises
+    ------
+    TrafficInputError
+        netconvert is not installed, cannot read the file, or an option writes files.
+    """
+    source = folder / name
+    if not os.path.isfile(source):  # noqa: PTH113  Path.is_file raises for a name that is too long
+        raise TrafficInputError(f'net = "{name}": no such file in {folder}; paths are relative to the scenario file')
+    for option in options:
+        if is_rejected(option) or option.endswith(("-file", "-files")):
+            raise TrafficInputError(f"netconvert.{option}: options that name files are not supported; remove it")
+    program, home = _netconvert()
+    net = scratch_file(f"{source.stem}.net.xml")
+    words = (f"--{option}={value}" for option, value in {**_ALWAYS, **options}.items())
+    command = [program, "--opendrive-files", str(source.absolute()), "--output-file", str(net), *words]
+    try:
+        run = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=TIMEOUT_S,
+            env=os.environ | ({"SUMO_HOME": home} if home else {}),
+        )
+    except subprocess.TimeoutExpired as error:
+        raise TrafficInputError(f'net = "{name}": netconvert took more than {TIMEOUT_S:.0f} s') from error
+    if run.returncode or not net.exists():
+        raise TrafficInputError(f'net = "{name}": netconvert cannot convert it: {_reason(run.stderr)}')
+    return str(net)
+
+
+def _netconvert() -> tuple[str, str]:
+    """Return program and data folder of eclipse-sumo, or of a SUMO on the search path."""
+    if (package := find_spec("sumo")) and package.submodule_search_locations:
+        home = Path(package.submodule_search_locations[0])
+        for name in ("netconvert", "netconvert.exe"):
+            if (program := home / "bin" / name).exists():
+                return str(program), str(home)
+    if installed := shutil.which("netconvert"):
+        return installed, ""
+    raise TrafficInputError(
+        "an OpenDRIVE net needs netconvert of eclipse-sumo, which is not installed: pip install 'luxloop[opendrive]'"
+    )
+
+
+def _reason(stderr: str) -> str:
+    """Return netconvert's first error as one line."""
+    errors = [line.removeprefix("Error: ") for line in stderr.splitlines() if line.startswith("Error: ")]
+    return " ".join((errors or stderr.split("\n") or ["no message"])[0].split())
