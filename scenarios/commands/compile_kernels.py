@@ -10,7 +10,11 @@ SIMULATED_S = 0.8
 
 def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Quiet = False) -> None:
     """Compile the numba kernels into their cache, so that parallel runs do not each compile them; writes no run."""
+    import os
     import time
+
+    # Before numba is imported: it colours an error for each type of argument that it tries, 7 % of the time.
+    os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
 
     from scenarios.files import shipped
     from scenarios.files.scenario import Scenario

@@ -50,7 +50,7 @@ def search_bodies(
     """
     found, owner = plausible_fits(points, line, segment, offset, heading, shape, alignment)
     order = np.lexsort((line, segment))
-    points, line, size = points[order], line[order], np.diff(offset)
+    points, line, size = points.take(order, axis=0), line.take(order), np.diff(offset)
     center = means(points, segment, len(heading))
     triangle = fit_bodies(points, line, offset, center, found, owner, LAST_ROUNDS, 1.0, shape)
     aligned = misalignments(points, offset, found[:, STATE].copy(), owner, directions(center), alignment)
@@ -69,7 +69,7 @@ def plausible_fits(
     center = means(points, segment, len(heading))
     chosen, first = even_subset(points, segment, offset, SAMPLE_MAX)
     chosen = chosen[np.lexsort((line[chosen], segment[chosen]))]
-    sample, candidates = points[chosen], np.repeat(np.arange(len(heading)), heading.shape[1])
+    sample, candidates = points.take(chosen, axis=0), np.repeat(np.arange(len(heading)), heading.shape[1])
     aligned = misalignments(sample, first, heading.ravel(), candidates, directions(center), alignment)
     order = np.argsort(aligned.reshape(heading.shape), axis=1, kind="stable")
     found, owner = first_hypotheses(sample, first, center, heading, order)

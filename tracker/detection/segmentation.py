@@ -61,7 +61,9 @@ def connect(points: Floats, config: SegmentationConfig) -> Ints:
     radius = config.radius_m + config.radius_per_m * np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2)
     pitch = radius.min() / math.sqrt(2.0)
     column, row = np.floor(points / pitch).astype(np.int64).T
-    return connected(points, radius, np.lexsort((row, column)), column, row, math.ceil(radius.max() / pitch))
+    order = np.lexsort((row, column))
+    window = math.ceil(radius.max() / pitch)
+    return connected(points.take(order, axis=0), radius.take(order), order, column.take(order), row.take(order), window)
 
 
 def by_segment(segments: Segments) -> tuple[Ints, Ints]:

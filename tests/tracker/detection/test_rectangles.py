@@ -10,7 +10,7 @@ from support.stages import fit_points, off_quarter, one_segment
 
 from tracker.detection import rectangles, tlinkage
 from tracker.detection.kernels import criteria as kernels
-from tracker.detection.kernels.hull import convex_hull
+from tracker.detection.kernels.hull import convex_hull as hull_of_sorted
 from tracker.detection.kernels.sides import extents
 from tracker.detection.rectangles import RectangleConfig
 from tracker.detection.tlinkage import LinkageConfig
@@ -20,6 +20,14 @@ GRID = np.deg2rad(np.arange(90.0))
 AREA, CLOSENESS, VARIANCE, TLINKAGE = range(4)
 
 
+def by_x(points):
+    return np.argsort(points[:, 0], kind="stable")
+
+
+def convex_hull(points):
+    return hull_of_sorted(points, by_x(points))
+
+
 def criteria(points, angle, floor=0.01):
     score = np.empty((3, kernels.LANES))
     kernels.criteria(points, convex_hull(points), np.linspace(angle, angle + 1.0, kernels.LANES), floor, score)
@@ -27,7 +35,7 @@ def criteria(points, angle, floor=0.01):
 
 
 def headings(points, halvings=5):
-    return kernels.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
+    return kernels.best_headings(points, np.array([0, len(points)]), by_x(points), GRID, 0.01, halvings)[0]
 
 
 def test_criteria_by_hand():

@@ -26,7 +26,7 @@ class BoxPoints(NamedTuple):
     """(B, 2) extent of all points along and across heading [m]."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def box_points(
     points: Floats,
     on_line: Bools,
@@ -60,9 +60,10 @@ def box_points(
     boxes = len(center)
     support, mean_time, cut = np.zeros(boxes, np.int64), np.zeros(boxes), np.zeros((boxes, 2, 2), np.bool_)
     mean, view, extent = np.zeros((boxes, 2)), np.zeros((boxes, 2)), np.zeros((boxes, 2))
+    low, high = np.empty(2), np.empty(2)
     for b in range(boxes):
         cos, sin = math.cos(heading[b]), math.sin(heading[b])
-        low, high = np.full(2, np.inf), np.full(2, -np.inf)
+        low[:], high[:] = np.inf, -np.inf
         for k in range(start[b, 0], start[b, 1]):
             i = order[k]
             x, y = points[i, 0] - center[b, 0], points[i, 1] - center[b, 1]
@@ -79,6 +80,8 @@ def box_points(
                     cut[b, axis, 0] = cut[b, axis, 0] or -place[axis] >= end
                     cut[b, axis, 1] = cut[b, axis, 1] or place[axis] >= end
         count = start[b, 1] - start[b, 0]
-        mean[b], view[b], extent[b] = mean[b] / count, view[b] / count, high - low
+        for axis in range(2):  # a loop: expressions of arrays take seconds to compile
+            mean[b, axis], view[b, axis] = mean[b, axis] / count, view[b, axis] / count
+            extent[b, axis] = high[axis] - low[axis]
         mean_time[b] /= max(support[b], 1)
     return BoxPoints(support, mean_time, cut, mean, view, extent)

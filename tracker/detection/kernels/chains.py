@@ -37,15 +37,14 @@ def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: i
 
 
 @njit(cache=True)
-def cell_starts(order: Ints, column: Ints, row: Ints) -> Ints:
-    """(C + 1,) place in `order` (N,) of the first point of each of the C cells that have points, and N."""
-    start, count = np.zeros(len(order) + 1, np.int64), 1
-    for k in range(1, len(order)):
-        i, before = order[k], order[k - 1]
-        if column[i] != column[before] or row[i] != row[before]:
+def cell_starts(column: Ints, row: Ints) -> Ints:
+    """(C + 1,) first point of each of the C cells that have points, of points (N,) sorted by cell, and N."""
+    start, count = np.zeros(len(column) + 1, np.int64), 1
+    for k in range(1, len(column)):
+        if column[k] != column[k - 1] or row[k] != row[k - 1]:
             start[count] = k
             count += 1
-    start[count] = len(order)
+    start[count] = len(column)
     return start[: count + 1]
 
 
@@ -66,14 +65,16 @@ def first_of_each(parent: Ints, order: Ints) -> Ints:
 def connected(points: Floats, radius: Floats, order: Ints, column: Ints, row: Ints, window: int) -> Ints:
     """Return the first point of the set of each point, connected by pairs within either point's radius.
 
-    `order` (N,) sorts the points by grid cell, by `column` (N,), then by `row` (N,). A cell's diagonal is at most the
+    Points (N, 2), radii (N,), columns (N,) and rows (N,) are sorted by grid cell, by `column`, then by `row`; `order`
+    (N,) are their places in the result. Columns and rows are overwritten. A cell's diagonal is at most the
     smallest radius, so that a cell is one set from the start; pairs are at most `window` cells apart.
     """
-    points, radius, parent, cell = points[order], radius[order], np.arange(len(points)), cell_starts(order, column, row)
+    parent, cell = np.empty(len(points), np.int64), cell_starts(column, row)
     cells = len(cell) - 1
-    column, row = column[order[cell[:-1]]], row[order[cell[:-1]]]
     for a in range(cells):
-        parent[cell[a] : cell[a + 1]] = cell[a]
+        for k in range(cell[a], cell[a + 1]):
+            parent[k] = cell[a]
+        column[a], row[a] = column[cell[a]], row[cell[a]]  # from here on those of the cells
     for shift in range(window + 1):
         start = 0
         for a in range(cells):

@@ -19,13 +19,13 @@ COS, SIN, EDGE_1, INWARD_1, EDGE_2, INWARD_2, CLOSENESS, COUNT_1, SUM_1, SQUARE_
 
 
 @njit(cache=True)
-def nearer_edge(outline: Floats, mean: Floats, a: float, b: float) -> tuple[float, float, float]:
-    """Return the edge along direction (a, b) that is nearer to the mean (2,), 1 or -1 for inward, and the extent.
+def nearer_edge(outline: Floats, x: float, y: float, a: float, b: float) -> tuple[float, float, float]:
+    """Return the edge along direction (a, b) that is nearer to the mean (x, y), 1 or -1 for inward, and the extent.
 
     The nearer edge is chosen once for all points: of the distances to the two edges it is the one of smaller
     norm (Zhang 2017, algorithms 4 and 5), which is the edge closer to the mean.
     """
-    low, high, middle = np.inf, -np.inf, a * mean[0] + b * mean[1]
+    low, high, middle = np.inf, -np.inf, a * x + b * y
     for i in range(len(outline)):
         place = a * outline[i, 0] + b * outline[i, 1]
         low, high = min(low, place), max(high, place)
@@ -62,12 +62,15 @@ def criteria(points: Floats, outline: Floats, angle: Floats, floor: float, score
 
     Higher is better. `outline` (H, 2) is the convex hull of the points (N, 2).
     """
-    work, mean = np.zeros((13, LANES)), np.array([points[:, 0].mean(), points[:, 1].mean()])
+    work, x, y = np.zeros((13, LANES)), 0.0, 0.0
+    for i in range(len(points)):
+        x, y = x + points[i, 0], y + points[i, 1]
+    x, y = x / len(points), y / len(points)
     for k in range(LANES):
         cos, sin = math.cos(angle[k]), math.sin(angle[k])
         work[COS, k], work[SIN, k] = cos, sin
-        work[EDGE_1, k], work[INWARD_1, k], length = nearer_edge(outline, mean, cos, sin)
-        work[EDGE_2, k], work[INWARD_2, k], width = nearer_edge(outline, mean, -sin, cos)
+        work[EDGE_1, k], work[INWARD_1, k], length = nearer_edge(outline, x, y, cos, sin)
+        work[EDGE_2, k], work[INWARD_2, k], width = nearer_edge(outline, x, y, -sin, cos)
         score[0, k] = -length * width
     add_distances(points, floor, work)
     for k in range(LANES):
@@ -85,12 +88,15 @@ def keep_better(score: Floats, angle: Floats, first: int, last: int, highest: Fl
 
 
 @njit(cache=True)
-def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
-    """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it."""
+def best_headings(points: Floats, offset: Ints, order: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
+    """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it.
+
+    Segment s has points offset[s] to offset[s + 1], and order[offset[s]] to order[offset[s + 1]] are these by their x.
+    """
     best, angle, score = np.empty((len(offset) - 1, 3)), np.empty(LANES), np.empty((3, LANES))
     for s in range(len(offset) - 1):
         segment, highest, width = points[offset[s] : offset[s + 1]], np.full(3, -np.inf), grid[1] - grid[0]
-        outline = convex_hull(segment)
+        outline = convex_hull(points, order[offset[s] : offset[s + 1]])
         for start in range(0, len(grid), LANES):
             for k in range(LANES):
                 angle[k] = grid[min(start + k, len(grid) - 1)]

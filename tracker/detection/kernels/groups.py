@@ -55,4 +55,7 @@ def extents_along(points: Floats, label: Ints, count: int, directions: Floats) -
             for d in range(len(directions)):
                 place = points[i, 0] * directions[d, 0] + points[i, 1] * directions[d, 1]
                 low[g, d], high[g, d] = min(low[g, d], place), max(high[g, d], place)
-    return np.asarray(high - low)
+    for g in range(count):
+        for d in range(len(directions)):
+            high[g, d] -= low[g, d]
+    return high

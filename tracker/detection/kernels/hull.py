@@ -3,17 +3,19 @@
 import numpy as np
 from numba import njit
 
-from tracker.arrays import Floats
+from tracker.arrays import Floats, Ints
 
 SLACK_M2 = 1e-9
 """Area of the triangle with its neighbours, twice, within which a point is kept: rounding then drops no vertex."""
 
 
 @njit(cache=True)
-def convex_hull(points: Floats) -> Floats:
-    """Vertices (H, 2) of the convex hull of points (N, 2), by the monotone chain of Andrew (1979)."""
-    order = np.argsort(points[:, 0].copy(), kind="mergesort")  # as compiled for other kernels
-    chain, count = np.empty((2 * len(points), 2)), 0
+def convex_hull(points: Floats, order: Ints) -> Floats:
+    """Vertices (H, 2) of the convex hull of some of the points (N, 2), by the monotone chain of Andrew (1979).
+
+    `order` (K,) are the indices of these points by their x.
+    """
+    chain, count = np.empty((2 * len(order), 2)), 0
     for side in (1.0, -1.0):
         first = count
         for i in order:

@@ -8,7 +8,7 @@ from numba import njit
 from tracker.arrays import Floats, Ints
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def outermost(place: Floats, reach: Floats, sign: float) -> float:
     """Mean of the places (N,) on the outermost side in the direction of `sign`.
 
@@ -27,21 +27,22 @@ def outermost(place: Floats, reach: Floats, sign: float) -> float:
     return sign * side
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def extents(
     points: Floats, offset: Ints, heading: Floats, range_std: float, flatness: float, sigma: float
 ) -> tuple[Floats, Floats]:
     """Lowest and highest places (S, M, 2) of segments' sides along and across headings (S, M)."""
     low, high = np.empty((*heading.shape, 2)), np.empty((*heading.shape, 2))
     for s in range(len(heading)):
-        x, y = points[offset[s] : offset[s + 1], 0], points[offset[s] : offset[s + 1], 1]
-        place, reach = np.empty(len(x)), np.empty(len(x))
-        spread = range_std / np.maximum(np.sqrt(x * x + y * y), flatness)
+        own = points[offset[s] : offset[s + 1]]
+        place, reach, spread = np.empty(len(own)), np.empty(len(own)), np.empty(len(own))
+        for i in range(len(own)):
+            spread[i] = range_std / max(math.sqrt(own[i, 0] * own[i, 0] + own[i, 1] * own[i, 1]), flatness)
         for m in range(heading.shape[1]):
             for axis in range(2):
                 cos, sin = math.cos(heading[s, m] + axis * math.pi / 2), math.sin(heading[s, m] + axis * math.pi / 2)
-                for i in range(len(x)):
-                    place[i] = cos * x[i] + sin * y[i]
+                for i in range(len(own)):
+                    place[i] = cos * own[i, 0] + sin * own[i, 1]
                     reach[i] = sigma * math.sqrt((place[i] * spread[i]) ** 2 + flatness**2)
                 low[s, m, axis] = outermost(place, reach, -1.0)
                 high[s, m, axis] = outermost(place, reach, 1.0)
