@@ -25,7 +25,7 @@ from sim.source import TrafficError, TrafficSource
 
 @dataclass(frozen=True, slots=True)
 class StartRun:
-    """Request for a new run. The reply is (obstacles, origin, warnings, ego's name), or an error that the parent raises."""
+    """Request for a new run. The reply is (obstacles, origin, warnings, ego), or an error that the parent raises."""
 
     source: bytes
     """Pickled `TrafficSource` before its reset; it is unpickled after `path` is applied."""
