@@ -84,7 +84,7 @@ def await_ego(sumo: Any, ego: str, until: float, *, any_class: bool = False) -> 
     """
     selector, _, wanted = ego.partition(":")
     entries, begin = Entries(), sumo.simulation.getTime()
-    while sumo.simulation.getTime() < until and sumo.simulation.getMinExpectedNumber() > 0:
+    while _goes_on(sumo, begin, until):
         sumo.simulationStep()
         for name in sorted(sumo.simulation.getDepartedIDList()):
             label = sumo.vehicle.getRouteID(name) if selector == "route" else name
@@ -125,7 +125,7 @@ def await_busy_ego(sumo: Any, required: int, range_m: float, until: float, *, an
     begin, steps = sumo.simulation.getTime(), max(1, round(CHECK_S / sumo.simulation.getDeltaT()))
     most, busiest = -1, ""
     classes: dict[str, str] = {}
-    while sumo.simulation.getTime() < until and sumo.simulation.getMinExpectedNumber() > 0:
+    while _goes_on(sumo, begin, until):
         for _ in range(steps):
             sumo.simulationStep()
         names = [name for name in sorted(sumo.vehicle.getIDList()) if sumo.vehicle.getPosition(name)[0] >= OFF_ROAD_M]
@@ -170,6 +170,12 @@ def none_entered(ego: str, waited: float, classes: Sequence[str], people: int = 
         )
     only = f" ({people} people did)" if people else ""
     return f'ego = "{ego}": no vehicle entered in {waited:.0f} s{only}; add vehicles to the routes, or raise max_wait_s'
+
+
+def _goes_on(sumo: Any, begin: float, until: float) -> bool:
+    """Return False after the time limit, or if no road user is left; before the first step SUMO may know of none."""
+    now = sumo.simulation.getTime()
+    return bool(now < until and (now == begin or sumo.simulation.getMinExpectedNumber() > 0))
 
 
 def _counts(sumo: Any, names: list[str], range_m: float) -> list[int]:

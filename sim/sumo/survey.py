@@ -48,6 +48,7 @@ class SumoSurvey:
         """Start SUMO. See `TrafficSource.reset`."""
         self._sumo = self._session.start(seed)
         self._known: dict[str, tuple[int, float]] = {}
+        self._begin = self._sumo.simulation.getTime()
 
     def step(self) -> Moment:
         """Advance to the next moment and return it.
@@ -62,8 +63,9 @@ class SumoSurvey:
         sumo = self._sumo
         if sumo is None:
             raise SimulatorFailedError("SUMO is not running: call reset before step")
-        if sumo.simulation.getMinExpectedNumber() == 0:
-            raise TrafficEndedError(f"the traffic ends at {sumo.simulation.getTime():.0f} s")
+        now = sumo.simulation.getTime()
+        if now > self._begin and sumo.simulation.getMinExpectedNumber() == 0:
+            raise TrafficEndedError(f"the traffic ends at {now:.0f} s")
         try:
             for _ in range(self._steps):
                 sumo.simulationStep()
