@@ -56,6 +56,7 @@ class ToyTraffic:
     """Leave a temporary file behind."""
     dt: float = 0.08
     origin: np.ndarray = field(default_factory=lambda: np.array([10_000.0, -20_000.0]))
+    warnings: tuple[str, ...] = ("toy",)
 
     def reset(self, seed: int) -> Obstacles:
         self.next, self.speed, self.rng = 0, 0.0, np.random.default_rng(seed)
@@ -113,7 +114,7 @@ class Inventory:
     """Wrapper that ends after the first frame with the loaded modules of its process as the message."""
 
     def __init__(self, source: TrafficSource):
-        self.dt, self.origin = source.dt, np.zeros(2)
+        self.dt, self.origin, self.warnings = source.dt, np.zeros(2), ()
         self.source = source
 
     def reset(self, seed: int) -> Obstacles:
