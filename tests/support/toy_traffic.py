@@ -57,6 +57,7 @@ class ToyTraffic:
     dt: float = 0.08
     origin: np.ndarray = field(default_factory=lambda: np.array([10_000.0, -20_000.0]))
     ego_name: str = "toy"
+    warnings: tuple[str, ...] = ("toy",)
 
     def reset(self, seed: int) -> Obstacles:
         self.next, self.speed, self.rng = 0, 0.0, np.random.default_rng(seed)
@@ -114,7 +115,7 @@ class Inventory:
     """Wrapper that ends after the first frame with the loaded modules of its process as the message."""
 
     def __init__(self, source: TrafficSource):
-        self.dt, self.origin, self.ego_name = source.dt, np.zeros(2), ""
+        self.dt, self.origin, self.warnings, self.ego_name = source.dt, np.zeros(2), (), ""
         self.source = source
 
     def reset(self, seed: int) -> Obstacles:

@@ -34,7 +34,7 @@ PHRASES = {
     EventKind.ID_CHANGE: "{other} continues as {name}",
     EventKind.LIMIT_VIOLATION: "{name} exceeded a limit of vehicle dynamics",
 }
-"""What each kind says of its actors."""
+"""Description of each kind."""
 
 
 @dataclass(slots=True)
@@ -56,7 +56,7 @@ class TruthEvent:
     other: str
     """Its name, empty for none."""
     quantity: str
-    """What `value` is, one of `UNITS`."""
+    """Quantity of `value`, one of `UNITS`."""
     value: float
     range_m: float
     """Distance from the ego's centre in the first frame [m]."""
@@ -65,7 +65,7 @@ class TruthEvent:
     badness: float = 0.0
     """Size of `value` among those of the event, whose quantities may differ."""
     withdrawn: bool = False
-    """True for a removal whose actor continued with another id: it is no event."""
+    """True for a removal whose actor continued with another id; it does not count as an event."""
 
     @property
     def text(self) -> str:
