@@ -78,7 +78,7 @@ class Cubics:
 
 @dataclass(frozen=True, slots=True)
 class Geometry:
-    """One geometry of a plan view."""
+    """A geometry of a plan view."""
 
     s: float
     """[m] Beginning, along the reference line."""

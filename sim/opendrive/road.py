@@ -1,4 +1,4 @@
-"""One road of an OpenDRIVE file, with positions along it and across it."""
+"""A road of an OpenDRIVE file, with positions along it and across it."""
 
 import math
 from bisect import bisect_right
@@ -11,7 +11,7 @@ from sim.xml_tree import XmlElement
 
 @dataclass(frozen=True, slots=True)
 class RoadEnd:
-    """What follows at one end of a road."""
+    """Link at one end of a road."""
 
     kind: str
     """`road` or `junction`."""

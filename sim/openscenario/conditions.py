@@ -7,7 +7,7 @@ from typing import Protocol
 from sim.opendrive.road_network import RoadNetwork
 from sim.openscenario.distances import in_own_axes, signed_distance
 from sim.openscenario.placement import point
-from sim.openscenario.storyboard import Condition, EntityCondition, Trigger, ValueCondition
+from sim.openscenario.storyboard import Condition, EntityCondition, RelativePlace, Trigger, ValueCondition
 from sim.openscenario.traveller import Traveller
 
 EQUAL = 1e-6
@@ -134,9 +134,10 @@ def _distance(
     """Return the distance [m] to another entity or a position, negative behind where the axis has a direction."""
     if other:
         return signed_distance(test, one, other)
-    if test.place is None:
+    place = test.place
+    if place is None or (isinstance(place, RelativePlace) and place.entity not in scene.travellers):
         return None
-    x, y = point(test.place, scene.network, scene.travellers, condition.source)
+    x, y = point(place, scene.network, scene.travellers, condition.source)
     if test.quantity == "reach" or test.axis == "euclidean":
         return math.dist(one.pose[:2], (x, y))
     ahead, left = in_own_axes(one, x, y)

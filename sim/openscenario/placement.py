@@ -4,7 +4,7 @@ import math
 
 from sim.opendrive.road import Road
 from sim.opendrive.road_network import RoadNetwork
-from sim.openscenario.storyboard import Entity, LanePlace, Place, RelativePlace, Storyboard, WorldPlace
+from sim.openscenario.storyboard import Entity, EntityCondition, LanePlace, Place, RelativePlace, Storyboard, WorldPlace
 from sim.openscenario.traveller import Traveller
 from sim.xml_tree import XmlElement
 
@@ -35,6 +35,19 @@ def place_all(board: Storyboard, network: RoadNetwork) -> dict[str, Traveller]:
             place, source = waiting.pop(name)
             placed[name] = _placed(board.entities[name], network, place, source, placed)
     return {name: placed[name] for name in board.entities}
+
+
+def require_places(board: Storyboard, network: RoadNetwork) -> None:
+    """Check that the lanes exist that conditions name.
+
+    Raises
+    ------
+    TrafficInputError
+        A position is not on a lane.
+    """
+    for one in board.conditions():
+        if isinstance(one.test, EntityCondition) and isinstance(one.test.place, LanePlace):
+            _road(network, one.test.place, one.source)
 
 
 def _placed(

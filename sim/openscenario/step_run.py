@@ -11,7 +11,7 @@ MOMENTS = 1
 
 
 class Performer(Protocol):
-    """What performs the actions of events."""
+    """Performer of the actions of events."""
 
     def begin(self, name: str, action: Action, source: XmlElement) -> Any:
         """Begin an action of an entity, and return the change that it makes."""

@@ -183,6 +183,10 @@ class Step:
     actions: tuple[tuple[str, Action, XmlElement], ...] = ()
     """Of an event: actions with the entities that do them."""
 
+    def all(self) -> list["Step"]:
+        """Return the element and all below it."""
+        return [self, *(one for child in self.children for one in child.all())]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Storyboard:
@@ -195,3 +199,9 @@ class Storyboard:
     """Initial actions, in order."""
     stories: list[Step]
     stop: Trigger
+
+    def conditions(self) -> list[Condition]:
+        """Return the conditions of all triggers."""
+        steps = [one for story in self.stories for one in story.all()]
+        triggers = [self.stop, *(trigger for step in steps for trigger in (step.start, step.stop) if trigger)]
+        return [one for trigger in triggers for group in trigger for one in group]

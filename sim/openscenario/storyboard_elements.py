@@ -8,7 +8,7 @@ from sim.openscenario.catalogs import read_entities, require_entity
 from sim.openscenario.condition_elements import read_trigger
 from sim.openscenario.expressions import resolve
 from sim.openscenario.position_elements import read_position
-from sim.openscenario.storyboard import Action, Condition, Entity, Place, Step, Storyboard, Trigger, ValueCondition
+from sim.openscenario.storyboard import Action, Entity, Place, Step, Storyboard, ValueCondition
 from sim.xml_tree import XmlElement, read_xml
 
 PRIORITIES = {"overwrite": "override", "override": "override", "skip": "skip", "parallel": "parallel"}
@@ -43,8 +43,9 @@ def read_storyboard(path: Path, parameters: Mapping[str, str]) -> tuple[Storyboa
     places, actions = _init(board.need("Init"), entities)
     stories = [_step("story", one, entities) for one in board.all("Story")]
     stop = read_trigger(board.find("StopTrigger"), entities) or []
-    _require_known_elements([*stories], stop)
-    return Storyboard(entities, places, actions, stories, stop), path.parent / _roads(tree)
+    storyboard = Storyboard(entities, places, actions, stories, stop)
+    _require_known_elements(storyboard)
+    return storyboard, path.parent / _roads(tree)
 
 
 def _roads(tree: XmlElement) -> str:
@@ -129,18 +130,10 @@ def _event(element: XmlElement, entities: dict[str, Entity], actors: tuple[str, 
     )
 
 
-def all_steps(steps: list[Step]) -> list[Step]:
-    """Return elements of stories with everything below them, from the outside in."""
-    return [one for step in steps for one in (step, *all_steps(list(step.children)))]
-
-
-def _require_known_elements(stories: list[Step], stop: Trigger) -> None:
+def _require_known_elements(board: Storyboard) -> None:
     """Check that conditions name elements of the storyboard."""
-    steps = all_steps(stories)
-    known = {(step.kind, step.name) for step in steps}
-    triggers = [stop, *(trigger for step in steps for trigger in (step.start, step.stop) if trigger)]
-    conditions: list[Condition] = [one for trigger in triggers for group in trigger for one in group]
-    for one in conditions:
+    known = {(step.kind, step.name) for story in board.stories for step in story.all()}
+    for one in board.conditions():
         if isinstance(one.test, ValueCondition) and one.test.element and one.test.element not in known:
             kind, name = one.test.element
             raise one.source.error(f'names the {kind} "{name}", which the storyboard does not have')

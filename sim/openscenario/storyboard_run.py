@@ -2,7 +2,7 @@
 
 from sim.opendrive.road_network import RoadNetwork
 from sim.openscenario.conditions import TriggerWatch
-from sim.openscenario.placement import place_all, shifted_lane
+from sim.openscenario.placement import place_all, require_places, shifted_lane
 from sim.openscenario.speed_control import DistanceControl, SpeedChange
 from sim.openscenario.step_run import StepRun
 from sim.openscenario.storyboard import Action, DistanceAction, LaneChangeAction, SpeedAction, Storyboard
@@ -10,7 +10,7 @@ from sim.openscenario.traveller import LaneChange, Traveller
 from sim.xml_tree import XmlElement
 
 AT_ONCE = 20
-"""Evaluations at 0 s, so that whatever starts there is in effect in the first frame."""
+"""Evaluations at 0 s, so that events that start there are in effect in the first frame."""
 JUST_AFTER = 1e-9
 """[s] Time of these evaluations: `SimulationTimeCondition` greaterThan 0 is true."""
 
@@ -36,6 +36,7 @@ class StoryboardRun:
     def __init__(self, board: Storyboard, network: RoadNetwork):
         self.network = network
         self.travellers = place_all(board, network)
+        require_places(board, network)
         self.time = 0.0
         self.stopped = False
         self.instant = 0

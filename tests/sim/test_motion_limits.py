@@ -8,6 +8,7 @@ from support.frames import Body, world_frame
 from support.motion_limits import LIMITS, excesses, worst_motion
 from support.nets import source_on
 from support.paths import EXAMPLES
+from support.real_data import real_file
 
 from scenarios.files.scenario import Scenario
 from scenarios.files.shipped import paths
@@ -55,6 +56,13 @@ def test_motion_of_a_storyboard_is_feasible():
     scenario = Scenario.load(EXAMPLES / "cut-in.toml")
     source = OpenScenarioSource(scenario.traffic, scenario.folder, RANGE_M)
     assert excesses(motion(source, scenario.seed, scenario.duration_s)) == []
+
+
+@pytest.mark.parametrize("name", ["cut-in", "slow-lead-vehicle", "straight_500m"])
+def test_motion_of_public_storyboards_is_feasible(name):
+    path = real_file(f"openscenario/xosc/{name}.xosc")
+    source = OpenScenarioSource(OpenScenarioTraffic(file=path.name, ego="Ego"), path.parent, RANGE_M)
+    assert excesses(motion(source, 1, 30.0)) == []
 
 
 @pytest.mark.parametrize("name", ["roundabout", "winding", "motorway"])

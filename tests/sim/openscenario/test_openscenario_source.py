@@ -86,8 +86,8 @@ def test_the_run_ends_with_the_road_of_the_ego(tmp_path):
 
 
 def test_errors_of_the_source():
-    source = source_of(EXAMPLES / "cut-in.xosc", "Nobody")
-    with pytest.raises(TrafficInputError, match='ego = "Nobody" is no entity; use one of Ego, Overtaker, Bus'):
+    source = source_of(EXAMPLES / "cut-in.xosc", "Absent")
+    with pytest.raises(TrafficInputError, match='ego = "Absent" is no entity; use one of Ego, Overtaker, Bus'):
         source.reset(1)
     with pytest.raises(TrafficInputError, match=r"absent\.xosc: no such file in"):
         source_of(Path("absent.xosc")).reset(1)

@@ -1,4 +1,4 @@
-"""What a storyboard may not contain: refused in one line that names file, line, element and remedy."""
+"""Unsupported elements of storyboards: refused in one line that names file, line, element and remedy."""
 
 import pytest
 from support.storyboards import (
@@ -72,6 +72,13 @@ def test_unsupported_actions(tmp_path, action, expected):
         (by_entity('<SpeedCondition value="1" rule="greaterThan" direction="lateral"/>'), "has a direction"),
         (by_entity('<RelativeSpeedCondition value="1" rule="lessThan"/>'), "names no other entity"),
         (by_entity('<SpeedCondition value="1" rule="is"/>'), 'rule = "is" is not supported; use greaterThan or'),
+        (
+            by_entity(
+                '<ReachPositionCondition tolerance="1"><Position><LanePosition roadId="1" laneId="-9" s="5"/>'
+                "</Position></ReachPositionCondition>"
+            ),
+            "laneId = -9 is no lane of road 1 at s = 5",
+        ),
         (after("soon"), 'value = "soon" should be a number'),
     ],
 )

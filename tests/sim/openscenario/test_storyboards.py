@@ -273,6 +273,21 @@ def test_a_headway_is_measured_across_roads(tmp_path):
     assert time == pytest.approx(1.5, abs=STEP_S + 1e-9), "(70 - 20 t) / 20 = 2"
 
 
+def test_conditions_on_an_entity_that_has_left_are_false(tmp_path):
+    relative = (
+        '<ReachPositionCondition tolerance="900"><Position><RelativeObjectPosition entityRef="Lead" dx="1"/></Position>'
+        "</ReachPositionCondition>"
+    )
+    entities = {"Ego": at(50) + speed(2), "Lead": at(480) + speed(20)}
+    events = (
+        event(speed(9), trigger(after(2), by_entity(test)), f"e{n}")
+        for n, test in enumerate((relative, HEADWAY.format(900, "false"), DISTANCE.format("false", "longitudinal")))
+    )
+    run = run_to(start(tmp_path, document(entities, act(*events))), 4.0)
+    assert list(run.travellers) == ["Ego"]
+    assert run.travellers["Ego"].speed == 2.0
+
+
 @pytest.mark.parametrize(
     ("text", "value"),
     [
