@@ -14,7 +14,7 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.result import Result
 from scenarios.run import run_folder
 
-PROSE = ("description", "reason", "suite", "set", "metric")
+PROSE = ("description", "reason", "suite", "set", "metric", "ego")
 """Keys of a run's configuration without influence on its compared metrics; those that `--set` sets have it."""
 LIMITS = "expect"
 """Key of the expectations."""

@@ -20,7 +20,7 @@ from scenarios.run import run_folder
 from sensor_model.rig.beams import beam_table, sweep_limits
 from sensor_model.rig.rig import Rig
 
-NOT_IN_SCENARIO = ("rig", "device", "set")
+NOT_IN_SCENARIO = ("rig", "device", "set", "ego")
 """Keys of the effective config that are not in a scenario file, or have another form there."""
 
 

@@ -80,7 +80,7 @@ def _width(report: RenderableType) -> int:
 def header(result: Result) -> Text:
     """Return scenario, seed and trace hash, a chosen ego, and the device unless it is the shipped tracker."""
     device, ego = result.config["device"], result.config.get("ego", "")
-    selector = result.config["traffic"].get("ego")
+    selector = result.config.get("traffic", {}).get("ego")  # recordings have no traffic
     chosen = isinstance(selector, str) and selector not in (ego, f"vehicle:{ego}")
     return Text.assemble(
         (result.scenario, "bold"),

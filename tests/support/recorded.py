@@ -19,8 +19,10 @@ from scenarios.grading.grader import Grader
 from scenarios.grading.matching import TrackMatcher
 from scenarios.grading.plane_geometry import turned
 from scenarios.grading.track_matches import TrackMatches
+from scenarios.grading.truth_events.event_log import EventLog
 from scenarios.result import Result
 from scenarios.run import loop
+from sensor_model.rig.rig import load_rig
 from sensor_model.truth import ScanTruth
 from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
@@ -80,7 +82,9 @@ class Recorded:
             frames.append(Frame(frame, scan, truth, *outputs[-1]))
 
         result = loop.run(scenario, RecordingTracker, export=keep)
-        return cls(scenario, result, frames, [FrameTruth.of(*frame[:3], scenario.grading) for frame in frames])
+        grading, events = scenario.grading, EventLog(*_limits(scenario))
+        instants = [FrameTruth.of(*frame[:3], grading, events.add(frame.frame, frame.truth)) for frame in frames]
+        return cls(scenario, result, frames, instants)
 
     @cached_property
     def followed(self) -> list[tuple[TrackMatches, dict[str, Any]]]:
@@ -112,11 +116,17 @@ class Recorded:
 
     def with_device(self, device: Any, name: str) -> RunDigest:
         """Run another device on the recorded scans and grade its output."""
-        grader = Grader(self.scenario.grading)
+        grader = Grader(self.scenario.grading, delivered_m=_limits(self.scenario)[2])
         for frame in self.frames:
             grader.add(*frame[:3], *device.step(frame.scan))
         metrics, graded = grader.finish()
         return digest(replace(self.result, trace_hash=name, metrics=self.result.metrics | metrics, tables=graded))
+
+
+def _limits(scenario: Scenario) -> tuple[float, float, float]:
+    """Return the arguments of `EventLog`."""
+    rig = load_rig(str(scenario.rig), scenario.folder)
+    return scenario.grading.hidden_fraction_max, scenario.grading.range_max_m, rig.range_max_m
 
 
 @cache
