@@ -40,7 +40,8 @@ def table(found: Candidates, rows: list[int], want: Want, ranges: tuple[float, f
     for name, head in heads.items():
         text = name in ("ego", "class", "suitable")
         style = "bold" if name in (WANTED_COLUMN[want], "ego") else ""
-        shown.add_column(head, justify="left" if text else "right", style=style, no_wrap=text)
+        word = max(map(len, head.split()))  # rich would cut it where the table is narrow
+        shown.add_column(head, justify="left" if text else "right", style=style, no_wrap=text, min_width=word)
     for row in rows:
         shown.add_row(*_cells(document(found, row)))
     note = (
