@@ -16,6 +16,14 @@ from pathlib import Path
 
 LONGEST = 220
 """Characters of a message in the table."""
+EVENTS = (
+    *("ego_collisions", "overlaps", "teleports", "insertions_in_view", "removals_in_view"),
+    *("id_changes", "limit_violations"),
+)
+HEADS = (
+    *("source", "ego", "class, window", "seconds", "vehicles", "observations", "HOTA"),
+    *("events", "m/s², m/s³", "result"),
+)
 
 
 def main() -> None:
@@ -24,8 +32,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         out = Path(sys.argv[2] if len(sys.argv) > 2 else scratch).resolve()
         out.mkdir(exist_ok=True)
-        print("| source | ego | class, window | seconds | vehicles | observations | HOTA | result |")
-        print("|---|---|---|---|---|---|---|---|")
+        print(f"| {' | '.join(HEADS)} |")
+        print(f"|{'---|' * len(HEADS)}")
         for source in sources(game):
             print(row(game, source, out), flush=True)
 
@@ -51,7 +59,7 @@ def row(game: Path, source: Path, out: Path) -> str:
     scenario.unlink(missing_ok=True)
     made = luxloop("new", str(source), "--out", str(scenario), "--json")
     if made.returncode:
-        return f"| `{name}` | - | - | - | - | - | - | refused: {message(made.stderr, game)} |"
+        return f"| `{name}` | {' | '.join(8 * '-')} | refused: {message(made.stderr, game)} |"
     document = tomllib.loads(scenario.read_text(encoding="utf-8"))
     choices = json.loads(made.stdout)["choices"]
     found = re.search(r"\((\w+)\)", choices[0])
@@ -60,14 +68,21 @@ def row(game: Path, source: Path, out: Path) -> str:
     cells += [f"{found[1] if found else ''}, from {start[1] if start else '?'} s", f"{document['duration_s']:g}"]
     run = luxloop("run", str(scenario), "--json", "--no-recording", "--out", str(scenario.with_suffix("")))
     if run.returncode > 1:
-        return "| " + " | ".join([*cells, "-", "-", "-", f"code {run.returncode}: {message(run.stderr, game)}"]) + " |"
+        return f"| {' | '.join([*cells, *5 * '-'])} | code {run.returncode}: {message(run.stderr, game)} |"
     result = json.loads(run.stdout)
     metrics = {key: value["value"] for key, value in result["metrics"].items()}
     failed = ", ".join(f"`{name}`" for name in result["failed"])
     cells += [f"{metrics['dataset.vehicles']:g}", f"{metrics['dataset.observations']:g}"]
     cells += ["-" if metrics["track.hota"] is None else f"{metrics['track.hota']:.3f}"]
+    cells += [events(metrics), f"{metrics['sim.acceleration_max_mps2']:.1f}, {metrics['sim.jerk_max_mps3']:.0f}"]
     end = "" if result["complete"] else f", {message(run.stderr, game)}"
     return "| " + " | ".join([*cells, result["verdict"] + (f": {failed}" if failed else "") + end]) + " |"
+
+
+def events(metrics: dict[str, float | None]) -> str:
+    """Return the numbers of truth events by kind."""
+    found = {kind: metrics[f"sim.{kind}"] for kind in EVENTS}
+    return ", ".join(f"{count:g} {kind.replace('_', ' ')}" for kind, count in found.items() if count) or "none"
 
 
 def luxloop(*arguments: str) -> "subprocess.CompletedProcess[str]":
