@@ -57,3 +57,16 @@ def open_gz(path: Path) -> BinaryIO:
         By reading: the file expands to more than `FACTOR` times its size. Errors of damaged files are `DAMAGED`.
     """
     return cast(BinaryIO, io.BufferedReader(_Capped(path)))
+
+
+def open_detected(path: Path) -> BinaryIO:
+    """Open a file that may be compressed, detected by its first bytes, as SUMO does.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened.
+    """
+    with path.open("rb") as stream:
+        compressed = stream.read(2) == b"\x1f\x8b"
+    return open_gz(path) if compressed else path.open("rb")

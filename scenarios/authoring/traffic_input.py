@@ -8,7 +8,7 @@ from pathlib import Path
 
 from scenarios.authoring.net_folder import RouteFiles, files_beside
 from scenarios.errors import InputError
-from sim.compressed import DAMAGED, open_gz
+from sim.compressed import DAMAGED, open_detected
 from sim.highway.highway_config import HighwayTraffic
 from sim.replay.replay_config import ENDINGS, ReplayTraffic
 from sim.sumo.sumo_config import SumoTraffic
@@ -82,9 +82,7 @@ def root_of(path: Path) -> str:
         It is not XML.
     """
     try:
-        with path.open("rb") as stream:
-            compressed = stream.read(2) == b"\x1f\x8b"
-        with open_gz(path) if compressed else path.open("rb") as stream:
+        with open_detected(path) as stream:
             root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
     except (ET.ParseError, *DAMAGED) as error:
         raise InputError(f"{path}: not XML: {error}") from error

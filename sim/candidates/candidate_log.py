@@ -10,6 +10,7 @@ from sim.arrays import Bools, Floats
 from sim.candidates.candidates import Candidates
 from sim.candidates.line_of_sight import count_blocked, count_near
 from sim.candidates.moment import Body, Moment
+from sim.kinematics import wrap_angle
 from sim.modes import ModeLimits
 
 TURNS_FROM = math.radians(5.0)
@@ -90,7 +91,7 @@ def evaluate(bodies: list[Body], moments: Floats, samples: dict[str, Column]) ->
     first = np.cumsum(count) - count
     step = (np.diff(time) * (np.diff(body) == 0)).clip(0.0)  # 0 between two vehicles
     mean_speed = 0.5 * (speed[1:] + speed[:-1])
-    turn = np.abs((np.diff(samples["yaw"]) + math.pi) % math.tau - math.pi)
+    turn = np.abs(wrap_angle(np.diff(samples["yaw"])))
     turns = (turn > TURNS_FROM * step) & (step > 0) & (mean_speed > _LIMITS.moves_from_mps)
 
     def total(values: Column) -> Floats:

@@ -7,9 +7,8 @@ import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
-from typing import BinaryIO
 
-from sim.compressed import DAMAGED, open_gz
+from sim.compressed import DAMAGED, open_detected
 from sim.source import TrafficInputError
 from sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured_options, full_name, is_rejected
 
@@ -163,23 +162,16 @@ def text_of(path: Path) -> str:
     TrafficInputError
         The compressed file is damaged, or expands too much.
     """
-    with _opened(path) as stream:
+    with open_detected(path) as stream:
         try:
             return stream.read().decode(errors="replace")
         except DAMAGED as error:
             raise TrafficInputError(f"{path}: not a complete file: {error}") from error
 
 
-def _opened(path: Path) -> BinaryIO:
-    """Open a file as SUMO does, which detects compression by the first bytes."""
-    with path.open("rb") as stream:
-        compressed = stream.read(2) == b"\x1f\x8b"
-    return open_gz(path) if compressed else path.open("rb")
-
-
 def _root(net: Path) -> ET.Element:
     """Return the root element of a net, without its children."""
-    with _opened(net) as stream:
+    with open_detected(net) as stream:
         try:
             root: ET.Element = next(ET.iterparse(stream, events=("start",)))[1]
         except (ET.ParseError, *DAMAGED) as error:
