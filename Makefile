@@ -7,11 +7,14 @@ BIN := .venv/bin
 demo: .venv/installed
 	$(BIN)/luxloop run sumo-crossing
 
+# The kernels are compiled first, so that parallel tests do not each compile them.
 test: .venv/installed
+	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2
 
 # Tests that take minutes: a thousand mutated scenario files, killed runs, sweeps of two thousand runs, the wheel.
 slow: .venv/installed
+	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest -n 2 -m slow
 
 # Tests that take up to an hour, for releases: ten thousand broken inputs, a hundred kills, a hundred thousand rows.
@@ -37,6 +40,7 @@ smoke: .venv/installed
 	$(BIN)/luxloop compare $(BASELINE) runs/smoke
 
 catalog: .venv/installed
+	$(BIN)/luxloop warm-up --quiet
 	$(BIN)/pytest scenarios/catalog -n 2 --luxloop-out runs/catalog --junitxml luxloop.xml --luxloop-report luxloop.html
 	$(BIN)/luxloop compare $(BASELINE) runs/catalog
 
@@ -48,17 +52,21 @@ bench: .venv/installed
 	$(BIN)/python -m benchmarks
 
 # ouster-sdk pins versions of other packages that exclude those of rerun-sdk; it runs with the ones in constraints.txt.
-.venv/installed: constraints.txt constraints-ouster.txt pyproject.toml
+# osi-python needs a newer protobuf than commonroad-io; tests read OSI traces with it in a process of its own.
+.venv/installed: constraints.txt constraints-ouster.txt constraints-osi3.txt pyproject.toml
 	$(PYTHON) -m venv .venv
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r constraints-ouster.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --upgrade --target .venv/osi3 -r constraints-osi3.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
-# Pin the dependencies of pyproject.toml and of all extras; needs uv. Pinned versions stay: `make lock UPGRADE=--upgrade`
-# takes the newest ones.
+# Pin the dependencies of pyproject.toml and of all extras but `opendrive`; needs uv. Pinned versions stay:
+# `make lock UPGRADE=--upgrade` takes the newest ones.
 lock:
-	uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 --generate-hashes \
+	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
 	    --no-header --no-annotate --output-file constraints.txt $(UPGRADE)
+	echo "osi-python>=3.8" | uv pip compile - --universal --python-version 3.11 --generate-hashes \
+	    --no-header --no-annotate --output-file constraints-osi3.txt $(UPGRADE)
 	echo "ouster-sdk>=1.0.1" | uv pip compile - --no-deps --universal --python-version 3.11 --generate-hashes \
 	    --no-header --no-annotate --output-file constraints-ouster.txt $(UPGRADE)

@@ -22,6 +22,12 @@ MOST_S = 20.0
 TIMEOUT_S = 3600.0
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _compiled_kernels():
+    """A command is taken to hang after seconds; the first compilation takes minutes."""
+    subprocess.run([sys.executable, "-m", "scenarios", "warm-up", "--quiet"], check=True, timeout=TIMEOUT_S)
+
+
 @pytest.mark.parametrize("kind", bad_input.KINDS)
 @pytest.mark.parametrize("share", ["some", pytest.param("all", marks=pytest.mark.soak)])
 def test_broken_input_is_refused_in_one_line(kind, share):
