@@ -74,10 +74,22 @@ def motorway(vehicles: int) -> WorldFrame:
         mode=np.zeros(vehicles, np.uint8),
         changes_lane=np.zeros(vehicles, np.bool_),
         deviation=np.zeros((vehicles, 2)),
+        ground_z=np.zeros(vehicles),
+        attitude=np.zeros((vehicles, 2)),
         size=np.array([SHAPES[Kind(kind)].size for kind in kinds]),
         reflectivity=rng.uniform(0.05, 0.8, vehicles),
     )
-    ego = Ego(np.zeros(3), np.array([30.0, 0.0]), np.zeros(2), 0.01, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
+    ego = Ego(
+        np.zeros(3),
+        np.array([30.0, 0.0]),
+        np.zeros(2),
+        0.01,
+        np.array([4.83, 1.91, 1.67]),
+        False,
+        np.zeros(2),
+        0.0,
+        np.zeros(2),
+    )
     return WorldFrame(0, 0.0, ego, actors)
 
 

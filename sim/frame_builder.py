@@ -51,6 +51,8 @@ class FrameBuilder:
             mode=self._classifier.modes(appearance.id, velocity_world, acceleration_world),
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],
+            ground_z=np.zeros(len(near)),
+            attitude=np.zeros((len(near), 2)),
             size=appearance.size,
             reflectivity=appearance.reflectivity,
         )
@@ -62,6 +64,8 @@ class FrameBuilder:
             size=np.array(members[0].size),
             changes_lane=bool(motion.changes_lane[0]),
             deviation=motion.deviation[0],
+            ground_z=0.0,
+            attitude=np.zeros(2),
         )
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)

@@ -59,6 +59,10 @@ class Ego:
     """As in `Actors`."""
     deviation: Floats
     """(2,) As in `Actors`."""
+    ground_z: float
+    """As in `Actors`."""
+    attitude: Floats
+    """(2,) As in `Actors`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,6 +94,11 @@ class Actors:
     the left, along and across the direction of travel."""
     size: Floats
     """(N, 3) length, width, height [m]."""
+    ground_z: Floats
+    """(N,) height of the road under the pose [m]."""
+    attitude: Floats
+    """(N, 2) pitch, positive with the front down, then roll, positive with the right side down, of the body against the
+    horizontal [rad]."""
     reflectivity: Floats
     """(N,) paint's diffuse reflectivity at 905 nm, 0 to 1."""
 

@@ -69,8 +69,12 @@ def _world(cars: list[Car]) -> WorldFrame:
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=still,
+        ground_z=np.zeros(count),
+        attitude=still,
         size=np.array([(car.length_m, car.width_m, car.height_m) for car in cars]),
         reflectivity=np.array([PAINT if car.reflectivity is None else car.reflectivity for car in cars]),
     )
-    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.8, 1.9, 1.7]), False, np.zeros(2))
+    ego = Ego(
+        np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.8, 1.9, 1.7]), False, np.zeros(2), 0.0, np.zeros(2)
+    )
     return WorldFrame(0, 0.0, ego, actors)

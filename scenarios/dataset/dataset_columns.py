@@ -89,6 +89,9 @@ SCANS = (
     Column("ego_changes_lane", np.bool_, "", "the simulator moves the ego to the next lane at about this time"),
     Column("ego_deviation_along_m", np.float64, "m", "deviation of the ego from the simulator's position, forward"),
     Column("ego_deviation_across_m", np.float64, "m", "the same, to the left"),
+    Column("ego_ground_z_m", np.float64, "m", "height of the road under the ego"),
+    Column("ego_pitch_rad", np.float64, "rad", "pitch of the ego's body against the horizontal, front down"),
+    Column("ego_roll_rad", np.float64, "rad", "roll of the ego's body against the horizontal, right side down"),
     Column("odom_x_m", np.float64, "m", "position of the ego by odometry, x forward in the first frame"),
     Column("odom_y_m", np.float64, "m", "the same, y to the left in the first frame"),
     Column("odom_yaw_rad", np.float64, "rad", "heading of the ego by odometry, 0 in the first frame"),
@@ -160,6 +163,9 @@ LABELS = (
     Column("changes_lane", np.bool_, "", "the simulator moves it to the next lane at about this time"),
     Column("deviation_along_m", np.float64, "m", "deviation from the simulator's position, forward"),
     Column("deviation_across_m", np.float64, "m", "the same, to the left"),
+    Column("ground_z_m", np.float64, "m", "height of the road under it"),
+    Column("pitch_rad", np.float64, "rad", "pitch of its body against the horizontal, front down"),
+    Column("roll_rad", np.float64, "rad", "roll of its body against the horizontal, right side down"),
     Column("reflectivity", np.float64, "", "diffuse reflectivity of the paint, 0 to 1"),
 )
 

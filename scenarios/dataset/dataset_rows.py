@@ -19,6 +19,7 @@ POSE, POSE_EGO = ("x_world_m", "y_world_m", "heading_world_rad"), ("x_ego_m", "y
 SIZE, NEAREST = ("length_m", "width_m", "height_m"), ("corner_x_ego_m", "corner_y_ego_m")
 VELOCITY, ACCELERATION = ("vx_world_mps", "vy_world_mps"), ("ax_world_mps2", "ay_world_mps2")
 DEVIATION = ("deviation_along_m", "deviation_across_m")
+ATTITUDE = ("pitch_rad", "roll_rad")
 EGO_POSE, ODOM_POSE = ("ego_x_world_m", "ego_y_world_m", "ego_yaw_world_rad"), ("odom_x_m", "odom_y_m", "odom_yaw_rad")
 """Groups of columns that are one array in the records."""
 
@@ -97,6 +98,8 @@ def _ego(scans: Values) -> Ego:
         size=ego(*SIZE),
         changes_lane=bool(scans["ego_changes_lane"][0]),
         deviation=ego(*DEVIATION),
+        ground_z=float(scans["ego_ground_z_m"][0]),
+        attitude=ego(*ATTITUDE),
     )
 
 
@@ -114,6 +117,8 @@ def _actors(labels: Values) -> Actors:
         mode=labels["mode"].astype(np.uint8),
         changes_lane=labels["changes_lane"],
         deviation=_stack(labels, DEVIATION),
+        ground_z=labels["ground_z_m"],
+        attitude=_stack(labels, ATTITUDE),
         size=_stack(labels, SIZE),
         reflectivity=labels["reflectivity"],
     )
@@ -131,6 +136,8 @@ def _scans(frame: WorldFrame, scan: Scan) -> Values:
         **_named([f"ego_{name}" for name in SIZE], ego.size),
         "ego_changes_lane": ego.changes_lane,
         **_named([f"ego_{name}" for name in DEVIATION], ego.deviation),
+        "ego_ground_z_m": ego.ground_z,
+        **_named([f"ego_{name}" for name in ATTITUDE], ego.attitude),
         **_named(ODOM_POSE, scan.ego_pose_odom),
         "points": len(scan),
     }
@@ -182,6 +189,8 @@ def _labels(frame: WorldFrame, truth: ScanTruth, grade: FrameGrade) -> Values:
         "articulation_rad": actors.articulation,
         "changes_lane": actors.changes_lane,
         **_named(DEVIATION, actors.deviation.T),
+        "ground_z_m": actors.ground_z,
+        **_named(ATTITUDE, actors.attitude.T),
         "reflectivity": actors.reflectivity,
     }
 

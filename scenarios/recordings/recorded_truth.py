@@ -29,6 +29,8 @@ def actors_of(labels: Values) -> Actors:
         mode=labels["mode"].astype(np.uint8),
         changes_lane=np.zeros(count, dtype=np.bool_),
         deviation=np.zeros((count, 2)),
+        ground_z=np.zeros(count),
+        attitude=np.zeros((count, 2)),
         size=_stack(labels, ("length_m", "width_m", "height_m")),
         reflectivity=zero,
     )
@@ -52,6 +54,8 @@ def world_frame(index: int, scan: Scan, velocity: Floats, yaw_rate: float, size:
         size=size,
         changes_lane=False,
         deviation=np.zeros(2),
+        ground_z=0.0,
+        attitude=np.zeros(2),
     )
     return WorldFrame(index, scan.time, ego, actors)
 

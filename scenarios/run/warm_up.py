@@ -34,6 +34,8 @@ def _car_ahead(index: int) -> WorldFrame:
         size=np.array([4.8, 1.9, 1.7]),
         changes_lane=False,
         deviation=np.zeros(2),
+        ground_z=0.0,
+        attitude=np.zeros(2),
     )
     car = Actors(
         id=np.array([1]),
@@ -47,6 +49,8 @@ def _car_ahead(index: int) -> WorldFrame:
         mode=np.zeros(1, np.uint8),
         changes_lane=np.zeros(1, np.bool_),
         deviation=np.zeros((1, 2)),
+        ground_z=np.zeros(1),
+        attitude=np.zeros((1, 2)),
         size=np.array([[4.5, 1.8, 1.5]]),
         reflectivity=np.array([0.5]),
     )

@@ -87,7 +87,17 @@ def buildings() -> Obstacles:
 def _ego(ego: Floats) -> Ego:
     place = START[:2] + turned(ego[None, :2], START[2])[0]
     velocity = turned(np.array([[EGO_MPS, 0.0]]), START[2])[0]
-    return Ego(np.append(place, START[2]), velocity, np.zeros(2), 0.0, np.array([4.4, 1.8, 1.5]), False, np.zeros(2))
+    return Ego(
+        np.append(place, START[2]),
+        velocity,
+        np.zeros(2),
+        0.0,
+        np.array([4.4, 1.8, 1.5]),
+        False,
+        np.zeros(2),
+        0.0,
+        np.zeros(2),
+    )
 
 
 def _actors(place: Floats) -> Actors:
@@ -103,6 +113,8 @@ def _actors(place: Floats) -> Actors:
         mode=np.where(SPEED == 0, Mode.STATIONARY, Mode.CONSTANT_VELOCITY).astype(np.uint8),
         changes_lane=np.zeros(COUNT, np.bool_),
         deviation=np.zeros((COUNT, 2)),
+        ground_z=np.zeros(COUNT),
+        attitude=np.zeros((COUNT, 2)),
         size=SIZE,
         reflectivity=np.full(COUNT, 0.3),
     )

@@ -84,6 +84,8 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             size=np.array([4.8, 1.9, 1.7]),
             changes_lane=False,
             deviation=np.zeros(2),
+            ground_z=0.0,
+            attitude=np.zeros(2),
         ),
         actors=Actors(
             id=np.array([body.id for body in bodies], dtype=np.int64),
@@ -97,6 +99,8 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             mode=np.array([_mode(body) for body in bodies], dtype=np.uint8),
             changes_lane=np.zeros(n, np.bool_),
             deviation=np.zeros((n, 2)),
+            ground_z=np.zeros(n),
+            attitude=np.zeros((n, 2)),
             size=np.array([body.size for body in bodies], dtype=float).reshape(n, 3),
             reflectivity=np.full(n, 0.4),
         ),

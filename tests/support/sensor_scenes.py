@@ -73,6 +73,8 @@ def world(*specs, ego=STILL, index=0):
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=np.zeros((count, 2)),
+        ground_z=np.zeros(count),
+        attitude=np.zeros((count, 2)),
         size=np.array([spec.lwh for spec in specs], dtype=np.float64).reshape(-1, 3),
         reflectivity=np.array([spec.paint for spec in specs], dtype=np.float64),
     )
@@ -84,6 +86,8 @@ def world(*specs, ego=STILL, index=0):
         size=np.array(EGO_SIZE),
         changes_lane=False,
         deviation=np.zeros(2),
+        ground_z=0.0,
+        attitude=np.zeros(2),
     )
     return WorldFrame(index, 0.08 * index, ego, actors)
 

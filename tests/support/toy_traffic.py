@@ -24,6 +24,8 @@ def walk(index: int, dt: float, count: int, rng: np.random.Generator, speed: flo
         size=np.array([4.8, 1.9, 1.7]),
         changes_lane=False,
         deviation=np.zeros(2),
+        ground_z=0.0,
+        attitude=np.zeros(2),
     )
     actors = Actors(
         id=np.arange(1, count + 1),
@@ -37,6 +39,8 @@ def walk(index: int, dt: float, count: int, rng: np.random.Generator, speed: flo
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=np.zeros((count, 2)),
+        ground_z=np.zeros(count),
+        attitude=np.zeros((count, 2)),
         size=rng.uniform(1.0, 5.0, size=(count, 3)),
         reflectivity=np.full(count, 0.5),
     )

@@ -37,10 +37,14 @@ def trucks():
         mode=np.zeros(1, np.uint8),
         changes_lane=np.zeros(1, np.bool_),
         deviation=np.zeros((1, 2)),
+        ground_z=np.zeros(1),
+        attitude=np.zeros((1, 2)),
         size=np.array([[20.0, 2.5, 4.0]]),
         reflectivity=np.array([0.4]),
     )
-    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
+    ego = Ego(
+        np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2), 0.0, np.zeros(2)
+    )
     return BodyFactory(mirrors=False, plain=True, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
 
 

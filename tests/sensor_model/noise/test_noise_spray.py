@@ -45,10 +45,14 @@ def bodies(*cars):
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=np.zeros((count, 2)),
+        ground_z=np.zeros(count),
+        attitude=np.zeros((count, 2)),
         size=np.tile([LENGTH, 1.8, 1.45], (count, 1)),
         reflectivity=np.full(count, 0.4),
     )
-    ego = Ego(np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2))
+    ego = Ego(
+        np.zeros(3), np.zeros(2), np.zeros(2), 0.0, np.array([4.83, 1.91, 1.67]), False, np.zeros(2), 0.0, np.zeros(2)
+    )
     placed = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=None).place(WorldFrame(0, 0.0, ego, actors))
     return placed, actors.name
 
