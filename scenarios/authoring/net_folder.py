@@ -2,7 +2,6 @@
 
 import os
 import re
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -87,7 +86,7 @@ def _text(path: Path) -> str:
     """Return the text of a file, or an empty one if it is damaged; SUMO reports that where it is used."""
     try:
         return _COMMENT.sub("", text_of(path))
-    except (TrafficInputError, ET.ParseError, *DAMAGED):
+    except (TrafficInputError, *DAMAGED):
         return ""
 
 

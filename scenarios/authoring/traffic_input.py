@@ -1,17 +1,17 @@
 """Traffic from a file, a folder or a name on the command line."""
 
 import os
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from scenarios.authoring.net_folder import RouteFiles, files_beside
 from scenarios.errors import InputError
-from sim.compressed import DAMAGED, open_detected
 from sim.highway.highway_config import HighwayTraffic
 from sim.replay.replay_config import ENDINGS, ReplayTraffic
+from sim.source import TrafficInputError
 from sim.sumo.sumo_config import SumoTraffic
+from sim.xml_root import root_element
 
 CONFIGURATIONS = ("sumoConfiguration", "configuration")
 RECORDINGS = ("fcd-export", "commonRoad")
@@ -82,11 +82,9 @@ def root_of(path: Path) -> str:
         It is not XML.
     """
     try:
-        with open_detected(path) as stream:
-            root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
-    except (ET.ParseError, *DAMAGED) as error:
-        raise InputError(f"{path}: not XML: {error}") from error
-    return root
+        return root_element(path).tag
+    except TrafficInputError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def _only_simulation(folder: Path) -> Path:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sim.source import TrafficInputError
+from sim.xml_root import NOT_XML
 
 LARGEST = 1e9
 """Absolute value of any number, in any unit."""
@@ -59,7 +60,7 @@ def _texts(path: Path) -> Iterator[tuple[list[str], str]]:
                 yield names, (element.text or "").strip()
                 names.pop()
                 element.clear()
-    except (ET.ParseError, OSError, ValueError) as error:
+    except NOT_XML as error:
         raise TrafficInputError(f"not a complete XML file: {error}") from error
 
 

@@ -14,9 +14,10 @@ from typing import BinaryIO
 import numpy as np
 
 from sim.arrays import Floats, Ints
-from sim.compressed import DAMAGED, open_gz
+from sim.compressed import open_gz
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
 from sim.source import TrafficInputError
+from sim.xml_root import NOT_XML
 
 ROOT = "fcd-export"
 DEFAULT_TYPE = {"vehicle": "DEFAULT_VEHTYPE", "person": "DEFAULT_PEDTYPE"}
@@ -57,7 +58,7 @@ def read_fcd(path: Path, types: Mapping[str, ReplayType]) -> Recording:
             if user == len(type_of):
                 type_of.append(body.get("type", DEFAULT_TYPE[body.tag]))
             values.extend((user, time_s, *_place(body, time_s)))
-    except (ET.ParseError, *DAMAGED) as error:
+    except NOT_XML as error:
         raise TrafficInputError(f"not a complete XML file: {error}") from error
     if not values:
         raise TrafficInputError("has no vehicle and no person")

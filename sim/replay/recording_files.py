@@ -1,16 +1,15 @@
 """Reader of recordings in any supported file format."""
 
 import os
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from sim.compressed import DAMAGED
 from sim.replay import commonroad, fcd
 from sim.replay.plausible import require_plausible
 from sim.replay.recording import Recording, ReplayType
 from sim.replay.track_tables import read_table
 from sim.source import TrafficInputError
+from sim.xml_root import root_element
 
 Reader = Callable[[Path, Mapping[str, ReplayType]], Recording]
 
@@ -45,11 +44,7 @@ def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
 
 
 def _xml_reader(path: Path) -> Reader:
-    try:
-        with fcd.open_xml(path) as stream:
-            root: str = next(ET.iterparse(stream, events=("start",)))[1].tag
-    except (ET.ParseError, *DAMAGED) as error:
-        raise TrafficInputError(f"not XML: {error}") from error
+    root = root_element(path).tag
     if root not in XML_READERS:
         raise TrafficInputError(f"its root is <{root}>; it should be one of {', '.join(XML_READERS)}")
     return XML_READERS[root]

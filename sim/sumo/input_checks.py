@@ -11,6 +11,7 @@ from pathlib import Path
 from sim.compressed import DAMAGED, open_detected
 from sim.source import TrafficInputError
 from sim.sumo.options import INPUT_FILES, SCENARIO_KEYS, configured_options, full_name, is_rejected
+from sim.xml_root import root_element
 
 _READ_ROUTES_FIRST = {"route-steps": "0"}
 """Read route files completely at the start. By default SUMO reads them incrementally, and drops vehicles that are not
@@ -81,7 +82,7 @@ def sumo_command(
 
 def require_net(path: Path) -> None:
     """Reject a file that is not a net: libsumo 1.28 crashes the process on a `<net>` without a version."""
-    root = _root(_require_file(path))
+    root = _net_root(_require_file(path))
     if root.tag != "net" or "version" not in root.attrib:
         raise TrafficInputError(f"{path}: not a SUMO net (no <net version=...>); make one with netconvert")
 
@@ -99,7 +100,7 @@ def _require_projection(net: Path, additional: str) -> None:
 def is_left_hand(command: Sequence[str]) -> bool:
     """Return True if traffic keeps to the left on the net of a command line by `sumo_command`."""
     (net,) = input_files(command, ["net-file"])
-    return _root(net).get("lefthand", "false") in ("true", "1")
+    return _net_root(net).get("lefthand", "false") in ("true", "1")
 
 
 def input_files(command: Sequence[str], options: Sequence[str] = ("route-files", "additional-files")) -> list[Path]:
@@ -169,14 +170,11 @@ def text_of(path: Path) -> str:
             raise TrafficInputError(f"{path}: not a complete file: {error}") from error
 
 
-def _root(net: Path) -> ET.Element:
-    """Return the root element of a net, without its children."""
-    with open_detected(net) as stream:
-        try:
-            root: ET.Element = next(ET.iterparse(stream, events=("start",)))[1]
-        except (ET.ParseError, *DAMAGED) as error:
-            raise TrafficInputError(f"{net}: the net is not valid XML: {error}") from error
-    return root
+def _net_root(net: Path) -> ET.Element:
+    try:
+        return root_element(net)
+    except TrafficInputError as error:
+        raise TrafficInputError(f"{net}: the net is {error}") from error
 
 
 def _resolved(folder: Path, option: str, name: str) -> Path:

@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from sim.source import TrafficInputError
+from sim.xml_root import NOT_XML
 
 _SYNONYMS = {
     "n": "net-file",
@@ -101,7 +102,7 @@ def configured_options(config: Path) -> dict[str, str]:
     """
     try:
         root = ET.parse(config).getroot()
-    except ET.ParseError as error:
+    except NOT_XML as error:
         raise TrafficInputError(f"{config}: not a SUMO configuration: {error}") from error
     options = {}
     for entry in root.iter():

@@ -142,9 +142,15 @@ def _entities(rng, content):
     return re.sub(rb'="[^"]*"', rng.choice((b'="&i;"', b'="&a;"')), content, count=rng.choice((1, 5)))
 
 
+def _declared_encoding(rng, content):
+    """Declare an encoding that is unknown, that the parser cannot read, or that the text is not in."""
+    name = rng.choice(("UTF9", "rot13", "UTF-32", "utf-7", "utf-16", "latin-1", ""))
+    return f'<?xml version="1.0" encoding="{name}"?>'.encode() + re.sub(rb"<\?xml[^>]*\?>", b"", content).lstrip()
+
+
 BYTES: tuple[Way, ...] = (_flip, _flip, _flip, _truncate, _behead, _cut_out, _repeat, _other_file)
 TEXT: tuple[Way, ...] = (
     *(_number, _number, _number, _number, _text, _text, _word, _all_of_a_number, _insert, _deep, _flip, _truncate),
     *(_cut_out, _repeat, _lines, _lines, _encode, _other_file),
 )
-XML: tuple[Way, ...] = (*TEXT, _entities)
+XML: tuple[Way, ...] = (*TEXT, _entities, _declared_encoding)

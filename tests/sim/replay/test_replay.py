@@ -201,7 +201,7 @@ def test_the_run_ends_with_the_ego_s_samples(replay):
         ({"gap_s": 0.03}, "or raise gap_s = 0.03"),
         ({"file": "missing.csv"}, "missing.csv: no such file in "),
         ({"file": "odd.xml"}, "odd.xml: its root is <net>; it should be one of fcd-export, commonRoad"),
-        ({"file": "broken.xml.gz"}, "broken.xml.gz: not XML: "),
+        ({"file": "broken.xml.gz"}, "broken.xml.gz: not valid XML: "),
     ],
 )
 def test_errors_name_file_and_remedy_in_one_line(replay, tmp_path, keys, message):
