@@ -9,6 +9,7 @@ from sim.arrays import Floats, Ints
 from sim.kinematics import Kinematics
 from sim.modes import ModeClassifier, ModeLimits
 from sim.roster import Member
+from sim.suspension import Suspension
 from sim.world import Actors, Ego, WorldFrame
 
 
@@ -23,12 +24,15 @@ class FrameBuilder:
         Delivery radius [m]: the ego, and all actors whose centre is within this distance of the ego's centre.
     limits
         Limits of the motion modes.
+    suspension
+        If True, vehicles pitch and roll by their accelerations, and riders lean.
     """
 
-    def __init__(self, dt: float, range_m: float, limits: ModeLimits):
+    def __init__(self, dt: float, range_m: float, limits: ModeLimits, *, suspension: bool = True):
         self._dt = dt
         self._range = range_m
         self._classifier = ModeClassifier(limits)
+        self._suspension = Suspension(dt) if suspension else None
         self._next = 0
         self._present: list[Member] = []
         self._appearance = _Appearance.of([])
@@ -39,6 +43,7 @@ class FrameBuilder:
         near = np.flatnonzero(distance <= self._range)[1:]
         appearance = self._appearance_of([members[row] for row in near])
         velocity_world, acceleration_world = motion.velocity_world[near], motion.acceleration_world[near]
+        attitude = self._attitudes(members[0], appearance, motion, near)
         actors = Actors(
             id=appearance.id,
             name=appearance.name,
@@ -52,7 +57,7 @@ class FrameBuilder:
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],
             ground_z=np.zeros(len(near)),
-            attitude=np.zeros((len(near), 2)),
+            attitude=attitude[1:],
             size=appearance.size,
             reflectivity=appearance.reflectivity,
         )
@@ -65,10 +70,18 @@ class FrameBuilder:
             changes_lane=bool(motion.changes_lane[0]),
             deviation=motion.deviation[0],
             ground_z=0.0,
-            attitude=np.zeros(2),
+            attitude=attitude[0],
         )
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
+
+    def _attitudes(self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints) -> Floats:
+        """Return pitch and roll (1 + N, 2) of the ego and of the N actors at rows `near` of the motion [rad]."""
+        if self._suspension is None:
+            return np.zeros((1 + len(near), 2))
+        rows = np.concatenate([[0], near])
+        id, kind = np.concatenate([[ego.id], appearance.id]), np.concatenate([[ego.kind], appearance.kind])
+        return self._suspension.attitude(id, kind, motion.pose_world[rows, 2], motion.acceleration_world[rows])
 
     def _appearance_of(self, members: list[Member]) -> "_Appearance":
         """Return the constant columns of the members, cached since they rarely change between frames."""

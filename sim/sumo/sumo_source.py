@@ -106,7 +106,7 @@ class SumoSource:
         self.origin = self._reader.origin
         self.warnings = self._reader.warnings
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
-        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes)
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         self._pushed, self._end = 0, ""
         self._push_frame()
         return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin)
