@@ -6,10 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from sim.arrays import Floats, Ints
+from sim.ground_contact import ground_contact
 from sim.kinematics import Kinematics
 from sim.modes import ModeClassifier, ModeLimits
 from sim.roster import Member
-from sim.world import Actors, Ego, WorldFrame
+from sim.world import Actors, Ego, Terrain, WorldFrame
 
 
 class FrameBuilder:
@@ -23,12 +24,15 @@ class FrameBuilder:
         Delivery radius [m]: the ego, and all actors whose centre is within this distance of the ego's centre.
     limits
         Limits of the motion modes.
+    terrain
+        Ground under the bodies; None if it is flat.
     """
 
-    def __init__(self, dt: float, range_m: float, limits: ModeLimits):
+    def __init__(self, dt: float, range_m: float, limits: ModeLimits, terrain: Terrain | None = None):
         self._dt = dt
         self._range = range_m
         self._classifier = ModeClassifier(limits)
+        self._terrain = terrain
         self._next = 0
         self._present: list[Member] = []
         self._appearance = _Appearance.of([])
@@ -38,6 +42,10 @@ class FrameBuilder:
         distance = np.hypot(*(motion.pose_world[:, :2] - motion.pose_world[0, :2]).T)
         near = np.flatnonzero(distance <= self._range)[1:]
         appearance = self._appearance_of([members[row] for row in near])
+        road = None if motion.road is None else motion.road[near]
+        ground_z, slope = ground_contact(self._terrain, motion.pose_world[near], appearance.size, road)
+        ego_size, ego_road = np.array(members[0].size), None if motion.road is None else motion.road[:1]
+        ego_z, ego_slope = ground_contact(self._terrain, motion.pose_world[:1], ego_size[None], ego_road)
         velocity_world, acceleration_world = motion.velocity_world[near], motion.acceleration_world[near]
         actors = Actors(
             id=appearance.id,
@@ -51,8 +59,8 @@ class FrameBuilder:
             mode=self._classifier.modes(appearance.id, velocity_world, acceleration_world),
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],
-            ground_z=np.zeros(len(near)),
-            attitude=np.zeros((len(near), 2)),
+            ground_z=ground_z,
+            attitude=slope,
             size=appearance.size,
             reflectivity=appearance.reflectivity,
         )
@@ -61,11 +69,11 @@ class FrameBuilder:
             velocity_world=motion.velocity_world[0],
             acceleration_world=motion.acceleration_world[0],
             yaw_rate=float(motion.yaw_rate[0]),
-            size=np.array(members[0].size),
+            size=ego_size,
             changes_lane=bool(motion.changes_lane[0]),
             deviation=motion.deviation[0],
-            ground_z=0.0,
-            attitude=np.zeros(2),
+            ground_z=float(ego_z[0]),
+            attitude=ego_slope[0],
         )
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
