@@ -9,8 +9,8 @@ WHEELBASE_SHARE = 0.6
 """Share of a body's length between its points of contact: the wheelbase of cars is 0.55 to 0.65 of their length."""
 TRACK_SHARE = 0.85
 """Share of a body's width between its wheels: 1.55 m of 1.8 m for a car."""
-DECK_M = 2.0
-"""[m] A simulator's road this far above the terrain is a bridge. Clear heights below bridges exceed 4 m."""
+DECK_M = 0.3
+"""[m] A simulator's road this far above a wheel's ground is a bridge: more than half a wheelbase at 15 % explains."""
 
 
 def ground_contact(
@@ -49,7 +49,8 @@ def ground_contact(
     height = 0.25 * (front_left + front_right + rear_left + rear_right)
     pitch, roll = -np.arctan2(rise, 2.0 * np.hypot(*ahead.T)), np.arctan2(bank, 2.0 * np.hypot(*aside.T))
     if road is not None:
-        on_deck = road[:, 0] > height + DECK_M  # False for NaN
+        lowest = np.minimum.reduce([front_left, front_right, rear_left, rear_right])
+        on_deck = road[:, 0] > lowest + DECK_M  # False for NaN
         height = np.where(on_deck, road[:, 0], height)
         pitch, roll = np.where(on_deck, -road[:, 1], pitch), np.where(on_deck, 0.0, roll)
     return height, np.column_stack([pitch, roll])

@@ -1,8 +1,8 @@
 """Intersections of rays with uneven ground: a grid of nodes, two triangles per cell.
 
 A ray passes the cells under it one by one (Amanatides and Woo 1987, "A Fast Voxel Traversal Algorithm for Ray
-Tracing"), first square blocks of cells, and the cells of a block only if it comes down to the block's highest node. In
-a triangle the height of a ray above the ground is linear, so that its zero is exact.
+Tracing"), first square blocks of cells, and the cells of a block only if it comes below the block's lid, a plane on or
+above all its nodes. In a triangle the height of a ray above the ground is linear, so that its zero is exact.
 """
 
 import math
@@ -33,6 +33,7 @@ def intersect_terrain(rays: Rays, ground: Ground) -> None:
     line, side, slope, cos, far = rays.line, rays.side, rays.slope, rays.cos, rays.far
     inverse_depth, cosine = rays.hit[INVERSE_DEPTH], rays.hit[COSINE]
     target, inner_surface = rays.hit_id[TARGET], rays.hit_id[INNER_SURFACE]
+    height, lid, pose = ground.height, ground.lid, ground.pose
     for k in range(len(slope)):
         start = line[0, k], line[1, k], line[2, k]
         for layer in range(slope.shape[1]):
@@ -44,7 +45,7 @@ def intersect_terrain(rays: Rays, ground: Ground) -> None:
                     c * line[5, k] + s * line[8, k] + t * line[11, k],
                 )
                 limit = 1.0 / far[k, layer, r]
-                at, facing = terrain_hit(start, along, limit, ground)
+                at, facing = _terrain_hit(start, along, limit, height, lid, pose)
                 hits = at < limit
                 inverse_depth[k, layer, r] = 1.0 / at if hits else far[k, layer, r]
                 target[k, layer, r] = GROUND if hits else NOTHING
@@ -58,7 +59,14 @@ def terrain_hit(start: Vector, along: Vector, limit: float, ground: Ground) -> t
 
     The second value is the cosine of incidence times the length of `along`.
     """
-    height, top, pose = ground.height, ground.top, ground.pose
+    return _terrain_hit(start, along, limit, ground.height, ground.lid, ground.pose)
+
+
+@njit(cache=True, error_model="numpy")
+def _terrain_hit(
+    start: Vector, along: Vector, limit: float, height: Floats, lid: Floats, pose: Floats
+) -> tuple[float, float]:
+    """Return as `terrain_hit`; the arrays are those of `records.Ground`."""
     cos, sin, cell = pose[2], pose[3], pose[5]
     x, y = pose[0] + cos * start[0] - sin * start[1], pose[1] + sin * start[0] + cos * start[1]
     dx, dy = cos * along[0] - sin * along[1], sin * along[0] + cos * along[1]
@@ -72,7 +80,10 @@ def terrain_hit(start: Vector, along: Vector, limit: float, ground: Ground) -> t
             break
         end_x, end_y = _border(x, dx, i, BLOCK), _border(y, dy, j, BLOCK)
         end = max(begin, min(end_x, end_y, limit))
-        if z + (end if dz < 0.0 else begin) * dz <= top[_within(i, top.shape[0]), _within(j, top.shape[1])]:
+        p, q = _within(i, lid.shape[0]), _within(j, lid.shape[1])
+        tilt_x, tilt_y = lid[p, q, 0], lid[p, q, 1]
+        above, rate = z - tilt_x * x - tilt_y * y - lid[p, q, 2], dz - tilt_x * dx - tilt_y * dy
+        if above + begin * rate <= 0.0 or above + end * rate <= 0.0:
             at, tilt_x, tilt_y = _in_block(height, x, y, z, dx, dy, dz, begin, end)
             if at < limit:
                 steep = 1.0 + (tilt_x * tilt_x + tilt_y * tilt_y) / (cell * cell)
@@ -115,21 +126,19 @@ def _in_block(
     return math.inf, 0.0, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", inline="always")
 def _border(place: float, rate: float, cell: int, size: int) -> float:
     """Return the length at which a ray leaves cell number `cell` of a size, along one axis."""
-    if rate == 0.0:
-        return math.inf
-    return ((cell + (1 if rate > 0.0 else 0)) * size - place) / rate
+    return ((cell + (1 if rate > 0.0 else 0)) * size - place) / rate if rate != 0.0 else math.inf
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _within(index: int, count: int) -> int:
     """Return the nearest index of an array."""
     return min(max(index, 0), count - 1)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _plane(height: Floats, i: int, j: int, right: bool) -> tuple[float, float, float]:
     """Return the height at the first node of a cell, and the rise per cell in x and y of one of its triangles."""
     low_i, high_i = _within(i, height.shape[0]), _within(i + 1, height.shape[0])
@@ -139,7 +148,7 @@ def _plane(height: Floats, i: int, j: int, right: bool) -> tuple[float, float, f
     return (low, other - low, high - other) if right else (low, high - other, other - low)
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _height(height: Floats, i: int, j: int, u: float, v: float) -> float:
     """Return the height in a cell (i, j) at the shares (u, v) of its sides."""
     low, tilt_x, tilt_y = _plane(height, i, j, u >= v)

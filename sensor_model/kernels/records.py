@@ -125,8 +125,9 @@ class Ground(NamedTuple):
 
     height: Floats
     """(X, Y) height of the nodes [m]; (0, 0) if the ground is the plane z = 0."""
-    top: Floats
-    """(BX, BY) highest node of each block of cells [m]."""
+    lid: Floats
+    """(BX, BY, 3) plane on or above the nodes of each block of cells: rise per cell in x and in y, and height at node
+    (0, 0) [m]."""
     pose: Floats
     """(7,) the ego's x and y on the grid [cells]; cosine and sine of its yaw over the cell's size [1/m]; its height
     [m]; size of a cell [m]; highest node [m]."""

@@ -78,10 +78,9 @@ def test_pitch_and_roll_on_a_plane(yaw_deg, pitch, roll):
 
 
 def test_a_body_tilts_gradually_over_a_kink():
-    """With its centre on the foot, the front axle is half a wheelbase up the ramp: half the slope, a quarter the rise."""
-    terrain = Terrain(
-        np.array([-40.0, -10.0]), 2.0, np.repeat(0.06 * np.maximum(2.0 * np.arange(-20, 21), 0)[:, None], 11, 1)
-    )
+    """With its centre on the foot, the front axle is half a wheelbase up the ramp: half its slope."""
+    rise = 0.06 * np.maximum(2.0 * np.arange(-20, 21), 0)
+    terrain = Terrain(np.array([-40.0, -10.0]), 2.0, np.repeat(rise[:, None], 11, axis=1))
     wheelbase, track = WHEELBASE_SHARE * CAR[0, 0], TRACK_SHARE * CAR[0, 1]
     assert (wheelbase, track) == pytest.approx((2.82, 1.53))
     height, slope = ground_contact(terrain, np.zeros((1, 3)), CAR, None)

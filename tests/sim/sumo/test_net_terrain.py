@@ -7,7 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 from support.nets import source_on
-from support.paths import CATALOG
+from support.paths import CATALOG, NETS
 
 from sim.source import TrafficInputError
 from sim.sumo.lane_heights import lane_sections
@@ -110,3 +110,17 @@ def test_speed_in_plan_is_less_than_along_the_slope(drive):
     travelled = np.hypot(*np.diff(step, axis=0).T) / 0.08
     speed = np.array([np.hypot(*frame.ego.velocity_world) for frame in frames])
     assert travelled == pytest.approx(0.5 * (speed[1:] + speed[:-1]), abs=0.02), "velocities are in plan"
+
+
+def test_a_car_on_a_bridge_is_above_the_ego_on_the_road_below():
+    """The bridge of the net is 6 m above the road. Both cars are near the crossing at the same time."""
+    traffic = SumoTraffic(net="overpass.net.xml", routes=["overpass.rou.xml"], ego="vehicle:ego")
+    with closing(SumoSource(traffic, NETS / "overpass", 150.0)) as source:
+        source.reset(1)
+        assert source.warnings == (BRIDGES,)
+        frames = [source.step() for _ in range(60)]
+    apart = np.array([frame.actors.pose_world[0, :2] - frame.ego.pose_world[:2] for frame in frames])
+    assert np.hypot(*apart.T).min() < 5.0
+    assert [frame.ego.ground_z for frame in frames] == pytest.approx([0.0] * len(frames), abs=0.01)
+    height = np.array([frame.actors.ground_z[0] for frame in frames])
+    assert height == pytest.approx(np.full(len(frames), 6.0), abs=0.1)
