@@ -122,7 +122,8 @@ def read_xml(path: Path, root: str) -> XmlElement:
         builder.parser.Parse(path.read_bytes(), True)
     except FileNotFoundError as error:
         raise TrafficInputError(f"{path.name}: no such file in {path.parent}") from error
-    except (OSError, expat.ExpatError, ValueError) as error:  # ValueError: unknown encodings, null bytes in paths
+    # LookupError and ValueError: unknown and multi-byte encodings, null bytes in paths
+    except (OSError, expat.ExpatError, LookupError, ValueError) as error:
         raise TrafficInputError(f"{path.name}: not a complete XML file: {error}") from error
     tree = builder.top.children[0]
     if tree.tag != root:

@@ -20,10 +20,15 @@ def warm_up(scenario: ScenarioName = SCENARIO, tracker: Tracker = None, quiet: Q
     from scenarios.files.scenario import Scenario
     from scenarios.run import device, loop
     from scenarios.run.progress import hidden
+    from scenarios.run.tracker_warm_up import NoTracks, tracker_beside
+    from sensor_model.rig.rig import load_rig
 
     loaded = Scenario.load(shipped.find(scenario), {"duration_s": SIMULATED_S})
     make_device, began = device.load(tracker or device.SHIPPED), time.monotonic()
     with hidden(quiet):
+        if tracker is None:
+            with tracker_beside(loaded.tracker, load_rig(str(loaded.rig), loaded.folder)):
+                loop.run(loaded, NoTracks)
         loop.run(loaded, make_device)
     if not quiet:
         print(f"The kernels are ready, after {time.monotonic() - began:.1f} s")

@@ -102,6 +102,7 @@ KINDS: dict[str, Kind] = {
         of_content(traffic.fcd_gz, "drive.xml.gz", RUN, BYTES),
     ),
     "commonroad": of_content(traffic.commonroad, "drive.xml", RUN, XML),
+    "openscenario": either(*(of_content(traffic.openscenario, f"cut-in.{end}", RUN, XML) for end in ("xosc", "xodr"))),
     "sumo": either(
         *(of_content(traffic.sumo, name, RUN, XML) for name in ("a.net.xml", "a.rou.xml", "a.add.xml", "a.sumocfg"))
     ),
@@ -153,8 +154,8 @@ KINDS: dict[str, Kind] = {
 
 ALL = {
     "scenario": 1400, "study": 800, "rig": 600, "unit": 600, "csv": 900, "parquet": 900, "fcd": 700, "commonroad": 500,
-    "sumo": 400, "tracks": 900, "boxes": 800, "imports": 800, "scans": 400, "runs": 500, "baseline": 500,
-    "arguments": 700,
+    "openscenario": 500, "sumo": 400, "tracks": 900, "boxes": 800, "imports": 800, "scans": 400, "runs": 500,
+    "baseline": 500, "arguments": 700,
 }  # fmt: skip
 """Numbers of mutations by kind."""
 

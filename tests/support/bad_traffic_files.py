@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.csv
 from support import short_run
 from support.mutate_tables import bomb, parquet
-from support.paths import NETS, ROOT
+from support.paths import EXAMPLES, NETS, ROOT
 
 Files = dict[str, bytes]
 
@@ -192,6 +192,16 @@ date="2024-01-01"><location><geoNameId>-999</geoNameId><gpsLatitude>999</gpsLati
         for number, word, y in ((9, "parkedVehicle", -4), (10, "building", 12))
     )
     return _replayed("drive.xml", (head + cars + standing + "</commonRoad>\n").encode())
+
+
+@cache
+def openscenario() -> Files:
+    """The scenario of the documentation, for two frames."""
+    text = (EXAMPLES / "cut-in.toml").read_text(encoding="utf-8").replace("duration_s = 15.0", "duration_s = 0.16")
+    return {
+        "a.toml": text.encode(),
+        **{name: (EXAMPLES / name).read_bytes() for name in ("cut-in.xosc", "cut-in.xodr")},
+    }
 
 
 @cache

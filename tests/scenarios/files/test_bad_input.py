@@ -82,7 +82,7 @@ VALID = [
     *((files, bad_input.RUN) for files in (
         bad_traffic_files.scenario, bad_traffic_files.rig, bad_traffic_files.csv, bad_traffic_files.csv_gz,
         bad_traffic_files.parquet_drive, bad_traffic_files.fcd, bad_traffic_files.fcd_gz, bad_traffic_files.commonroad,
-        bad_traffic_files.sumo,
+        bad_traffic_files.openscenario, bad_traffic_files.sumo,
     )),
     (bad_traffic_files.study, bad_input.SWEEP),
     (bad_input_files.tracks_csv, [*bad_input.GRADE, "--tracks", "tracks.csv"]),

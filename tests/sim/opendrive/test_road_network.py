@@ -107,6 +107,7 @@ def test_a_junction_leads_straight_ahead(tmp_path):
         ("<OpenDRIVE/>", "line 1: <OpenDRIVE> has no <road>; add one"),
         ("<net/>", "its root is <net>; it should be <OpenDRIVE>"),
         ("<OpenDRIVE>", "not a complete XML file"),
+        ('<?xml version="1.0" encoding="UTF9"?><OpenDRIVE/>', "not a complete XML file: unknown encoding: UTF9"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><OpenDRIVE/>', "has a document type declaration"),
         (f"<OpenDRIVE>{road(geometry('<bezier/>'))}</OpenDRIVE>", "<bezier> of .* is no geometry; use line, arc"),
         (f"<OpenDRIVE>{road(geometry('<arc/>'))}</OpenDRIVE>", 'has no attribute "curvature"; add it'),
