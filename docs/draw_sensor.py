@@ -13,7 +13,7 @@ import matplotlib as mpl
 
 PICTURES = (
     "beams", "footprint", "echoes", "power", "sweep", "attitude", "causes", "ranging", "losses", "weather",
-    "visibility",
+    "visibility", "slope",
 )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.tilt import tilt_rotations
 from sensor_model.bodies.walls import NearbyWalls, walls_of
 from sensor_model.clutter import ClutterSources
+from sensor_model.ground import UnevenGround
 from sensor_model.noise.attitude import Attitude
 from sensor_model.noise.calibration import doubled_points, sync_jitter, true_mounts
 from sensor_model.noise.detection import DetectionThresholds, loss_causes
@@ -49,7 +50,7 @@ class Lidar:
     seed
         Seed of all random draws; equal seeds give equal scans.
     obstacles
-        Static obstacles of the run, in the world frame.
+        Ground and static obstacles of the run, in the world frame.
 
     Raises
     ------
@@ -72,6 +73,7 @@ class Lidar:
         plain = not noise.layer_overlap.enabled
         self._bodies = BodyFactory(mirrors=noise.mirror.enabled, plain=plain, glass=sensor.glass, seed=seed)
         self._walls = NearbyWalls(walls_of(obstacles))
+        self._ground = UnevenGround(obstacles.terrain)
         self._caster = Raycaster(self.beams, sensor)
         self._clutter = ClutterSources(noise, self.beams, self._caster, self._draws)
         self._odometry = Odometry(noise.odometry, self._draws)
@@ -81,7 +83,7 @@ class Lidar:
         thresholds = self._detection.thresholds(frame.index, frame.time, float(frame.ego.pose_world[2]))
         context = self._context(frame, thresholds)
         bodies = self._bodies.place(frame)
-        walls = self._walls.seen_from(frame.ego.pose_world, self._caster.reach(context))
+        walls = self._walls.seen_from(frame.ego.pose_world, self._caster.reach(context), frame.ego.ground_z)
         echoes = self._caster.cast(bodies, walls, context, free_range=self._clutter.needs_free_range)
         echoes = displace(echoes, bodies, self._relief_scale)
         returns = from_surfaces(echoes, bodies)
@@ -111,6 +113,7 @@ class Lidar:
             ego_yaw_rate=yaw_rate,
             threshold=thresholds.threshold,
             extinction=extinction(self._noise.rain),
+            ground=self._ground.seen_from(frame.ego),
         )
 
     def _sync_jitter(self, frame: int) -> Floats:

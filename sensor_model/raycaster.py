@@ -57,7 +57,7 @@ class Echoes:
 
 
 class Raycaster:
-    """Ray caster of a rig: each beam is a grid of rays over its footprint. The ground is the plane z = 0.
+    """Ray caster of a rig: each beam is a grid of rays over its footprint. The ground is that of the context.
 
     Parameters
     ----------
@@ -210,4 +210,6 @@ def _solids(bodies: Bodies) -> records.Solids:
 
 
 def _static_scene(walls: Walls, context: ScanContext) -> records.StaticScene:
-    return records.StaticScene(walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, context.extinction)
+    return records.StaticScene(
+        walls.ends, walls.z, walls.reflectivity, GROUND_REFLECTIVITY, context.extinction, context.ground
+    )

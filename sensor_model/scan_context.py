@@ -6,8 +6,9 @@ import numpy as np
 
 from sensor_model.arrays import Floats
 from sensor_model.bodies.scene import Bodies
+from sensor_model.ground import FLAT
 from sensor_model.kernels.calibration_shift import calibration_shift
-from sensor_model.kernels.records import EgoDrive, MountErrors
+from sensor_model.kernels.records import EgoDrive, Ground, MountErrors
 from sensor_model.returns import Returns
 from sensor_model.rig.beams import BeamTable
 from sim.world import Ego
@@ -35,6 +36,8 @@ class ScanContext:
     """(B,) minimum power of an echo, infinite for a blind beam [1/m^2]."""
     extinction: float = 0.0
     """Extinction coefficient of the air [1/m]."""
+    ground: Ground = FLAT
+    """Ground around the ego."""
 
     @property
     def drive(self) -> EgoDrive:

@@ -6,11 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from sim.arrays import Floats, Ints
+from sim.ground_contact import ground_contact
 from sim.kinematics import Kinematics
 from sim.modes import ModeClassifier, ModeLimits
 from sim.roster import Member
 from sim.suspension import Suspension
-from sim.world import Actors, Ego, WorldFrame
+from sim.world import Actors, Ego, Terrain, WorldFrame
 
 
 class FrameBuilder:
@@ -24,14 +25,25 @@ class FrameBuilder:
         Delivery radius [m]: the ego, and all actors whose centre is within this distance of the ego's centre.
     limits
         Limits of the motion modes.
+    terrain
+        Ground under the bodies; None if it is flat.
     suspension
         If True, vehicles pitch and roll by their accelerations, and riders lean.
     """
 
-    def __init__(self, dt: float, range_m: float, limits: ModeLimits, *, suspension: bool = True):
+    def __init__(
+        self,
+        dt: float,
+        range_m: float,
+        limits: ModeLimits,
+        terrain: Terrain | None = None,
+        *,
+        suspension: bool = True,
+    ):
         self._dt = dt
         self._range = range_m
         self._classifier = ModeClassifier(limits)
+        self._terrain = terrain
         self._suspension = Suspension(dt) if suspension else None
         self._next = 0
         self._present: list[Member] = []
@@ -43,7 +55,7 @@ class FrameBuilder:
         near = np.flatnonzero(distance <= self._range)[1:]
         appearance = self._appearance_of([members[row] for row in near])
         velocity_world, acceleration_world = motion.velocity_world[near], motion.acceleration_world[near]
-        attitude = self._attitudes(members[0], appearance, motion, near)
+        ground_z, attitude = self._stances(members[0], appearance, motion, near)
         actors = Actors(
             id=appearance.id,
             name=appearance.name,
@@ -56,7 +68,7 @@ class FrameBuilder:
             mode=self._classifier.modes(appearance.id, velocity_world, acceleration_world),
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],
-            ground_z=np.zeros(len(near)),
+            ground_z=ground_z[1:],
             attitude=attitude[1:],
             size=appearance.size,
             reflectivity=appearance.reflectivity,
@@ -69,19 +81,26 @@ class FrameBuilder:
             size=np.array(members[0].size),
             changes_lane=bool(motion.changes_lane[0]),
             deviation=motion.deviation[0],
-            ground_z=0.0,
+            ground_z=float(ground_z[0]),
             attitude=attitude[0],
         )
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
 
-    def _attitudes(self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints) -> Floats:
-        """Return pitch and roll (1 + N, 2) of the ego and of the N actors at rows `near` of the motion [rad]."""
-        if self._suspension is None:
-            return np.zeros((1 + len(near), 2))
+    def _stances(self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints) -> tuple[Floats, Floats]:
+        """Return the height of the ground [m] and pitch and roll [rad] of the ego and of the N actors at rows `near`.
+
+        The shapes are (1 + N,) and (1 + N, 2). Slope and suspension add up, since both angles are small.
+        """
         rows = np.concatenate([[0], near])
-        id, kind = np.concatenate([[ego.id], appearance.id]), np.concatenate([[ego.kind], appearance.kind])
-        return self._suspension.attitude(id, kind, motion.pose_world[rows, 2], motion.acceleration_world[rows])
+        pose = motion.pose_world[rows]
+        size = np.vstack([[ego.size], appearance.size])
+        road = None if motion.road is None else motion.road[rows]
+        ground_z, attitude = ground_contact(self._terrain, pose, size, road)
+        if self._suspension is not None:
+            id, kind = np.concatenate([[ego.id], appearance.id]), np.concatenate([[ego.kind], appearance.kind])
+            attitude = attitude + self._suspension.attitude(id, kind, pose[:, 2], motion.acceleration_world[rows])
+        return ground_z, attitude
 
     def _appearance_of(self, members: list[Member]) -> "_Appearance":
         """Return the constant columns of the members, cached since they rarely change between frames."""

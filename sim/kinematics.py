@@ -22,6 +22,9 @@ class RawFrame:
     """(N, 3) box centre x [m], y [m], yaw [rad]; not yet physically feasible."""
     speed: Floats
     """(N,) the simulator's speed [m/s]; negative when reversing."""
+    road: Floats | None = None
+    """(N, 2) height of the road under the pose [m] and its slope along the body [rad], positive uphill, in the
+    simulator; None if it has no heights, NaN where it has none. Used on bridges only, see `sim.frame_builder`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,3 +45,5 @@ class Kinematics:
     """(N,) see `sim.world.Actors`."""
     deviation: Floats
     """(N, 2) [m] see `sim.world.Actors`."""
+    road: Floats | None = None
+    """(N, 2) see `RawFrame`."""

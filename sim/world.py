@@ -95,7 +95,7 @@ class Actors:
     size: Floats
     """(N, 3) length, width, height [m]."""
     ground_z: Floats
-    """(N,) height of the road under the pose [m]."""
+    """(N,) height of the plane on which the wheels stand, under the pose [m]: that of the road."""
     attitude: Floats
     """(N, 2) pitch, positive with the front down, then roll, positive with the right side down, of the body against the
     horizontal [rad]."""
@@ -119,8 +119,41 @@ class WorldFrame:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Terrain:
+    """Height of the ground on a regular grid: two triangles per cell.
+
+    The diagonal from a cell's node (i, j) to (i + 1, j + 1) divides it. Beyond the grid the heights of its border
+    continue outwards.
+    """
+
+    corner_world: Floats
+    """(2,) x, y of node (0, 0) [m]."""
+    cell: float
+    """Distance of neighbouring nodes [m]."""
+    height: Floats
+    """(X, Y) height of each node [m], by x and y; at least two by two."""
+
+    def height_at(self, places_world: Floats) -> Floats:
+        """Return the heights [m] at places (..., 2) [m]."""
+        place = (places_world - self.corner_world) / self.cell
+        last = np.array(self.height.shape) - 1
+        place = np.clip(place, 0.0, last)
+        i, j = np.moveaxis(np.minimum(place.astype(np.int64), last - 1), -1, 0)
+        u, v = place[..., 0] - i, place[..., 1] - j
+        low, high = self.height[i, j], self.height[i + 1, j + 1]
+        right, left = self.height[i + 1, j], self.height[i, j + 1]
+        # the diagonal u = v divides the cell
+        below: Floats = low + u * (right - low) + v * (high - right)
+        above: Floats = low + v * (left - low) + u * (high - left)
+        return np.where(u >= v, below, above)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Obstacles:
-    """Static occluders: upright faces on the sides of polygons, without lids. Delivered once per source."""
+    """Static surroundings, delivered once per source: the ground, and upright faces on the sides of polygons.
+
+    The faces have no lids.
+    """
 
     vertices_world: Floats
     """(V, 2) corners of all polygons [m], each polygon closed implicitly."""
@@ -132,6 +165,8 @@ class Obstacles:
     """(M,) height of the upper edge above the ground [m]."""
     reflectivity: Floats
     """(M,) diffuse, 0 to 1."""
+    terrain: Terrain | None = None
+    """Height of the ground; None if it is the plane z = 0."""
 
     def __len__(self) -> int:
         return len(self.height)

@@ -127,8 +127,21 @@ class Solids(NamedTuple):
     transmission: Floats
 
 
+class Ground(NamedTuple):
+    """Heights of the ground on a grid: two triangles per cell, divided by the diagonal from node (0, 0)."""
+
+    height: Floats
+    """(X, Y) height of the nodes [m]; (0, 0) if the ground is the plane z = 0."""
+    lid: Floats
+    """(BX, BY, 3) plane on or above the nodes of each block of cells: rise per cell in x and in y, and height at node
+    (0, 0) [m]."""
+    pose: Floats
+    """(7,) the ego's x and y on the grid [cells]; cosine and sine of its yaw over the cell's size [1/m]; its height
+    [m]; size of a cell [m]; highest node [m]."""
+
+
 class StaticScene(NamedTuple):
-    """Walls in the ego frame, fields as in `walls.Walls`, and optical properties of ground and air."""
+    """Ground and walls in the ego frame, fields as in `walls.Walls`, and optical properties of ground and air."""
 
     ends: Floats
     z: Floats
@@ -136,6 +149,7 @@ class StaticScene(NamedTuple):
     ground_reflectivity: float
     extinction: float
     """Of the air [1/m]."""
+    ground: Ground
 
 
 class EgoDrive(NamedTuple):
@@ -168,7 +182,7 @@ class Rays(NamedTuple):
     """(K, L, R) as in `Grid`."""
     hit: Floats
     """(4, K, L, R) rows `INVERSE_DEPTH` of the nearest hit or of the maximum range [1/m]; `COSINE` of its angle of
-    incidence, not set for ground and nothing; the same of the inner surface, not set without one."""
+    incidence, not set for flat ground and nothing; the same of the inner surface, not set without one."""
     hit_id: Ints
     """(3, K, L, R) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not
     set for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""

@@ -7,6 +7,7 @@ from numba import njit
 
 from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
+from sensor_model.kernels.ground_hits import intersect_terrain
 from sensor_model.kernels.rays import aim_rays, intersect_ground
 from sensor_model.kernels.receiver import receive_block
 from sensor_model.kernels.records import (
@@ -69,7 +70,10 @@ def cast_rig(
             block = slice(first_beam[0] + first, first_beam[0] + first + count)
             time, start = beams.time[block], fans.fan_azimuth[f, 0] + first * step
             rays = aim_rays(grid, f, first, len(first_beam), grid.azimuth[block], time, u, origin, rotation, drive)
-            intersect_ground(rays)
+            if len(static.ground.height) == 0:
+                intersect_ground(rays)
+            else:
+                intersect_terrain(rays, static.ground)
             used = azimuths_in_fan(wall_interval, start, step, count, rows)
             intersect_walls(rows[:used], grid.refine, rays, static)
             used = azimuths_in_fan(body_interval, start, step, count, rows)

@@ -47,7 +47,7 @@ def gather_samples(
     start, blocked = samples.start, samples.blocked
     wall_reflectivity, reflectivity, transmission = static.reflectivity, bodies.reflectivity, bodies.transmission
     ground_reflectivity, extinction, range_min = static.ground_reflectivity, static.extinction, receiver.range_min
-    per_beam, count = rays.side.shape[1], 0
+    per_beam, count, flat = rays.side.shape[1], 0, len(static.ground.height) == 0
     for k in range(len(gain)):
         share, blocked[k] = gain[k] / per_beam, False
         for r in range(per_beam):
@@ -61,7 +61,7 @@ def gather_samples(
                 blocked[k] = True
                 continue
             if target == GROUND:
-                q, sent = 0, ground_reflectivity * line[2, k] / at
+                q, sent = 0, ground_reflectivity * (line[2, k] / at if flat else hit[COSINE, k, layer, r])
             else:
                 q = hit_id[SURFACE, k, layer, r]
                 sent = (wall_reflectivity[q] if target == WALL else reflectivity[q]) * hit[COSINE, k, layer, r]

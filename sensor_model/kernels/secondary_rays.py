@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from sensor_model.arrays import Floats
+from sensor_model.kernels.ground_hits import terrain_hit
 from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.records import NONE, Solids, StaticScene
 
@@ -28,7 +29,10 @@ def cast_rays(
     (G,) range, infinite without a hit [m]; reflectivity of the surface hit; cosine of the angle of incidence.
     """
     nearest, reflectivity, cosine = reach.copy(), np.zeros(len(time)), np.zeros(len(time))
-    _intersect_ground(origin, direction, static.ground_reflectivity, nearest, reflectivity, cosine)
+    if len(static.ground.height) == 0:
+        _intersect_ground(origin, direction, static.ground_reflectivity, nearest, reflectivity, cosine)
+    else:
+        _intersect_terrain(origin, direction, static, nearest, reflectivity, cosine)
     _intersect_walls(origin, direction, static.ends, static.z, static.reflectivity, nearest, reflectivity, cosine)
     _intersect_bodies(origin, direction, time, bodies, nearest, reflectivity, cosine)
     for g in range(len(time)):
@@ -46,6 +50,19 @@ def _intersect_ground(
         t = -origin[g, 2] / direction[g, 2]
         if direction[g, 2] < 0.0 and t < nearest[g]:
             nearest[g], reflectivity[g], cosine[g] = t, ground, -direction[g, 2]
+
+
+@njit(cache=True, error_model="numpy")
+def _intersect_terrain(
+    origin: Floats, direction: Floats, static: StaticScene, nearest: Floats, reflectivity: Floats, cosine: Floats
+) -> None:
+    """End the rays on uneven ground where it is nearer than their hits so far."""
+    for g in range(len(nearest)):
+        start = origin[g, 0], origin[g, 1], origin[g, 2]
+        along = direction[g, 0], direction[g, 1], direction[g, 2]
+        t, facing = terrain_hit(start, along, nearest[g], static.ground)
+        if t < nearest[g]:
+            nearest[g], reflectivity[g], cosine[g] = t, static.ground_reflectivity, facing
 
 
 @njit(cache=True, error_model="numpy")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sim.arrays import Ints
+from sim.arrays import Floats, Ints
 from sim.kinematics import Kinematics, RawFrame
 from sim.physical.body_tables import BodyTables
 from sim.physical.kernels.frame_input import store_frame
@@ -44,7 +44,7 @@ class PhysicalTruth:
         self._change_fraction = dt / config.lane_change_s
         self._lead_frames = int(np.clip(self._ahead - half, 0, round(0.5 * config.lane_change_s / dt)))
         self._lane_changes: list[SpreadLaneChange] = []
-        self._waiting: deque[tuple[list[Member], Ints]] = deque()
+        self._waiting: deque[tuple[list[Member], Ints, Floats | None]] = deque()
         self._pushed = 0
         self._ended = False
 
@@ -58,7 +58,7 @@ class PhysicalTruth:
         self._continue_lane_changes(frame)
         for n in np.flatnonzero(jump):
             self._begin_lane_change(frame, int(body[n]), float(jump[n]))
-        self._waiting.append((raw.members, body))
+        self._waiting.append((raw.members, body, raw.road))
         self._pushed += 1
         if frame % self._window == 0:
             tables.release(frame - self._window)
@@ -72,7 +72,7 @@ class PhysicalTruth:
         if not self._waiting or (len(self._waiting) <= self._ahead and not self._ended):
             return None
         frame, tables = self._pushed - len(self._waiting), self._tables
-        members, body = self._waiting.popleft()
+        members, body, road = self._waiting.popleft()
         motion = frame_motions(
             frame,
             self._pushed,
@@ -92,6 +92,7 @@ class PhysicalTruth:
             articulation=motion[:, 8],
             changes_lane=tables.history.changes_lane[body, frame % tables.history.frame.shape[1]],
             deviation=motion[:, 9:],
+            road=road,
         )
 
     def next(self, advance: Callable[[], None]) -> tuple[list[Member], Kinematics] | None:

@@ -27,6 +27,7 @@ smoothing window, plus half a long vehicle, since SUMO searches by front bumper.
 
 _OFF_ROAD_M = -1e8
 """[m] SUMO reports -2^30 for road users that are not on the road."""
+_NO_ROAD = math.nan, math.nan  # of a parked car
 _EGO_POI = "luxloop: around the ego"
 
 _Row = tuple[Member, Pose, float]
@@ -51,13 +52,20 @@ class SumoReader:
         Delivery radius around the ego [m].
     dt
         Time between frames [s].
+    bridges
+        If True, frames have the heights of the roads.
     """
 
-    def __init__(self, sumo: Any, ego: str, roster: Roster, parked: list[ParkedCar], range_m: float, dt: float):
+    def __init__(
+        self, sumo: Any, ego: str, roster: Roster, parked: list[ParkedCar], range_m: float, dt: float, *,
+        bridges: bool = False,
+    ):  # fmt: skip
         self._sumo = sumo
         self._ego = ego
         self._range = range_m
         self._dt = dt
+        self._bridges = bridges
+        self._road: dict[int, tuple[float, float]] = {}
         self._vehicles = MemberNames(roster, "vehicle", self._vehicle_body)
         self._people = MemberNames(roster, "person", self._person_body)
         self._vehicles.member(ego)
@@ -95,6 +103,7 @@ class SumoReader:
         self._sumo.poi.setPosition(_EGO_POI, *place)  # centre of the search for pedestrians in the next step
         for name in filter(self._vehicles.knows, teleported):
             self._vehicles.start_new_member(name)
+        self._road.clear()
         parking = self._parking.names(lambda name: vehicles[name][self._speed] if name in vehicles else None)
         rows = [
             *self._rows(self._vehicles, vehicles, {*parking} - {self._ego}),
@@ -109,6 +118,7 @@ class SumoReader:
             members=[member for member, _, _ in rows],
             pose_world=np.array([pose for _, pose, _ in rows]),
             speed=np.array([speed for _, _, speed in rows]),
+            road=np.array([self._road.get(member.id, _NO_ROAD) for member, _, _ in rows]) if self._bridges else None,
         )
 
     def _reason_of_absence(self, teleported: tuple[str, ...]) -> str:
@@ -136,6 +146,9 @@ class SumoReader:
             half, yaw = 0.5 * names.member(name).size[0], math.pi - math.radians(90.0 + row[self._angle]) % math.tau
             centre = x - half * math.cos(yaw), y - half * math.sin(yaw)
             member = names.observe(name, front, centre, abs(speed) * self._dt, name in parking)
+            if self._bridges:
+                slope = math.radians(row[self._slope])
+                self._road[member.id] = row[self._position_3d][2] - half * math.sin(slope), slope
             yield member, (*centre, yaw), speed
 
     def _in_world(self, place: Point) -> Point:
@@ -151,7 +164,10 @@ class SumoReader:
         sumo, constants = self._sumo, self._sumo.constants
         self._position, self._angle, self._speed = constants.VAR_POSITION, constants.VAR_ANGLE, constants.VAR_SPEED
         self._carrier = constants.VAR_VEHICLE
+        self._position_3d, self._slope = constants.VAR_POSITION3D, constants.VAR_SLOPE
         radius, variables = self._range + MARGIN, [self._position, self._angle, self._speed]
+        if self._bridges:
+            variables += [self._position_3d, self._slope]
         sumo.vehicle.subscribeContext(self._ego, constants.CMD_GET_VEHICLE_VARIABLE, radius, variables)
         sumo.poi.add(_EGO_POI, *sumo.vehicle.getPosition(self._ego), (0, 0, 0, 0))
         sumo.poi.subscribeContext(_EGO_POI, constants.CMD_GET_PERSON_VARIABLE, radius, [*variables, self._carrier])

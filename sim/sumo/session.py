@@ -30,6 +30,11 @@ class SumoSession:
         self.command: list[str] = []
         """SUMO's command line, since `start`."""
 
+    @property
+    def net(self) -> Path:
+        """Path of the net, since `start`."""
+        return Path(self.command[self.command.index("--net-file") + 1])
+
     def start(self, seed: int) -> Any:
         """Start SUMO without output on the terminal and return libsumo.
 

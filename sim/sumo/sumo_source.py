@@ -15,6 +15,7 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.sumo.ego import EgoControl
 from sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
 from sim.sumo.error_messages import one_line
+from sim.sumo.net_terrain import net_terrain
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.roadside import static_obstacles
@@ -100,16 +101,18 @@ class SumoSource:
         until = sumo.simulation.getTime() + config.max_wait_s
         self.ego_name = self._ego = self._await_ego(ego, until)
         roster = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
-        self._reader = SumoReader(sumo, self._ego, roster, parked, self._range, self.dt)
+        ground = net_terrain(self._session.net)
+        self._reader = SumoReader(sumo, self._ego, roster, parked, self._range, self.dt, bridges=ground.bridges)
         self._await_vehicles(until)
         self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin
-        self.warnings = self._reader.warnings
+        self.warnings = self._reader.warnings + ground.warnings
+        terrain = ground.seen_from(self.origin)
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
-        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, terrain, suspension=config.suspension)
         self._pushed, self._end = 0, ""
         self._push_frame()
-        return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin)
+        return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin, terrain=terrain)
 
     def _await_ego(self, ego: str, until: float) -> str:
         """Step SUMO until the ego is in the net, and return its SUMO id."""
