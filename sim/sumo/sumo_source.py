@@ -15,6 +15,7 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.sumo.ego import EgoControl
 from sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
 from sim.sumo.error_messages import one_line
+from sim.sumo.input_checks import is_left_hand
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
 from sim.sumo.roadside import static_obstacles
@@ -100,7 +101,15 @@ class SumoSource:
         until = sumo.simulation.getTime() + config.max_wait_s
         self.ego_name = self._ego = self._await_ego(ego, until)
         roster = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
-        self._reader = SumoReader(sumo, self._ego, roster, parked, self._range, self.dt)
+        self._reader = SumoReader(
+            sumo,
+            self._ego,
+            roster,
+            parked,
+            self._range,
+            self.dt,
+            left_hand=is_left_hand(self._session.command),
+        )
         self._await_vehicles(until)
         self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin
