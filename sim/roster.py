@@ -21,6 +21,8 @@ class Member:
     size: tuple[float, float, float]
     """Length, width, height [m]."""
     reflectivity: float
+    stretch: int = 0
+    """Number of the uninterrupted motion: it increases when the simulator moves the same road user to another place."""
 
 
 class Roster:

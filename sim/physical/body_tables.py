@@ -43,23 +43,24 @@ class BodyTables:
             first_frame=np.zeros(0, np.int64),
             trail=np.zeros((0, trail, 6)),
         )
-        self._row: dict[int, int] = {}
+        self._row: dict[tuple[int, int], int] = {}
+        """Row by id and stretch: a body that the simulator moved elsewhere starts there in steady motion."""
         self._free: list[int] = []
         self._last = np.zeros(0, np.int64)
 
     def rows(self, members: list[Member], frame: int) -> Ints:
         """Return the rows (N,) of the members of a pushed frame; allocate rows for new members."""
         for member in members:
-            if member.id not in self._row:
-                self._row[member.id] = self._allocate(member)
-        rows = np.array([self._row[member.id] for member in members])
+            if (member.id, member.stretch) not in self._row:
+                self._row[member.id, member.stretch] = self._allocate(member)
+        rows = np.array([self._row[member.id, member.stretch] for member in members])
         self._last[rows] = frame
         return rows
 
     def release(self, frame: int) -> None:
         """Free the rows of members that were last pushed before a frame."""
-        for id in [id for id, row in self._row.items() if self._last[row] < frame]:
-            self._free.append(self._row.pop(id))
+        for key in [key for key, row in self._row.items() if self._last[row] < frame]:
+            self._free.append(self._row.pop(key))
 
     def _allocate(self, member: Member) -> int:
         """Return a free row, filled with the member's dimensions."""

@@ -5,6 +5,11 @@ from dataclasses import dataclass, replace
 from sim.physical.limits import SLOW_CHANGE
 
 
+def minimum_jerk(s: float) -> float:
+    """Return the minimum-jerk quintic 10 s^3 - 15 s^4 + 6 s^5, from 0 at s = 0 to 1 at s = 1."""
+    return s**3 * (10 - 15 * s + 6 * s**2)
+
+
 @dataclass(frozen=True, slots=True)
 class SpreadLaneChange:
     """State of one lane change in progress."""
@@ -25,8 +30,7 @@ class SpreadLaneChange:
     def shift(self, frame: int) -> float:
         """Return the lateral shift [m], positive to the left, of the simulator's position at a frame.
 
-        The lateral profile is the minimum-jerk quintic 10 s^3 - 15 s^4 + 6 s^5.
+        The lateral profile is `minimum_jerk`.
         """
-        s = self.progress
-        done = s**3 * (10 - 15 * s + 6 * s**2)
+        done = minimum_jerk(self.progress)
         return self.offset * (done if frame < self.frame else done - 1.0)

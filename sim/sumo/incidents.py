@@ -6,7 +6,7 @@ from typing import Any
 NO_INTERNAL_LINKS = "the net has no lanes across its junctions (netconvert --no-internal-links)"
 
 WARNING = (
-    f"{NO_INTERNAL_LINKS}: vehicles jump across them and go on under new ids, with accelerations that no vehicle has "
+    f"{NO_INTERNAL_LINKS}: vehicles jump across them, with accelerations that no vehicle has "
     "(sim.teleports, sim.limit_violations); build the net again without this option"
 )
 """Warning about a net without internal lanes."""

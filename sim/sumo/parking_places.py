@@ -66,7 +66,7 @@ def _limits(area: ET.Element, lanes: Any) -> tuple[float, float, float]:
 def _span(area: ET.Element, lanes: Any) -> float:
     """Return an area's length along its lane's shape [m], which may differ from the lane's nominal length."""
     begin, end, length = _limits(area, lanes)
-    return (end - begin) * float(_along(np.array(lanes.getShape(area.get("lane", ""))))[-1]) / length
+    return (end - begin) * float(arc_lengths(np.array(lanes.getShape(area.get("lane", ""))))[-1]) / length
 
 
 def _side(area: ET.Element, lanes: Any, width: float, left_hand: bool) -> Floats:
@@ -74,15 +74,15 @@ def _side(area: ET.Element, lanes: Any, width: float, left_hand: bool) -> Floats
     lane = area.get("lane", "")
     shape = np.array(lanes.getShape(lane), dtype=np.float64)[:, :2]
     begin, end, length = _limits(area, lanes)
-    along = _along(shape)
+    along = arc_lengths(shape)
     begin, end = begin * along[-1] / length, end * along[-1] / length
     inner = shape[(along > begin) & (along < end)]
-    line = np.vstack([_point(shape, begin), inner, _point(shape, end)])
+    line = np.vstack([point_along(shape, begin), inner, point_along(shape, end)])
     to_the_right = (lanes.getWidth(lane) + width) / 2
-    return _offset_line(line, -to_the_right if left_hand else to_the_right)
+    return offset_line(line, -to_the_right if left_hand else to_the_right)
 
 
-def _offset_line(line: Floats, right: float) -> Floats:
+def offset_line(line: Floats, right: float) -> Floats:
     """Offset a line (K, 2) to its right by `right` [m], with mitred corners."""
     step = np.diff(line, axis=0)
     normal = np.column_stack([step[:, 1], -step[:, 0]]) / np.hypot(*step.T)[:, None]
@@ -96,7 +96,7 @@ def _roadside_pose(
     side: Floats, index: int, step: float, angle_deg: float, width: float, length: float
 ) -> tuple[tuple[float, float], float]:
     """Return the front (2,) [m] and the yaw [rad] of a vehicle on a roadside place."""
-    first, last = _point(side, index * step), _point(side, (index + 1) * step)
+    first, last = point_along(side, index * step), point_along(side, (index + 1) * step)
     course = math.atan2(*(last - first)[::-1])
     yaw = course - math.radians(angle_deg)
     if not angle_deg:
@@ -112,12 +112,12 @@ def _roadside_pose(
     return (float(x), float(y)), yaw
 
 
-def _along(line: Floats) -> Floats:
+def arc_lengths(line: Floats) -> Floats:
     """Return the arc length at the points (K,) of a line (K, 2) [m]."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line[:, :2], axis=0).T))])
 
 
-def _point(line: Floats, distance: float) -> Floats:
+def point_along(line: Floats, distance: float) -> Floats:
     """Return the point (2,) of a line at an arc length [m], limited to its ends."""
-    along = _along(line)
+    along = arc_lengths(line)
     return np.array([np.interp(distance, along, line[:, axis]) for axis in (0, 1)])

@@ -17,6 +17,7 @@ from sim.roster import EGO_ID, Member, Roster
 from sim.sumo.incidents import NO_INTERNAL_LINKS, WARNING, collision_partner, has_internal_lanes
 from sim.sumo.parked_cars import ParkedCars, Pose
 from sim.sumo.parking import ParkedCar
+from sim.sumo.roadside_stops import RoadsideStops
 from sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
 from sim.sumo.vehicle_kinds import kind_of_shape
 from sim.world import Kind
@@ -52,13 +53,15 @@ class SumoReader:
         Delivery radius around the ego [m].
     dt
         Time between frames [s].
+    left_hand
+        Traffic keeps to the left.
     bridges
         If True, frames have the heights of the roads.
     """
 
     def __init__(
         self, sumo: Any, ego: str, roster: Roster, parked: list[ParkedCar], range_m: float, dt: float, *,
-        bridges: bool = False,
+        left_hand: bool = False, bridges: bool = False,
     ):  # fmt: skip
         self._sumo = sumo
         self._ego = ego
@@ -66,10 +69,11 @@ class SumoReader:
         self._dt = dt
         self._bridges = bridges
         self._road: dict[int, tuple[float, float]] = {}
-        self._vehicles = MemberNames(roster, "vehicle", self._vehicle_body)
-        self._people = MemberNames(roster, "person", self._person_body)
+        self._vehicles = MemberNames(roster, "vehicle", self._vehicle_body, dt)
+        self._people = MemberNames(roster, "person", self._person_body, dt)
         self._vehicles.member(ego)
         self._parking = ParkingManoeuvres(sumo.simulation)
+        self._stops = RoadsideStops(sumo, dt, left_hand=left_hand)
         self.origin: Floats = origin_near(np.array(sumo.vehicle.getPosition(ego)))
         self._east, self._north = self.origin.tolist()
         self._parked = ParkedCars(roster, parked, self.origin, range_m + MARGIN)
@@ -105,9 +109,11 @@ class SumoReader:
             self._vehicles.start_new_member(name)
         self._road.clear()
         parking = self._parking.names(lambda name: vehicles[name][self._speed] if name in vehicles else None)
+        shifts = self._stops.shifts({name: row[self._speed] for name, row in vehicles.items()})
+        on_foot = {name: row for name, row in people.items() if not row[self._carrier]}
         rows = [
-            *self._rows(self._vehicles, vehicles, {*parking} - {self._ego}),
-            *self._rows(self._people, {name: row for name, row in people.items() if not row[self._carrier]}, set()),
+            *self._rows(self._vehicles, vehicles, {*parking} - {self._ego}, shifts),
+            *self._rows(self._people, on_foot, set(), {}),
             *((member, pose, 0.0) for member, pose in self._parked.near(self._in_world(place))),
         ]
         rows.sort(key=lambda row: row[0].id)
@@ -134,7 +140,9 @@ class SumoReader:
             return "SUMO teleported it out of a jam; raise options.time-to-teleport"
         return "it arrived, or SUMO removed it"
 
-    def _rows(self, names: MemberNames, results: _Results, parking: set[str]) -> Iterator[_Row]:
+    def _rows(
+        self, names: MemberNames, results: _Results, parking: set[str], shifts: dict[str, Point]
+    ) -> Iterator[_Row]:
         """Yield the road users on the road, by name. A Python loop: numpy calls are slower with cold caches."""
         names.next_frame()
         for name in sorted(results):
@@ -142,9 +150,13 @@ class SumoReader:
             place, speed = row[self._position], row[self._speed]
             if place[0] < _OFF_ROAD_M:
                 continue
-            x, y = front = self._in_world(place)
+            x, y = self._in_world(place)
             half, yaw = 0.5 * names.member(name).size[0], math.pi - math.radians(90.0 + row[self._angle]) % math.tau
-            centre = x - half * math.cos(yaw), y - half * math.sin(yaw)
+            cos, sin = math.cos(yaw), math.sin(yaw)
+            if name in shifts:
+                ahead, left = shifts[name]
+                x, y = x + ahead * cos - left * sin, y + ahead * sin + left * cos
+            front, centre = (x, y), (x - half * cos, y - half * sin)
             member = names.observe(name, front, centre, abs(speed) * self._dt, name in parking)
             if self._bridges:
                 slope = math.radians(row[self._slope])

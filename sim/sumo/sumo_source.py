@@ -15,6 +15,7 @@ from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, Traf
 from sim.sumo.ego import EgoControl
 from sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
 from sim.sumo.error_messages import one_line
+from sim.sumo.input_checks import is_left_hand
 from sim.sumo.net_terrain import net_terrain
 from sim.sumo.parking import parked_cars
 from sim.sumo.reader import SumoReader
@@ -102,7 +103,10 @@ class SumoSource:
         self.ego_name = self._ego = self._await_ego(ego, until)
         roster = Roster(seed, redraw_default_sizes=config.redraw_default_sizes)
         ground = net_terrain(self._session.net)
-        self._reader = SumoReader(sumo, self._ego, roster, parked, self._range, self.dt, bridges=ground.bridges)
+        left_hand = is_left_hand(self._session.command)
+        self._reader = SumoReader(
+            sumo, self._ego, roster, parked, self._range, self.dt, left_hand=left_hand, bridges=ground.bridges
+        )
         self._await_vehicles(until)
         self._control = EgoControl(sumo, self._ego) if config.ego_control else None
         self.origin = self._reader.origin

@@ -1,18 +1,26 @@
-"""New members for road users that SUMO moves discontinuously.
+"""Identity of road users that SUMO moves discontinuously.
 
-A road user that teleports or is moved into a parking space continues as a new member, so that no member jumps across
-the map. A step to the next lane is not a teleport: the physical layer turns it into a lane change.
+A step to the next lane is no discontinuity: the physical layer turns it into a lane change. Where SUMO skips a short
+way, such as that of people across a junction without a crossing, the road user keeps its member and begins a new
+stretch of motion. One that teleports out of a jam, or is moved into a parking area, continues as a new member.
 """
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
-from sim.roster import Member, Roster
+from sim.roster import EGO_ID, Member, Roster
 from sim.world import Kind
 
 TELEPORT_DISTANCE = 6.0
 """[m] A step that exceeds the distance by speed by more than this is not a lane change."""
+SKIPPED_S = 30.0
+"""[s] Longest way that SUMO may skip in one step without a change of identity, by the time to cover it: people need
+30 s for the diagonal of a junction of 30 m by 30 m at 1.4 m/s."""
+WALKING_SPEED = 1.4
+"""[m/s] Least speed assumed for a skipped way, that of people on foot (Weidmann, "Transporttechnik der Fussgaenger",
+ETH Zurich 1993: 1.34 m/s)."""
 PARKING_DISTANCE = 0.5
 """[m] The same limit for the centre of a vehicle that starts or ends parking."""
 PARKING_SPEED = 1.0
@@ -33,12 +41,15 @@ class MemberNames:
         Distinguishes these names from those of the other kind.
     body
         Returns kind and size [m] of a name; called once per name.
+    dt
+        Time between frames [s].
     """
 
-    def __init__(self, roster: Roster, label: str, body: Callable[[str], Body]):
+    def __init__(self, roster: Roster, label: str, body: Callable[[str], Body], dt: float):
         self._roster = roster
         self._label = label
         self._body = body
+        self._dt = dt
         self._members: dict[str, Member] = {}
         self._generations: dict[str, int] = {}
         self._previous: dict[str, tuple[Point, Point]] = {}
@@ -64,12 +75,19 @@ class MemberNames:
         self._generations[name] = generation
         self._current.pop(name, None)  # the new member has no previous position
 
+    def start_new_stretch(self, name: str) -> None:
+        """Continue the member at another place, as a new stretch of its motion."""
+        member = self._members[name]
+        self._members[name] = replace(member, stretch=member.stretch + 1)
+
     def next_frame(self) -> None:
         """Begin a frame: the positions since the last call become the previous ones."""
         self._previous, self._current = self._current, {}
 
     def observe(self, name: str, front: Point, centre: Point, travelled: float, parking: bool) -> Member:
-        """Return the member in this frame: a new one if SUMO moved the road user discontinuously.
+        """Return the member in this frame: a new stretch or a new member if SUMO moved it discontinuously.
+
+        The ego never begins a new stretch: its odometry would be wrong.
 
         Parameters
         ----------
@@ -87,7 +105,11 @@ class MemberNames:
         if before is not None:
             moved = math.dist(centre, before[1]) if parking else math.dist(front, before[0])
             if moved > travelled + (PARKING_DISTANCE if parking else TELEPORT_DISTANCE):
-                self.start_new_member(name)
+                skipped_s = (moved - travelled) / max(travelled / self._dt, WALKING_SPEED)
+                if parking or skipped_s > SKIPPED_S or self._members[name].id == EGO_ID:
+                    self.start_new_member(name)
+                else:
+                    self.start_new_stretch(name)
         self._current[name] = front, centre
         return self._members[name]
 

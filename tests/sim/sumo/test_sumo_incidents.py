@@ -73,11 +73,10 @@ def test_the_end_of_an_ego_that_collides_names_the_collision(tmp_path, action, w
     assert 'options."collision.action" = "warn"' in reason
 
 
-def test_a_bus_that_is_moved_into_its_bay_is_a_teleport_with_its_distance(tmp_path):
+def test_a_bus_that_sumo_moves_into_its_bay_drives_there(tmp_path):
+    """SUMO moves it by 6.1 m, past the pavement of 2 m. The truth has neither a jump nor another actor."""
     table, _ = play(tmp_path, BAY, 25.0)
-    moved = table[table["kind"] == "teleport"]
-    assert [(row["name"], row["other"]) for _, row in moved.iterrows()] == [("line#2", "line"), ("line#3", "line#2")]
-    assert moved["value"].between(5.0, 7.0).all()  # past the pavement of 2 m: 1.6 + 2 + 1.25 m and more
+    assert not set(table["kind"]) & {"teleport", "id_change", "insertion", "removal", "limit_violation"}
 
 
 def test_a_car_that_is_inserted_beside_the_ego_is_an_insertion_in_view(tmp_path):
@@ -96,9 +95,8 @@ ACROSS = f"""{STEADY}
 def test_a_net_without_lanes_across_junctions_is_named(tmp_path):
     table, reason = play(tmp_path, ACROSS, 15.0, net=NO_LINKS)
     assert "no lanes across its junctions (netconvert --no-internal-links)" in reason
-    assert ("teleport", "turning#2", "turning") in {
-        (row["kind"], row["name"], row["other"]) for _, row in table.iterrows()
-    }
+    assert ("teleport", "turning", "") in {(row["kind"], row["name"], row["other"]) for _, row in table.iterrows()}
+    assert not table["name"].str.contains("#").any()
 
 
 @pytest.mark.parametrize(("net", "count"), [(NO_LINKS, 1), (CROSSING, 0)])
