@@ -186,6 +186,9 @@ class Tracks:
     prediction_odom: Floats | None = None
     """(T, M + 1, len(PREDICTION_S), 2) tracked corner ahead of the scan's time, by each independent model and by the
     reported estimate [m]; None if the tracker does not report it."""
+    small: Bools | None = None
+    """(T,) mask of tracks of small road users, people and bicycles; the others are vehicles. None if the tracker does
+    not tell them apart."""
     models: tuple[str, ...] = MODELS
     """Names of the M models, of `MODEL_NAMES`: the order of every per-model axis."""
 
@@ -203,6 +206,7 @@ class Tracks:
         acceleration: npt.ArrayLike | None = None,
         yaw_rate: npt.ArrayLike | None = None,
         status: npt.ArrayLike = Status.CONFIRMED,
+        small: npt.ArrayLike | None = None,
     ) -> "Tracks":
         """Make the record of a tracker without motion models; what is left out is not graded.
 
@@ -222,6 +226,9 @@ class Tracks:
             (T,) [rad/s]; NaN where unknown.
         status
             (T,) `Status`, or one value for all.
+        small
+            (T,) True for people and bicycles, or one value for all; None if the tracker does not tell them from
+            vehicles.
 
         Raises
         ------
@@ -250,6 +257,7 @@ class Tracks:
             model_position_odom=np.full((count, len(MODELS), 2), np.nan),
             corner_sign=np.zeros((count, 2), np.int64),
             size=sizes,
+            small=None if small is None else _per_track("small", small, (count,)).astype(np.bool_),
         )
 
     @property
