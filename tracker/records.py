@@ -145,6 +145,31 @@ class Boxes:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SmallBoxes:
+    """Rectangles of the B <= S segments of the size of a person or a bicycle, odometry frame."""
+
+    segment: Ints
+    """(B,) segment that the box was fitted to."""
+    center: Floats
+    """(B, 2) [m]."""
+    heading: Floats
+    """(B,) modulo a quarter turn."""
+    size: Floats
+    """(B, 2) visible extent along and across heading [m]."""
+    time_offset: Floats
+    """(B,) mean time of its points minus time of the scan [s]."""
+
+    def __len__(self) -> int:
+        return len(self.segment)
+
+    def subset(self, index: Ints | Bools) -> "SmallBoxes":
+        """Return the boxes of `index`."""
+        return SmallBoxes(
+            self.segment[index], self.center[index], self.heading[index], self.size[index], self.time_offset[index]
+        )
+
+
 STATE_COLUMNS: dict[str, slice | int] = {
     "center": slice(0, 2), "velocity": slice(2, 4), "acceleration": slice(4, 6), "heading": 6, "yaw_rate": 7,
 }  # fmt: skip
