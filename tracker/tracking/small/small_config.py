@@ -37,8 +37,6 @@ class SmallConfig:
     view of a pole or a trunk is no motion."""
     speed_min_mps: float = 0.5
     """Least speed at confirmation [m/s]; slow walkers do 0.7, two standard deviations below the mean."""
-    speed_sigma: float = 4.0
-    """Least speed at confirmation, in its standard deviations."""
     straight_min: float = 0.7
     """Least distance from the first place, as a share of the way of the track's estimates: noise wanders."""
     confirm_hits: int = 5
@@ -62,6 +60,6 @@ class SmallConfig:
     def __post_init__(self) -> None:
         require_within(self, 1e-3, 1e3, "longer_max_m", "wider_max_m", "position_std_m", "acceleration_std_mps2")
         require_within(self, 1e-3, 1e3, "acceleration_time_s", "initial_speed_std_mps", "gate", "left_m", "same_m")
-        require_within(self, 0.0, 1e3, "speed_min_mps", "speed_sigma", "tentative_coast_s", "gap_s", "coast_s")
+        require_within(self, 0.0, 1e3, "speed_min_mps", "tentative_coast_s", "gap_s", "coast_s")
         require_within(self, 0.0, 1e3, "rider_speed_mps", "vehicle_margin_m")
         require_within(self, 0.0, 1.0, "straight_min", "size_gain")

@@ -152,12 +152,11 @@ def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints, config:
 def settle(tracks: SmallTracks, config: SmallConfig) -> SmallTracks:
     """Return the tracks with the status of this frame."""
     moved = np.hypot(*(tracks.mean[:, :2] - tracks.birthplace).T)
-    speed_std = np.sqrt(np.maximum(tracks.covariance[:, 2, 2], tracks.covariance[:, 3, 3]))
-    moves = (tracks.speed > config.speed_min_mps) & (tracks.speed > config.speed_sigma * speed_std)
-    left = (moved > config.left_m) & (moved > config.straight_min * tracks.way_m)
+    left = tracks.speed > config.speed_min_mps
+    left &= (moved > config.left_m) & (moved > config.straight_min * tracks.way_m)
     fits = (tracks.longer <= config.longer_max_m) & (tracks.extent[:, 1] <= config.wider_max_m)
     confirmed = (tracks.status != Status.TENTATIVE) & fits
-    confirmed |= moves & left & fits & (tracks.hits >= config.confirm_hits) & (tracks.unseen_s == 0.0)
+    confirmed |= left & fits & (tracks.hits >= config.confirm_hits) & (tracks.unseen_s == 0.0)
     limit = np.where(confirmed, config.coast_s, config.tentative_coast_s)
     status = np.where(confirmed, int(Status.CONFIRMED), int(Status.TENTATIVE))
     status = np.where(confirmed & (tracks.unseen_s > config.gap_s), int(Status.COASTING), status)
