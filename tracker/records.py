@@ -145,6 +145,31 @@ class Boxes:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SmallBoxes:
+    """Rectangles of the B <= S segments of the size of a person or a bicycle, odometry frame."""
+
+    segment: Ints
+    """(B,) segment that the box was fitted to."""
+    center: Floats
+    """(B, 2) [m]."""
+    heading: Floats
+    """(B,) modulo a quarter turn."""
+    size: Floats
+    """(B, 2) visible extent along and across heading [m]."""
+    time_offset: Floats
+    """(B,) mean time of its points minus time of the scan [s]."""
+
+    def __len__(self) -> int:
+        return len(self.segment)
+
+    def subset(self, index: Ints | Bools) -> "SmallBoxes":
+        """Return the boxes of `index`."""
+        return SmallBoxes(
+            self.segment[index], self.center[index], self.heading[index], self.size[index], self.time_offset[index]
+        )
+
+
 STATE_COLUMNS: dict[str, slice | int] = {
     "center": slice(0, 2), "velocity": slice(2, 4), "acceleration": slice(4, 6), "heading": 6, "yaw_rate": 7,
 }  # fmt: skip
@@ -186,6 +211,9 @@ class Tracks:
     prediction_odom: Floats | None = None
     """(T, M + 1, len(PREDICTION_S), 2) tracked corner ahead of the scan's time, by each independent model and by the
     reported estimate [m]; None if the tracker does not report it."""
+    small: Bools | None = None
+    """(T,) mask of tracks of small road users, people and bicycles; the others are vehicles. None if the tracker does
+    not tell them apart."""
     models: tuple[str, ...] = MODELS
     """Names of the M models, of `MODEL_NAMES`: the order of every per-model axis."""
 
@@ -203,6 +231,7 @@ class Tracks:
         acceleration: npt.ArrayLike | None = None,
         yaw_rate: npt.ArrayLike | None = None,
         status: npt.ArrayLike = Status.CONFIRMED,
+        small: npt.ArrayLike | None = None,
     ) -> "Tracks":
         """Make the record of a tracker without motion models; what is left out is not graded.
 
@@ -222,6 +251,9 @@ class Tracks:
             (T,) [rad/s]; NaN where unknown.
         status
             (T,) `Status`, or one value for all.
+        small
+            (T,) True for people and bicycles, or one value for all; None if the tracker does not tell them from
+            vehicles.
 
         Raises
         ------
@@ -250,6 +282,7 @@ class Tracks:
             model_position_odom=np.full((count, len(MODELS), 2), np.nan),
             corner_sign=np.zeros((count, 2), np.int64),
             size=sizes,
+            small=None if small is None else _per_track("small", small, (count,)).astype(np.bool_),
         )
 
     @property

@@ -8,7 +8,8 @@ import numpy as np
 from tracker.arrays import Ints
 from tracker.detection.deskew import Movers
 from tracker.detection.detector import CLOCK_DIGITS, BoxDetector, Detector, DetectorConfig
-from tracker.records import NO_TRACK, Status, StepTrace, Tracks
+from tracker.detection.small_boxes import small_boxes
+from tracker.records import NO_TRACK, Detection, Status, StepTrace, Tracks
 from tracker.scan import Scan
 from tracker.tracking import joint_correction, joint_prediction, memory, track_arrays
 from tracker.tracking.association import AssociationConfig
@@ -24,6 +25,8 @@ from tracker.tracking.model_selection import BankSelection, ModelSelection
 from tracker.tracking.observations import observe
 from tracker.tracking.orientation import OrientationConfig
 from tracker.tracking.output import report
+from tracker.tracking.small.small_config import SmallConfig
+from tracker.tracking.small.small_objects import SmallObjects
 from tracker.tracking.track import Track
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_management import DefaultTrackManagement, TrackManagement
@@ -43,6 +46,7 @@ class TrackerConfig(DetectorConfig):
     corner: CornerConfig = field(default_factory=CornerConfig)
     life: TrackLifeConfig = field(default_factory=TrackLifeConfig)
     memory: MemoryConfig = field(default_factory=MemoryConfig)
+    small: SmallConfig = field(default_factory=SmallConfig)
 
     def __post_init__(self) -> None:
         if self.mma.method == "imm" and len(self.filters.models) < 2:
@@ -90,6 +94,7 @@ class Tracker:
         self._track_management = track_management or DefaultTrackManagement(
             config.union, config.reading, track_config(config)
         )
+        self._small = SmallObjects(config.small)
         self._tracks: list[Track] = []
         self._time: float | None = None
 
@@ -109,7 +114,8 @@ class Tracker:
             which needs a new tracker. The tracker is unchanged and accepts the next scan.
         """
         self._detector.check(scan)
-        tracks = self._predict(scan.time)
+        dt = self._elapsed(scan.time)
+        tracks = self._predict(dt)
         living = [track for track in tracks if track.status is not Status.DEAD]
         found = self._detector.step(scan, movers(living), track_arrays.pieces(long_vehicles(living)))
         seen = observe(found.boxes, scan.ego_pose_odom, self.config.filters)
@@ -122,17 +128,29 @@ class Tracker:
         track_id = box_ids(tracks, pairs, len(seen))
         forward = float(scan.ego_pose_odom[2])
         self._tracks = self._track_management.manage(tracks, seen, track_id, forward, self._model_selection)
-        output = report(self._tracks, self.config.filters.models)
+        output = self._add_small(report(self._tracks, self.config.filters.models), found, scan, dt)
         return output, StepTrace(found.segments, found.linkage, found.candidates, found.boxes, track_id)
 
-    def _predict(self, time: float) -> list[Track]:
-        """Drop terminated tracks, move the others to `time` [s] and return them."""
-        tracks = [track for track in self._tracks if track.status is not Status.DEAD]
+    def _elapsed(self, time: float) -> float:
+        """Return the time since the last scan, 0 for the first [s]."""
         dt = 0.0 if self._time is None else round(time - self._time, CLOCK_DIGITS)
-        step = motion(dt, self.config.filters)
         self._time = time
-        joint_prediction.predict(tracks, step)
+        return dt
+
+    def _predict(self, dt: float) -> list[Track]:
+        """Drop terminated tracks, move the others on by `dt` [s] and return them."""
+        tracks = [track for track in self._tracks if track.status is not Status.DEAD]
+        joint_prediction.predict(tracks, motion(dt, self.config.filters))
         return tracks
+
+    def _add_small(self, output: Tracks, found: Detection, scan: Scan, dt: float) -> Tracks:
+        """Track the small road users, and add them to the record of the vehicles."""
+        config = self.config.small
+        if not config.enabled:
+            return output
+        boxes = small_boxes(found, scan, config.longer_max_m, config.wider_max_m)
+        self._small.step(boxes, self._tracks, dt)
+        return self._small.report(self._tracks, output, scan.ego_pose_odom[:2])
 
 
 def movers(tracks: Sequence[Track]) -> Movers:

@@ -49,12 +49,17 @@ TRUTH: Schema = {
     "visible_fraction": np.float64,
     "view": VIEW_NAMES,
     "graded": np.bool_,
+    "vulnerable": np.bool_,
     "track_id": np.int64,
     "segments": np.int64,
     "largest_segment_share": np.float64,
 }
 """A row per actor and frame. `segments` counts the segments with at least `part_share_min` of its points; the largest
-share is NaN without a trace of the tracker. `mode` is the true `Mode`, by the name of the matching motion model."""
+share is NaN without a trace of the tracker. A `vulnerable` actor is a graded person or rider. `mode` is the true `Mode`, by the name of the matching motion model."""
+
+
+LABELS = ("vehicle", "small")
+"""Classes that a tracker may give to its tracks."""
 
 
 def model_columns(models: Iterable[str]) -> dict[str, type]:
@@ -99,6 +104,7 @@ TRACKS: Schema = {
     "iou": np.float64,
     "heading_error_deg": np.float64,
     "judged": np.bool_,
+    "label": LABELS,
     "corner_along": np.float64,
     "corner_across": np.float64,
     "nees": np.float64,
@@ -106,7 +112,8 @@ TRACKS: Schema = {
 }
 """A row per track and frame: pose of the box centre, velocity and acceleration of the tracked corner. The actor's
 `true_mode` (the name of the matching standard model), overlap and heading error are NaN for a track that follows no
-actor. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the signs of the tracked
+actor. Its `label` is NaN for a tracker without
+classes. A track is `judged` when it is confirmed and on a graded vehicle. For other tracks the signs of the tracked
 corner in the frame of the true box, the corner errors (ego axes), the predicted corners, the NEES, and the NEES and NIS
 of each model are NaN. A bank with other models has further columns of `model_columns`."""
 
@@ -154,8 +161,8 @@ has a NaN rectangle, a baseline without a fit has no row. Bound, visible extents
 are those of the observation, NaN without one. `fit_errors.measure` adds the errors and `oracle`."""
 
 ADDED = {
-    "truth": ("ax_world_mps2", "ay_world_mps2", "yaw_rate_radps"),
-    "tracks": ("range_m", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2"),
+    "truth": ("ax_world_mps2", "ay_world_mps2", "yaw_rate_radps", "vulnerable"),
+    "tracks": ("label", "range_m", "vx_world_mps", "vy_world_mps", "ax_world_mps2", "ay_world_mps2"),
     "fits": ("seen_length_m", "seen_width_m", "box_heading_ego_rad", "box_heading_std_deg"),
 }
 """Columns by table that earlier versions did not write; read as NaN."""

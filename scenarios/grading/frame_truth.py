@@ -12,12 +12,15 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import point_rows
 from scenarios.grading.plane_geometry import into_frame, iou_table
 from scenarios.grading.truth_events.event_log import FrameEvents
+from scenarios.grading.vulnerable.vulnerable_names import GROUPS
 from sensor_model.truth import ON_NOTHING, Cause, ScanTruth
 from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
 from tracker.scan import Scan
 
 IS_VEHICLE = np.array([kind in VEHICLE_KINDS for kind in Kind])
 """True for vehicles, by `Kind`."""
+IS_VULNERABLE = np.array([kind in GROUPS.values() for kind in Kind])
+"""True for people and riders of bicycles, by `Kind`."""
 IS_ON_NOTHING = np.isin(np.arange(len(Cause)), ON_NOTHING)
 """True for causes of points on no object, by `Cause`."""
 
@@ -41,6 +44,8 @@ class FrameTruth:
     """(A,) the actor is an articulated truck bent too much for one rectangle."""
     graded: Bools
     """(A,) the actor is a vehicle in range, with enough points, and not masked."""
+    vulnerable: Bools
+    """(A,) the actor is a person or rider in range, with enough points, and not masked."""
     masked: Bools
     """(A,) the actor would be graded but for a truth event, see `FrameEvents.masked`."""
     ghosts_ego: Floats
@@ -74,6 +79,7 @@ class FrameTruth:
         bent = np.abs(actors.articulation) > np.deg2rad(config.bent_deg)
         gradable = IS_VEHICLE[actors.kind] & (range_m <= config.range_max_m) & (points >= config.points_min)
         masked = np.zeros(len(actors), np.bool_) if events is None else events.masked
+        near = (range_m <= config.vulnerable_range_max_m) & (points >= config.vulnerable_points_min)
         ghosts = np.empty((0, 5)) if events is None else events.ghosts_world
         return cls(
             frame=frame,
@@ -85,6 +91,7 @@ class FrameTruth:
             points=points,
             bent=bent,
             graded=gradable & ~masked,
+            vulnerable=IS_VULNERABLE[actors.kind] & near & ~masked,
             masked=gradable & masked,
             ghosts_ego=np.hstack([into_frame(ghosts[:, :3], frame.ego.pose_world), ghosts[:, 3:]]),
         )
@@ -142,6 +149,7 @@ class FrameTruth:
             "visible_fraction": truth.visible_fraction,
             "view": truth.view,
             "graded": self.graded,
+            "vulnerable": self.vulnerable,
             "track_id": track_id,
             "segments": segments,
             "largest_segment_share": largest_share,

@@ -40,6 +40,7 @@ from scenarios.grading.snapshots import Snapshots
 from scenarios.grading.track_matches import TrackMatches
 from scenarios.grading.truth_events import event_metrics
 from scenarios.grading.truth_events.event_log import EventLog, FrameEvents
+from scenarios.grading.vulnerable import vulnerable_metrics
 from scenarios.result import NOT_REPORTED, Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.world import WorldFrame
@@ -51,6 +52,7 @@ NO_TRACE = f"{NOT_REPORTED} a trace of its stages"
 PER_FRAME = (
     *("range_max_m", "points_min", "bent_deg", "match_iou_min", "owner_share_min", "part_share_min"),
     *("located_position_m", "located_heading_deg"),
+    *("vulnerable_range_max_m", "vulnerable_points_min"),
 )
 """Limits that apply in single frames. A change of these needs the frames; the tables of a run are not enough."""
 
@@ -208,6 +210,7 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     occlusion_metrics.grade(sheet, truth, tracks, config)
     emergence_metrics.grade(sheet, table.get("emergence"), config.target)
     event_metrics.grade(sheet, table.get("events"), table.get("extremes"))
+    vulnerable_metrics.grade(sheet, truth, tracks, table["overlaps"], config)
     return sheet.metrics
 
 

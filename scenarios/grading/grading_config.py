@@ -39,6 +39,16 @@ class GradingConfig:
     """It must also be within this angle of the actor's heading [deg], except for pedestrians."""
     nees_confidence: float = 0.95
     """Probability of the two-sided chi-square band for the position error of a consistent filter."""
+    vulnerable_points_min: int = 6
+    """Least number of scan points on a person or rider that is graded in a frame: more than 5, the limit of LEVEL_1
+    labels of the Waymo Open Dataset (Sun et al. 2020). Two beams in three of the four layers, 0.25 degrees apart, hit a
+    person of 0.5 m up to about 40 m."""
+    vulnerable_range_max_m: float = 40.0
+    """Maximum distance of people and riders from the ego's centre [m], as nuScenes' detection range of both classes."""
+    match_distance_m: float = 2.0
+    """Distance of the centres [m] at which a track is not on a person or rider any more, nuScenes' limit. The similarity
+    falls linearly to 0 there, as trackeval's of points; a hit is within half of it: an end of a bicycle is 0.9 m from
+    its centre."""
     target: str = ""
     """Name of the actor that the metrics `emergence.target.*` describe, e.g. of one that drives out of an occlusion."""
 
@@ -48,15 +58,18 @@ class GradingConfig:
             "bent_deg",
             "memory_s",
             "gospa_cutoff_m",
+            "vulnerable_range_max_m",
+            "match_distance_m",
             "located_position_m",
             "located_heading_deg",
         ):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name} = {getattr(self, name)} must be positive")
-        if self.points_min < 1:
-            raise ValueError(
-                f"points_min = {self.points_min} must be 1 or more: a vehicle without points is not graded"
-            )
+        for name in ("points_min", "vulnerable_points_min"):
+            if getattr(self, name) < 1:
+                raise ValueError(
+                    f"{name} = {getattr(self, name)} must be 1 or more: an actor without points is not graded"
+                )
         for name in ("match_iou_min", "hit_iou_min", "nees_confidence", "part_share_min"):
             if not 0 < getattr(self, name) < 1:
                 raise ValueError(f"{name} = {getattr(self, name)} must lie between 0 and 1")

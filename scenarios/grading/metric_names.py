@@ -11,6 +11,7 @@ from scenarios.grading import emergence_names, track_metric_names
 from scenarios.grading.metric_definition import Definition, register
 from scenarios.grading.track_metric_names import RANGE_BANDS, SEEN, VIEWS
 from scenarios.grading.truth_events import event_names
+from scenarios.grading.vulnerable import vulnerable_names
 from sensor_model.truth import Cause
 from tracker.records import BASELINES, METHODS, MODEL_NAMES, MODELS, PREDICTION_S, TURNING_MODELS
 
@@ -191,6 +192,7 @@ GRADED = register(
     [
         *(*_dataset(), *_fit(), *_stages(), *_mma()),
         *(*track_metric_names.definitions(), *emergence_names.definitions(), *event_names.definitions()),
+        *vulnerable_names.definitions(),
     ]
 )
 """Metrics of `Grader.finish`; every run has all of them."""

@@ -18,7 +18,7 @@ UNSIGNED_MEANS = ("track.standing_speed_mean_mps",)
 def possible_range(name: str) -> Range:
     """Return the least and the largest possible value of a metric, infinite where it has no limit."""
     base = re.sub(r"\.by_\w+\..*$|_around_changes$", "", name)
-    if base == "track.mota":
+    if base.endswith(".mota"):
         return -math.inf, 1.0
     if SIGNED.search(base) and base not in UNSIGNED_MEANS:
         return -math.inf, math.inf

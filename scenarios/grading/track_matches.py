@@ -69,6 +69,7 @@ class TrackMatches:
         actor_row[reported] = matching.actor_row
         verdict = np.full(len(tracks), TrackVerdict.UNREPORTED, dtype=np.int8)
         verdict[reported] = matching.verdict
+        verdict[_small_on_nothing(tracks, verdict, overlap)] = TrackVerdict.UNGRADED
         verdict[_on_ghosts(boxes, verdict, frame_truth.ghosts_ego, matcher.iou_min)] = TrackVerdict.UNGRADED
         error = np.full(len(tracks), np.nan)
         pair = np.flatnonzero(actor_row >= 0)
@@ -115,6 +116,7 @@ class TrackMatches:
             "iou": iou,
             "heading_error_deg": np.degrees(self.heading_error),
             "judged": judged,
+            "label": _labels(tracks),
             **mma_metrics.corner_errors(tracks, row, self.boxes_ego[row], true_boxes, ego_pose_odom),
             **prediction_metrics.predicted(tracks, row, ego_pose_odom, frame_truth.frame.ego.pose_world),
         }
@@ -129,6 +131,19 @@ class TrackMatches:
             "track_id": tracks.id[track],
             "iou": self.overlap[actor, track],
         }
+
+
+def _small_on_nothing(tracks: Tracks, verdict: npt.NDArray[np.int8], overlap: Floats) -> Ints:
+    """Return the false tracks of small road users that overlap no actor: no vehicle is claimed there."""
+    if tracks.small is None or not len(tracks):
+        return np.empty(0, np.int64)
+    nothing = overlap.max(axis=0, initial=0.0) == 0.0
+    return np.flatnonzero(tracks.small & nothing & (verdict == TrackVerdict.FALSE))
+
+
+def _labels(tracks: Tracks) -> Ints:
+    """(T,) index in `frame_tables.LABELS` of each track, -1 for a tracker without classes."""
+    return np.full(len(tracks), -1) if tracks.small is None else tracks.small.astype(np.int64)
 
 
 def _on_ghosts(boxes: Floats, verdict: npt.NDArray[np.int8], ghosts: Floats, iou_min: float) -> Ints:

@@ -34,8 +34,8 @@ MORE = "luxloop check-tracker shows more"
 HARNESS = (__file__, containment.__file__, process_tracker.__file__, time_limit.__file__)
 """Files that are never the place of a tracker's error."""
 RECORDS = (Tracks, StepTrace, Segments, Linkage, Candidates, Boxes)
-TYPES = {"id": np.int64, "status": np.uint8, "model": np.int64, "corner_sign": np.int64}
-"""Types of the integer fields of `Tracks` in the harness; all others are float64."""
+TYPES = {"id": np.int64, "status": np.uint8, "model": np.int64, "corner_sign": np.int64, "small": np.bool_}
+"""Types of the integer and boolean fields of `Tracks` in the harness; all others are float64."""
 
 Output = object
 """Return value of a tracker's `step`, not yet checked."""

@@ -41,9 +41,10 @@ SHAPES: dict[str, tuple[tuple[int | str, ...], str]] = {
     "model_covariance_odom": ((M, 2, 2), "f"),
     "model_nis": ((M,), "f"),
     "prediction_odom": (("M + 1", len(PREDICTION_S), 2), "f"),
+    "small": ((), "b"),
 }
 """Shape of each field of `Tracks` without its first axis, and the allowed kinds of dtype."""
-OPTIONAL = ("model_covariance_odom", "model_nis", "prediction_odom")
+OPTIONAL = ("model_covariance_odom", "model_nis", "prediction_odom", "small")
 MOTION = {"velocity": slice(2, 4), "acceleration": slice(4, 6), "yaw rate": slice(7, 8)}
 """Columns of `Tracks.mean` that a tracker may leave out, each group as a whole."""
 TOLERANCE = 1e-6

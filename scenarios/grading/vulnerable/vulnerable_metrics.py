@@ -1,0 +1,163 @@
+"""Metrics of people and riders, from the tables of a run.
+
+A track is matched by the distance of the centres: a person of 0.5 m has no rectangle at the resolution of the rig, and
+an overlap would only measure its noise. HOTA, CLEAR and Identity are those of trackeval, with trackeval's similarity of
+points, 1 - distance / match_distance_m.
+"""
+
+import numpy as np
+import pandas as pd
+
+from scenarios.arrays import Bools
+from scenarios.grading import confirmation_metrics, score_sums
+from scenarios.grading.bands import range_bands, why_none
+from scenarios.grading.clear_table import ClearTable, clear_table
+from scenarios.grading.grading_config import GradingConfig
+from scenarios.grading.id_switches import HitStep, clear_hits
+from scenarios.grading.metric_sheet import MetricSheet
+from scenarios.grading.tracking_scores import TrackingScores, VehicleScores
+from scenarios.grading.tracking_sequence import TrackingSequence, tracking_sequence
+from scenarios.grading.vulnerable.vulnerable_names import COUNTS, GROUPS, KIND_NAMES, MISSED_SHARE, SCORES
+from scenarios.grading.vulnerable.vulnerable_tracks import VEHICLE, SmallTracks, small_tracks
+from sensor_model.truth import NO_ACTOR
+
+HIT_SIMILARITY = 0.5
+"""Least similarity of a hit: half of `match_distance_m`."""
+OLDER = "the run was made by a version that did not grade people and riders; run the scenario again"
+NOT_TOLD = "the tracker does not tell small road users from vehicles"
+
+
+def grade(
+    sheet: MetricSheet, truth: pd.DataFrame, tracks: pd.DataFrame, overlaps: pd.DataFrame, config: GradingConfig
+) -> None:
+    """Enter the metrics of people and riders.
+
+    Parameters
+    ----------
+    truth, tracks, overlaps
+        Tables of the run.
+    """
+    known = "label" in tracks and "vulnerable" in truth and not truth["vulnerable"].isna().any()
+    why = {group: f"no {group} were graded" if known else OLDER for group in GROUPS}
+    truth = truth.assign(graded=truth["vulnerable"].astype(np.bool_) if known else False)
+    tracks = tracks if known else tracks.assign(label=None)
+    found = small_tracks(truth, tracks, overlaps, config)
+    told = bool(tracks["label"].notna().any()) or not len(tracks)
+    for group in GROUPS:
+        _grade_group(sheet, group, truth, tracks, found, told=told, why=why[group])
+
+
+def _grade_group(
+    sheet: MetricSheet,
+    group: str,
+    truth: pd.DataFrame,
+    tracks: pd.DataFrame,
+    found: SmallTracks,
+    *,
+    told: bool,
+    why: str,
+) -> None:
+    """Enter the metrics of one group; `told` is True if the tracker tells small road users from vehicles."""
+    users = truth.assign(graded=truth["graded"] & (truth["kind"] == KIND_NAMES[group]))
+    counted = _counted(users, found)
+    sequence = tracking_sequence(users, counted, found.pairs)
+    hits = list(clear_hits(sequence, HIT_SIMILARITY))
+    clear = clear_table(users, counted, sequence, hits)
+    sheet.write(f"{group}.observations", len(clear.vehicles), len(truth), why)
+    _grade_scores(sheet, group, sequence, hits, clear, told=told, why=why)
+    _grade_misses(sheet, group, clear, tracks, told=told, why=why)
+    _grade_errors(sheet, group, clear, sequence, hits)
+
+
+def _counted(users: pd.DataFrame, found: SmallTracks) -> pd.DataFrame:
+    """Return the tracks that count for the graded ones of `users`, with a verdict as of the table `tracks`.
+
+    A track on an actor that is not among them, of the other group or not graded, is neither right nor wrong. A track on
+    nothing counts as false in both groups: the tracker does not tell them apart.
+    """
+    tracks = found.tracks
+    graded = pd.MultiIndex.from_frame(users.loc[users["graded"], ["frame", "actor_id"]])
+    on, near = (
+        pd.MultiIndex.from_frame(tracks[["frame", column]]).isin(graded) for column in ("on", "near")
+    )
+    second = (tracks["on"] == NO_ACTOR).to_numpy() & near
+    false = second | (tracks["near"] == NO_ACTOR).to_numpy()
+    verdict = np.select([on, false], ["graded", "false"], "ungraded")
+    return tracks.assign(verdict=verdict, actor_id=tracks["on"])
+
+
+def _grade_scores(
+    sheet: MetricSheet,
+    group: str,
+    sequence: TrackingSequence,
+    hits: list[HitStep],
+    clear: ClearTable,
+    *,
+    told: bool,
+    why: str,
+) -> None:
+    """Enter HOTA, CLEAR and Identity."""
+    scores = TrackingScores.of(sequence, HIT_SIMILARITY)
+    sums = VehicleScores.of(sequence, HIT_SIMILARITY, hits)
+    followed = clear.tracks["actor_id"].where(clear.tracks["verdict"] == "graded", NO_ACTOR).to_numpy()
+    interval = score_sums.intervals(sequence, sums, followed)
+    users = sequence["num_gt_dets"]
+    for name in (*SCORES, *COUNTS):
+        if name != "false":
+            sheet.write(f"{group}.{name}", getattr(scores, name), users, why, interval.get(f"track.{name}"))
+    sheet.write(f"{group}.false", scores.false if told else None, max(users, scores.false), why if told else NOT_TOLD)
+
+
+def _grade_misses(
+    sheet: MetricSheet, group: str, clear: ClearTable, tracks: pd.DataFrame, *, told: bool, why: str
+) -> None:
+    """Enter missed ones, those that a track of a vehicle follows, and the times to confirm."""
+    users, missed = clear.vehicles, ~clear.is_hit
+    names = users["actor_id"].to_numpy()
+    sheet.mean(f"{group}.{MISSED_SHARE}", missed, why, names)
+    for band, mask in range_bands(users):
+        reason = why_none(band, why, len(users))
+        sheet.mean(f"{group}.{MISSED_SHARE}{band}", missed[mask], reason, names[mask])
+    called = _called_vehicles(users, tracks)
+    sheet.mean(f"{group}.called_vehicle_share", called if told else called[:0], why if told else NOT_TOLD, names[: len(called) if told else 0])
+    found = confirmation_metrics.waits(clear)
+    wait = found["wait_s"].to_numpy()
+    median = float(np.quantile(wait, 0.5, method="inverted_cdf")) if len(wait) else np.inf
+    finite = bool(np.isfinite(median))
+    reason = f"too many {group} were never confirmed" if len(wait) else why
+    sheet.write(f"{group}.time_to_confirm_s", median if finite else None, len(wait), reason)
+    sheet.mean(f"{group}.never_confirmed", np.isinf(wait), why, found["actor_id"].to_numpy())
+
+
+def _called_vehicles(users: pd.DataFrame, tracks: pd.DataFrame) -> Bools:
+    """(n,) mask of the graded ones that a confirmed track of a vehicle follows."""
+    vehicles = tracks[(tracks["status"] == "confirmed") & (tracks["label"].astype(object) == VEHICLE)]
+    followed = pd.MultiIndex.from_frame(vehicles[["frame", "actor_id"]])
+    return np.asarray(pd.MultiIndex.from_frame(users[["frame", "actor_id"]]).isin(followed), dtype=np.bool_)
+
+
+def _grade_errors(
+    sheet: MetricSheet, group: str, clear: ClearTable, sequence: TrackingSequence, hits: list[HitStep]
+) -> None:
+    """Enter the errors of position and velocity of all hits."""
+    track_ids = np.unique(clear.tracks["track_id"])
+    steps = [
+        pd.DataFrame(
+            {
+                "frame": sequence["frames"][step],
+                "actor_id": sequence["actor_ids"][actor],
+                "track_id": track_ids[track],
+            }
+        )
+        for step, actor, track in hits
+    ]
+    rows = pd.concat(steps, ignore_index=True) if steps else clear.vehicles[["frame", "actor_id"]][:0].assign(track_id=0)
+    state = ["x_world_m", "y_world_m", "vx_world_mps", "vy_world_mps"]
+    true = rows.merge(clear.vehicles, how="left", on=["frame", "actor_id"])[state].to_numpy(np.float64)
+    tracked = rows.merge(clear.tracks, how="left", on=["frame", "track_id"])[state].to_numpy(np.float64)
+    error, names, why = tracked - true, rows["actor_id"].to_numpy(), f"no track hits one of the {group}"
+    speed = np.abs(np.hypot(*tracked[:, 2:].T) - np.hypot(*true[:, 2:].T))
+    known = np.isfinite(speed)
+    sheet.mean(f"{group}.position_abs_mean_m", np.hypot(*error[:, :2].T), why, names)
+    for name, values in {"velocity": np.hypot(*error[:, 2:].T), "speed": speed}.items():
+        sheet.mean(f"{group}.{name}_abs_mean_mps", values[known], why, names[known])

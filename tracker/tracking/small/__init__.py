@@ -1,0 +1,1 @@
+"""Tracks of small road users: people and riders of bicycles, as points with a small box."""
