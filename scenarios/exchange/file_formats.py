@@ -67,7 +67,7 @@ def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxT
     if file_format == "mcap":
         from scenarios.exchange import mcap_boxes
 
-        return [mcap_boxes.read(path, role)]
+        return mcap_boxes.read(path, role)
     from scenarios.exchange import tabular_boxes
 
     return tabular_boxes.read(path, parquet=file_format == "parquet")
