@@ -11,7 +11,7 @@ from scenarios.commands.extras import require
 if TYPE_CHECKING:
     from scenarios.exchange.exported_run import Exporter
 
-FORMATS = ("kitti", "nuscenes", "osi")
+FORMATS = ("kitti", "nuscenes", "osi", "lux")
 
 
 def export(
@@ -39,6 +39,7 @@ def _exporter(folder_format: str) -> "Exporter":
         from scenarios.exchange.osi import trace_export
 
         return trace_export.export
-    from scenarios.exchange import kitti_export, nuscenes_export
+    from scenarios.exchange import kitti_export, lux_export, nuscenes_export
 
-    return {"kitti": kitti_export.export, "nuscenes": nuscenes_export.export}[folder_format]
+    exporters = {"kitti": kitti_export.export, "nuscenes": nuscenes_export.export, "lux": lux_export.export}
+    return exporters[folder_format]

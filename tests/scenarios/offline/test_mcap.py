@@ -65,11 +65,11 @@ def test_every_topic_has_every_frame_at_its_time(run, messages):
     assert len(times) == short_run.FRAMES
     units = {f"/lidar/{mount.name.replace(' ', '_')}/points" for mount in run[0].rig.mounts}
     assert {topic: {name for _, name, _ in found} for topic, found in messages.items()} == {
-        **dict.fromkeys(units, {"sensor_msgs/msg/PointCloud2"}),
+        **{topic: {"sensor_msgs/msg/PointCloud2"} for topic in units},
         "/clock": {"rosgraph_msgs/msg/Clock"},
         "/tf_static": {"tf2_msgs/msg/TFMessage"},
-        **dict.fromkeys(("/truth/detections", "/tracks/detections"), {"vision_msgs/msg/Detection3DArray"}),
-        **dict.fromkeys(("/truth/objects", "/tracks/objects"), {"autoware_perception_msgs/msg/TrackedObjects"}),
+        **{f"/{role}/detections": {"vision_msgs/msg/Detection3DArray"} for role in ("truth", "tracks")},
+        **{f"/{role}/objects": {"autoware_perception_msgs/msg/TrackedObjects"} for role in ("truth", "tracks")},
         "/tf": {"tf2_msgs/msg/TFMessage"},
         "/lidar/points": {"sensor_msgs/msg/PointCloud2"},
         "/truth/points": {"sensor_msgs/msg/PointCloud2"},
