@@ -11,7 +11,7 @@ from scenarios.commands.extras import require
 if TYPE_CHECKING:
     from scenarios.exchange.exported_run import Exporter
 
-FORMATS = ("kitti", "nuscenes", "osi", "lux")
+FORMATS = ("kitti", "nuscenes", "t4", "osi", "lux")
 
 
 def export(
@@ -39,7 +39,8 @@ def _exporter(folder_format: str) -> "Exporter":
         from scenarios.exchange.osi import trace_export
 
         return trace_export.export
-    from scenarios.exchange import kitti_export, lux_export, nuscenes_export
+    from scenarios.exchange import kitti_export, lux_export, nuscenes_export, t4_export
 
-    exporters = {"kitti": kitti_export.export, "nuscenes": nuscenes_export.export, "lux": lux_export.export}
-    return exporters[folder_format]
+    exporters = {"kitti": kitti_export, "nuscenes": nuscenes_export, "t4": t4_export, "lux": lux_export}
+    found: Exporter = exporters[folder_format].export
+    return found

@@ -76,8 +76,7 @@ def decode(data: bytes) -> ObjectList:
         at += points * CONTOUR.itemsize
     if len(data) > at:
         raise ValueError(f"offset {at}: the message ends here by its number of objects, found {len(data) - at} more")
-    found = np.concatenate(objects) if objects else np.empty(0, OBJECT)
-    return ObjectList(middle, found, contours)
+    return ObjectList(middle, np.concatenate(objects) if objects else np.empty(0, OBJECT), contours)
 
 
 def encode(found: ObjectList) -> bytes:
