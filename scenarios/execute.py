@@ -20,7 +20,7 @@ from scenarios.run import loop, run_folder
 from scenarios.run.device import SHIPPED, DeviceFactory, short_name
 from scenarios.run.time_limit import STEP_TIMEOUT_S
 from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
+from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 
 LONGEST_PART = 48
@@ -103,12 +103,16 @@ def execute(
         if record_scans:
             writers.append(stack.enter_context(run_folder.scans(folder)))
 
+        def start(obstacles: Obstacles) -> None:
+            for writer in writers:
+                writer.start(obstacles)
+
         def export(frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
             for writer in writers:
                 writer.add(frame, scan, truth, grade)
 
         record_to = folder / run_folder.RECORDING if record else None
-        result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s)
+        result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s, start)
         checks = check(result.metrics, scenario.expect, result.config["device"])
         printed = report.report(result, checks)
         for writer in writers:

@@ -6,25 +6,41 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.commands.arguments import RunFolder
+from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
     from scenarios.exchange.exported_run import Exporter
 
+FORMATS = ("kitti", "nuscenes", "t4", "osi", "lux")
+
 
 def export(
     run: RunFolder,
-    folder_format: Annotated[str, typer.Option("--format", metavar="FORMAT", help="kitti or nuscenes.")],
+    folder_format: Annotated[str, typer.Option("--format", metavar="FORMAT", help=f"One of {', '.join(FORMATS)}.")],
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="The folder to write; it must not exist.")],
 ) -> None:
-    """Write a run's recorded scans, ground truth and tracks as a folder in the format of a public data set."""
+    """Write a run's recorded scans, ground truth and tracks as a folder in the format of other programs."""
     from scenarios.errors import InputError
-    from scenarios.exchange import kitti_export, nuscenes_export
     from scenarios.exchange.exported_run import write_folder
     from scenarios.offline.recorded_run import RecordedRun
 
-    exporters: dict[str, Exporter] = {"kitti": kitti_export.export, "nuscenes": nuscenes_export.export}
-    if folder_format not in exporters:
-        raise InputError(f"--format {folder_format}: is none of {', '.join(exporters)}")
+    if folder_format not in FORMATS:
+        raise InputError(f"--format {folder_format}: is none of {', '.join(FORMATS)}")
+    exporter = _exporter(folder_format)
     recorded = RecordedRun.open(run)
-    write_folder(recorded, out, exporters[folder_format])
+    write_folder(recorded, out, exporter)
     print(f"{recorded.result.frames} frames are in {out}")
+
+
+def _exporter(folder_format: str) -> "Exporter":
+    """Return the writer of a format, which may need packages of an extra."""
+    if folder_format == "osi":
+        require("export", "osi")
+        from scenarios.exchange.osi import trace_export
+
+        return trace_export.export
+    from scenarios.exchange import kitti_export, lux_export, nuscenes_export, t4_export
+
+    exporters = {"kitti": kitti_export, "nuscenes": nuscenes_export, "t4": t4_export, "lux": lux_export}
+    found: Exporter = exporters[folder_format].export
+    return found

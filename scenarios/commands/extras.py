@@ -8,6 +8,7 @@ EXTRAS = {
     "sweeps": ("dask", "distributed", "fsspec"),
     "search": ("dask", "distributed", "fsspec", "optuna", "tomli_w"),
     "mcap": ("mcap", "mcap_ros2"),
+    "osi": ("betterosi", "mcap"),
     "recordings": ("rosbags", "mcap", "mcap_ros2"),
 }
 """Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.replay`; `tests` and

@@ -10,7 +10,7 @@ from scenarios.commands.extras import require
 if TYPE_CHECKING:
     from scenarios.exchange.file_formats import Format
 
-FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap; recognised if left out."
+FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap, osi; recognised if left out."
 TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 TracksFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
@@ -59,7 +59,7 @@ def grade_files(
 
 
 def _format(option: str, name: str | None, path: Path) -> "Format":
-    """Return a format by its name, or that of the content; MCAP needs its packages."""
+    """Return a format by its name, or that of the content; MCAP and OSI need their packages."""
     from scenarios.errors import InputError
     from scenarios.exchange.file_formats import FORMATS, recognise
 
@@ -67,6 +67,6 @@ def _format(option: str, name: str | None, path: Path) -> "Format":
     if name is not None and found is None:
         raise InputError(f"{option} {name}: is none of {', '.join(FORMATS)}")
     found = found or recognise(path)
-    if found == "mcap":
-        require("grade", "mcap")
+    if found in ("mcap", "osi"):
+        require("grade", found)
     return found

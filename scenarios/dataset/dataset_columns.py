@@ -184,8 +184,17 @@ LOSSES = (
     Column("cause", _names(Loss), "", "cause of the loss"),
 )
 
+OBSTACLES = (
+    Column("obstacle", np.int32, "", "number of the obstacle, from 0; its corners follow one another"),
+    Column("x_world_m", np.float64, "m", "corner, east; two corners make a wall, more a closed polygon"),
+    Column("y_world_m", np.float64, "m", "the same, north"),
+    Column("base_m", np.float64, "m", "height of the lower edge above the ground"),
+    Column("top_m", np.float64, "m", "height of the upper edge above the ground"),
+    Column("reflectivity", np.float64, "", "diffuse reflectivity of its faces, 0 to 1"),
+)
+
 FILES = {"scans": SCANS, "points": POINTS, "labels": LABELS, "hits": HITS, "losses": LOSSES}
-"""Columns of each file."""
+"""Columns of each file with rows of frames; `OBSTACLES` are constant."""
 
 
 def readme(result: Result) -> str:
@@ -199,7 +208,7 @@ def readme(result: Result) -> str:
         "z up). Angles are counter-clockwise. Points are as measured, each at its own time; labels are valid at the "
         "time of the frame.",
     ]
-    return "\n\n".join([*parts, *column_tables(FILES)]) + "\n"
+    return "\n\n".join([*parts, *column_tables({**FILES, "obstacles": OBSTACLES})]) + "\n"
 
 
 def column_tables(files: Mapping[str, Sequence[Column]]) -> list[str]:

@@ -5,6 +5,7 @@
 - `labels.parquet`: a row per actor and frame
 - `hits.parquet`: a row per actor, frame and unit
 - `losses.parquet`: a row per beam without an echo
+- `obstacles.parquet`: a row per corner of a static obstacle
 - `summary.json`: scenario, seed and versions, and the paper's table I for this run
 - `README.md`: description of every column
 
@@ -22,6 +23,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from scenarios.dataset import obstacle_table
 from scenarios.dataset.dataset_columns import FILES, Column, Values, readme
 from scenarios.dataset.dataset_rows import rows_of
 from scenarios.errors import OutputError
@@ -29,7 +31,7 @@ from scenarios.files import atomic_folder
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.result import Result
 from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
+from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 
 OPTION = "--dataset"
@@ -54,6 +56,19 @@ class DatasetWriter:
         self._folder = folder
         self._option = option
         self._tables = open_tables(folder, FILES)
+
+    def start(self, obstacles: Obstacles) -> None:
+        """Write the static obstacles, before the first frame.
+
+        Raises
+        ------
+        OutputError
+            As for `add`.
+        """
+        try:
+            obstacle_table.write(self._folder, obstacles)
+        except OSError as error:
+            raise atomic_folder.cannot_write(self._folder, self._option, error) from error
 
     def add(self, frame: WorldFrame, scan: Scan, truth: ScanTruth, grade: FrameGrade) -> None:
         """Add one frame.

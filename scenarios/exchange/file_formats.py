@@ -10,12 +10,14 @@ from scenarios.errors import TracksError
 from scenarios.exchange.box_table import ANY_AXES, BoxTable
 from scenarios.exchange.file_role import Role
 
-Format = Literal["csv", "parquet", "kitti", "nuscenes", "mcap"]
+Format = Literal["csv", "parquet", "kitti", "nuscenes", "mcap", "osi"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 ENDINGS: dict[str, Format] = {
     ".csv": "csv", ".parquet": "parquet", ".txt": "kitti", ".json": "nuscenes", ".mcap": "mcap"
 }  # fmt: skip
 HEAD_BYTES = 2048
+OSI_METADATA = b"net.asam.osi.trace"
+"""Name of the metadata record that makes an MCAP file an OSI trace; traces of OSI's libraries start with it."""
 KITTI_FIELDS = 17
 
 
@@ -58,10 +60,14 @@ def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxT
         from scenarios.exchange import nuscenes_results, nuscenes_tables
 
         return [nuscenes_tables.read(path) if path.is_dir() else nuscenes_results.read(path)]
+    if file_format == "osi":
+        from scenarios.exchange.osi import trace_boxes
+
+        return trace_boxes.read(path, role)
     if file_format == "mcap":
         from scenarios.exchange import mcap_boxes
 
-        return [mcap_boxes.read(path, role)]
+        return mcap_boxes.read(path, role)
     from scenarios.exchange import tabular_boxes
 
     return tabular_boxes.read(path, parquet=file_format == "parquet")
@@ -114,7 +120,7 @@ def _of_content(head: bytes) -> Format | None:
     if head.startswith(b"PAR1"):
         return "parquet"
     if head.startswith(b"\x89MCAP"):
-        return "mcap"
+        return "osi" if OSI_METADATA in head else "mcap"
     if head.lstrip()[:1] in (b"{", b"["):
         return "nuscenes"
     line = head.lstrip().split(b"\n", 1)[0]

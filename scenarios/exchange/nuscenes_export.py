@@ -21,9 +21,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from scenarios.arrays import Floats32
 from scenarios.exchange.exported_run import TRACK_HEIGHT_M, cloud, confirmed_tracks
 from scenarios.exchange.nuscenes_rows import CHANNEL, Row, TableWriter, rotation
 from scenarios.offline.recorded_run import RecordedRun
+from tracker.scan import Scan
 
 VERSION = "v1.0-luxloop"
 MAP = "maps/none.png"
@@ -39,25 +41,30 @@ def export(run: RecordedRun, folder: Path) -> None:
     tables = TableWriter(run, MAP)
     tracks = confirmed_tracks(run)
     results: dict[str, list[Row]] = {}
-    layers = max(len(mount.model.layer_elevation_deg) for mount in run.rig.mounts)
     for frame, scan, truth in run.scans():
         sample = tables.add(frame, truth)
-        ring = (layers * scan.unit.astype(np.int64) + scan.layer).astype(np.float32)
-        (folder / tables.filename(frame.index)).write_bytes(cloud(scan, ring).tobytes())
-        results[sample] = _results(sample, tracks.get(frame.index))
+        (folder / tables.filename(frame.index)).write_bytes(cloud(scan, rings(run, scan)).tobytes())
+        results[sample] = track_results(sample, tracks.get(frame.index))
     (folder / VERSION).mkdir()
     for name, rows in tables.finish().items():
-        _write(folder / VERSION / f"{name}.json", rows)
-    _write(folder / "tracking_result.json", {"meta": MODALITIES, "results": results})
+        write_json(folder / VERSION / f"{name}.json", rows)
+    write_json(folder / "tracking_result.json", {"meta": MODALITIES, "results": results})
     (folder / "maps").mkdir()
-    (folder / MAP).write_bytes(_empty_png())
+    (folder / MAP).write_bytes(empty_png())
 
 
-def _write(path: Path, content: Any) -> None:
+def rings(run: RecordedRun, scan: Scan) -> Floats32:
+    """(N,) layer of each point plus the number of layers times its unit."""
+    layers = max(len(mount.model.layer_elevation_deg) for mount in run.rig.mounts)
+    return (layers * scan.unit.astype(np.int64) + scan.layer).astype(np.float32)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write a table."""
     path.write_text(json.dumps(content, indent=0, allow_nan=False), encoding="utf-8")
 
 
-def _results(sample: str, tracks: pd.DataFrame | None) -> list[Row]:
+def track_results(sample: str, tracks: pd.DataFrame | None) -> list[Row]:
     """Return the boxes of a sample; a track without a velocity has no such key."""
     rows = []
     for track in tracks.itertuples() if tracks is not None else ():
@@ -75,7 +82,7 @@ def _results(sample: str, tracks: pd.DataFrame | None) -> list[Row]:
     return rows
 
 
-def _empty_png() -> bytes:
+def empty_png() -> bytes:
     """Return a PNG of one black pixel, 8 bit greyscale."""
 
     def chunk(name: bytes, data: bytes) -> bytes:

@@ -9,7 +9,7 @@ from scenarios.exchange.exported_run import points_of_actors
 from scenarios.exchange.nuscenes_names import ATTRIBUTES, CATEGORIES, VISIBILITIES, attributes, visibility
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.truth import ScanTruth
-from sim.world import Kind, WorldFrame
+from sim.world import Actors, Kind, WorldFrame
 
 Row = dict[str, Any]
 
@@ -33,6 +33,10 @@ class TableWriter:
         Path of the map in the folder.
     """
 
+    channel = CHANNEL
+    categories = CATEGORIES
+    """Category of each kind; actors of other kinds have no annotations."""
+
     def __init__(self, run: RecordedRun, map_file: str) -> None:
         result = run.result
         self._name = f"{result.scenario}-seed{result.seed}"
@@ -49,15 +53,14 @@ class TableWriter:
 
     def filename(self, frame: int) -> str:
         """Return the path of the points of a frame."""
-        return f"samples/{CHANNEL}/{self._name}__{CHANNEL}__{frame:06d}.pcd.bin"
+        return f"samples/{self.channel}/{self._name}__{self.channel}__{frame:06d}.pcd.bin"
 
     def add(self, frame: WorldFrame, truth: ScanTruth) -> str:
         """Add a frame, and return the token of its sample."""
         sample = self._token("sample", frame.index)
         timestamp = round(1e6 * frame.time)
-        x, y, yaw = frame.ego.pose_world.tolist()
-        pose = {"token": self._token("ego_pose", frame.index), "timestamp": timestamp}
-        self._poses.append({**pose, "rotation": rotation(yaw), "translation": [x, y, 0.0]})
+        pose = {"token": self._token("ego_pose", frame.index), "timestamp": timestamp, **self._ego_pose(frame)}
+        self._poses.append(pose)
         self._samples.append({"token": sample, "timestamp": timestamp, "scene_token": self._token("scene")})
         self._data.append(
             {
@@ -65,12 +68,8 @@ class TableWriter:
                 "sample_token": sample,
                 "ego_pose_token": pose["token"],
                 "calibrated_sensor_token": self._token("calibrated_sensor"),
-                "filename": self.filename(frame.index),
-                "fileformat": "pcd",
-                "width": 0,
-                "height": 0,
                 "timestamp": timestamp,
-                "is_key_frame": True,
+                **self._file(frame.index),
             }
         )
         self._annotate(sample, frame, truth)
@@ -89,26 +88,47 @@ class TableWriter:
             **self._constant_tables(),
         }
 
+    def _ego_pose(self, frame: WorldFrame) -> Row:
+        """Return the pose of the frame of the points."""
+        x, y, yaw = frame.ego.pose_world.tolist()
+        return {"rotation": rotation(yaw), "translation": [x, y, 0.0]}
+
+    def _file(self, frame: int) -> Row:
+        """Return the description of the file of a frame."""
+        return {
+            "filename": self.filename(frame), "fileformat": "pcd", "width": 0, "height": 0, "is_key_frame": True,
+        }  # fmt: skip
+
     def _annotate(self, sample: str, frame: WorldFrame, truth: ScanTruth) -> None:
         actors, points = frame.actors, points_of_actors(truth, frame.actors.id)
         for a, actor in enumerate(actors.id.tolist()):
             kind = Kind(actors.kind[a])
+            if kind not in self.categories:
+                continue
             instance = self._token("instance", actor)
-            self._category[instance] = CATEGORIES[kind]
+            self._category[instance] = self.categories[kind]
             (x, y, yaw), (length, width, height) = actors.pose_world[a].tolist(), actors.size[a].tolist()
             row: Row = {
                 "token": self._token("sample_annotation", frame.index, actor),
                 "sample_token": sample,
                 "instance_token": instance,
-                "visibility_token": visibility(float(truth.visible_fraction[a])),
+                "visibility_token": self._visibility(float(truth.visible_fraction[a])),
                 "attribute_tokens": [self._token("attribute", name) for name in attributes(kind, actors.mode[a])],
                 "translation": [x, y, 0.5 * height],
                 "size": [width, length, height],
                 "rotation": rotation(yaw),
                 "num_lidar_pts": int(points[a]),
                 "num_radar_pts": 0,
+                **self._motion(actors, a),
             }
             self._annotations.setdefault(instance, []).append(row)
+
+    def _visibility(self, fraction: float) -> str:
+        return visibility(fraction)
+
+    def _motion(self, _actors: Actors, _row: int) -> Row:
+        """Return further columns of an annotation; nuScenes has none."""
+        return {}
 
     def _instance(self, token: str, rows: list[Row]) -> Row:
         return {
@@ -124,7 +144,7 @@ class TableWriter:
         scene, log = self._token("scene"), self._token("log")
         ends = [self._samples[end]["token"] if self._samples else "" for end in (0, -1)]
         sensor = self._token("sensor")
-        names = list(dict.fromkeys(CATEGORIES.values()))
+        names = list(dict.fromkeys(self.categories.values()))
         mounting: Row = {"translation": [0.0, 0.0, 0.0], "rotation": NO_ROTATION, "camera_intrinsic": []}
         drawn: Row = {"category": "semantic_prior", "filename": self._map_file}
         ride: Row = {
@@ -147,7 +167,7 @@ class TableWriter:
             ],
             "log": [{"token": log, **ride}],
             "map": [{"token": self._token("map"), "log_tokens": [log], **drawn}],
-            "sensor": [{"token": sensor, "channel": CHANNEL, "modality": "lidar"}],
+            "sensor": [{"token": sensor, "channel": self.channel, "modality": "lidar"}],
             "calibrated_sensor": [{"token": self._token("calibrated_sensor"), "sensor_token": sensor, **mounting}],
             "category": [self._named("category", name, index=index) for index, name in enumerate(names, 1)],
             "attribute": [self._named("attribute", name) for name in ATTRIBUTES],

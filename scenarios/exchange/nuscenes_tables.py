@@ -2,7 +2,8 @@
 
 The schema is that of nuScenes (Caesar et al. 2020; docs/schema_nuscenes.md of its development kit). The velocity of an
 annotation is the difference of the positions of the annotations before and after it over their time, as the
-development kit estimates it, and unknown if they are too far apart in time.
+development kit estimates it, and unknown if they are too far apart in time. T4 data sets have the same tables in the
+folder `annotation`, with the velocity in each row.
 """
 
 from collections.abc import Mapping
@@ -13,7 +14,7 @@ import numpy as np
 from scenarios.arrays import Bools, Floats, Ints
 from scenarios.errors import TracksError
 from scenarios.exchange.box_table import LARGEST, BoxTable, Texts, checked
-from scenarios.exchange.json_file import Row, number, read_json, text
+from scenarios.exchange.json_file import Row, number, number_list, read_json, text
 from scenarios.exchange.nuscenes_results import GLOBAL, Solid, solid
 
 ANNOTATIONS = "sample_annotation.json"
@@ -24,8 +25,10 @@ CLASSES = {
     "vehicle.motorcycle": "motorcycle", "human.pedestrian.adult": "pedestrian", "human.pedestrian.child": "pedestrian",
     "human.pedestrian.construction_worker": "pedestrian", "human.pedestrian.police_officer": "pedestrian",
     "vehicle.trailer": "trailer", "vehicle.truck": "truck",
+    **{name: name for name in ("bicycle", "bus", "car", "motorcycle", "pedestrian", "trailer", "truck")},
 }  # fmt: skip
-"""Classes of the tracking task by category, from the README of its evaluation; it ignores all other categories."""
+"""Classes of the tracking task by category, from the README of its evaluation, and by the categories of T4 data sets;
+all other categories are ignored."""
 
 
 def folder_of_tables(path: Path) -> Path | None:
@@ -73,7 +76,7 @@ def read(path: Path) -> BoxTable:
         time_s=time_s,
         sample=np.array(list(linked["sample"].values()), np.str_),
         scene_of={token: str(row.get("scene_token", "")) for token, row in samples.items()},
-        velocity=_velocity(rows, solids, dict(zip(rows, time_s.tolist(), strict=True))),
+        velocity=_velocity(file, rows, solids, dict(zip(rows, time_s.tolist(), strict=True))),
         z_m=np.array([found.z_m for found in solids.values()]),
         height_m=np.array([found.height_m for found in solids.values()]),
         points=_points(file, rows),
@@ -125,10 +128,13 @@ def _linked(path: Path, rows: Mapping[str, Row], key: str, target: Mapping[str, 
     return found
 
 
-def _velocity(rows: Mapping[str, Row], solids: Mapping[str, Solid], time_s: Mapping[str, float]) -> Floats:
-    """(N, 2) velocity of each annotation; NaN without neighbours in time."""
+def _velocity(path: Path, rows: Mapping[str, Row], solids: Mapping[str, Solid], time_s: Mapping[str, float]) -> Floats:
+    """(N, 2) velocity of each annotation; NaN without its own and without neighbours in time."""
     found = np.full((len(rows), 2), np.nan)
     for index, (token, row) in enumerate(rows.items()):
+        if row.get("velocity") is not None:
+            found[index] = number_list(path, f"annotation {token}", row, "velocity", 3)[:2]
+            continue
         before, after = (str(row.get(key) or "") for key in ("prev", "next"))
         first, last = (link if link in rows else token for link in (before, after))
         between = time_s[last] - time_s[first]

@@ -9,13 +9,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from scenarios.arrays import Floats, Floats32
+from scenarios.dataset import obstacle_table
 from scenarios.dataset.dataset_columns import FILES, Column, Values
 from scenarios.dataset.dataset_rows import records_of
 from scenarios.errors import OutputError
 from scenarios.offline.number_checks import require_actors, require_distinct, require_numbers
 from scenarios.run import run_folder
 from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
+from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 
 ROWS_AT_ONCE = 1 << 17
@@ -68,6 +69,17 @@ class RecordedScans:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def obstacles(self) -> Obstacles:
+        """Return the static obstacles; none for runs of versions that did not record them.
+
+        Raises
+        ------
+        OutputError
+            Their file is damaged.
+        """
+        with _readable(self._folder):
+            return obstacle_table.read(self._folder)
 
     def __iter__(self) -> Iterator[tuple[WorldFrame, Scan, ScanTruth]]:
         with _readable(self._folder):

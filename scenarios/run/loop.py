@@ -39,6 +39,7 @@ def run(
     record_to: Path | None = None,
     export: Callable[[WorldFrame, Scan, ScanTruth, FrameGrade], None] | None = None,
     step_timeout_s: float = STEP_TIMEOUT_S,
+    start: Callable[[Obstacles], None] | None = None,
 ) -> Result:
     """Run a scenario and grade it.
 
@@ -54,6 +55,8 @@ def run(
         Called with every frame, to write a data set.
     step_timeout_s
         Limit of one step of the tracker [s].
+    start
+        Receives the static obstacles before the first frame.
 
     Raises
     ------
@@ -73,6 +76,8 @@ def run(
     with closing(_source(scenario, rig)) as source:
         _require_scan_period(scenario, rig, source.dt)
         obstacles = _reset(source, scenario)
+        if start:
+            start(obstacles)
         lidar = _lidar(rig, scenario, obstacles)
         with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
             warm_up(rig, scenario.noise, scenario.sensor, unused)

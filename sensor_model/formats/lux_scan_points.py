@@ -96,7 +96,7 @@ def _message(scan: Scan, rows: Ints, points: Floats, header: LuxHeader) -> LuxMe
 def _header(scan: Scan, mount: Mount, number: int, points: int, sweep: bool) -> LuxHeader:
     start_deg = max(fan.start_deg for fan in mount.model.fans)
     end_deg = min(fan.stop_deg for fan in mount.model.fans)
-    start_ntp, end_ntp = (_ntp(scan.time + _firing_time(mount, deg, sweep)) for deg in (start_deg, end_deg))
+    start_ntp, end_ntp = (ntp_time(scan.time + firing_time(mount, deg, sweep)) for deg in (start_deg, end_deg))
     return LuxHeader(
         scan_number=number % 2**16,
         scanner_status=0,
@@ -117,13 +117,19 @@ def _header(scan: Scan, mount: Mount, number: int, points: int, sweep: bool) -> 
     )
 
 
-def _firing_time(mount: Mount, azimuth_deg: float, sweep: bool) -> float:
+def firing_time(mount: Mount, azimuth_deg: float, sweep: bool) -> float:
     """Return the nominal firing time of an azimuth relative to the scan's time [s]."""
     return (mount.phase_ms / 1000.0 - azimuth_deg / (360.0 * mount.model.scan_rate_hz)) if sweep else 0.0
 
 
-def _ntp(time: float) -> int:
-    """Return a time of the run as NTP time."""
+def ntp_time(time: float) -> int:
+    """Return a time of the run [s] as NTP time.
+
+    Raises
+    ------
+    ValueError
+        The time lies before 1900 or after 2036.
+    """
     ntp = (NTP_EPOCH_S << 32) + round(time * _NTP_PER_S)
     if not 0 <= ntp < 2**64:
         raise ValueError(f"time = {time} s: outside NTP time, 1900 to 2036")

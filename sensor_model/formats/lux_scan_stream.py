@@ -16,6 +16,7 @@ MAGIC = 0xAFFEC0C2
 """First word of a data header."""
 
 _DATA_HEADER = struct.Struct(">IIIBBHQ")
+DATA_HEADER_BYTES = _DATA_HEADER.size
 _MAGIC_BYTES = MAGIC.to_bytes(4, "big")
 
 
@@ -56,9 +57,49 @@ def stream_bytes(messages: Iterable[LuxMessage], device: int | None = None) -> I
         if device is None:
             yield body
             continue
-        ntp = message.header.end_ntp
-        yield _DATA_HEADER.pack(MAGIC, previous, len(body), 0, device, DATA_TYPE, ntp) + body
-        previous = _DATA_HEADER.size + len(body)
+        yield data_header(previous, len(body), device, DATA_TYPE, message.header.end_ntp) + body
+        previous = DATA_HEADER_BYTES + len(body)
+
+
+def data_header(previous: int, size: int, device: int, data_type: int, ntp: int) -> bytes:
+    """Return a data header of the network protocol.
+
+    Parameters
+    ----------
+    previous
+        Size of the previous message with its header; 0 for the first.
+    size
+        Size of the message without the header.
+    device
+        Number of the device, 0 to 255.
+    data_type
+        Type of the message.
+    ntp
+        Time of the message.
+    """
+    return _DATA_HEADER.pack(MAGIC, previous, size, 0, device, data_type, ntp)
+
+
+def read_framed(path: Path | str) -> Iterator[tuple[int, bytes]]:
+    """Read data type and body of each message of a file, all of which have data headers.
+
+    Raises
+    ------
+    ValueError
+        The file is cut off, or has bytes that are no message; the text names file and offset.
+    """
+    with Path(path).open("rb") as file:
+        offset = 0
+        while header := file.read(_DATA_HEADER.size):
+            if len(header) < _DATA_HEADER.size or not header.startswith(_MAGIC_BYTES):
+                raise ValueError(f"{path}: offset {offset}: expected a data header of {_DATA_HEADER.size} bytes")
+            _, _, size, _, _, data_type, _ = _DATA_HEADER.unpack(header)
+            body = file.read(size)
+            if len(body) < size:
+                raise ValueError(f"{path}: offset {offset}: expected {size} bytes after the data header, "
+                                 f"found {len(body)}; the file is cut off")  # fmt: skip
+            yield data_type, body
+            offset += _DATA_HEADER.size + size
 
 
 def _framed_body(file: BufferedReader, path: Path | str, offset: int) -> bytes | None:

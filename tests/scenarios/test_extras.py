@@ -21,6 +21,7 @@ COMMANDS = {
     "sweeps": ["sweep", "occlusion"],
     "search": ["search", "lost-behind-wall"],
     "mcap": ["mcap", "run", "run.mcap"],
+    "osi": ["export", "run", "--format", "osi", "--out", "osi"],
     "recordings": ["import", "drive.bag", "--mount", "0,0,1", "--out", "recorded"],
 }
 REPLAY = """\

@@ -6,7 +6,11 @@ listed in their order.
 
 import re
 
+from scenarios.offline.mcap.object_definitions import OBJECT_FIELDS
+
 _FIELDS = {
+    **OBJECT_FIELDS,
+    "rosgraph_msgs/Clock": "builtin_interfaces/Time clock",
     "builtin_interfaces/Time": "int32 sec, uint32 nanosec",
     "builtin_interfaces/Duration": "int32 sec, uint32 nanosec",
     "std_msgs/Header": "builtin_interfaces/Time stamp, string frame_id",

@@ -2,45 +2,56 @@
 
 | topic | message | content |
 |---|---|---|
-| `/tf` | `tf2_msgs/TFMessage` | pose of the ego by odometry |
+| `/clock` | `rosgraph_msgs/Clock` | time of the frame |
+| `/tf` | `tf2_msgs/TFMessage` | pose of the ego by odometry, and of the odometry frame in the world |
+| `/tf_static` | `tf2_msgs/TFMessage` | rear axle and units in the ego frame, once |
 | `/lidar/points` | `sensor_msgs/PointCloud2` | the scan, as input of the tracker |
+| `/lidar/UNIT/points` | `sensor_msgs/PointCloud2` | points of a unit in its own frame, in the layout of ROS drivers |
 | `/truth/points` | `sensor_msgs/PointCloud2` | the same points with their ground truth |
 | `/truth/boxes` | `foxglove_msgs/SceneUpdate` | boxes of the actors |
 | `/tracks` | `foxglove_msgs/SceneUpdate` | tracks of the run |
+| `/truth/detections`, `/tracks/detections` | `vision_msgs/Detection3DArray` | actors; confirmed tracks |
+| `/truth/objects`, `/tracks/objects` | `autoware_perception_msgs/TrackedObjects` | the same with motion |
 
 Times start at 0, as in the run; the file does not depend on the time of writing.
 """
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 from mcap_ros2.writer import Writer
 
 from scenarios.errors import OutputError
 from scenarios.files import atomic_file
-from scenarios.grading.plane_geometry import into_frame
+from scenarios.offline.mcap import world_objects
+from scenarios.offline.mcap.box_scenes import actor_boxes, track_boxes
 from scenarios.offline.mcap.definitions import definition, full_name
-from scenarios.offline.mcap.messages import Box, Color, cloud, nanoseconds, scene, transform
+from scenarios.offline.mcap.messages import Message, clock, cloud, nanoseconds, scene, transforms
+from scenarios.offline.mcap.tracked_objects import detections, tracked_objects
+from scenarios.offline.mcap.unit_clouds import plain_name, static_transforms, unit_cloud
 from scenarios.offline.recorded_run import RecordedRun
+from sensor_model.rig.beams import unit_table
 from sensor_model.truth import ScanTruth
-from sim.world import Kind, WorldFrame
+from sim.world import WorldFrame
 from tracker.scan import Scan
 
 CLOUD, BOXES, TRANSFORM = "sensor_msgs/PointCloud2", "foxglove_msgs/SceneUpdate", "tf2_msgs/TFMessage"
+CLOCK, DETECTIONS = "rosgraph_msgs/Clock", "vision_msgs/Detection3DArray"
+OBJECTS = "autoware_perception_msgs/TrackedObjects"
+TYPES = (CLOUD, BOXES, TRANSFORM, CLOCK, DETECTIONS, OBJECTS)
 CHUNK_BYTES = 1
 """Chunk size that gives each message its own chunk: rerun's importer overlaps clouds of one chunk in time."""
-TRACK_HEIGHT_M = 1.5
-"""Height of track boxes; tracks have no height."""
-TRUTH: Color = (1.0, 1.0, 1.0, 0.3)
-COLORS: dict[str, Color] = {
-    "tentative": (0.6, 0.6, 0.6, 0.3),
-    "confirmed": (0.2, 0.8, 0.4, 0.5),
-    "coasting": (0.3, 0.5, 1.0, 0.4),
-}
-"""Colour of tracks by status; dead tracks are not exported."""
+
+
+class Sent(NamedTuple):
+    """A message with its topic and type."""
+
+    topic: str
+    name: str
+    message: Message
 
 
 def export(run: RecordedRun, path: Path) -> int:
@@ -54,34 +65,49 @@ def export(run: RecordedRun, path: Path) -> int:
     if path.exists():
         raise OutputError(f"{path}: already exists; choose another file")
     scans = run.scans()
-    tracks = dict(list(run.result.tables["tracks"].groupby("frame")))
     try:
         with (
             atomic_file.create(path) as temporary,
             temporary.open("wb") as stream,
             Writer(stream, chunk_size=CHUNK_BYTES) as writer,
         ):
-            types = (CLOUD, BOXES, TRANSFORM)
-            schemas = {name: writer.register_msgdef(full_name(name), definition(name)) for name in types}
-            for frame, scan, truth in scans:
-                time_ns = nanoseconds(frame.time)
-                for topic, name, message in _messages(time_ns, frame, scan, truth, tracks.get(frame.index)):
-                    writer.write_message(topic, schemas[name], message, log_time=time_ns, sequence=frame.index)
+            schemas = {name: writer.register_msgdef(full_name(name), definition(name)) for name in TYPES}
+            for frame, sent in _messages(run):
+                writer.write_message(
+                    sent.topic, schemas[sent.name], sent.message, nanoseconds(frame.time), sequence=frame.index
+                )
     except OSError as error:
         raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another file") from error
     return len(scans)
 
 
-def _messages(
-    time_ns: int, frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: pd.DataFrame | None
-) -> list[tuple[str, str, dict[str, Any]]]:
-    """Return topic, type and content of all messages of one frame."""
+def _messages(run: RecordedRun) -> Iterator[tuple[WorldFrame, Sent]]:
+    """Yield the messages of all frames; static transforms come with the first one."""
+    units, table = unit_table(run.rig), run.result.tables["tracks"]
+    tracks, none = dict(list(table.groupby("frame"))), table.iloc[:0]
+    for frame, scan, truth in run.scans():
+        time_ns, found = nanoseconds(frame.time), tracks.get(frame.index, none)
+        sent = [Sent("/clock", CLOCK, clock(time_ns))]
+        if frame.index == 0:
+            sent.append(Sent("/tf_static", TRANSFORM, static_transforms(time_ns, run.rig, units)))
+        for unit, mount in enumerate(run.rig.mounts):
+            points = unit_cloud(time_ns, scan, unit, mount, units)
+            sent.append(Sent(f"/lidar/{plain_name(mount)}/points", CLOUD, points))
+        sent += _scan_messages(time_ns, frame, scan, truth)
+        sent.append(Sent("/tracks", BOXES, scene(time_ns, track_boxes(frame, found))))
+        for role, objects in (("truth", world_objects.actors(frame)), ("tracks", world_objects.tracks(found))):
+            sent.append(Sent(f"/{role}/detections", DETECTIONS, detections(time_ns, objects)))
+            sent.append(Sent(f"/{role}/objects", OBJECTS, tracked_objects(time_ns, objects)))
+        yield from ((frame, message) for message in sent)
+
+
+def _scan_messages(time_ns: int, frame: WorldFrame, scan: Scan, truth: ScanTruth) -> list[Sent]:
+    """Return the messages of a frame in the ego frame, without those of the tracker."""
     return [
-        ("/tf", TRANSFORM, transform(time_ns, scan.ego_pose_odom)),
-        ("/lidar/points", CLOUD, cloud(time_ns, _scan_columns(scan))),
-        ("/truth/points", CLOUD, cloud(time_ns, _truth_columns(scan, truth))),
-        ("/truth/boxes", BOXES, scene(time_ns, _actors(frame, truth))),
-        ("/tracks", BOXES, scene(time_ns, [] if tracks is None else _tracks(frame, tracks))),
+        Sent("/tf", TRANSFORM, transforms(time_ns, scan.ego_pose_odom, frame.ego.pose_world)),
+        Sent("/lidar/points", CLOUD, cloud(time_ns, _scan_columns(scan))),
+        Sent("/truth/points", CLOUD, cloud(time_ns, _truth_columns(scan, truth))),
+        Sent("/truth/boxes", BOXES, scene(time_ns, actor_boxes(frame, truth))),
     ]
 
 
@@ -103,41 +129,3 @@ def _truth_columns(scan: Scan, truth: ScanTruth) -> dict[str, npt.NDArray[Any]]:
         "cause": truth.cause,
         "true_range": truth.true_range,
     }
-
-
-def _actors(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
-    actors, fraction = frame.actors, truth.visible_fraction
-    pose_ego = into_frame(actors.pose_world, frame.ego.pose_world)
-    return [
-        Box(
-            id=f"actor {actors.id[a]}",
-            pose_ego=pose_ego[a],
-            size=actors.size[a],
-            color=TRUTH,
-            label=str(actors.name[a]),
-            metadata={
-                "name": actors.name[a],
-                "kind": Kind(actors.kind[a]).name.lower(),
-                "visible_fraction": f"{fraction[a]:.3f}",
-            },
-        )
-        for a in range(len(actors))
-    ]
-
-
-def _tracks(frame: WorldFrame, tracks: pd.DataFrame) -> list[Box]:
-    """Return boxes in the true ego frame: the tables hold track poses without the odometry drift."""
-    shown = tracks[tracks["status"].isin(list(COLORS))]
-    pose_world = shown[["x_world_m", "y_world_m", "yaw_world_rad"]].to_numpy(np.float64)
-    pose_ego = into_frame(pose_world, frame.ego.pose_world)
-    return [
-        Box(
-            id=f"track {row.track_id}",
-            pose_ego=pose_ego[t],
-            size=np.array([row.length_m, row.width_m, TRACK_HEIGHT_M]),
-            color=COLORS[row.status],
-            label=f"{row.track_id}",
-            metadata={"status": row.status, "verdict": row.verdict, "actor_id": row.actor_id},
-        )
-        for t, row in enumerate(shown.itertuples())
-    ]

@@ -7,12 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.arrays import Floats
+from scenarios.grading.plane_geometry import turned
 
 Message = dict[str, Any]
 Color = tuple[float, float, float, float]
 
-ODOM, EGO = "odom", "ego"
-"""Frames of reference: odometry (fixed to the ground), and ego (box centre on the ground)."""
+MAP, ODOM, EGO, BASE_LINK = "map", "odom", "ego", "base_link"
+"""Frames of reference: world, odometry (drifts in the world), ego (box centre on the ground), and its rear axle on the
+ground."""
 
 _NANOSECONDS = 1_000_000_000
 _DATATYPE = {"int8": 1, "uint8": 2, "int16": 3, "uint16": 4, "int32": 5, "uint32": 6, "float32": 7, "float64": 8}
@@ -54,16 +56,22 @@ def header(time_ns: int, frame: str) -> Message:
 def cloud(time_ns: int, columns: Mapping[str, npt.NDArray[Any]]) -> Message:
     """Return a `sensor_msgs/PointCloud2` in the ego frame; columns (N,) keep their dtype, without padding."""
     dtype = np.dtype([(name, values.dtype.newbyteorder("<")) for name, values in columns.items()])
-    count = len(next(iter(columns.values())))
-    points = np.empty(count, dtype)
+    points = np.empty(len(next(iter(columns.values()))), dtype)
     for name, values in columns.items():
         points[name] = values
+    return packed_cloud(time_ns, EGO, points)
+
+
+def packed_cloud(time_ns: int, frame: str, points: npt.NDArray[Any]) -> Message:
+    """Return a `sensor_msgs/PointCloud2` of a structured array (N,) with x, y and z, whose layout it keeps."""
+    dtype, count = points.dtype, len(points)
+    assert dtype.fields is not None
     fields = [
-        {"name": name, "offset": dtype.fields[name][1], "datatype": _DATATYPE[values.dtype.name], "count": 1}  # type: ignore[index]
-        for name, values in columns.items()
+        {"name": name, "offset": offset, "datatype": _DATATYPE[kind.name], "count": 1}
+        for name, (kind, offset, *_) in dtype.fields.items()
     ]
     return {
-        "header": header(time_ns, EGO),
+        "header": header(time_ns, frame),
         "height": 1,
         "width": count,
         "fields": fields,
@@ -71,15 +79,30 @@ def cloud(time_ns: int, columns: Mapping[str, npt.NDArray[Any]]) -> Message:
         "point_step": dtype.itemsize,
         "row_step": dtype.itemsize * count,
         "data": points.tobytes(),
-        "is_dense": all(bool(np.isfinite(columns[axis]).all()) for axis in "xyz"),
+        "is_dense": all(bool(np.isfinite(points[axis]).all()) for axis in "xyz"),
     }
 
 
-def transform(time_ns: int, ego_pose_odom: Floats) -> Message:
-    """Return a `tf2_msgs/TFMessage` with the pose of the ego frame in the odometry frame."""
-    x, y, yaw = ego_pose_odom.tolist()
-    pose = {"translation": _vector(x, y, 0.0), "rotation": _rotation(yaw)}
-    return {"transforms": [{"header": header(time_ns, ODOM), "child_frame_id": EGO, "transform": pose}]}
+def clock(time_ns: int) -> Message:
+    """Return a `rosgraph_msgs/Clock`."""
+    return {"clock": stamp(time_ns)}
+
+
+def transforms(time_ns: int, ego_pose_odom: Floats, ego_pose_world: Floats) -> Message:
+    """Return a `tf2_msgs/TFMessage`: the ego in the odometry frame, and that frame in the world, by which it drifts."""
+    turn = float(ego_pose_world[2] - ego_pose_odom[2])
+    origin = ego_pose_world[:2] - turned(ego_pose_odom[:2], turn)
+    poses = [(ODOM, EGO, *ego_pose_odom.tolist()), (MAP, ODOM, *origin.tolist(), turn)]
+    return {
+        "transforms": [
+            {
+                "header": header(time_ns, parent),
+                "child_frame_id": child,
+                "transform": {"translation": vector(x, y, 0.0), "rotation": _rotation(yaw)},
+            }
+            for parent, child, x, y, yaw in poses
+        ]
+    }
 
 
 def scene(time_ns: int, boxes: list[Box]) -> Message:
@@ -101,10 +124,12 @@ def _entity(time_ns: int, box: Box) -> Message:
         "lifetime": {"sec": 0, "nanosec": 0},
         "frame_locked": False,
         "metadata": [{"key": key, "value": str(value)} for key, value in box.metadata.items()],
-        "cubes": [{"pose": _pose(x, y, 0.5 * height, yaw), "size": _vector(length, width, height), "color": color}],
+        "cubes": [
+            {"pose": planar_pose(x, y, 0.5 * height, yaw), "size": vector(length, width, height), "color": color}
+        ],
         "texts": [
             {
-                "pose": _pose(x, y, height + _FONT_M, 0.0),
+                "pose": planar_pose(x, y, height + _FONT_M, 0.0),
                 "billboard": True,
                 "font_size": _FONT_M,
                 "scale_invariant": False,
@@ -116,11 +141,13 @@ def _entity(time_ns: int, box: Box) -> Message:
     }
 
 
-def _pose(x: float, y: float, z: float, yaw: float) -> Message:
-    return {"position": _vector(x, y, z), "orientation": _rotation(yaw)}
+def planar_pose(x: float, y: float, z: float, yaw: float) -> Message:
+    """Return a `geometry_msgs/Pose` turned about z [m, rad]."""
+    return {"position": vector(x, y, z), "orientation": _rotation(yaw)}
 
 
-def _vector(x: float, y: float, z: float) -> Message:
+def vector(x: float, y: float, z: float) -> Message:
+    """Return a `geometry_msgs/Vector3` or `Point`."""
     return {"x": x, "y": y, "z": z}
 
 

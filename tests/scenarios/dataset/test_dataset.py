@@ -1,7 +1,7 @@
 """Data set of a run, read with pandas and compared with the scans, the ground truth and the metrics."""
 
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +11,15 @@ import pytest
 from support import short_run
 
 from scenarios.cli import main
+from scenarios.dataset import obstacle_table
 from scenarios.dataset import writer as dataset
-from scenarios.dataset.dataset_columns import FILES
+from scenarios.dataset.dataset_columns import FILES, OBSTACLES
 from scenarios.errors import OutputError
 from scenarios.files.scenario import Scenario
 from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
 from scenarios.run import device, loop
 from sensor_model.truth import Cause, Part, View
-from sim.world import Kind, Mode
+from sim.world import Kind, Mode, Obstacles
 from tracker.records import MODELS
 
 GROUP_FRAMES = 4
@@ -37,7 +38,7 @@ def written(tmp_path_factory):
             frames.append(records)
             writer.add(*records)
 
-        result = loop.run(scenario, device.load(device.SHIPPED), export=export)
+        result = loop.run(scenario, device.load(device.SHIPPED), export=export, start=writer.start)
         writer.finish(result)
     return folder / "set", result, frames
 
@@ -67,6 +68,29 @@ def test_points_agree_with_scan_and_truth(written):
         assert rows["part"].tolist() == [Part(part).name.lower() for part in truth.part]
         assert rows["cause"].tolist() == [Cause(cause).name.lower() for cause in truth.cause]
     assert len(points) == sum(len(scan) for _, scan, _, _ in frames)
+
+
+def test_obstacles_are_those_of_the_scenario(written):
+    """By hand: a wall from (-20, 15) to (20, 15), 3 m high."""
+    rows = table(written[0], "obstacles")
+    assert rows[["obstacle", "x_world_m", "y_world_m", "base_m", "top_m"]].to_numpy().tolist() == [
+        [0, -20.0, 15.0, 0.0, 3.0],
+        [0, 20.0, 15.0, 0.0, 3.0],
+    ]
+
+
+def test_obstacles_are_read_back_exactly(tmp_path):
+    obstacles = Obstacles.from_polygons(
+        [np.array([[0.1, 0.2], [3.3, 0.2]]), np.array([[5.0, 5.0], [9.0, 5.0], [7.0, 8.0]])],
+        [3.0, 2.5],
+        [0.3, 0.7],
+        0.1,
+    )
+    obstacle_table.write(tmp_path, obstacles)
+    found = obstacle_table.read(tmp_path)
+    for field in fields(Obstacles):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(obstacles, field.name))
+    assert len(obstacle_table.read(tmp_path / "older")) == 0
 
 
 def test_scans_contain_the_ego_pose(written):
@@ -125,7 +149,7 @@ def test_the_summary_agrees_with_metrics_and_labels(written):
 def test_every_column_is_described_in_the_readme_and_in_its_file(written):
     folder, _, _ = written
     text = (folder / "README.md").read_text()
-    for name, columns in FILES.items():
+    for name, columns in {**FILES, "obstacles": OBSTACLES}.items():
         schema = pq.read_schema(folder / f"{name}.parquet")
         assert schema.names == [column.name for column in columns]
         section = text.split(f"## {name}.parquet")[1].split("## ")[0]
@@ -154,7 +178,7 @@ def test_the_command_line_writes_the_data_set(tmp_path, monkeypatch, capfd):
     assert main(["run", str(path), "--no-recording", "--dataset", "set"]) == 0
     assert "The data set is in set" in capfd.readouterr().out
     assert sorted(file.name for file in Path("set").iterdir()) == sorted(
-        ["README.md", "summary.json", *(f"{name}.parquet" for name in FILES)]
+        ["README.md", "summary.json", *(f"{name}.parquet" for name in [*FILES, "obstacles"])]
     )
     assert table(Path("set"), "scans")["frame"].tolist() == list(range(short_run.FRAMES))
 

@@ -263,7 +263,7 @@ def test_exports_are_reproducible(run, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--format", "t4", "--out", "new"], "--format t4: is none of kitti, nuscenes"),
+        (["--format", "waymo", "--out", "new"], "--format waymo: is none of kitti, nuscenes, t4, osi, lux"),
         (["--format", "kitti", "--out", "there"], "there: already exists; choose another folder with --out"),
         (["--format", "nuscenes", "--out", "file/x"], "cannot write there (Not a directory)"),
     ],

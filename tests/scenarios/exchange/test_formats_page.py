@@ -4,13 +4,18 @@ import re
 import shlex
 
 import pytest
+from mcap.reader import make_reader
 from support.paths import ROOT
 
 from scenarios.cli import main
+from scenarios.commands.export import FORMATS as EXPORTS
 from scenarios.exchange.box_metric_names import DEFINITIONS
 from scenarios.exchange.file_formats import FORMATS
+from scenarios.offline.recorded_run import RecordedRun
 
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+FOLDERS = {"KITTI": "kitti", "nuScenes": "scene", "T4": "t4", "LUX": "lux"}
+"""Sections with a table of paths, and the folders of their exports on the page."""
 COMMANDS = [
     shlex.split(line)
     for block in re.findall(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
@@ -28,14 +33,23 @@ def test_every_command_runs(tmp_path, monkeypatch, capsys):
         assert main(words) == 0, words
         printed[shlex.join(words)] = capsys.readouterr().out
     verbs = [words[1] for words in COMMANDS]
-    assert (verbs.count("grade"), verbs.count("export"), verbs.count("mcap")) == (5, 2, 1)
+    assert (verbs.count("grade"), verbs.count("export"), verbs.count("mcap")) == (7, 5, 1)
     first = next(iter(printed.values()))
     assert re.search(r"^track\.gospa_m +12\.450 ", first, re.MULTILINE)
-    paths = re.findall(r"^\| `((?:training|results|samples|v1\.0|maps|tracking)[\w./*-]+)` \|", PAGE, re.MULTILINE)
-    assert len(paths) == 10
-    for path in paths:
-        folder = tmp_path / ("kitti" if path.startswith(("training", "results")) else "scene")
-        assert list(folder.glob(path)), path
+    for title, folder in FOLDERS.items():
+        rows = re.findall(r"^\| `([^`]+)` \|", section(title), re.MULTILINE)
+        assert len(set(rows)) > 1, title
+        for path in rows:
+            assert list((tmp_path / folder).glob(path.replace("UNIT", "*"))), path
+    topics = set(re.findall(r"^\| `([^`]+)` \|", section("ASAM OSI"), re.MULTILINE))
+    units = {mount.name for mount in RecordedRun.open(tmp_path / "recorded").rig.mounts}
+    with (tmp_path / "osi" / "trace.mcap").open("rb") as stream:
+        written = {channel.topic for channel in make_reader(stream).get_summary().channels.values()}
+    assert written == {topic.replace("UNIT", unit) for topic in topics for unit in units}
+
+
+def section(title):
+    return PAGE.partition(f"### {title}\n")[2].partition("\n##")[0]
 
 
 def test_every_metric_is_listed_with_its_unit():
@@ -47,3 +61,9 @@ def test_every_metric_is_listed_with_its_unit():
 def test_every_format_is_listed(name):
     table = PAGE.partition("| format |")[2].partition("\n\n")[0]
     assert f"`{name}`" in table
+
+
+def test_every_export_is_described():
+    used = {words[words.index("--format") + 1] for words in COMMANDS if words[1] == "export"}
+    assert used == set(EXPORTS)
+    assert {name for name in EXPORTS if f"`luxloop export RUN --format {name}`" in PAGE} == set(EXPORTS)

@@ -63,15 +63,21 @@ def yaw(turn):
 def test_every_topic_has_every_frame_at_its_time(run, messages):
     times = [round(1e9 * frame.time) for frame, _, _ in run[0].scans()]
     assert len(times) == short_run.FRAMES
+    units = {f"/lidar/{mount.name.replace(' ', '_')}/points" for mount in run[0].rig.mounts}
     assert {topic: {name for _, name, _ in found} for topic, found in messages.items()} == {
+        **{topic: {"sensor_msgs/msg/PointCloud2"} for topic in units},
+        "/clock": {"rosgraph_msgs/msg/Clock"},
+        "/tf_static": {"tf2_msgs/msg/TFMessage"},
+        **{f"/{role}/detections": {"vision_msgs/msg/Detection3DArray"} for role in ("truth", "tracks")},
+        **{f"/{role}/objects": {"autoware_perception_msgs/msg/TrackedObjects"} for role in ("truth", "tracks")},
         "/tf": {"tf2_msgs/msg/TFMessage"},
         "/lidar/points": {"sensor_msgs/msg/PointCloud2"},
         "/truth/points": {"sensor_msgs/msg/PointCloud2"},
         "/truth/boxes": {"foxglove_msgs/msg/SceneUpdate"},
         "/tracks": {"foxglove_msgs/msg/SceneUpdate"},
     }
-    for found in messages.values():
-        assert [time for time, _, _ in found] == times
+    for topic, found in messages.items():
+        assert [time for time, _, _ in found] == (times[:1] if topic == "/tf_static" else times)
     for time, _, cloud in messages["/lidar/points"]:
         assert 1_000_000_000 * cloud.header.stamp.sec + cloud.header.stamp.nanosec == time
         assert cloud.header.frame_id == "ego"
@@ -106,7 +112,7 @@ def test_truth_of_points_agrees_with_the_scans(run, messages):
 
 def test_the_transform_is_the_odometry_pose(run, messages):
     for (_, scan, _), (_, _, message) in zip(run[0].scans(), messages["/tf"], strict=True):
-        (pose,) = message.transforms
+        pose, _ = message.transforms
         assert (pose.header.frame_id, pose.child_frame_id) == ("odom", "ego")
         at, turn = pose.transform.translation, pose.transform.rotation
         np.testing.assert_allclose([at.x, at.y, yaw(turn)], scan.ego_pose_odom, atol=1e-12)
@@ -162,7 +168,10 @@ def test_rerun_accepts_the_file(run):
     command = [sys.executable, "-m", "rerun", "mcap", "check", "--full", str(run[1])]
     checked = subprocess.run(command, capture_output=True, text=True, check=True)
     topics = [line.split() for line in checked.stdout.splitlines() if " /" in line]
-    assert {words[3] for words in topics} == {"/tf", "/lidar/points", "/truth/points", "/truth/boxes", "/tracks"}
+    own = {"/clock", "/tf", "/tf_static", "/lidar/points", "/truth/points", "/truth/boxes", "/tracks"}
+    units = {f"/lidar/{mount.name.replace(' ', '_')}/points" for mount in run[0].rig.mounts}
+    objects = {f"/{role}/{kind}" for role in ("truth", "tracks") for kind in ("detections", "objects")}
+    assert {words[3] for words in topics} == own | units | objects
     assert {words[0] for words in topics} == {"ok"}, checked.stdout
     assert "ros2_timestamp" in checked.stdout
 
@@ -195,7 +204,7 @@ def test_an_invalid_output_file_is_a_one_line_error(name, message, run, tmp_path
 
 
 def test_a_failed_export_leaves_no_file(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(export_module, "transform", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(export_module, "transforms", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         export_module.export(run[0], tmp_path / "x.mcap")
     assert list(tmp_path.iterdir()) == []

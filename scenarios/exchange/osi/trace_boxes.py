@@ -1,0 +1,146 @@
+"""Reader of true boxes and tracks in OSI traces (MCAP).
+
+Truth is `osi3.GroundTruth` without its host vehicle, in the world frame, and in the ego frame where the host is given.
+Tracks are `osi3.TrafficUpdate` in the world frame, and detected moving objects of `osi3.SensorData` in the ego frame:
+the box centre of the host, on its heading. Numbers are not rounded: the file has float64. Frames of luxloop's own
+traces have numbers, one per message `osi3.GroundTruth`; other traces have times only.
+"""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import betterosi as osi
+import numpy as np
+
+from scenarios.arrays import Floats, Ints
+from scenarios.errors import TracksError
+from scenarios.exchange.box_table import BoxTable, checked
+from scenarios.exchange.file_role import Role
+from scenarios.exchange.osi.base_values import SOURCE, TRUTH, time_of
+from scenarios.exchange.osi.host_frame import Host, over_ground, sensor_frame
+from scenarios.exchange.osi.object_types import kind_name
+from scenarios.grading.plane_geometry import into_frame, turned
+
+WORLD, EGO = "world", "ego"
+UNKNOWN = np.full(2, np.nan)
+
+
+class Found(NamedTuple):
+    """Box of a message."""
+
+    time_s: float
+    id: int
+    box: tuple[float, float, float, float, float]
+    """x [m], y [m], heading [rad], length [m], width [m]."""
+    velocity: Floats
+    """(2,) over ground, on the axes of the box [m/s]; NaN where it is unknown."""
+    height_m: float
+    kind: str = ""
+
+
+def read(path: Path, role: Role) -> list[BoxTable]:
+    """Return the boxes of a trace, once for each frame of reference that it has.
+
+    Raises
+    ------
+    TracksError
+        The file cannot be read, has no messages of the role, or a box is invalid.
+    """
+    try:
+        found = _truth(path) if role == "truth" else _tracks(path)
+    except (TracksError, MemoryError):
+        raise
+    except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
+        raise TracksError(f"{path}: cannot be read ({reason}); give an OSI trace in MCAP") from error
+    if not found:
+        wanted = "GroundTruth" if role == "truth" else "SensorData or TrafficUpdate"
+        raise TracksError(f"{path}: has no message osi3.{wanted}; give a trace with one")
+    return [_table(path, axes, found[axes], role) for axes in (WORLD, EGO) if axes in found]
+
+
+def _truth(path: Path) -> Mapping[str, list[Found]]:
+    world: list[Found] = []
+    ego: list[Found] = []
+    messages = located = 0
+    for truth in osi.read(str(path), return_ground_truth=True):
+        host, time_s = Host.of(truth), time_of(truth.timestamp)
+        others = [moving for moving in truth.moving_object if host is None or moving.id.value != host.id]
+        rows = [_moving(time_s, moving.id.value, moving.base, kind_name(moving)) for moving in others]
+        world += rows
+        ego += [_seen_from(row, host.pose_world) for row in rows] if host else []
+        messages, located = messages + 1, located + bool(host)
+    if not messages:
+        return {}
+    return {WORLD: world, EGO: ego} if located == messages else {WORLD: world}
+
+
+def _tracks(path: Path) -> Mapping[str, list[Found]]:
+    tables: dict[str, list[Found]] = {}
+    hosts: dict[int, Host] = {}
+    for message in _messages(path):
+        time_s = time_of(message.timestamp)
+        if isinstance(message, osi.GroundTruth):
+            host = Host.of(message)
+            hosts |= {round(1e9 * time_s): host} if host else {}
+        elif isinstance(message, osi.TrafficUpdate):
+            rows = tables.setdefault(WORLD, [])
+            rows += [_moving(time_s, moving.id.value, moving.base) for moving in message.update]
+        elif message.moving_object_header is not None or message.moving_object:
+            now = hosts.get(round(1e9 * time_s))
+            tables.setdefault(EGO, []).extend(_detected(time_s, message, now))
+    return tables
+
+
+def _messages(path: Path) -> Iterator[Any]:
+    wanted = osi.GroundTruth | osi.SensorData | osi.TrafficUpdate
+    return (message for message in osi.read(str(path)) if isinstance(message, wanted))
+
+
+def _detected(time_s: float, message: osi.SensorData, host: Host | None) -> Iterator[Found]:
+    """Yield detected objects in the ego frame, with velocities over ground if the host is known."""
+    frame = sensor_frame(message.mounting_position, host)
+    for item in message.moving_object:
+        row = _moving(time_s, item.header.tracking_id.value, item.base)
+        box = frame.place(row.box)
+        velocity = UNKNOWN if host is None else over_ground(frame.turn(row.velocity), np.array(box[:2]), host)
+        yield row._replace(box=box, velocity=velocity)
+
+
+def _moving(time_s: float, name: int, base: osi.BaseMoving, kind: str = "") -> Found:
+    at, size, turn = base.position, base.dimension, base.orientation
+    velocity = UNKNOWN if base.velocity is None else np.array([base.velocity.x, base.velocity.y])
+    yaw = 0.0 if turn is None else turn.yaw
+    return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height, kind)
+
+
+def _seen_from(row: Found, pose_world: Floats) -> Found:
+    x, y, heading = into_frame(np.array([row.box[:3]]), pose_world)[0].tolist()
+    return row._replace(box=(x, y, heading, *row.box[3:]), velocity=turned(row.velocity, -pose_world[2]))
+
+
+def _frame_numbers(path: Path, time_s: Floats) -> Ints | None:
+    """(N,) number of the frame of each time in a trace of luxloop, which starts with frame 0; None for other traces."""
+    own = any(record["data"].get("data_sources", "").startswith(SOURCE) for record in osi.read_file_metadata(path))
+    if not own:
+        return None
+    times = [time_of(truth.timestamp) for truth in osi.read(str(path), mcap_topics=[TRUTH])]
+    return np.searchsorted(times, time_s)
+
+
+def _table(path: Path, axes: str, rows: list[Found], role: Role) -> BoxTable:
+    velocity = np.array([row.velocity for row in rows], np.float64).reshape(-1, 2)
+    time_s = np.array([row.time_s for row in rows], np.float64)
+    table = BoxTable(
+        source=path,
+        axes=axes,
+        id=np.array([str(row.id) for row in rows], np.str_),
+        boxes=np.array([row.box for row in rows], np.float64).reshape(-1, 5),
+        frame=_frame_numbers(path, time_s),
+        time_s=time_s,
+        velocity=velocity if np.isfinite(velocity).any() else None,
+        height_m=np.array([row.height_m for row in rows], np.float64),
+        kind=np.array([row.kind for row in rows], np.str_) if role == "truth" else None,
+    )
+    return checked(table, lambda row: f"time {rows[row].time_s:g} s, object {rows[row].id}")
