@@ -9,6 +9,7 @@ EXTRAS = {
     "search": ("dask", "distributed", "fsspec", "optuna", "tomli_w"),
     "mcap": ("mcap", "mcap_ros2"),
     "recordings": ("rosbags", "mcap", "mcap_ros2"),
+    "league": ("stonesoup", "norfair"),
 }
 """Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.replay`; `tests` and
 `docs` serve other programs than luxloop."""

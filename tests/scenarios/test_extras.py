@@ -22,6 +22,7 @@ COMMANDS = {
     "search": ["search", "lost-behind-wall"],
     "mcap": ["mcap", "run", "run.mcap"],
     "recordings": ["import", "drive.bag", "--mount", "0,0,1", "--out", "recorded"],
+    "league": ["league", "truck-shadow"],
 }
 REPLAY = """\
 description = "A CommonRoad file."

@@ -1,4 +1,4 @@
-"""Detector with the rectangles of Autoware's rule (`tracker.detection.baselines.autoware`) instead of the shipped ones."""
+"""Detector with the rectangles of Autoware's rule, `tracker.detection.baselines.autoware`, instead of its own."""
 
 import numpy as np
 
