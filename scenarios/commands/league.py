@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from scenarios.league.league_runs import Drive, Row
 
 SCENARIOS = (
-    "sumo-crossing", "two-lane-roundabout", "t-junction", "queue-discharge", "intersection-v0", "parked-row", "free-flow",
-    "motorway-jam", "truck-shadow", "cross-traffic-behind-bus",
+    "sumo-crossing", "two-lane-roundabout", "t-junction", "queue-discharge", "intersection-v0", "parked-row",
+    "free-flow", "motorway-jam", "truck-shadow", "cross-traffic-behind-bus",
 )  # fmt: skip
 """Scenarios of a league without arguments: city, motorway and occlusions, none of them used to tune the peers."""
-DURATION_S = 6.0
+DURATION_S = 4.0
 
 
 def league(

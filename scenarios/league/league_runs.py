@@ -106,7 +106,7 @@ def drives(
     for stem in stems:
         if stems.count(stem) > 1:
             raise InputError(f"{stem}: given twice; scenarios of a league need different names")
-    found = [Drive(file, seed, duration_max_s, names, out) for file in files for seed in seeds]
+    found = [Drive(file, seed, duration_max_s, names, out) for seed in seeds for file in files]
     for drive in found:
         drive.load()
     return found

@@ -42,7 +42,7 @@ class BicycleFilter:
     def velocity(self) -> Floats:
         """(2,) [m/s]."""
         angle = self.mean[2] + self.mean[4]
-        return self.mean[3] * np.array([math.cos(angle), math.sin(angle)])
+        return np.asarray(self.mean[3] * np.array([math.cos(angle), math.sin(angle)]))
 
     def predict(self, dt: float, length_m: float, acceleration_std: float, slip_rate_std: float) -> None:
         """Move the vehicle by `dt` [s]."""

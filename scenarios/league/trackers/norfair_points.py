@@ -46,7 +46,7 @@ class NorfairPoints:
             initialization_delay=own.confirm_hits - 1,
             filter_factory=OptimizedKalmanFilterFactory(R=own.measurement_variance, Q=own.process_variance),
         )
-        self._known = set[int]()
+        self._known = set[int | None]()
 
     def step(self, scan: Scan) -> Tracks:
         """Return the tracks of a scan."""

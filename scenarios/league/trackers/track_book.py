@@ -1,6 +1,6 @@
 """Ids, confirmation, heading and size of tracks whose positions another package estimates."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,7 +71,9 @@ class TrackBook:
             del self._pages[key]
         return ended
 
-    def report(self, keys: list[Hashable], centers: list[Floats], velocities: list[Floats], time_s: float) -> Tracks:
+    def report(
+        self, keys: Sequence[Hashable], centers: Sequence[Floats], velocities: Sequence[Floats], time_s: float
+    ) -> Tracks:
         """Return the tracks of `keys` with centres and velocities (2,) in the odometry frame [m, m/s]."""
         pages = [self._pages[key] for key in keys]
         return Tracks.from_boxes(
