@@ -18,6 +18,7 @@ from scenarios.commands import (
     full_disk,
     grade,
     import_,
+    league,
     list_scenarios,
     mcap,
     new,
@@ -49,7 +50,7 @@ app.command("list", cls=PlainHelp)(list_scenarios.list_scenarios)
 for command in (
     egos.egos, new.new, run.run, view.view, report.report, paper.paper, blame.blame, compare.compare, baseline.baseline,
     trends.trends, grade.grade, check_tracker.check_tracker, mcap.mcap, export.export, realism.realism,
-    occlusions.occlusions, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
+    occlusions.occlusions, league.league, sweep.sweep, search.search, thresholds.thresholds, schema.schema,
 ):  # fmt: skip
     app.command(cls=PlainHelp)(command)
 app.command("warm-up", cls=PlainHelp)(compile_kernels.warm_up)

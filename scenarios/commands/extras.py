@@ -10,6 +10,7 @@ EXTRAS = {
     "mcap": ("mcap", "mcap_ros2"),
     "osi": ("betterosi", "mcap"),
     "recordings": ("rosbags", "mcap", "mcap_ros2"),
+    "league": ("stonesoup", "norfair"),
 }
 """Modules by extra, as in `pyproject.toml`. `commonroad` is checked where it is imported, in `sim.replay`; `tests` and
 `docs` serve other programs than luxloop."""

@@ -21,7 +21,12 @@ SUFFIXES = (".py", ".toml")
 
 def of_simulation() -> str:
     """Return the digest of traffic, sensor, run loop and grading, with the shipped rigs and units."""
-    return _combined(path for folder in SIMULATION for path in _sources(ROOT / folder))
+    return of_folders(*SIMULATION)
+
+
+def of_folders(*folders: str) -> str:
+    """Return the digest of the code and data in folders of luxloop."""
+    return _combined(path for folder in folders for path in _sources(ROOT / folder))
 
 
 def of_tracker(spec: str) -> str:

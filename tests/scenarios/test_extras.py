@@ -23,6 +23,7 @@ COMMANDS = {
     "mcap": ["mcap", "run", "run.mcap"],
     "osi": ["export", "run", "--format", "osi", "--out", "osi"],
     "recordings": ["import", "drive.bag", "--mount", "0,0,1", "--out", "recorded"],
+    "league": ["league", "truck-shadow"],
 }
 REPLAY = """\
 description = "A CommonRoad file."

@@ -1,0 +1,101 @@
+"""`luxloop league`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.commands.arguments import AsJson, Quiet, Workers, worker_count
+from scenarios.commands.extras import require
+
+if TYPE_CHECKING:
+    from scenarios.league.league_runs import Drive, Row
+
+SCENARIOS = (
+    "sumo-crossing", "two-lane-roundabout", "t-junction", "queue-discharge", "intersection-v0", "parked-row",
+    "free-flow", "motorway-jam", "truck-shadow", "cross-traffic-behind-bus",
+)  # fmt: skip
+"""Scenarios of a league without arguments: city, motorway and occlusions, none of them used to tune the peers."""
+DURATION_S = 4.0
+
+
+def league(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SCENARIO]...", help=f"Names or paths; {len(SCENARIOS)} shipped ones if left out."),
+    ] = None,
+    seeds: Annotated[
+        str, typer.Option(metavar="SEED,...", help="Seeds, separated by commas, or the first and the last, e.g. 1-6.")
+    ] = "11,12,13",
+    duration: Annotated[float, typer.Option(min=0.1, help="Simulated seconds of each run at most.")] = DURATION_S,
+    trackers: Annotated[
+        str | None, typer.Option(metavar="NAME,...", help="Some of the trackers; the shipped one always takes part.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of scans, runs and page.")] = Path("league"),
+    workers: Workers = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run several trackers on the same recorded scans and compare them on one page. A second start continues.
+
+    Exit code: 0 if all runs have a result, 1 if a tracker or the traffic failed in one; its row names the error.
+    """
+    require("league", "league")
+    import json
+
+    from scenarios.league import league_page, league_runs, league_tables
+    from scenarios.league.entrants import chosen
+    from scenarios.league.league_page import Request
+    from scenarios.league.standings import standings
+    from scenarios.report import text
+
+    wanted = trackers.split(",") if trackers else []
+    entrants = tuple(each.name for each in chosen(wanted))
+    request = Request(tuple(scenarios or SCENARIOS), _seeds(seeds), duration, entrants)
+    todo = league_runs.drives(request.scenarios, request.seeds, duration, wanted, out)
+    rows = _run(todo, worker_count(workers, None), quiet or as_json)
+    found = standings(rows, out)
+    document = league_page.write(rows, found, request, out)
+    if as_json:
+        print(json.dumps({**document, "out": str(out)}, allow_nan=False))
+    elif not quiet:
+        text.show(league_tables.standings_table(found))
+        lines = [document["lead"], *document["behind"], *document["blame"]]
+        print("\n".join([*lines, f"The page is {out / league_page.PAGE}, a row per run in {out / league_page.TABLE}"]))
+    raise typer.Exit(1 if any(row["status"] != "finished" for row in rows) else 0)
+
+
+def _seeds(text: str) -> tuple[int, ...]:
+    """Return the seeds of "11,12,13" or "1-6", each once.
+
+    Raises
+    ------
+    InputError
+        The text is neither.
+    """
+    from scenarios.errors import InputError
+    from scenarios.files import seed_range
+
+    try:
+        return tuple(dict.fromkeys(seed for part in text.split(",") for seed in seed_range.parse(part)))
+    except InputError as error:
+        raise InputError(f"--seeds {text}: give seeds as 11,12,13 or the first and the last as 1-6") from error
+
+
+def _run(todo: "list[Drive]", workers: int, hide: bool) -> "list[Row]":
+    """Run all drives with a progress bar, and return their rows in the order of the request."""
+    from scenarios.errors import Interrupted
+    from scenarios.league.league_runs import carry_out
+    from scenarios.run.progress import hidden, runs
+
+    rows: list[Row] = []
+    try:
+        with hidden(hide), runs("league", len(todo)) as finish:
+            for of_drive in carry_out(todo, min(workers, len(todo))):
+                rows += of_drive
+                finish(1)
+    except KeyboardInterrupt as error:
+        kept = todo[0].out / "rows"
+        raise Interrupted(f"interrupted; finished runs are in {kept}, and the same command continues") from error
+    place = {(drive.stem, drive.seed): index for index, drive in enumerate(todo)}
+    return sorted(rows, key=lambda row: place[row["scenario"], row["seed"]])

@@ -1,0 +1,1 @@
+"""League: several trackers on the same recorded scans, compared on one page."""

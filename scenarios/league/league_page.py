@@ -1,0 +1,161 @@
+"""Page, rows and picture of a league."""
+
+import math
+import shlex
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from scenarios.errors import OutputError
+from scenarios.files import atomic_file
+from scenarios.league import league_tables
+from scenarios.league.entrants import REFERENCE
+from scenarios.league.league_figure import hota_figure
+from scenarios.league.league_runs import Row, write_json
+from scenarios.league.standings import Standing, ahead, beaten_in
+from scenarios.report import figure_files
+from scenarios.report.figure_files import FigureFile
+from scenarios.report.html import pages
+from scenarios.report.html.page_tables import page_table
+
+PAGE, TABLE, DOCUMENT = "league.html", "league.csv", "league.json"
+EXPLANATIONS = (
+    "All trackers got the same recorded scans and were graded by the same grader.",
+    "The 95 % intervals of HOTA and of differences follow from their spread as each vehicle is left out in turn, those "
+    "of GOSPA as each run is left out. A star marks an interval without 0; it is for that comparison alone.",
+    "Step time is the median over the runs of the median time of a step, detection included, as a multiple of the "
+    "shipped tracker's in the same run.",
+    "The peers get the boxes of the shipped detector. Their settings were tuned on other scenarios; the shipped tracker "
+    "was developed on this simulator for longer.",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Arguments of the command, for the page."""
+
+    scenarios: tuple[str, ...]
+    seeds: tuple[int, ...]
+    duration_max_s: float
+    trackers: tuple[str, ...]
+
+
+def write(rows: Sequence[Row], found: Sequence[Standing], request: Request, out: Path) -> dict[str, Any]:
+    """Write page, rows, JSON and picture, and return the JSON document.
+
+    Raises
+    ------
+    OutputError
+        A file cannot be written.
+    """
+    figure = hota_figure(found)
+    assert figure.paint is not None
+    document = _document(rows, found, request)
+    pages.write(out / PAGE, league_page(rows, found, request))
+    _write_csv(out / TABLE, rows)
+    write_json(out / DOCUMENT, document)
+    figure_files.save(FigureFile("hota", figure.title, figure.size_in, figure.paint), out, ["svg", "png"])
+    return document
+
+
+def league_page(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> str:
+    """Return the page of a league."""
+    failed = any(row["status"] != "finished" for row in rows)
+    details = [league_tables.entrants_table(found), *([league_tables.failures_table(rows)] if failed else [])]
+    makers = (league_tables.standings_table, league_tables.differences_table, league_tables.scenario_table)
+    return pages.render(
+        "league.html.j2",
+        lead=[lead(found)],
+        facts={
+            "trackers": len(found),
+            "scenarios": len(request.scenarios),
+            "seeds": ", ".join(map(str, request.seeds)),
+            "longest run": f"{request.duration_max_s:g} s",
+        },
+        figure=hota_figure(found),
+        tables=[page_table(make(found)) for make in makers],
+        explanations=EXPLANATIONS,
+        behind=behind(found),
+        commands=blame_commands(found, request),
+        details=[page_table(table) for table in details],
+        command=_command(request),
+    )
+
+
+def lead(found: Sequence[Standing]) -> str:
+    """Return the result in one sentence."""
+    first, shipped = found[0], next(each for each in found if each.tracker == REFERENCE)
+    if first is shipped:
+        worse = [each for each in found if each.differences and each.differences["track.hota"].clear]
+        return (
+            f"The shipped tracker has the highest HOTA, {shipped.hota:.3f}; "
+            f"{len(worse)} of {len(found) - 1} differences exclude 0."
+        )
+    return f"The shipped tracker is not the best: {first.tracker} has HOTA {first.hota:.3f}, it has {shipped.hota:.3f}."
+
+
+def behind(found: Sequence[Standing]) -> list[str]:
+    """Return a sentence for each metric and scenario in which the shipped tracker is not the best."""
+    lines = []
+    for metric, better in ahead(found).items():
+        names = ", ".join(
+            f"{each.tracker}{'' if each.differences[metric].clear else ' (not clear)'}" for each in better
+        )
+        lines.append(f"{league_tables.SHORT[metric]}: better than the shipped tracker: {names}.")
+    shipped = next(each for each in found if each.tracker == REFERENCE)
+    for scenario, each in beaten_in(found).items():
+        values = f"{each.hota_by_scenario[scenario]:.3f} against {shipped.hota_by_scenario[scenario]:.3f}"
+        lines.append(f"HOTA in {scenario}: {each.tracker} has {values}.")
+    return lines
+
+
+def blame_commands(found: Sequence[Standing], request: Request) -> list[str]:
+    """Return the commands that show which stage of the shipped tracker causes its errors."""
+    files = {Path(name).stem: name for name in request.scenarios}
+    return [
+        shlex.join(["luxloop", "blame", files.get(scenario, scenario), "--seed", str(request.seeds[0]),
+                    "--duration", f"{request.duration_max_s:g}"])
+        for scenario in beaten_in(found)
+    ]  # fmt: skip
+
+
+def _document(rows: Sequence[Row], found: Sequence[Standing], request: Request) -> dict[str, Any]:
+    """Return the standings and the rows for JSON; figures without a value are null."""
+    tables = [_finite({k: v for k, v in _fields(each).items() if k != "comparison"}) for each in found]
+    return {
+        **asdict(request), "lead": lead(found), "behind": behind(found), "blame": blame_commands(found, request),
+        "standings": tables, "rows": list(rows),
+    }  # fmt: skip
+
+
+def _fields(each: Standing) -> dict[str, Any]:
+    values = {name: getattr(each, name) for name in each.__dataclass_fields__}
+    return {**values, "differences": {name: asdict(value) for name, value in each.differences.items()}}
+
+
+def _finite(value: Any) -> Any:
+    """Replace NaN by None, at any depth."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return bool(value) if type(value).__name__ == "bool" else value
+
+
+def _write_csv(path: Path, rows: Sequence[Row]) -> None:
+    try:
+        with atomic_file.create(path) as temporary:
+            pd.DataFrame(list(rows)).to_csv(temporary, index=False)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another folder with --out") from error
+
+
+def _command(request: Request) -> str:
+    seeds = ",".join(map(str, request.seeds))
+    options = ["--seeds", seeds, "--duration", f"{request.duration_max_s:g}", "--trackers", ",".join(request.trackers)]
+    return shlex.join(["luxloop", "league", *request.scenarios, *options])

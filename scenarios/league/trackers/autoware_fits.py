@@ -1,0 +1,36 @@
+"""Detector with the rectangles of Autoware's rule, `tracker.detection.baselines.autoware`, instead of its own."""
+
+import numpy as np
+
+from tracker.arrays import Ints
+from tracker.detection.baselines import autoware
+from tracker.detection.detector import Detector
+from tracker.detection.rectangles import measure
+from tracker.detection.segmentation import by_segment
+from tracker.geometry import fold
+from tracker.records import Candidates, Linkage, Segments
+from tracker.scan import Scan
+
+POINTS_MAX = 400
+"""Largest number of points of a fit, evenly chosen."""
+
+
+class AutowareDetector(Detector):
+    """The shipped detector with another fit."""
+
+    def fit(self, scan: Scan, segments: Segments, linkage: Linkage) -> Candidates:
+        """Fit one rectangle to every segment; its sides are measured on the points on lines, as for all methods."""
+        order, offset = by_segment(segments)
+        points = np.asarray(scan.points_ego[order, :2], dtype=np.float64)
+        parts = np.split(points, offset[1:-1]) if segments.count else []
+        angles = [autoware.heading(part[_even(len(part))], self.config.baselines) for part in parts]
+        heading = fold(np.reshape(angles, (-1, 1)).astype(np.float64))
+        center, size = measure(scan.points_ego, segments, linkage, heading)
+        best = np.zeros(segments.count, dtype=np.int64)
+        return Candidates(heading, center, size, np.zeros_like(heading), best)
+
+
+def _even(count: int) -> Ints:
+    """Return the indices of at most `POINTS_MAX` of `count` points."""
+    kept = min(count, POINTS_MAX)
+    return np.arange(kept) * count // max(kept, 1)
