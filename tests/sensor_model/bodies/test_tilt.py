@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,10 +25,14 @@ from support.sensor_scenes import (
 )
 
 from sensor_model.bodies.tilt import tilt_rotations
+from sensor_model.lidar import Lidar
 from sensor_model.raycaster import Raycaster
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.unit import Fan
 from sensor_model.truth import Part
+from sim.scripted.motions import Straight
+from sim.scripted.script import ScriptedEgo
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from sim.world import Kind
 
 FAN = (Fan((0, 1, 2), 9.0, -9.0, 0.5, (100.0,)),)
@@ -80,6 +85,26 @@ def test_ground_hits_of_a_pitching_ego_move_nearer(pitch_deg, roll_deg):
     expected = [height * math.cos(attitude[0]) / math.tan(attitude[0] - math.radians(e)) for e in elevations]
     assert ahead_of_unit == pytest.approx(expected, rel=1e-5)
     assert layer[np.abs(points[:, 1]) < 1e-9].tolist() == [0, 1, 2]
+
+
+def test_ground_hits_of_layers_under_braking_of_4_mps2():
+    """By hand, as in docs/sensor.md: the ego, a car, pitches by 0.815 degrees, and the unit 2.415 m ahead sinks.
+
+    The height falls from 0.55 m to 0.55 cos p - 2.415 sin p = 0.5156 m; the layers at -1.2 and -0.4 degrees meet the
+    road 0.516 / tan(p + 1.2 deg) = 14.65 m and 0.516 / tan(p + 0.4 deg) = 24.3 m ahead, instead of 26.3 m and 78.8 m.
+    """
+    ego = ScriptedEgo(motion=[Straight("straight", speed_mps=15.0, acceleration_mps2=-4.0)])
+    narrow = small_unit(FAN, (-1.2, -0.4, 9.0), beam_height_deg=1e-4, reference_reflectivity=1e-9)
+    rig, found = one_unit_rig(narrow, x=2.415, z=0.55), {}
+    for suspension in (False, True):
+        source = ScriptedSource(ScriptedTraffic(ego=ego, suspension=suspension), Path(), 100.0)
+        lidar = Lidar(rig, PLAIN, CENTRE_RAY, 1, source.reset(1))
+        points, truth = lidar.scan(source.step())
+        middle = np.abs(points.points_ego[:, 1]) < 1e-6
+        down = np.radians([1.2, 0.4]) + (math.radians(2.0 * 4.0 / 9.81) if suspension else 0.0)
+        found[suspension] = truth.true_range[middle] * np.cos(down)
+    assert found[False] == pytest.approx([26.26, 78.78], abs=0.01)
+    assert found[True] == pytest.approx([14.65, 24.30], abs=0.01)
 
 
 def test_points_stay_along_the_nominal_beams():
