@@ -5,6 +5,7 @@ import numpy.typing as npt
 
 from sensor_model.arrays import Floats, Ints
 from sensor_model.bodies.scene import Bodies, BodyFactory
+from sensor_model.bodies.tilt import tilt_rotations
 from sensor_model.bodies.walls import NearbyWalls, walls_of
 from sensor_model.clutter import ClutterSources
 from sensor_model.ground import UnevenGround
@@ -96,8 +97,10 @@ class Lidar:
         )
 
     def _context(self, frame: WorldFrame, thresholds: Thresholds) -> ScanContext:
-        """Return the context of a scan: the body may tilt, and the mounting poses have calibration errors."""
+        """Return the context of a scan: the body tilts, and the mounting poses have calibration errors."""
         R_level_body = self._attitude.at(frame.time, float(np.hypot(*frame.ego.velocity_world)))
+        if frame.ego.attitude.any():  # the noise is relative to the attitude of the world record
+            R_level_body = tilt_rotations(frame.ego.attitude[None])[0] @ R_level_body
         origin_body, R_body_unit = self._mounts
         velocity, acceleration, yaw_rate = over_ground(frame.ego)
         return ScanContext(

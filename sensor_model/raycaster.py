@@ -113,7 +113,10 @@ class Raycaster:
         cast_rig(self._fans, self._grid, beams, units, solids, static, drive, context.frame_index, out)
         echo, echo_id, lost_beam, lost_echo = pack_echoes(out)
         beam, distance, target = echo_id[records.BEAM], echo[records.RANGE], echo_id[records.TARGET]
-        point, direction = points_on_bodies(beam, self._unit, distance, target, beams, units, solids.motion, drive)
+        tilts = records.BodyTilts(bodies.R_level_body, bodies.ground_z)
+        point, direction = points_on_bodies(
+            beam, self._unit, distance, target, beams, units, solids.motion, tilts, drive
+        )
         return Echoes(
             beam=beam,
             range=distance,

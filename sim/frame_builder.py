@@ -10,6 +10,7 @@ from sim.ground_contact import ground_contact
 from sim.kinematics import Kinematics
 from sim.modes import ModeClassifier, ModeLimits
 from sim.roster import Member
+from sim.suspension import Suspension
 from sim.world import Actors, Ego, Terrain, WorldFrame
 
 
@@ -26,13 +27,18 @@ class FrameBuilder:
         Limits of the motion modes.
     terrain
         Ground under the bodies; None if it is flat.
+    suspension
+        If True, vehicles pitch and roll by their accelerations, and riders lean.
     """
 
-    def __init__(self, dt: float, range_m: float, limits: ModeLimits, terrain: Terrain | None = None):
+    def __init__(
+        self, dt: float, range_m: float, limits: ModeLimits, terrain: Terrain | None = None, *, suspension: bool = True
+    ):
         self._dt = dt
         self._range = range_m
         self._classifier = ModeClassifier(limits)
         self._terrain = terrain
+        self._suspension = Suspension(dt) if suspension else None
         self._next = 0
         self._present: list[Member] = []
         self._appearance = _Appearance.of([])
@@ -42,11 +48,9 @@ class FrameBuilder:
         distance = np.hypot(*(motion.pose_world[:, :2] - motion.pose_world[0, :2]).T)
         near = np.flatnonzero(distance <= self._range)[1:]
         appearance = self._appearance_of([members[row] for row in near])
-        road = None if motion.road is None else motion.road[near]
-        ground_z, slope = ground_contact(self._terrain, motion.pose_world[near], appearance.size, road)
-        ego_size, ego_road = np.array(members[0].size), None if motion.road is None else motion.road[:1]
-        ego_z, ego_slope = ground_contact(self._terrain, motion.pose_world[:1], ego_size[None], ego_road)
+        ground_z, slope = self._contacts(members[0], appearance, motion, near)
         velocity_world, acceleration_world = motion.velocity_world[near], motion.acceleration_world[near]
+        attitude = slope + self._attitudes(members[0], appearance, motion, near)
         actors = Actors(
             id=appearance.id,
             name=appearance.name,
@@ -59,8 +63,8 @@ class FrameBuilder:
             mode=self._classifier.modes(appearance.id, velocity_world, acceleration_world),
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],
-            ground_z=ground_z,
-            attitude=slope,
+            ground_z=ground_z[1:],
+            attitude=attitude[1:],
             size=appearance.size,
             reflectivity=appearance.reflectivity,
         )
@@ -69,14 +73,32 @@ class FrameBuilder:
             velocity_world=motion.velocity_world[0],
             acceleration_world=motion.acceleration_world[0],
             yaw_rate=float(motion.yaw_rate[0]),
-            size=ego_size,
+            size=np.array(members[0].size),
             changes_lane=bool(motion.changes_lane[0]),
             deviation=motion.deviation[0],
-            ground_z=float(ego_z[0]),
-            attitude=ego_slope[0],
+            ground_z=float(ground_z[0]),
+            attitude=attitude[0],
         )
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
+
+    def _contacts(
+        self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints
+    ) -> tuple[Floats, Floats]:
+        """Return height (1 + N,) [m] and slope (1 + N, 2) [rad] of the road under the ego and the actors at `near`."""
+        if self._terrain is None:
+            return np.zeros(1 + len(near)), np.zeros((1 + len(near), 2))
+        rows, size = np.concatenate([[0], near]), np.concatenate([[ego.size], appearance.size])
+        road = None if motion.road is None else motion.road[rows]
+        return ground_contact(self._terrain, motion.pose_world[rows], size, road)
+
+    def _attitudes(self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints) -> Floats:
+        """Return pitch and roll (1 + N, 2) on the suspension of the ego and of the N actors at `near` [rad]."""
+        if self._suspension is None:
+            return np.zeros((1 + len(near), 2))
+        rows = np.concatenate([[0], near])
+        id, kind = np.concatenate([[ego.id], appearance.id]), np.concatenate([[ego.kind], appearance.kind])
+        return self._suspension.attitude(id, kind, motion.pose_world[rows, 2], motion.acceleration_world[rows])
 
     def _appearance_of(self, members: list[Member]) -> "_Appearance":
         """Return the constant columns of the members, cached since they rarely change between frames."""

@@ -11,20 +11,32 @@ from sensor_model.bodies.body import Appearance, Body, build
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import WAVES
+from sensor_model.bodies.tilt import depth_below_road, tilt_boxes, tilt_planes, tilt_rotations
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
+
+_ON_ROAD_M = 1e-6  # largest distance from the road of a solid that stands on it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bodies:
     """A bodies in the ego frame, in flat arrays: P solids and Q planes in all.
 
-    The frame of an articulated body is that of its trailer. The articulation angle is constant during a scan, which
-    lasts milliseconds.
+    The frame of an articulated body is that of its trailer. The articulation angle and the attitude are constant during
+    a scan, which lasts milliseconds.
+
+    The level frame of a body is its pose in the horizontal ego frame; z is the height above the road under the ego. The
+    body tilts by its attitude about the point of the road under its pose. The roll axis of passenger cars is near the
+    road (Gillespie 1992, "Fundamentals of Vehicle Dynamics", chapter 7), and riders lean about the line through their
+    tyres. Solids that stand on the road, such as wheels, tilt too, by 3 cm on a braking car, and reach down to it.
     """
 
     pose_ego: Floats
     """(A, 3) x [m], y [m], yaw [rad]."""
+    ground_z: Floats
+    """(A,) height of the road under the body above that under the ego [m]."""
+    R_level_body: Floats
+    """(A, 3, 3) tilt by the attitude: level = R body + (0, 0, ground_z)."""
     velocity_ego: Floats
     """(A, 2) over ground, along the axes of the ego frame [m/s]."""
     acceleration_ego: Floats
@@ -32,7 +44,7 @@ class Bodies:
     yaw_rate: Floats
     """(A,) over ground [rad/s]."""
     bounds: Floats
-    """(A, 2, 3) box around all of a body's solids, mirrors included, in the body's frame [m]."""
+    """(A, 2, 3) box around all of a body's solids, mirrors included, in the level frame [m]."""
     kingpin: Floats
     """(A,) x of the kingpin in the body's frame [m]; meaningful for articulated bodies only."""
     body_solid: Ints
@@ -40,13 +52,15 @@ class Bodies:
     solid_plane: Ints
     """(P + 1,) solid p has planes solid_plane[p] to solid_plane[p + 1]."""
     solid_bounds: Floats
-    """(P, 2, 3) box around the solid, in the body's frame [m]."""
+    """(P, 2, 3) box around the solid, in the level frame [m]."""
     solid_inner: Bools
     """(P,) True if the solid is behind glass: only beams that pass a pane of the same body hit it."""
     solid_tractor: Bools
     """(P,) True if the solid is a part of an articulated body's tractor."""
     planes: Floats
-    """(Q, 4) outward unit normal and offset, in the body's frame [m]."""
+    """(Q, 4) outward unit normal and offset, in the level frame [m]."""
+    planes_body: Floats
+    """(Q, 4) the same in the body's frame."""
     plane_turn: Floats
     """(Q,) angle by which the plane is rotated with its tractor, counter-clockwise [rad]."""
     plane_part: Bytes
@@ -111,9 +125,11 @@ class BodyFactory:
             self._built = {one: self._built.get(one) or self._build(one) for one in present}
             self._straight = _pack([self._built[one] for one in present])
             self._appearances, self._names = appearances, actors.name
-        return _placed(
-            _articulated(self._straight, actors) if actors.articulation.any() else self._straight, actors, ego
-        )
+        bodies = _articulated(self._straight, actors) if actors.articulation.any() else self._straight
+        ground_z = actors.ground_z - ego.ground_z
+        if actors.attitude.any() or ground_z.any():
+            bodies = _tilted(bodies, actors.attitude, ground_z)
+        return _placed(bodies, actors, ego)
 
     def _build(self, appearance: Appearance) -> Body:
         draw = Draw(self._seed, appearance.name)
@@ -123,8 +139,11 @@ class BodyFactory:
 def _pack(bodies: list[Body]) -> Bodies:
     """Concatenate bodies, each at the origin."""
     count, no_counts = len(bodies), np.empty(0, np.int64)
+    planes = np.concatenate([np.empty((0, 4)), *(body.planes for body in bodies)])
     return Bodies(
         pose_ego=np.zeros((count, 3)),
+        ground_z=np.zeros(count),
+        R_level_body=np.tile(np.eye(3), (count, 1, 1)),
         velocity_ego=np.zeros((count, 2)),
         acceleration_ego=np.zeros((count, 2)),
         yaw_rate=np.zeros(count),
@@ -135,8 +154,9 @@ def _pack(bodies: list[Body]) -> Bodies:
         solid_bounds=np.concatenate([np.empty((0, 2, 3)), *(body.solid_bounds for body in bodies)]),
         solid_inner=np.concatenate([np.empty(0, np.bool_), *(body.solid_inner for body in bodies)]),
         solid_tractor=np.concatenate([np.empty(0, np.bool_), *(body.solid_tractor for body in bodies)]),
-        planes=np.concatenate([np.empty((0, 4)), *(body.planes for body in bodies)]),
-        plane_turn=np.zeros(sum(len(body.planes) for body in bodies)),
+        planes=planes,
+        planes_body=planes,
+        plane_turn=np.zeros(len(planes)),
         plane_part=np.concatenate([np.empty(0, np.uint8), *(body.plane_part for body in bodies)]),
         plane_reflectivity=np.concatenate([np.empty(0), *(body.plane_reflectivity for body in bodies)]),
         plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
@@ -163,16 +183,44 @@ def _articulated(straight: Bodies, actors: Actors) -> Bodies:
     bent_bounds, bent_planes = straight.solid_bounds.copy(), straight.planes.copy()
     bent_bounds[solid] = rotate_boxes(bent_bounds[solid], solid_kingpin[solid], solid_turn[solid])
     bent_planes[plane] = rotate_planes(bent_planes[plane], plane_kingpin[plane], plane_turn[plane])
-    low, high = bent_bounds[:, 0], bent_bounds[:, 1]
-    first = straight.body_solid[:-1]
     return replace(
         straight,
-        bounds=np.stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)], axis=1),
+        bounds=_around(bent_bounds, straight.body_solid),
         kingpin=kingpin,
         solid_bounds=bent_bounds,
         planes=bent_planes,
+        planes_body=bent_planes,
         plane_turn=plane_turn,
     )
+
+
+def _tilted(level: Bodies, attitude: Floats, ground_z: Floats) -> Bodies:
+    """Tilt bodies by their attitudes (A, 2) and raise them by heights (A,) [m]."""
+    rotation = tilt_rotations(attitude)
+    solids, planes = np.diff(level.body_solid), np.diff(level.solid_plane)
+    solid_bounds, planes_body = level.solid_bounds.copy(), level.planes.copy()
+    below = depth_below_road(solid_bounds, np.repeat(attitude, solids, axis=0)) * (solid_bounds[:, 0, 2] <= _ON_ROAD_M)
+    solid_bounds[:, 0, 2] -= below
+    soles = (planes_body[:, 2] < -1.0 + 1e-9) & (planes_body[:, 3] >= -_ON_ROAD_M)
+    planes_body[:, 3] += np.repeat(below, planes) * soles
+    solid_row = np.repeat(np.arange(len(level)), solids)
+    plane_row = np.repeat(solid_row, planes)
+    solid_bounds = tilt_boxes(solid_bounds, rotation[solid_row], ground_z[solid_row])
+    return replace(
+        level,
+        ground_z=ground_z,
+        R_level_body=rotation,
+        bounds=_around(solid_bounds, level.body_solid),
+        solid_bounds=solid_bounds,
+        planes=tilt_planes(planes_body, rotation[plane_row], ground_z[plane_row]),
+        planes_body=planes_body,
+    )
+
+
+def _around(solid_bounds: Floats, body_solid: Ints) -> Floats:
+    """Return the (A, 2, 3) boxes around the solids of each body."""
+    low, high, first = solid_bounds[:, 0], solid_bounds[:, 1], body_solid[:-1]
+    return np.stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)], axis=1)
 
 
 def _placed(bodies: Bodies, actors: Actors, ego: Ego) -> Bodies:

@@ -7,13 +7,14 @@ from numba import njit
 
 from sensor_model.arrays import Floats, Ints
 from sensor_model.kernels.motion import body_at, ego_at
-from sensor_model.kernels.records import Beams, EgoDrive, Units
+from sensor_model.kernels.records import Beams, BodyTilts, EgoDrive, Units
 
 
 @njit(cache=True)
 def points_on_bodies(
-    beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats, drive: EgoDrive
-) -> Floats:
+    beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats,
+    tilts: BodyTilts, drive: EgoDrive,
+) -> Floats:  # fmt: skip
     """Return points and beam directions of N echoes in the frames of their bodies at the firing time.
 
     The points are on the centres of the beams.
@@ -53,4 +54,17 @@ def points_on_bodies(
         points[0, e, 2] = units.origin[u, 2] + distance[e] * up
         points[1, e, 0], points[1, e, 1] = cos * forward + sin * left, cos * left - sin * forward
         points[1, e, 2] = up
+        points[0, e, 2] -= tilts.ground_z[a]
+        R = tilts.R_level_body[a]
+        if R[0, 0] != 1.0 or R[1, 1] != 1.0:
+            _rotate_back(R, points[0, e])
+            _rotate_back(R, points[1, e])
     return points
+
+
+@njit(cache=True)
+def _rotate_back(R: Floats, v: Floats) -> None:
+    """Rotate a vector (3,) by the inverse of a rotation (3, 3), in place."""
+    x, y, z = v[0], v[1], v[2]
+    for axis in range(3):
+        v[axis] = R[0, axis] * x + R[1, axis] * y + R[2, axis] * z

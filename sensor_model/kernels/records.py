@@ -105,6 +105,13 @@ class Units(NamedTuple):
     echoes_max: Ints
 
 
+class BodyTilts(NamedTuple):
+    """Tilts of A bodies; fields as in `bodies.Bodies`."""
+
+    R_level_body: Floats
+    ground_z: Floats
+
+
 class Solids(NamedTuple):
     """Bodies in the ego frame; fields other than `motion` as in `bodies.Bodies`."""
 
@@ -283,7 +290,7 @@ class Reflectance(NamedTuple):
 class RoughPlanes(NamedTuple):
     """Relief of the planes; fields as in `bodies.Bodies`."""
 
-    planes: Floats
+    planes_body: Floats
     plane_turn: Floats
     plane_relief: Floats
     kingpin: Floats
@@ -294,7 +301,7 @@ class OutlinedBodies(NamedTuple):
     """Outlines and planes of A bodies; fields as in `bodies.Bodies`."""
 
     pose_ego: Floats
-    planes: Floats
+    planes_body: Floats
     plane_turn: Floats
     kingpin: Floats
     body_outline: Ints

@@ -163,7 +163,7 @@ def _wake(config: Spray, bodies: Bodies, row: int, key: int, draws: Draws, time:
         [
             then[:, 0] + cos * behind - sin * beside,
             then[:, 1] + sin * behind + cos * beside,
-            height * _PLUME_HEIGHT_M,
+            bodies.ground_z[row] + height * _PLUME_HEIGHT_M,
         ]
     )
     radius = np.minimum(np.exp(_RADIUS_LOG_MEAN + _RADIUS_LOG_SIGMA * size), _RADIUS_MAX_M)

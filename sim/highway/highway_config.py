@@ -40,6 +40,8 @@ class HighwayTraffic:
     `controlled`."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the motion modes."""
+    suspension: bool = True
+    """If true, bodies pitch and roll by their accelerations, and riders lean into turns."""
 
     def __post_init__(self) -> None:
         for key, value in self.config.items():

@@ -71,7 +71,7 @@ class HighwaySource:
         self._member(self._env.vehicle)  # the ego is added first
         self.origin = origin_near(_mirrored([self._env.vehicle])[0, :2])
         self._layer = PhysicalTruth(self.dt, config.smoothing, rolling=False)
-        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes)
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         self._pushed, self._end = 0, ""
         return self._obstacles()
 

@@ -27,6 +27,8 @@ class OpenScenarioTraffic:
     and `lookahead_s = 1.6`."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the true motion modes."""
+    suspension: bool = True
+    """If true, bodies pitch and roll by their accelerations, and riders lean into turns."""
 
     def __post_init__(self) -> None:
         if not self.file.endswith(".xosc"):

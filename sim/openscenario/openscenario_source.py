@@ -63,7 +63,8 @@ class OpenScenarioSource:
         self._members = {one.name: roster.add(one.name, one.kind, one.size, one.name) for one in entities}
         self.origin = origin_near(np.array(self._run.travellers[self._config.ego].centre[:2]))
         self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
-        self._frame_builder = FrameBuilder(self.dt, self._range, self._config.modes)
+        config = self._config
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         self._pushed, self._end = 0, ""
         return Obstacles.from_polygons([], [])
 

@@ -36,6 +36,8 @@ class ReplayTraffic:
     simulator's."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the true motion modes."""
+    suspension: bool = True
+    """If true, bodies pitch and roll by their accelerations, and riders lean into turns."""
 
     def __post_init__(self) -> None:
         if not self.file.endswith(ENDINGS):

@@ -64,7 +64,8 @@ class ReplaySource:
         self.origin = origin_near(start[0, :2])
         self._roster = Roster(seed)
         self._layer = PhysicalTruth(self.dt, self._config.physical, rolling=True)
-        self._frame_builder = FrameBuilder(self.dt, self._range, self._config.modes)
+        config = self._config
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         self._next = 0
         street = [prism for obstacle in self._config.obstacle for prism in obstacle.prisms()]
         street += self._recording.street

@@ -41,6 +41,8 @@ class ScriptedTraffic:
     """[deg] Jitter of the initial yaw, drawn in the same way."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the true motion modes."""
+    suspension: bool = True
+    """If true, bodies pitch and roll by their accelerations, and riders lean into turns."""
 
     def __post_init__(self) -> None:
         if self.dt_s <= 0 or self.jitter_m < 0 or self.jitter_deg < 0:
@@ -89,7 +91,8 @@ class ScriptedSource:
             self._members.append(member)
             self._starts.append(actor.start_world + self._jitter(seed, member.name))
             self._motions.append(actor.motion)
-        self._frame_builder, self._next = FrameBuilder(self.dt, self._range, self._config.modes), 0
+        config, self._next = self._config, 0
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, suspension=config.suspension)
         return obstacles([prism for obstacle in self._config.obstacle for prism in obstacle.prisms()])
 
     def step(self) -> WorldFrame:

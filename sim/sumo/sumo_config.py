@@ -60,6 +60,8 @@ class SumoTraffic:
     """Physical truth layer, which converts SUMO's poses to feasible motions."""
     modes: ModeLimits = field(default_factory=ModeLimits)
     """Limits of the motion modes."""
+    suspension: bool = True
+    """If true, bodies pitch and roll by their accelerations, and riders lean into turns."""
     options: dict[str, str] = field(default_factory=dict)
     """Further SUMO options by long name, such as `lateral-resolution = "0.8"`, which makes lane changes gradual."""
     netconvert: dict[str, str] = field(default_factory=dict)

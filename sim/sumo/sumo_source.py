@@ -109,7 +109,7 @@ class SumoSource:
         self.warnings = self._reader.warnings + ground.warnings
         terrain = ground.seen_from(self.origin)
         self._layer = PhysicalTruth(self.dt, config.physical, rolling=True)
-        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, terrain)
+        self._frame_builder = FrameBuilder(self.dt, self._range, config.modes, terrain, suspension=config.suspension)
         self._pushed, self._end = 0, ""
         self._push_frame()
         return replace(obstacles, vertices_world=obstacles.vertices_world - self.origin, terrain=terrain)

@@ -49,6 +49,8 @@ class ActorSpec:
     acceleration: tuple[float, float] = (0.0, 0.0)
     yaw_rate: float = 0.0
     articulation: float = 0.0
+    ground_z: float = 0.0
+    attitude: tuple[float, float] = (0.0, 0.0)
 
     @property
     def lwh(self):
@@ -59,7 +61,7 @@ STILL = ActorSpec(0.0, 0.0)
 
 
 def world(*specs, ego=STILL, index=0):
-    """Return a frame with these actors; ids default to their order. Only the motion of `ego` is used."""
+    """Return a frame with these actors; ids default to their order. Only motion, height and attitude of `ego` count."""
     count = len(specs)
     actors = Actors(
         id=np.array([spec.id or i for i, spec in enumerate(specs)], dtype=np.int64),
@@ -73,8 +75,8 @@ def world(*specs, ego=STILL, index=0):
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=np.zeros((count, 2)),
-        ground_z=np.zeros(count),
-        attitude=np.zeros((count, 2)),
+        ground_z=np.array([spec.ground_z for spec in specs], dtype=np.float64),
+        attitude=np.array([spec.attitude for spec in specs], dtype=np.float64).reshape(-1, 2),
         size=np.array([spec.lwh for spec in specs], dtype=np.float64).reshape(-1, 3),
         reflectivity=np.array([spec.paint for spec in specs], dtype=np.float64),
     )
@@ -86,8 +88,8 @@ def world(*specs, ego=STILL, index=0):
         size=np.array(EGO_SIZE),
         changes_lane=False,
         deviation=np.zeros(2),
-        ground_z=0.0,
-        attitude=np.zeros(2),
+        ground_z=ego.ground_z,
+        attitude=np.array(ego.attitude),
     )
     return WorldFrame(index, 0.08 * index, ego, actors)
 
