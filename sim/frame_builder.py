@@ -32,13 +32,7 @@ class FrameBuilder:
     """
 
     def __init__(
-        self,
-        dt: float,
-        range_m: float,
-        limits: ModeLimits,
-        terrain: Terrain | None = None,
-        *,
-        suspension: bool = True,
+        self, dt: float, range_m: float, limits: ModeLimits, terrain: Terrain | None = None, *, suspension: bool = True
     ):
         self._dt = dt
         self._range = range_m
@@ -54,8 +48,9 @@ class FrameBuilder:
         distance = np.hypot(*(motion.pose_world[:, :2] - motion.pose_world[0, :2]).T)
         near = np.flatnonzero(distance <= self._range)[1:]
         appearance = self._appearance_of([members[row] for row in near])
+        ground_z, slope = self._contacts(members[0], appearance, motion, near)
         velocity_world, acceleration_world = motion.velocity_world[near], motion.acceleration_world[near]
-        ground_z, attitude = self._stances(members[0], appearance, motion, near)
+        attitude = slope + self._attitudes(members[0], appearance, motion, near)
         actors = Actors(
             id=appearance.id,
             name=appearance.name,
@@ -87,20 +82,23 @@ class FrameBuilder:
         index, self._next = self._next, self._next + 1
         return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
 
-    def _stances(self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints) -> tuple[Floats, Floats]:
-        """Return the height of the ground [m] and pitch and roll [rad] of the ego and of the N actors at rows `near`.
-
-        The shapes are (1 + N,) and (1 + N, 2). Slope and suspension add up, since both angles are small.
-        """
-        rows = np.concatenate([[0], near])
-        pose = motion.pose_world[rows]
-        size = np.vstack([[ego.size], appearance.size])
+    def _contacts(
+        self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints
+    ) -> tuple[Floats, Floats]:
+        """Return height (1 + N,) [m] and slope (1 + N, 2) [rad] of the road under the ego and the actors at `near`."""
+        if self._terrain is None:
+            return np.zeros(1 + len(near)), np.zeros((1 + len(near), 2))
+        rows, size = np.concatenate([[0], near]), np.concatenate([[ego.size], appearance.size])
         road = None if motion.road is None else motion.road[rows]
-        ground_z, attitude = ground_contact(self._terrain, pose, size, road)
-        if self._suspension is not None:
-            id, kind = np.concatenate([[ego.id], appearance.id]), np.concatenate([[ego.kind], appearance.kind])
-            attitude = attitude + self._suspension.attitude(id, kind, pose[:, 2], motion.acceleration_world[rows])
-        return ground_z, attitude
+        return ground_contact(self._terrain, motion.pose_world[rows], size, road)
+
+    def _attitudes(self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints) -> Floats:
+        """Return pitch and roll (1 + N, 2) on the suspension of the ego and of the N actors at `near` [rad]."""
+        if self._suspension is None:
+            return np.zeros((1 + len(near), 2))
+        rows = np.concatenate([[0], near])
+        id, kind = np.concatenate([[ego.id], appearance.id]), np.concatenate([[ego.kind], appearance.kind])
+        return self._suspension.attitude(id, kind, motion.pose_world[rows, 2], motion.acceleration_world[rows])
 
     def _appearance_of(self, members: list[Member]) -> "_Appearance":
         """Return the constant columns of the members, cached since they rarely change between frames."""

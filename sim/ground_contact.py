@@ -13,9 +13,7 @@ DECK_M = 0.3
 """[m] A simulator's road this far above a wheel's ground is a bridge: more than half a wheelbase at 15 % explains."""
 
 
-def ground_contact(
-    terrain: Terrain | None, pose_world: Floats, size: Floats, road: Floats | None
-) -> tuple[Floats, Floats]:
+def ground_contact(terrain: Terrain, pose_world: Floats, size: Floats, road: Floats | None) -> tuple[Floats, Floats]:
     """Return height and slope of the planes on which N bodies stand.
 
     Each stands on four points. The height under its centre is their mean; pitch and roll are the slopes between their
@@ -25,7 +23,7 @@ def ground_contact(
     Parameters
     ----------
     terrain
-        Height of the ground; None if it is flat.
+        Height of the ground.
     pose_world, size
         (N, 3) x [m], y [m], yaw [rad]; (N, 3) length, width, height [m].
     road
@@ -35,8 +33,6 @@ def ground_contact(
     -------
     (N,) height [m]; (N, 2) pitch, positive with the front down, and roll, positive with the right side down [rad].
     """
-    if terrain is None:
-        return np.zeros(len(pose_world)), np.zeros((len(pose_world), 2))
     cos, sin = np.cos(pose_world[:, 2]), np.sin(pose_world[:, 2])
     ahead = 0.5 * WHEELBASE_SHARE * size[:, :1] * np.column_stack([cos, sin])
     aside = 0.5 * TRACK_SHARE * size[:, 1:2] * np.column_stack([-sin, cos])

@@ -38,8 +38,8 @@ def road_terrain(sections: LaneSections) -> tuple[Terrain, int]:
 
     A node on a lane has the lane's height, constant across it. Off the lanes, it has the mean of the sections within
     `REACH_M`, each at its nearest point, weighted by a power of the inverse distance from the lane's edge that falls to
-    0 at `REACH_M` (Shepard 1968 with the weights of Franke and Nielson 1980); farther off, the height of the nearest node
-    with lanes around. Where lanes are one above the other, the ground is the lowest: bridges have no surface.
+    0 at `REACH_M` (Shepard 1968, with the weights of Franke and Nielson 1980); farther off, the height of the nearest
+    node with lanes around. Where lanes are one above the other, the ground is the lowest: bridges have no surface.
     """
     from scipy.ndimage import distance_transform_edt
 

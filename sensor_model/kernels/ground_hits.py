@@ -32,7 +32,7 @@ def intersect_terrain(rays: Rays, ground: Ground) -> None:
     """End the rays on uneven ground, or on nothing at the maximum range."""
     line, side, slope, cos, far = rays.line, rays.side, rays.slope, rays.cos, rays.far
     inverse_depth, cosine = rays.hit[INVERSE_DEPTH], rays.hit[COSINE]
-    target, inner_surface = rays.hit_id[TARGET], rays.hit_id[INNER_SURFACE]
+    target, inner_surface, on_ground = rays.hit_id[TARGET], rays.hit_id[INNER_SURFACE], rays.on_ground
     height, lid, pose = ground.height, ground.lid, ground.pose
     for k in range(len(slope)):
         start = line[0, k], line[1, k], line[2, k]
@@ -47,7 +47,7 @@ def intersect_terrain(rays: Rays, ground: Ground) -> None:
                 limit = 1.0 / far[k, layer, r]
                 at, facing = _terrain_hit(start, along, limit, height, lid, pose)
                 hits = at < limit
-                inverse_depth[k, layer, r] = 1.0 / at if hits else far[k, layer, r]
+                inverse_depth[k, layer, r] = on_ground[k, layer, r] = 1.0 / at if hits else far[k, layer, r]
                 target[k, layer, r] = GROUND if hits else NOTHING
                 cosine[k, layer, r] = facing * cos[k, layer, r]
                 inner_surface[k, layer, r] = NONE

@@ -26,7 +26,7 @@ from sensor_model.returns import GROUND, NOTHING
 @njit(cache=True)
 def aim_rays(
     grid: Grid, f: int, first: int, layers: int, azimuth: Floats, time: Floats, u: int, origin: Floats,
-    rotation: Floats, drive: EgoDrive,
+    rotation: Floats, drive: EgoDrive, uneven: bool,
 ) -> Rays:  # fmt: skip
     """Return the rays of K successive azimuths of fan f of unit u at their firing times, before any intersection.
 
@@ -38,6 +38,8 @@ def aim_rays(
         (K, 2) cosine and sine; (K,) firing times, evenly spaced [s].
     origin, rotation
         (3,), (3, 3) pose of the unit in the ego frame.
+    uneven
+        True if the ground is not flat.
     """
     shape = (len(time), layers, grid.side.shape[2])
     per_azimuth = shape[1] * shape[2]
@@ -48,6 +50,7 @@ def aim_rays(
     return Rays(
         line, grid.side[u], grid.slope[rays].reshape(shape), grid.cos[rays].reshape(shape),
         grid.far[rays].reshape(shape), np.empty((4, *shape)), np.empty((3, *shape), np.int64),
+        np.empty(shape if uneven else (0, 0, 0)),
     )  # fmt: skip
 
 

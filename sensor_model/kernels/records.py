@@ -186,6 +186,9 @@ class Rays(NamedTuple):
     hit_id: Ints
     """(3, K, L, R) rows `TARGET`, the row of the body hit, GROUND, WALL or NOTHING; `SURFACE`, its plane or wall, not
     set for ground and nothing; `INNER_SURFACE`, the plane hit behind the pane on which the ray ends, or NONE."""
+    on_ground: Floats
+    """(K, L, R) inverse depth at which the ray meets uneven ground, or of the maximum range [1/m]; (0, 0, 0) if the
+    ground is flat."""
 
 
 class Receiver(NamedTuple):

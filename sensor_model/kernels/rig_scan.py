@@ -47,7 +47,7 @@ def cast_rig(
     out
         Echoes, lost beams, free ranges and hits; counts start at 0, and no beam is lost.
     """
-    unit = -1
+    unit, uneven = -1, len(static.ground.height) > 0
     body_interval, wall_interval = np.empty((len(bodies.motion), 2)), np.empty((len(static.ends), 2))
     rows = np.empty((3 * max(len(bodies.motion), len(static.ends)), 3), np.int64)
     for f in range(len(fans.fan_unit)):
@@ -69,11 +69,13 @@ def cast_rig(
             count = min(block_azimuths, azimuths - first)
             block = slice(first_beam[0] + first, first_beam[0] + first + count)
             time, start = beams.time[block], fans.fan_azimuth[f, 0] + first * step
-            rays = aim_rays(grid, f, first, len(first_beam), grid.azimuth[block], time, u, origin, rotation, drive)
-            if len(static.ground.height) == 0:
-                intersect_ground(rays)
-            else:
+            rays = aim_rays(
+                grid, f, first, len(first_beam), grid.azimuth[block], time, u, origin, rotation, drive, uneven
+            )
+            if uneven:
                 intersect_terrain(rays, static.ground)
+            else:
+                intersect_ground(rays)
             used = azimuths_in_fan(wall_interval, start, step, count, rows)
             intersect_walls(rows[:used], grid.refine, rays, static)
             used = azimuths_in_fan(body_interval, start, step, count, rows)

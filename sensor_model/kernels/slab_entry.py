@@ -19,23 +19,25 @@ _ON_PLANE = 1e-300  # distance inside of an origin on a plane: the ray leaves at
 
 @njit(cache=True, error_model="numpy", inline="always")
 def start_rays(
-    k: int, layer: int, line: Floats, side: Floats, slope: Floats, far: Floats, depth: Floats, plane: Ints
-) -> None:
+    k: int, layer: int, line: Floats, side: Floats, slope: Floats, far: Floats, on_ground: Floats, depth: Floats,
+    plane: Ints,
+) -> None:  # fmt: skip
     """Let the rays of the beam of a layer at azimuth k end on the ground or at the maximum range.
 
     Parameters
     ----------
-    line, side, slope, far
+    line, side, slope, far, on_ground
         As in `records.Rays`.
     depth
         (L, R) out: inverse depth per ray of its nearest hit [1/m].
     plane
         (L, R) out: plane per ray of its nearest hit, or NONE.
     """
+    flat = len(on_ground) == 0
     per_cos, per_sin, per_slope = -line[5, k] / line[2, k], -line[8, k] / line[2, k], -line[11, k] / line[2, k]
     for r in range(side.shape[1]):
         at = side[0, r] * per_cos + side[1, r] * per_sin + slope[k, layer, r] * per_slope
-        depth[layer, r] = max(at, far[k, layer, r])
+        depth[layer, r] = max(at, far[k, layer, r]) if flat else on_ground[k, layer, r]
         plane[layer, r] = NONE
 
 

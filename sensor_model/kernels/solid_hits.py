@@ -92,7 +92,7 @@ def _cast_body(
     covered
         (K, L) in and out: inverse depth that no hit of each beam falls below [1/m].
     """
-    line, side, slope, cos, far, hit, hit_id = rays
+    line, side, slope, cos, far, hit, hit_id, on_ground = rays
     bounds, solid_plane, solid_bounds, planes = bodies.bounds, bodies.solid_plane, bodies.solid_bounds, bodies.planes
     transmission, layers, alone = bodies.transmission, slope.shape[1], 0
     edge_cos, edge_sin = side[0, 0], abs(side[1, 0])
@@ -123,7 +123,7 @@ def _cast_body(
                         farthest[layer] = HIDDEN
                         continue
                     if farthest[layer] == PASSED:
-                        start_rays(k, layer, line, side, slope, far, depth, plane)
+                        start_rays(k, layer, line, side, slope, far, on_ground, depth, plane)
                         farthest[layer] = 0.0
                     if at >= 0:
                         enter_through(at, entry, entry_plane[at], k, layer, side, slope, depth, plane)

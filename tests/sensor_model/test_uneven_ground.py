@@ -6,16 +6,31 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.naive_terrain import first_range, triangles_of
-from support.sensor_scenes import CENTRE_RAY, FOOTPRINT, NO_OBSTACLES, ahead, placed_scene, small_unit, wall, world
+from support.sensor_scenes import (
+    CENTRE_RAY,
+    FOOTPRINT,
+    LUX_RIG,
+    NO_OBSTACLES,
+    PLAIN,
+    ActorSpec,
+    ahead,
+    placed_scene,
+    small_unit,
+    wall,
+    world,
+)
 from support.solid_mesh import embree_ranges
 
 from sensor_model.bodies.walls import LONGEST_M, walls_of
 from sensor_model.ground import UnevenGround
 from sensor_model.kernels.ground_hits import terrain_hit
+from sensor_model.lidar import Lidar
 from sensor_model.raycaster import Raycaster
 from sensor_model.returns import GROUND
+from sensor_model.rig.beams import beam_table
 from sensor_model.rig.rig import Mount, Rig
 from sensor_model.rig.unit import Fan
+from sensor_model.truth import Part
 from sim.world import Terrain
 
 GRADE = 0.06
@@ -161,3 +176,48 @@ def test_walls_follow_the_ground():
     seen = walls.seen_from(np.array([50.0, 0.0, 0.0]), 3.0)
     assert seen.z == pytest.approx(walls.z - 3.0)
     assert len(walls_of(replace(static, terrain=None))) == 1
+
+
+def test_on_a_constant_slope_the_scan_is_that_of_a_flat_road():
+    """Ego and cars of one heading stand on one plane, so that the rig sees the same ahead and behind.
+
+    Distances in plan are shorter by the slope's cosine, which is applied to the flat scene. No false ground appears.
+    """
+    specs = (ahead(12.0), ahead(25.0, y=4.0), ActorSpec(-14.0, 0.5), ActorSpec(-24.0, -3.0))
+    flat, _ = Lidar(LUX_RIG, PLAIN, FOOTPRINT, 1, NO_OBSTACLES).scan(world(*specs))
+    tilt = math.atan(GRADE)
+    frame = world(*(replace(spec, x=spec.x * math.cos(tilt)) for spec in specs))
+    x = np.arange(-150.0, 151.0, 2.0)
+    terrain = Terrain(np.array([-150.0, -150.0]), 2.0, np.repeat(GRADE * x[:, None], 151, axis=1))
+    uphill = np.array([-tilt, 0.0])
+    actors = replace(
+        frame.actors, ground_z=GRADE * frame.actors.pose_world[:, 0], attitude=np.tile(uphill, (len(specs), 1))
+    )
+    frame = replace(frame, ego=replace(frame.ego, attitude=uphill), actors=actors)
+    static = replace(NO_OBSTACLES, terrain=terrain)
+    scan, truth = Lidar(LUX_RIG, PLAIN, FOOTPRINT, 1, static).scan(frame)
+    assert set(truth.actor_id[truth.actor_id >= 0]) == {0, 1, 2, 3}
+    assert not (truth.part == Part.GROUND).any()
+    assert abs(len(scan.points_ego) - len(flat.points_ego)) <= 0.01 * len(flat.points_ego)
+    for low, high in ((-30.0, 0.0), (0.0, 40.0)):
+        one, other = (
+            points[(points[:, 0] > low) & (points[:, 0] < high)] for points in (scan.points_ego, flat.points_ego)
+        )
+        assert len(one) > 100
+        assert one.mean(axis=0) == pytest.approx(other.mean(axis=0), abs=0.02)
+
+
+def test_a_car_on_the_ramp_is_hit_at_its_height():
+    """Its rear is at x = 25 m on a ramp from 10 m on: 0.9 m above the ego's road below, and 2.4 m and more above."""
+    spec = ActorSpec(27.35, 0.0, size=(4.7, 1.8, 1.5))
+    tilt = math.atan(GRADE)
+    frame = world(spec)
+    attitude, z = np.array([[-tilt, 0.0]]), np.array([GRADE * (27.35 - 10.0)])
+    frame = replace(frame, actors=replace(frame.actors, ground_z=z, attitude=attitude))
+    layers = tuple(np.arange(-2.0, 8.0, 0.25).tolist())
+    _, echoes = cast(ramp(10.0), frame, rig_ahead(layers))
+    beams = beam_table(rig_ahead(layers))
+    origin = beams.units.origin_ego[beams.unit[echoes.beam]]
+    height = (origin + echoes.range[:, None] * beams.direction_ego[echoes.beam])[echoes.target == 0][:, 2]
+    assert height.min() == pytest.approx(0.9, abs=0.2)
+    assert height.max() == pytest.approx(2.6, abs=0.25)

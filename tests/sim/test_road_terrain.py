@@ -86,9 +86,3 @@ def test_a_body_tilts_gradually_over_a_kink():
     height, slope = ground_contact(terrain, np.zeros((1, 3)), CAR, None)
     assert height == pytest.approx([0.06 * wheelbase / 4])
     assert slope[0] == pytest.approx([-math.atan(0.03), 0.0])
-
-
-def test_flat_ground_is_exactly_zero():
-    height, slope = ground_contact(None, np.ones((2, 3)), np.repeat(CAR, 2, axis=0), None)
-    assert not height.any()
-    assert not slope.any()

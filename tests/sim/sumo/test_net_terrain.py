@@ -29,7 +29,7 @@ def net(lanes):
 
 
 def test_flat_nets_have_no_terrain_and_frames_at_height_0():
-    with closing(source_on("grid")) as source:
+    with closing(source_on("grid", suspension=False)) as source:
         assert source.reset(1).terrain is None
         frame = source.step()
     assert frame.ego.ground_z == 0.0
@@ -69,7 +69,11 @@ def test_damaged_lane_is_refused_in_one_line(tmp_path):
 def drive():
     """Return terrain and frames of the catalog's ramp."""
     traffic = SumoTraffic(
-        net="ramp.net.xml", routes=["ramp.rou.xml"], ego="vehicle:ego", options={"lateral-resolution": "0.8"}
+        net="ramp.net.xml",
+        routes=["ramp.rou.xml"],
+        ego="vehicle:ego",
+        suspension=False,
+        options={"lateral-resolution": "0.8"},
     )
     with closing(SumoSource(traffic, RAMP, 100.0)) as source:
         terrain = source.reset(1).terrain
