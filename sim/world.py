@@ -84,7 +84,8 @@ class Actors:
     yaw_rate: Floats
     """(N,) [rad/s], counter-clockwise positive."""
     articulation: Floats
-    """(N,) [rad] yaw of the tractor relative to the trailer, which defines the pose; 0 for rigid bodies."""
+    """(N,) [rad] yaw of the tractor relative to the trailer, which defines the pose; 0 for rigid bodies. A bus has
+    a front and a rear part in their place."""
     mode: npt.NDArray[np.uint8]
     """(N,) `Mode`."""
     changes_lane: Bools

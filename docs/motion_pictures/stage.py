@@ -123,7 +123,8 @@ class Course:
         return [_outline(*pose[n], *size[n]) for n in np.flatnonzero(row % every == 0)]
 
     def _boxes(self) -> tuple[npt.NDArray[np.int64], Floats, Floats]:
-        return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.articulation)
+        kind = np.full(len(self.pose), self.member.kind, np.uint8)
+        return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.articulation, kind)
 
 
 def raw_courses(traffic: Traffic) -> list[Course]:

@@ -107,7 +107,8 @@ class FrameTruth:
         if not len(bent):
             return table
         pose, size = np.split(self.boxes_ego[bent], [3], axis=1)
-        for part in (trailers(pose, size), tractors(pose, size, self.actors.articulation[bent])):
+        kind = self.actors.kind[bent]
+        for part in (trailers(pose, size, kind), tractors(pose, size, self.actors.articulation[bent], kind)):
             table[bent] = np.maximum(table[bent], iou_table(np.hstack(part), boxes_ego))
         return table
 

@@ -173,7 +173,7 @@ def _offsets(counts: Ints) -> Ints:
 def _articulated(straight: Bodies, actors: Actors) -> Bodies:
     """Rotate the tractors against their trailers."""
     solids, planes = np.diff(straight.body_solid), np.diff(straight.solid_plane)
-    kingpin = 0.5 * actors.size[:, 0] - hitch(actors.size[:, 0]).kingpin
+    kingpin = 0.5 * actors.size[:, 0] - hitch(actors.size[:, 0], actors.kind).kingpin
     solid_turn = np.repeat(actors.articulation, solids) * straight.solid_tractor
     plane_turn = np.repeat(solid_turn, planes)
     solid, plane = np.flatnonzero(solid_turn), np.flatnonzero(plane_turn)

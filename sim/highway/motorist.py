@@ -36,6 +36,16 @@ SIGHT_M = 40.0
 """[m] Range within which vehicles on other roads matter."""
 CHECK_EVERY = 5
 """Simulation steps between two checks of these vehicles."""
+STANDING = 0.5
+"""[m/s] A slower vehicle has no way to give: it may only be in the way."""
+STOP_DECELERATION = 2.5
+"""[m/s^2] Deceleration before a vehicle in the way, up to the class's limit if it appears late."""
+STOP_SETTLING_S = 0.5
+"""[s] Time constant of this deceleration."""
+STOP_GAP = 1.5
+"""[m] Distance kept from a vehicle in the way."""
+SIDE_GAP = 0.3
+"""[m] Distance to the side at which a vehicle is not in the way."""
 
 
 class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
@@ -43,7 +53,8 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
 
     It steers by pure pursuit: the rear axle follows the arc to a point ahead (Coulter, "Implementation of the Pure
     Pursuit Path Tracking Algorithm", CMU-RI-TR-92-01, 1992). It slows down before bends, and gives way to vehicles on
-    other roads if a collision is possible and highway-env's intersection rules demand it. It never reverses.
+    other roads if a collision is possible and highway-env's intersection rules demand it. It stops before a vehicle of
+    another road that stands in its way, or will when it has braked, also with right of way. It never reverses.
     """
 
     speed: float
@@ -51,7 +62,7 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
 
     def __init__(self, *args: Any, **keys: Any):
         super().__init__(*args, **keys)
-        self._steps, self._gives_way = 0, False
+        self._steps, self._gives_way, self._clear = 0, False, math.inf
         self.speed = min(self.speed, _bend_speed(self.lane, self._progress(self.lane_index)))
 
     def act(self, action: Any = None) -> None:
@@ -62,7 +73,10 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
         self._steps += 1
         if self._steps % CHECK_EVERY == 0:
             self._gives_way = any(self._gives_way_to(other) for other in self.road.vehicles)
-        limit = -YIELD_DECELERATION if self._gives_way else self._before_bends()
+            self._clear = self._clear_way()
+        else:
+            self._clear -= max(self.speed, 0.0) / SIMULATION_HZ
+        limit = min(-YIELD_DECELERATION if self._gives_way else self._before_bends(), self._before_obstruction())
         standstill = -self.speed * SIMULATION_HZ
         self.action["acceleration"] = max(min(self.action["acceleration"], limit), standstill)
 
@@ -89,11 +103,40 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
     def _gives_way_to(self, other: Any) -> bool:
         return (
             isinstance(other, Motorist)
+            and other.speed > STANDING
             and other.lane_index[:2] != self.lane_index[:2]
             and math.dist(other.position, self.position) < SIGHT_M
             and RegulatedRoad.is_conflict_possible(self, other)
             and RegulatedRoad.respect_priorities(self, other) is self
         )
+
+    def _clear_way(self) -> float:
+        """Return the distance that the front may drive [m] until a vehicle of another road is in the way."""
+        reach = 0.5 * self.speed**2 / STOP_DECELERATION + STOP_GAP + self.speed * CHECK_EVERY / SIMULATION_HZ
+        near = (
+            other
+            for other in self.road.vehicles
+            if other.lane_index[:2] != self.lane_index[:2]
+            and math.dist(other.position, self.position) < reach + SIGHT_M
+        )
+        resting = [pose for pose in map(_resting_pose, near) if pose is not None]
+        if not resting:
+            return math.inf
+        ahead = np.arange(0.5 * self.LENGTH, 0.5 * self.LENGTH + reach + 1.0, 1.0)
+        way = np.array([lane.position(along, 0) for lane, along in self._path_ahead(self.target_lane_index, ahead)])
+        blocked = np.zeros(len(way), np.bool_)
+        for position, heading in resting:
+            offset, cos, sin = way - position, math.cos(heading), math.sin(heading)
+            beyond = np.abs(offset @ [[cos, -sin], [sin, cos]]) - (0.5 * self.LENGTH, 0.5 * self.WIDTH)
+            blocked |= np.hypot(*np.maximum(beyond, 0.0).T) < 0.5 * self.WIDTH + SIDE_GAP
+        return float(ahead[blocked.argmax()] - ahead[0] - STOP_GAP) if blocked.any() else math.inf
+
+    def _before_obstruction(self) -> float:
+        """Return the highest acceleration [m/s^2] that allows to stop before the next vehicle in the way."""
+        if self._clear == math.inf:
+            return math.inf
+        allowed = math.sqrt(2.0 * STOP_DECELERATION * max(self._clear, 0.0))
+        return max((allowed - self.speed) / STOP_SETTLING_S, -float(self.ACC_MAX))
 
     def _before_bends(self) -> float:
         """Return the highest acceleration [m/s^2] that allows for the bends within braking distance."""
@@ -117,6 +160,18 @@ class Motorist(IDMVehicle):  # type: ignore[misc]  # highway-env has no types
 
     def _progress(self, index: Any) -> float:
         return float(self.road.network.get_lane(index).local_coordinates(self.position)[0])
+
+
+def _resting_pose(vehicle: Any) -> tuple[Floats, float] | None:
+    """Return the position and heading of a vehicle when it has braked; None for one that drives on.
+
+    Such a vehicle is out of the way later, or the rules of the intersection decide.
+    """
+    deceleration = -float(vehicle.action.get("acceleration", 0.0))
+    if abs(vehicle.speed) > STANDING and deceleration < STOP_DECELERATION:
+        return None
+    way = 0.5 * vehicle.speed**2 / max(deceleration, STOP_DECELERATION)
+    return vehicle.position + way * np.array([math.cos(vehicle.heading), math.sin(vehicle.heading)]), vehicle.heading
 
 
 def _bend_speed(lane: Any, along: float) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sim.arrays import Ints
-from sim.articulation import hitch
+from sim.articulation import hitch, is_articulated
 from sim.physical.kernels.records import NO_FRAME, BodyDimensions, BodyStates, RawHistory
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
 from sim.roster import EGO_ID, Member
@@ -88,9 +88,10 @@ def _dimensions_of(member: Member) -> BodyDimensions:
     on_foot = member.kind is Kind.PEDESTRIAN
     front_offset = max(REAR_AXLE * length, SHORTEST_LEAD)
     yaw_rate_max = YAW_RATE_ON_FOOT if on_foot else YAW_RATE_ON_WHEELS
-    if member.kind is not Kind.TRAILER_TRUCK or member.id == EGO_ID:  # the ego record has no articulation angle
+    kind, lengths = np.array([member.kind], np.uint8), np.array([length])
+    if not is_articulated(kind, lengths)[0] or member.id == EGO_ID:  # the ego record has no articulation angle
         return BodyDimensions(length, front_offset, front_offset - 0.5 * length, yaw_rate_max, 0.0, 0.0, 0.0)  # type: ignore[arg-type]  # scalars of one body
-    coupling = hitch(np.array([length]))
+    coupling = hitch(lengths, kind)
     drive, pin, axles = (float(at[0]) for at in (coupling.drive_axle, coupling.kingpin, coupling.trailer_axles))
     return BodyDimensions(length, drive, 0.0, yaw_rate_max, drive - pin, axles - pin, pin - 0.5 * length)  # type: ignore[arg-type]
 

@@ -466,8 +466,11 @@ class _MemberTable:
     @classmethod
     def of(cls, members):
         length = np.array([member.size[0] for member in members])
-        articulated = np.flatnonzero([member.kind is Kind.TRAILER_TRUCK for member in members])
-        coupling = hitch(length[articulated])
+        kind = np.array([member.kind for member in members], np.uint8)
+        articulated = np.flatnonzero(
+            (kind == Kind.TRAILER_TRUCK) | ((kind == Kind.BUS) & (length > 15) & (length <= 18.75))
+        )
+        coupling = hitch(length[articulated], kind[articulated])
         front_offset = np.maximum(REAR_AXLE * length, SHORTEST_LEAD)
         limit_offset = front_offset - 0.5 * length
         front_offset[articulated], limit_offset[articulated] = (coupling.drive_axle, 0.0)

@@ -26,7 +26,7 @@ def overlaps(bodies: Bodies) -> Overlaps:
     row = np.arange(len(bodies.id))
     pose, size = bodies.pose_world, bodies.size
     if bodies.articulation.any():
-        row, pose, size = parts(pose, size, bodies.articulation)
+        row, pose, size = parts(pose, size, bodies.articulation, bodies.kind)
     boxes = np.concatenate([pose, size], axis=1)
     first, second = _near_pairs(boxes, row)
     if not len(first):

@@ -10,7 +10,7 @@ from sensor_model.bodies.proportions import Draw, car_proportions, heavy_proport
 from sensor_model.bodies.shapes import car_shapes, heavy_shapes, rider_shapes
 from sensor_model.bodies.solids import Solid, Vector, box
 from sensor_model.truth import Part
-from sim.articulation import LONGEST_M, SHORTEST_M, hitch
+from sim.articulation import LONGEST_M, SHORTEST_M, hitch, is_articulated
 from sim.world import Kind
 
 
@@ -24,6 +24,20 @@ def plain_articulated(size: Vector) -> list[Solid]:
     end = size[0] / 2
     trailer_front = end - float(hitch(np.array(size[:1])).trailer_front[0])
     return [_prism(size, -end, trailer_front), replace(_prism(size, trailer_front, end), tractor=True)]
+
+
+def plain_bus(size: Vector) -> list[Solid]:
+    """Make the bounding prism of a bus, divided at the joint of an articulated one."""
+    return heavy_shapes.divided(plain(size), heavy_shapes.bus_joint(size[0])) if _bends(size) else plain(size)
+
+
+def _bus(size: Vector, draw: Draw, glass: Glass) -> list[Solid]:
+    make = heavy_shapes.articulated_bus if _bends(size) else heavy_shapes.bus
+    return make(size, heavy_proportions.bus(draw), glass)
+
+
+def _bends(size: Vector) -> bool:
+    return bool(is_articulated(np.array([Kind.BUS], np.uint8), np.array(size[:1]))[0])
 
 
 def _prism(size: Vector, rear: float, front: float) -> Solid:
@@ -92,7 +106,8 @@ SHAPES = {
         size=(12.00, 2.50, 3.40),
         smallest=(9.00, 2.30, 2.80),
         largest=(19.00, 2.60, 4.20),
-        make=lambda size, draw, glass: heavy_shapes.bus(size, heavy_proportions.bus(draw), glass),
+        make=_bus,
+        plain=plain_bus,
         relief=_TRUCK_RELIEF,
     ),
     Kind.MOTORCYCLE: Shape(

@@ -2,14 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions.fitting_proportions import SPAN_END, Glazing
 from sensor_model.bodies.proportions.heavy_proportions import BusProportions, TruckProportions
 from sensor_model.bodies.shapes.cabin_shapes import Cabin, greenhouse
 from sensor_model.bodies.shapes.fitting_shapes import side_mirrors, wheels
-from sensor_model.bodies.solids import Solid, Vector, bevel, bowed, box, mirrored, prism, rounded
+from sensor_model.bodies.solids import Plane, Solid, Vector, bevel, bowed, box, mirrored, prism, rounded
 from sensor_model.truth import Part
-from sim.articulation import AXLE_SPACING_M, WHEELBASE_M
+from sim.articulation import AXLE_SPACING_M, WHEELBASE_M, Hitch, hitch
+from sim.world import Kind
 
 _MIRROR_ROOT = 0.03
 """[m] Depth inside the side at which the mirrors' arms begin."""
@@ -129,6 +132,35 @@ def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
         *wheels(front - p.front_overhang, p.wheel_radius, outer, _WHEEL_WIDTH),
         *wheels(rear + p.rear_overhang, p.wheel_radius, outer, _TWIN_WIDTH),
     ]
+
+
+def articulated_bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
+    """Make a bus with a joint: front and rear part meet at a plane through it, where the bellows are closed."""
+    middle = size[0] / 2 - float(_bus_hitch(size[0]).drive_axle[0])
+    solids = [*bus(size, p, glass), *wheels(middle, p.wheel_radius, size[1] / 2 - _WHEEL_INSET, _TWIN_WIDTH)]
+    return divided(solids, bus_joint(size[0]))
+
+
+def bus_joint(length: float) -> float:
+    """Return x of the joint of an articulated bus [m]."""
+    return length / 2 - float(_bus_hitch(length).kingpin[0])
+
+
+def divided(solids: list[Solid], joint: float) -> list[Solid]:
+    """Divide solids by the plane x = `joint` [m]; those ahead of it belong to the tractor."""
+    ahead, behind = Plane((-1.0, 0.0, 0.0), -joint, Part.BODY), Plane((1.0, 0.0, 0.0), joint, Part.BODY)
+    parts = []
+    for solid in map(Solid.pruned, solids):
+        if solid.high[0] > joint:
+            front = solid.cut([ahead]).pruned() if solid.low[0] < joint else solid
+            parts.append(replace(front, tractor=True))
+        if solid.low[0] < joint:
+            parts.append(solid.cut([behind]).pruned() if solid.high[0] > joint else solid)
+    return parts
+
+
+def _bus_hitch(length: float) -> Hitch:
+    return hitch(np.array([length]), np.array([Kind.BUS], np.uint8))
 
 
 def _side_guards(rear: float, front: float, side: float, top: float) -> list[Solid]:

@@ -54,6 +54,17 @@ def test_motions_are_feasible_for_cars(highway, env):
         assert np.hypot(*jerk.T).max(initial=0.0) <= 60.0
 
 
+@pytest.mark.parametrize(("env", "count"), [("intersection-multi-agent-v0", 105), ("intersection-v0", 249)])
+def test_a_driver_with_right_of_way_stops_before_a_vehicle_that_stands_in_the_way(highway, env, count):
+    """It used to drive on at 7 to 8 m/s: at 6.7 s and 19.4 s it hit a vehicle that had stopped on the intersection to
+    give way. After a collision highway-env pushes the bodies apart, with 13 to 14.5 m/s^2."""
+    source = highway(env, **MOTORIST)
+    seen = frames(source, count, seed=1)
+    assert not any(vehicle.crashed for vehicle in source._env.road.vehicles)
+    assert np.hypot(*column(seen, "acceleration_world").T).max() <= 10.0
+    assert any(np.hypot(*frame.actors.velocity_world.T).min(initial=9.0) < 0.01 for frame in seen), "none had to stop"
+
+
 def test_motions_of_highway_env_s_drivers_are_infeasible(highway):
     """If this fails, the motorist is no longer needed."""
     assert lateral_acceleration(frames(highway("roundabout-v1"), 60, seed=2)).max() > 15.0
