@@ -55,7 +55,8 @@ TRUTH: Schema = {
     "largest_segment_share": np.float64,
 }
 """A row per actor and frame. `segments` counts the segments with at least `part_share_min` of its points; the largest
-share is NaN without a trace of the tracker. A `vulnerable` actor is a graded person or rider. `mode` is the true `Mode`, by the name of the matching motion model."""
+share is NaN without a trace of the tracker. A `vulnerable` actor is a graded person or rider. `mode` is the true
+`Mode`, by the name of the matching motion model."""
 
 
 LABELS = ("vehicle", "small")

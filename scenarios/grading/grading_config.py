@@ -46,9 +46,9 @@ class GradingConfig:
     vulnerable_range_max_m: float = 40.0
     """Maximum distance of people and riders from the ego's centre [m], as nuScenes' detection range of both classes."""
     match_distance_m: float = 2.0
-    """Distance of the centres [m] at which a track is not on a person or rider any more, nuScenes' limit. The similarity
-    falls linearly to 0 there, as trackeval's of points; a hit is within half of it: an end of a bicycle is 0.9 m from
-    its centre."""
+    """Distance of the centres [m] at which a track is not on a person or rider any more, nuScenes' limit. The
+    similarity falls linearly to 0 there, as trackeval's of points; a hit is within half of it: an end of a bicycle is
+    0.9 m from its centre."""
     target: str = ""
     """Name of the actor that the metrics `emergence.target.*` describe, e.g. of one that drives out of an occlusion."""
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from scenarios.arrays import Floats, Ints
 from scenarios.grading import frame_tables, mma_metrics, prediction_metrics
-from scenarios.grading.frame_truth import FrameTruth
+from scenarios.grading.frame_truth import IS_VULNERABLE, FrameTruth
 from scenarios.grading.matching import NO_TRACK, TrackMatcher, TrackVerdict
 from scenarios.grading.plane_geometry import into_frame, iou_table, out_of_frame, turned, wrap
 from sensor_model.truth import NO_ACTOR
@@ -69,7 +69,7 @@ class TrackMatches:
         actor_row[reported] = matching.actor_row
         verdict = np.full(len(tracks), TrackVerdict.UNREPORTED, dtype=np.int8)
         verdict[reported] = matching.verdict
-        verdict[_small_on_nothing(tracks, verdict, overlap)] = TrackVerdict.UNGRADED
+        verdict[_small_on_nothing(frame_truth, tracks, verdict, overlap)] = TrackVerdict.UNGRADED
         verdict[_on_ghosts(boxes, verdict, frame_truth.ghosts_ego, matcher.iou_min)] = TrackVerdict.UNGRADED
         error = np.full(len(tracks), np.nan)
         pair = np.flatnonzero(actor_row >= 0)
@@ -133,11 +133,12 @@ class TrackMatches:
         }
 
 
-def _small_on_nothing(tracks: Tracks, verdict: npt.NDArray[np.int8], overlap: Floats) -> Ints:
-    """Return the false tracks of small road users that overlap no actor: no vehicle is claimed there."""
+def _small_on_nothing(frame_truth: FrameTruth, tracks: Tracks, verdict: npt.NDArray[np.int8], overlap: Floats) -> Ints:
+    """Return the false tracks of small road users that overlap no vehicle and no obstacle: no vehicle is claimed."""
     if tracks.small is None or not len(tracks):
         return np.empty(0, np.int64)
-    nothing = overlap.max(axis=0, initial=0.0) == 0.0
+    others = ~IS_VULNERABLE[frame_truth.actors.kind]
+    nothing = overlap[others].max(axis=0, initial=0.0) == 0.0
     return np.flatnonzero(tracks.small & nothing & (verdict == TrackVerdict.FALSE))
 
 

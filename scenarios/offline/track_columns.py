@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 from scenarios.arrays import Bools, Floats
 from scenarios.dataset.dataset_columns import Column
 from scenarios.errors import TracksError
+from scenarios.grading.frame_tables import LABELS
 from tracker.records import Status
 
 WHEN = (
@@ -39,6 +40,7 @@ OPTIONAL = (
         "",
         "default `confirmed`; other tracks are not reported",
     ),
+    Column("label", LABELS, "", "`small` for people and bicycles; without the column, the classes are unknown"),
 )
 """A file needs one of `WHEN` and all of `REQUIRED`; others than these, `VELOCITY` and `OPTIONAL` are not read."""
 
@@ -65,7 +67,7 @@ def read(path: Path) -> pd.DataFrame:
         require(path, table[name], columns[name] > 0, "should be more than 0")
     require(path, table["track_id"], columns["track_id"] >= 0, "should be 0 or more")
     columns |= _velocity(path, table)
-    return pd.DataFrame({**columns, "status": _status(path, table)})
+    return pd.DataFrame({**columns, "status": _status(path, table), **_small(path, table)})
 
 
 def require(path: Path, cells: pd.Series, valid: Bools, remedy: str) -> None:
@@ -139,3 +141,12 @@ def _status(path: Path, table: pd.DataFrame) -> npt.NDArray[np.uint8]:
     valid = table["status"].isin(list(names)).to_numpy(np.bool_)
     require(path, table["status"], valid, f"should be one of {', '.join(names)}")
     return np.array([names[name] for name in table["status"]], dtype=np.uint8)
+
+
+def _small(path: Path, table: pd.DataFrame) -> dict[str, Bools]:
+    """Return `small`, (N,) True for people and bicycles; nothing if the file has no column `label`."""
+    if "label" not in table:
+        return {}
+    valid = table["label"].isin(LABELS).to_numpy(np.bool_)
+    require(path, table["label"], valid, f"should be one of {', '.join(LABELS)}")
+    return {"small": (table["label"] == "small").to_numpy(np.bool_)}

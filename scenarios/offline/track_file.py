@@ -84,4 +84,5 @@ def _tracks(rows: pd.DataFrame) -> Tracks:
         rows[["length_m", "width_m"]].to_numpy(),
         velocity=rows[["vx_odom_mps", "vy_odom_mps"]].to_numpy(),
         status=rows["status"].to_numpy(),
+        small=rows["small"].to_numpy() if "small" in rows else None,
     )

@@ -26,8 +26,7 @@ def small_boxes(found: Detection, scan: Scan, longer_max_m: float, wider_max_m: 
     each = np.arange(found.segments.count)
     best = found.candidates.best
     center, heading, size = (
-        field[each, best]
-        for field in (found.candidates.center_ego, found.candidates.heading, found.candidates.size)
+        field[each, best] for field in (found.candidates.center_ego, found.candidates.heading, found.candidates.size)
     )
     fits: Bools = (size.max(axis=1) <= longer_max_m + MARGIN_M) & (size.min(axis=1) <= wider_max_m + MARGIN_M)
     kept = np.flatnonzero(fits)

@@ -77,9 +77,7 @@ def _counted(users: pd.DataFrame, found: SmallTracks) -> pd.DataFrame:
     """
     tracks = found.tracks
     graded = pd.MultiIndex.from_frame(users.loc[users["graded"], ["frame", "actor_id"]])
-    on, near = (
-        pd.MultiIndex.from_frame(tracks[["frame", column]]).isin(graded) for column in ("on", "near")
-    )
+    on, near = (pd.MultiIndex.from_frame(tracks[["frame", column]]).isin(graded) for column in ("on", "near"))
     second = (tracks["on"] == NO_ACTOR).to_numpy() & near
     false = second | (tracks["near"] == NO_ACTOR).to_numpy()
     verdict = np.select([on, false], ["graded", "false"], "ungraded")
@@ -119,7 +117,12 @@ def _grade_misses(
         reason = why_none(band, why, len(users))
         sheet.mean(f"{group}.{MISSED_SHARE}{band}", missed[mask], reason, names[mask])
     called = _called_vehicles(users, tracks)
-    sheet.mean(f"{group}.called_vehicle_share", called if told else called[:0], why if told else NOT_TOLD, names[: len(called) if told else 0])
+    sheet.mean(
+        f"{group}.called_vehicle_share",
+        called if told else called[:0],
+        why if told else NOT_TOLD,
+        names[: len(called) if told else 0],
+    )
     found = confirmation_metrics.waits(clear)
     wait = found["wait_s"].to_numpy()
     median = float(np.quantile(wait, 0.5, method="inverted_cdf")) if len(wait) else np.inf
@@ -151,7 +154,9 @@ def _grade_errors(
         )
         for step, actor, track in hits
     ]
-    rows = pd.concat(steps, ignore_index=True) if steps else clear.vehicles[["frame", "actor_id"]][:0].assign(track_id=0)
+    rows = (
+        pd.concat(steps, ignore_index=True) if steps else clear.vehicles[["frame", "actor_id"]][:0].assign(track_id=0)
+    )
     state = ["x_world_m", "y_world_m", "vx_world_mps", "vy_world_mps"]
     true = rows.merge(clear.vehicles, how="left", on=["frame", "actor_id"])[state].to_numpy(np.float64)
     tracked = rows.merge(clear.tracks, how="left", on=["frame", "track_id"])[state].to_numpy(np.float64)

@@ -32,8 +32,8 @@ def small_tracks(
 ) -> SmallTracks:
     """Return the confirmed tracks that may be on people or riders.
 
-    A track that the tracker calls a vehicle, or that follows an actor of another class, is none. A tracker that does not
-    tell small road users from vehicles can only be right: its tracks count where they are near a person or rider.
+    A track that the tracker calls a vehicle, or that follows an actor of another class, is none. A tracker that does
+    not tell small road users from vehicles can only be right: its tracks count where they are near a person or rider.
 
     Parameters
     ----------

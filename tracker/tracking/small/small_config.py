@@ -39,8 +39,9 @@ class SmallConfig:
     """Least speed at confirmation [m/s]; slow walkers do 0.7, two standard deviations below the mean."""
     straight_min: float = 0.7
     """Least distance from the first place, as a share of the way of the track's estimates: noise wanders."""
-    confirm_hits: int = 5
-    """Least number of observations for confirmation."""
+    confirm_hits: int = 8
+    """Least number of observations for confirmation: a person walks `left_m` in 0.6 s, and parts of passing vehicles
+    that look small are rarely visible for longer."""
     tentative_coast_s: float = 0.2
     """A tentative track is terminated if it was not seen for longer than this [s]."""
     gap_s: float = 0.25
@@ -54,12 +55,21 @@ class SmallConfig:
     """A small road user faster than this rides [m/s]: joggers run at 2.5 to 3."""
     vehicle_margin_m: float = 0.4
     """Points within this distance of a vehicle's box are a part of it [m]: mirrors, and errors of its size."""
+    attached_m: float = 1.5
+    """Points within this distance of a moving vehicle's box that keep its speed are a part of it [m]: long mirrors, and
+    ends of a truck that its box does not cover yet."""
+    attached_speed_mps: float = 1.0
+    """Largest difference of the velocities of a vehicle and its part [m/s], and least speed of that vehicle."""
+    whole_views_min: int = 3
+    """Least number of views of both sides from end to end after which a vehicle's box that was never seen larger than a
+    bicycle is a bicycle; a part of a vehicle behind others is truncated."""
     same_m: float = 1.0
     """A track of vehicle stages and a small one are of one object within this distance of their centres [m]."""
 
     def __post_init__(self) -> None:
         require_within(self, 1e-3, 1e3, "longer_max_m", "wider_max_m", "position_std_m", "acceleration_std_mps2")
         require_within(self, 1e-3, 1e3, "acceleration_time_s", "initial_speed_std_mps", "gate", "left_m", "same_m")
+        require_within(self, 0.0, 1e3, "attached_m", "attached_speed_mps")
         require_within(self, 0.0, 1e3, "speed_min_mps", "tentative_coast_s", "gap_s", "coast_s")
         require_within(self, 0.0, 1e3, "rider_speed_mps", "vehicle_margin_m")
         require_within(self, 0.0, 1.0, "straight_min", "size_gain")

@@ -54,7 +54,7 @@ class SmallObjects:
         self._next_id += len(new)
         self._tracks = small_tracks.settle(small_tracks.join(tracks, new), config)
         confirmed = [one for one in vehicles if one.status is Status.CONFIRMED]
-        on_vehicle = self._on_vehicle(self._tracks.mean[:, :2], confirmed)
+        on_vehicle = self._on_vehicle(self._tracks.mean[:, :2], confirmed) | self._attached(confirmed)
         self._tracks.status[on_vehicle] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
@@ -76,10 +76,11 @@ class SmallObjects:
         hidden = np.zeros(len(shown), dtype=np.bool_)
         for t, vehicle in enumerate(vehicles):
             near = self._same_object(vehicle, shown)
-            if near.any() and small[t]:
-                hidden |= near
-            elif near.any():  # the size of a vehicle is a prior: no more than a bicycle was ever seen
+            whole = bool((vehicle.whole_views >= self._config.whole_views_min).all())
+            if near.any() and whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
                 kept[t] = False
+            else:
+                hidden |= near
             for k in np.flatnonzero(near).tolist():
                 self._name_alike(vehicle.id, int(shown.id[k]))
         shown = shown.subset(~hidden)
@@ -111,12 +112,26 @@ class SmallObjects:
 
     def _on_vehicle(self, points: Floats, vehicles: Sequence[Track]) -> Bools:
         """(P,) mask of points (P, 2) in the boxes of vehicles that are not small, with a margin."""
+        return np.asarray(self._in_boxes(points, vehicles, self._config.vehicle_margin_m).any(axis=1))
+
+    def _attached(self, vehicles: Sequence[Track]) -> Bools:
+        """(K,) mask of the tracks that move with a vehicle beside them."""
+        large = [one for one in vehicles if self._is_large(one)]
+        near = self._in_boxes(self._tracks.mean[:, :2], large, self._config.attached_m)
+        velocity = track_arrays.velocities(large)
+        difference = np.linalg.norm(self._tracks.mean[:, None, 2:] - velocity[None], axis=2)
+        limit = self._config.attached_speed_mps
+        moving = np.hypot(velocity[:, 0], velocity[:, 1]) > limit
+        return np.asarray((near & (difference < limit) & moving).any(axis=1))
+
+    def _in_boxes(self, points: Floats, vehicles: Sequence[Track], margin_m: float) -> Bools:
+        """(P, L) mask of points (P, 2) in the boxes of those of the vehicles that are not small, with a margin [m]."""
         large = [one for one in vehicles if self._is_large(one)]
         if not large or not len(points):
-            return np.zeros(len(points), dtype=np.bool_)
+            return np.zeros((len(points), len(large)), dtype=np.bool_)
         size = track_arrays.likely_sizes(large)
         center, heading, _ = track_arrays.from_corners(large, size)
-        return np.asarray(inside(points, center, heading, size + 2.0 * self._config.vehicle_margin_m).any(axis=1))
+        return np.asarray(inside(points, center, heading, size + 2.0 * margin_m))
 
     def _is_large(self, vehicle: Track) -> bool:
         """Return True for a track of this frame that is probably of a vehicle, because it was seen to be larger."""

@@ -46,9 +46,7 @@ def appended(
     return replace(tracks, **joined)
 
 
-def record(
-    tracks: SmallTracks, ids: Ints, ego_odom: Floats, config: SmallConfig, models: tuple[str, ...]
-) -> Tracks:
+def record(tracks: SmallTracks, ids: Ints, ego_odom: Floats, config: SmallConfig, models: tuple[str, ...]) -> Tracks:
     """Return the record of small road users: the constant velocity model is the selected one, at the box centre."""
     count, m = len(tracks), len(models)
     center = centers(tracks, ego_odom)
