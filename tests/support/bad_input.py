@@ -116,6 +116,7 @@ KINDS: dict[str, Kind] = {
         *(of_content(valid.nuscenes_folder, f"{TABLES}/{name}.json", SCENE, TEXT)
           for name in ("sample", "sample_annotation", "instance", "category")),
         of_content(valid.boxes_mcap, "run.mcap", of_files("run.mcap", "run.mcap"), BYTES),
+        of_content(valid.boxes_osi, "trace.mcap", of_files("trace.mcap", "trace.mcap"), BYTES),
         of_part(valid.run, LABELS, of_files(LABELS, "run/tables/tracks.parquet")),
     ),
     "imports": either(

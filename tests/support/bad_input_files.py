@@ -115,6 +115,18 @@ def boxes_mcap() -> Files:
     return {"run.mcap": content}
 
 
+@cache
+def boxes_osi() -> Files:
+    """The run with truth and tracks as `luxloop export --format osi` writes it."""
+
+    def make(folder: Path) -> None:
+        _unpack(run(), folder)
+        _made("export", str(folder / "run"), "--format", "osi", "--out", str(folder / "made"))
+
+    (content,) = _folder_of(make, "made").values()
+    return {"trace.mcap": content}
+
+
 def _unpack(files: Files, folder: Path) -> None:
     for name, content in files.items():
         path = folder / name

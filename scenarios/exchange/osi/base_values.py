@@ -14,8 +14,8 @@ Triple = tuple[float, float, float]
 SOURCE = "luxloop"
 """First word of the data sources that the metadata of exported traces name."""
 
-TRUTH = "ground_truth"
-"""Topic of the truth in exported traces."""
+TRUTH, TRACKS, TRACKS_WORLD = "ground_truth", "tracks", "tracks/world"
+"""Topics of exported traces."""
 
 _NANOSECONDS = 1_000_000_000
 

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats, Ints
+from scenarios.arrays import Floats
 from scenarios.errors import TracksError
 from scenarios.exchange.box_table import BoxTable, checked
 from scenarios.exchange.file_role import Role
-from scenarios.exchange.osi.base_values import SOURCE, TRUTH, time_of
+from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, time_of
 from scenarios.exchange.osi.host_frame import Host, over_ground, sensor_frame
 from scenarios.exchange.osi.object_types import kind_name
 from scenarios.grading.plane_geometry import into_frame, turned
@@ -48,7 +48,9 @@ def read(path: Path, role: Role) -> list[BoxTable]:
         The file cannot be read, has no messages of the role, or a box is invalid.
     """
     try:
-        found = _truth(path) if role == "truth" else _tracks(path)
+        own = any(record["data"].get("data_sources", "").startswith(SOURCE) for record in osi.read_file_metadata(path))
+        found = _truth(path, own) if role == "truth" else _tracks(path, own)
+        frames = _frame_times(path) if own else None
     except (TracksError, MemoryError):
         raise
     except Exception as error:  # parsers of damaged files raise the errors of their libraries, such as struct.error
@@ -57,14 +59,14 @@ def read(path: Path, role: Role) -> list[BoxTable]:
     if not found:
         wanted = "GroundTruth" if role == "truth" else "SensorData or TrafficUpdate"
         raise TracksError(f"{path}: has no message osi3.{wanted}; give a trace with one")
-    return [_table(path, axes, found[axes], role) for axes in (WORLD, EGO) if axes in found]
+    return [_table(path, axes, found[axes], role, frames) for axes in (WORLD, EGO) if axes in found]
 
 
-def _truth(path: Path) -> Mapping[str, list[Found]]:
+def _truth(path: Path, own: bool) -> Mapping[str, list[Found]]:
     world: list[Found] = []
     ego: list[Found] = []
     messages = located = 0
-    for truth in osi.read(str(path), return_ground_truth=True):
+    for truth in osi.read(str(path), return_ground_truth=True, mcap_topics=[TRUTH] if own else None):
         host, time_s = Host.of(truth), time_of(truth.timestamp)
         others = [moving for moving in truth.moving_object if host is None or moving.id.value != host.id]
         rows = [_moving(time_s, moving.id.value, moving.base, kind_name(moving)) for moving in others]
@@ -76,10 +78,10 @@ def _truth(path: Path) -> Mapping[str, list[Found]]:
     return {WORLD: world, EGO: ego} if located == messages else {WORLD: world}
 
 
-def _tracks(path: Path) -> Mapping[str, list[Found]]:
+def _tracks(path: Path, own: bool) -> Mapping[str, list[Found]]:
     tables: dict[str, list[Found]] = {}
     hosts: dict[int, Host] = {}
-    for message in _messages(path):
+    for message in _messages(path, own):
         time_s = time_of(message.timestamp)
         if isinstance(message, osi.GroundTruth):
             host = Host.of(message)
@@ -93,9 +95,11 @@ def _tracks(path: Path) -> Mapping[str, list[Found]]:
     return tables
 
 
-def _messages(path: Path) -> Iterator[Any]:
+def _messages(path: Path, own: bool) -> Iterator[Any]:
+    """Yield messages with tracks and hosts; those of a trace of luxloop without its many detections."""
     wanted = osi.GroundTruth | osi.SensorData | osi.TrafficUpdate
-    return (message for message in osi.read(str(path)) if isinstance(message, wanted))
+    topics = [TRUTH, TRACKS, TRACKS_WORLD] if own else None
+    return (message for message in osi.read(str(path), mcap_topics=topics) if isinstance(message, wanted))
 
 
 def _detected(time_s: float, message: osi.SensorData, host: Host | None) -> Iterator[Found]:
@@ -108,8 +112,10 @@ def _detected(time_s: float, message: osi.SensorData, host: Host | None) -> Iter
         yield row._replace(box=box, velocity=velocity)
 
 
-def _moving(time_s: float, name: int, base: osi.BaseMoving, kind: str = "") -> Found:
-    at, size, turn = base.position, base.dimension, base.orientation
+def _moving(time_s: float, name: int, base: osi.BaseMoving | None, kind: str = "") -> Found:
+    at, size, turn = (base.position, base.dimension, base.orientation) if base is not None else (None, None, None)
+    if at is None or size is None:
+        raise ValueError(f"time {time_s:g} s, object {name}: its base has no position or no dimension")
     velocity = UNKNOWN if base.velocity is None else np.array([base.velocity.x, base.velocity.y])
     yaw = 0.0 if turn is None else turn.yaw
     return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height, kind)
@@ -120,16 +126,12 @@ def _seen_from(row: Found, pose_world: Floats) -> Found:
     return row._replace(box=(x, y, heading, *row.box[3:]), velocity=turned(row.velocity, -pose_world[2]))
 
 
-def _frame_numbers(path: Path, time_s: Floats) -> Ints | None:
-    """(N,) number of the frame of each time in a trace of luxloop, which starts with frame 0; None for other traces."""
-    own = any(record["data"].get("data_sources", "").startswith(SOURCE) for record in osi.read_file_metadata(path))
-    if not own:
-        return None
-    times = [time_of(truth.timestamp) for truth in osi.read(str(path), mcap_topics=[TRUTH])]
-    return np.searchsorted(times, time_s)
+def _frame_times(path: Path) -> Floats:
+    """(F,) times of the frames of a trace of luxloop, which starts with frame 0 [s]."""
+    return np.array([time_of(truth.timestamp) for truth in osi.read(str(path), mcap_topics=[TRUTH])], np.float64)
 
 
-def _table(path: Path, axes: str, rows: list[Found], role: Role) -> BoxTable:
+def _table(path: Path, axes: str, rows: list[Found], role: Role, frames: Floats | None) -> BoxTable:
     velocity = np.array([row.velocity for row in rows], np.float64).reshape(-1, 2)
     time_s = np.array([row.time_s for row in rows], np.float64)
     table = BoxTable(
@@ -137,7 +139,7 @@ def _table(path: Path, axes: str, rows: list[Found], role: Role) -> BoxTable:
         axes=axes,
         id=np.array([str(row.id) for row in rows], np.str_),
         boxes=np.array([row.box for row in rows], np.float64).reshape(-1, 5),
-        frame=_frame_numbers(path, time_s),
+        frame=None if frames is None else np.searchsorted(frames, time_s),
         time_s=time_s,
         velocity=velocity if np.isfinite(velocity).any() else None,
         height_m=np.array([row.height_m for row in rows], np.float64),

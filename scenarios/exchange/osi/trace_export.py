@@ -20,12 +20,11 @@ import betterosi as osi
 
 from scenarios.exchange.exported_run import confirmed_tracks
 from scenarios.exchange.osi import lidar_data, track_messages
-from scenarios.exchange.osi.base_values import SOURCE, TRUTH, nanoseconds
+from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, nanoseconds
 from scenarios.exchange.osi.ground_truth import ground_truth, stationary_objects
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.rig.beams import unit_table
 
-TRACKS, TRACKS_WORLD = "tracks", "tracks/world"
 TRACE = "trace.mcap"
 START = "1970-01-01T00:00:00Z"
 """Calendar time of time 0 of the simulation."""

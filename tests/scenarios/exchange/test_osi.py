@@ -247,6 +247,7 @@ def test_a_trace_is_recognised_and_its_export_is_reproducible(folder, trace, tmp
     [
         ("cut", "cannot be read ("),
         ("empty", "has no message osi3.SensorData or TrafficUpdate; give a trace with one"),
+        ("bare", "cannot be read (time 2 s, object 5: its base has no position or no dimension)"),
     ],
 )
 def test_a_damaged_trace_is_one_line(content, message, trace, tmp_path, capfd):
@@ -255,6 +256,14 @@ def test_a_damaged_trace_is_one_line(content, message, trace, tmp_path, capfd):
     path = tmp_path / "bad.mcap"
     if content == "cut":
         path.write_bytes(trace.read_bytes()[:5000])
+    elif content == "bare":
+        item = betterosi.DetectedMovingObject(
+            header=betterosi.DetectedItemHeader(tracking_id=betterosi.Identifier(value=5))
+        )
+        with betterosi.Writer(path) as writer:
+            writer.add(
+                betterosi.SensorData(timestamp=betterosi.Timestamp(seconds=2, nanos=0), moving_object=[item]), "sd"
+            )
     else:
         with betterosi.Writer(path) as writer:
             writer.add(betterosi.HostVehicleData(timestamp=betterosi.Timestamp(seconds=0, nanos=0)), "host")

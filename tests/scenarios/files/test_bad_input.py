@@ -90,6 +90,7 @@ VALID = [
     *((bad_input_files.boxes, bad_input.of_files(f"a{end}", f"b{end}")) for end in (".csv", ".txt", ".json")),
     (bad_input_files.nuscenes_folder, bad_input.SCENE),
     (bad_input_files.boxes_mcap, bad_input.of_files("run.mcap", "run.mcap")),
+    (bad_input_files.boxes_osi, bad_input.of_files("trace.mcap", "trace.mcap")),
     (bad_input_files.bin_scan, [*bad_input.IMPORT, "a.bin"]),
     (bad_input_files.pcd_ascii, [*bad_input.IMPORT, "a.pcd"]),
     (bad_input_files.pcd_binary, [*bad_input.IMPORT, "a.pcd"]),
