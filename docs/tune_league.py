@@ -137,8 +137,9 @@ def detected(path: Path, kind: type[Detector]) -> tuple[RecordedRun, Detected]:
 def document(found: dict[str, list[tuple[float, dict[str, Any]]]]) -> str:
     """Return the file of settings, with the HOTA of the defaults and of the best settings."""
     lines = [
-        f"# Settings of the peers, chosen by docs/tune_league.py: the best of {EVALUATIONS} evaluations each, by the mean",
-        f"# HOTA over {', '.join(SCENARIOS)}, seeds {SEEDS[0]} to {SEEDS[-1]}, the first {DURATION_S:g} s of each.",
+        f"# Settings of the peers, chosen by docs/tune_league.py: the best of {EVALUATIONS} evaluations each,",
+        f"# by the mean HOTA over the first {DURATION_S:g} s of {', '.join(SCENARIOS)},",
+        f"# seeds {SEEDS[0]} to {SEEDS[-1]}.",
     ]
     for name, evaluations in found.items():
         best, settings = max(evaluations, key=lambda each: each[0])

@@ -136,19 +136,19 @@ def run_drive(drive: Drive) -> list[Row]:
         if all(rows):
             return [row for row in rows if row]
         try:
-            recorded = _recorded(drive, code)
+            recorded = scans_of(drive, code)
         except (SimulatorFailedError, TrafficEndedError) as error:
             return [_finish(drive, each, {"code": code, **_failure(error)}) for each in entrants]
         scans = scans_digest(recorded.folder)
         key = {"code": code, "scans": scans}
         done = zip(entrants, rows, strict=True)
-        return [row or _finish(drive, each, key | _graded(drive, each, recorded)) for each, row in done]
+        return [row or _finish(drive, each, key | graded(drive, each, recorded)) for each, row in done]
 
 
 def record(drive: Drive) -> str:
     """Record the scans of a drive only, and return the name of its folder."""
     with hidden():
-        _recorded(drive, code_digest(drive))
+        scans_of(drive, code_digest(drive))
     return drive.name
 
 
@@ -181,7 +181,7 @@ def _earlier(drive: Drive, entrant: Entrant, code: str) -> Row | None:
     return row if same.items() <= row.items() else None
 
 
-def _recorded(drive: Drive, code: str) -> RecordedRun:
+def scans_of(drive: Drive, code: str) -> RecordedRun:
     """Return the recorded scans; those of another duration or code are recorded again."""
     folder, mark = drive.out / SCANS / drive.name, drive.out / ROWS / f"scans-{drive.name}.json"
     made_by = {"code": code, "duration_max_s": drive.duration_max_s}
@@ -195,7 +195,7 @@ def _recorded(drive: Drive, code: str) -> RecordedRun:
     return RecordedRun.open(folder)
 
 
-def _graded(drive: Drive, entrant: Entrant, recorded: RecordedRun) -> Row:
+def graded(drive: Drive, entrant: Entrant, recorded: RecordedRun) -> Row:
     """Run a tracker on the scans, write its folder, and return its figures; a broken contract is a failure."""
     try:
         result = Regrader(recorded, recorded.scenario).tracker(entrant, entrant.name)
