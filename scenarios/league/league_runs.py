@@ -9,7 +9,7 @@ import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +45,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One scenario and seed, which all trackers get."""
+    """Scenario and seed that all trackers get."""
 
     scenario: str
     """Path of its file."""
@@ -123,6 +123,8 @@ def carry_out(todo: Sequence[Drive], workers: int) -> Iterator[list[Row]]:
             for future in as_completed(futures):
                 yield future.result()
         except BaseException:
+            for child in active_children():
+                child.terminate()  # the rows of finished runs are on the disk
             pool.shutdown(cancel_futures=True)
             raise
 

@@ -46,7 +46,7 @@ class PairedDifference:
 
 @dataclass(frozen=True, slots=True)
 class Standing:
-    """One tracker."""
+    """Figures of a tracker over all of its finished runs."""
 
     tracker: str
     runs: int
