@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from scenarios.files import atomic_file
+from scenarios.league.drive import drives
+from scenarios.league.drive_scans import SCANS, record
 from scenarios.league.entrants import PARAMETERS, Entrant, entrants
-from scenarios.league.league_runs import SCANS, drives, record
 from scenarios.league.trackers.autoware_fits import AutowareDetector
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.regrade import Regrader

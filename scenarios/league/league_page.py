@@ -13,8 +13,9 @@ from scenarios.errors import OutputError
 from scenarios.files import atomic_file
 from scenarios.league import league_tables
 from scenarios.league.entrants import REFERENCE
+from scenarios.league.json_file import write_json
 from scenarios.league.league_figure import hota_figure
-from scenarios.league.league_runs import Row, write_json
+from scenarios.league.league_runs import Row
 from scenarios.league.standings import Standing, ahead, beaten_in
 from scenarios.report import figure_files
 from scenarios.report.figure_files import FigureFile

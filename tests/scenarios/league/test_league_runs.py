@@ -10,7 +10,8 @@ from support import league_scenes
 from scenarios.cli import main
 from scenarios.execute import execute
 from scenarios.files.scenario import Scenario
-from scenarios.league import league_runs
+from scenarios.league import drive_scans, league_runs
+from scenarios.league.drive import drives
 from scenarios.league.entrants import REFERENCE, Entrant, entrants
 from scenarios.league.standings import pooled_hota
 from scenarios.offline.recorded_run import RecordedRun
@@ -103,8 +104,8 @@ def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(lea
 
 def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, tmp_path, capsys):
     out, scenarios, _ = league
-    drive = league_runs.drives(scenarios[:1], [SEED], 4.0, [], out)[0]
-    recorded = RecordedRun.open(out / league_runs.SCANS / drive.name)
+    drive = drives(scenarios[:1], [SEED], 4.0, [], out)[0]
+    recorded = RecordedRun.open(out / drive_scans.SCANS / drive.name)
     row = league_runs.graded(drive, Entrant("broken", "support.rogue_trackers:HasNoStep", ""), recorded)
     assert row["status"] == "failed"
     assert "HasNoStep" in row["error"] or "step" in row["error"]
