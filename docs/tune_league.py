@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from scenarios.files import atomic_file
+from scenarios.league.drive import drives
+from scenarios.league.drive_scans import SCANS, record
 from scenarios.league.entrants import PARAMETERS, Entrant, entrants
-from scenarios.league.league_runs import SCANS, drives, record
 from scenarios.league.trackers.autoware_fits import AutowareDetector
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.regrade import Regrader
@@ -137,8 +138,9 @@ def detected(path: Path, kind: type[Detector]) -> tuple[RecordedRun, Detected]:
 def document(found: dict[str, list[tuple[float, dict[str, Any]]]]) -> str:
     """Return the file of settings, with the HOTA of the defaults and of the best settings."""
     lines = [
-        f"# Settings of the peers, chosen by docs/tune_league.py: the best of {EVALUATIONS} evaluations each, by the mean",
-        f"# HOTA over {', '.join(SCENARIOS)}, seeds {SEEDS[0]} to {SEEDS[-1]}, the first {DURATION_S:g} s of each.",
+        f"# Settings of the peers, chosen by docs/tune_league.py: the best of {EVALUATIONS} evaluations each,",
+        f"# by the mean HOTA over the first {DURATION_S:g} s of {', '.join(SCENARIOS)},",
+        f"# seeds {SEEDS[0]} to {SEEDS[-1]}.",
     ]
     for name, evaluations in found.items():
         best, settings = max(evaluations, key=lambda each: each[0])

@@ -9,7 +9,8 @@ from scenarios.commands.arguments import AsJson, Quiet, Workers, worker_count
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
-    from scenarios.league.league_runs import Drive, Row
+    from scenarios.league.drive import Drive
+    from scenarios.league.league_runs import Row
 
 SCENARIOS = (
     "sumo-crossing", "two-lane-roundabout", "t-junction", "queue-discharge", "intersection-v0", "parked-row",
@@ -43,7 +44,8 @@ def league(
     require("league", "league")
     import json
 
-    from scenarios.league import league_page, league_runs, league_tables
+    from scenarios.league import league_page, league_tables
+    from scenarios.league.drive import drives
     from scenarios.league.entrants import chosen
     from scenarios.league.league_page import Request
     from scenarios.league.standings import standings
@@ -52,7 +54,7 @@ def league(
     wanted = trackers.split(",") if trackers else []
     entrants = tuple(each.name for each in chosen(wanted))
     request = Request(tuple(scenarios or SCENARIOS), _seeds(seeds), duration, entrants)
-    todo = league_runs.drives(request.scenarios, request.seeds, duration, wanted, out)
+    todo = drives(request.scenarios, request.seeds, duration, wanted, out)
     rows = _run(todo, worker_count(workers, None), quiet or as_json)
     found = standings(rows, out)
     document = league_page.write(rows, found, request, out)

@@ -13,8 +13,9 @@ from scenarios.errors import OutputError
 from scenarios.files import atomic_file
 from scenarios.league import league_tables
 from scenarios.league.entrants import REFERENCE
+from scenarios.league.json_file import write_json
 from scenarios.league.league_figure import hota_figure
-from scenarios.league.league_runs import Row, write_json
+from scenarios.league.league_runs import Row
 from scenarios.league.standings import Standing, ahead, beaten_in
 from scenarios.report import figure_files
 from scenarios.report.figure_files import FigureFile
@@ -26,10 +27,10 @@ EXPLANATIONS = (
     "All trackers got the same recorded scans and were graded by the same grader.",
     "The 95 % intervals of HOTA and of differences follow from their spread as each vehicle is left out in turn, those "
     "of GOSPA as each run is left out. A star marks an interval without 0; it is for that comparison alone.",
-    "Step time is the median over the runs of the median time of a step, detection included, as a multiple of the "
-    "shipped tracker's in the same run.",
-    "The peers get the boxes of the shipped detector. Their settings were tuned on other scenarios; the shipped tracker "
-    "was developed on this simulator for longer.",
+    "Step time is the median over the runs of the median time of a step, with detection, as a multiple of the shipped "
+    "tracker's in the same run.",
+    "The peers get the boxes of the shipped detector. Their settings were tuned on other scenarios by the same small "
+    "budget; the shipped tracker was developed on this simulator for longer.",
 )
 
 

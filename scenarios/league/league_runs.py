@@ -4,36 +4,28 @@ Folders: `scans/SCENARIO-seedN` are recorded runs, `runs/TRACKER/SCENARIO-seedN`
 run, written when it has ended. A second start takes up rows whose scans, code and settings are the same.
 """
 
-import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any
 
-from scenarios.errors import ContractError, InputError, OutputError
-from scenarios.execute import execute
-from scenarios.files import atomic_file, shipped
+from scenarios.errors import ContractError
 from scenarios.files.expect import check
-from scenarios.files.scenario import Scenario
+from scenarios.league.drive import Drive
+from scenarios.league.drive_scans import ROWS, code_digest, scans_digest, scans_of
 from scenarios.league.entrants import Entrant, chosen
+from scenarios.league.json_file import write_json
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.regrade import Regrader
 from scenarios.report import text
 from scenarios.result import Result
 from scenarios.run import run_folder
 from scenarios.run.progress import hidden
-from scenarios.study import source_code
 from sim.source import SimulatorFailedError, TrafficEndedError
-from tracker.records import Tracks
-from tracker.scan import Scan
-from tracker.tracker import TrackerConfig
 
-SCANS, RUNS, ROWS = "scans", "runs", "rows"
-CODE = ("sim", "sensor_model", "tracker", "scenarios/grading", "scenarios/league/trackers")
-"""Folders of luxloop whose code determines a row."""
+RUNS = "runs"
 FIGURES = {
     "hota": "track.hota", "id_switches": "track.id_switches", "gospa_m": "track.gospa_m", "false": "track.false",
     "missed": "track.missed", "step_ms_p50": "perf.tracker_ms_p50", "step_ms_p99": "perf.tracker_ms_p99",
@@ -41,75 +33,6 @@ FIGURES = {
 """Columns of a row, with their metrics."""
 
 Row = dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """One scenario and seed, which all trackers get."""
-
-    scenario: str
-    """Path of its file."""
-    seed: int
-    duration_max_s: float
-    trackers: tuple[str, ...]
-    out: Path
-
-    @property
-    def stem(self) -> str:
-        """Name of the scenario."""
-        return Path(self.scenario).stem
-
-    @property
-    def name(self) -> str:
-        """Name of its folders."""
-        return f"{self.stem}-seed{self.seed}"
-
-    def load(self) -> Scenario:
-        """Return the scenario, shortened to the largest duration.
-
-        Raises
-        ------
-        InputError
-            The ego drives by the tracks, so that the scans depend on the tracker.
-        """
-        path = Path(self.scenario)
-        scenario = Scenario.load(path, {"seed": self.seed})
-        if scenario.control:
-            raise InputError(f"{path}: control: the ego drives by its tracks, so trackers would have different scans")
-        return Scenario.load(path, {"seed": self.seed, "duration_s": min(self.duration_max_s, scenario.duration_s)})
-
-
-class NoTracks:
-    """Device without tracks, for the recording of scans."""
-
-    def __init__(self, _config: TrackerConfig) -> None:
-        pass
-
-    def step(self, _scan: Scan) -> Tracks:
-        """Return no tracks."""
-        return Tracks.from_boxes([], [], [], [])
-
-
-def drives(
-    scenarios: Sequence[str], seeds: Sequence[int], duration_max_s: float, trackers: Sequence[str], out: Path
-) -> list[Drive]:
-    """Return all combinations of scenarios and seeds.
-
-    Raises
-    ------
-    InputError, ScenarioError
-        A scenario or tracker does not exist, two scenarios have the same name, or one cannot be in a league.
-    """
-    names = tuple(entrant.name for entrant in chosen(trackers))
-    files = [str(shipped.find(name)) for name in scenarios]
-    stems = [Path(file).stem for file in files]
-    for stem in stems:
-        if stems.count(stem) > 1:
-            raise InputError(f"{stem}: given twice; scenarios of a league need different names")
-    found = [Drive(file, seed, duration_max_s, names, out) for seed in seeds for file in files]
-    for drive in found:
-        drive.load()
-    return found
 
 
 def carry_out(todo: Sequence[Drive], workers: int) -> Iterator[list[Row]]:
@@ -123,6 +46,8 @@ def carry_out(todo: Sequence[Drive], workers: int) -> Iterator[list[Row]]:
             for future in as_completed(futures):
                 yield future.result()
         except BaseException:
+            for child in active_children():
+                child.terminate()  # the rows of finished runs are on the disk
             pool.shutdown(cancel_futures=True)
             raise
 
@@ -136,34 +61,13 @@ def run_drive(drive: Drive) -> list[Row]:
         if all(rows):
             return [row for row in rows if row]
         try:
-            recorded = _recorded(drive, code)
+            recorded = scans_of(drive, code)
         except (SimulatorFailedError, TrafficEndedError) as error:
             return [_finish(drive, each, {"code": code, **_failure(error)}) for each in entrants]
         scans = scans_digest(recorded.folder)
         key = {"code": code, "scans": scans}
         done = zip(entrants, rows, strict=True)
-        return [row or _finish(drive, each, key | _graded(drive, each, recorded)) for each, row in done]
-
-
-def record(drive: Drive) -> str:
-    """Record the scans of a drive only, and return the name of its folder."""
-    with hidden():
-        _recorded(drive, code_digest(drive))
-    return drive.name
-
-
-def code_digest(drive: Drive) -> str:
-    """Return the digest of the code and of the scenario that determine the rows of a drive."""
-    code = source_code.of_folders(*CODE)
-    return hashlib.blake2b(f"{code} {drive.load().model_dump_json()}".encode(), digest_size=12).hexdigest()
-
-
-def scans_digest(folder: Path) -> str:
-    """Return the digest of the files of recorded scans: what every tracker gets."""
-    digest = hashlib.blake2b(digest_size=12)
-    for path in sorted((folder / run_folder.SCANS).glob("*.parquet")):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()
+        return [row or _finish(drive, each, key | graded(drive, each, recorded)) for each, row in done]
 
 
 def row_path(drive: Drive, tracker: str) -> Path:
@@ -181,21 +85,7 @@ def _earlier(drive: Drive, entrant: Entrant, code: str) -> Row | None:
     return row if same.items() <= row.items() else None
 
 
-def _recorded(drive: Drive, code: str) -> RecordedRun:
-    """Return the recorded scans; those of another duration or code are recorded again."""
-    folder, mark = drive.out / SCANS / drive.name, drive.out / ROWS / f"scans-{drive.name}.json"
-    made_by = {"code": code, "duration_max_s": drive.duration_max_s}
-    try:
-        if json.loads(mark.read_text(encoding="utf-8")) == made_by:
-            return RecordedRun.open(folder)
-    except (OSError, ValueError, OutputError):
-        pass
-    execute(drive.load(), NoTracks, folder, record=False, record_scans=True)
-    write_json(mark, made_by)
-    return RecordedRun.open(folder)
-
-
-def _graded(drive: Drive, entrant: Entrant, recorded: RecordedRun) -> Row:
+def graded(drive: Drive, entrant: Entrant, recorded: RecordedRun) -> Row:
     """Run a tracker on the scans, write its folder, and return its figures; a broken contract is a failure."""
     try:
         result = Regrader(recorded, recorded.scenario).tracker(entrant, entrant.name)
@@ -226,19 +116,3 @@ def _finish(drive: Drive, entrant: Entrant, found: Row) -> Row:
     row = {**key, "duration_max_s": drive.duration_max_s, "settings": entrant.digest, **found}
     write_json(row_path(drive, entrant.name), row)
     return row
-
-
-def write_json(path: Path, content: object) -> None:
-    """Write a file atomically.
-
-    Raises
-    ------
-    OutputError
-        It cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_file.create(path) as temporary:
-            temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot write there ({error.strerror}); choose another folder with --out") from error

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from scenarios.league.entrants import REFERENCE, entrants
+from scenarios.league.gospa_difference import GOSPA, PairedDifference
 from scenarios.league.league_runs import Row
-from scenarios.league.standings import GOSPA, PairedDifference, Standing
+from scenarios.league.standings import Standing
 from scenarios.report.cells import NONE, table_of
 
 SHORT = {

@@ -8,45 +8,26 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.arrays import Floats
 from scenarios.compare import comparison, run_pairs
 from scenarios.compare.compared_metrics import COMPARED_METRICS, ComparedMetric
 from scenarios.compare.comparison import Comparison
 from scenarios.compare.digest import RunDigest, read_run
-from scenarios.compare.resampling import difference_interval
 from scenarios.compare.sides import Side
 from scenarios.league.entrants import REFERENCE
+from scenarios.league.gospa_difference import GOSPA, PairedDifference, gospa_difference, gospa_sums, mean_gospa
 from scenarios.league.league_runs import RUNS, Row
-from scenarios.run import run_folder
 from scenarios.statistics.confidence import Interval
 from scenarios.statistics.jackknife import SHARE, jackknife_interval
 
 HOTA: ComparedMetric = next(metric for metric in COMPARED_METRICS if metric.name == "track.hota")
-GOSPA = "track.gospa_m"
 PAIRED = ("track.hota", "track.id_switch_rate", "track.false_rate", "track.missed_rate")
 """Compared metrics of the standings."""
 NO_INTERVAL = (math.nan, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
-class PairedDifference:
-    """Difference of a metric to the shipped tracker, over the runs that both finished."""
-
-    difference: float
-    interval: Interval
-    """95 % interval; NaN without one."""
-    better: bool
-    """True if the tracker is better than the shipped one."""
-
-    @property
-    def clear(self) -> bool:
-        """True if the interval does not contain 0."""
-        return self.interval[0] > 0.0 or self.interval[1] < 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Standing:
-    """One tracker."""
+    """Figures of a tracker over all of its finished runs."""
 
     tracker: str
     runs: int
@@ -122,7 +103,7 @@ def _standing(name: str, of_tracker: Mapping[str, Sequence[Row]], sides: Mapping
         hota=hota,
         hota_interval=interval,
         counts={key: int(sum(row[key] or 0 for row in finished)) for key in ("id_switches", "false", "missed")},
-        gospa_m=_gospa([*_gospa_sums(sides[name]).values()]),
+        gospa_m=mean_gospa([*gospa_sums(sides[name]).values()]),
         step_ratio=_step_ratio(finished, of_tracker[REFERENCE]),
         differences={} if comparison_to is None else _differences(comparison_to, sides, name),
         hota_by_scenario=_by_scenario(digests),
@@ -160,35 +141,7 @@ def _differences(found: Comparison, sides: Mapping[str, Side], name: str) -> dic
             numbers = change.numbers
             better = change.metric.loss(numbers.difference) < 0.0
             differences[change.metric.name] = PairedDifference(numbers.difference, numbers.interval, better)
-    base, head = _gospa_sums(sides[REFERENCE]), _gospa_sums(sides[name])
-    common = [key for key in head if key in base]
-    return {**differences, GOSPA: _gospa_difference([base[key] for key in common], [head[key] for key in common])}
-
-
-def _gospa_sums(side: Side) -> dict[object, Floats]:
-    """Return sum of GOSPA [m] and number of frames of each run."""
-    found: dict[object, Floats] = {}
-    for key in side.runs:
-        metric = run_folder.read(side.path / f"{key.scenario}-seed{key.seed}").metrics[GOSPA]
-        if metric.value is not None:
-            found[key] = np.array([metric.value * metric.n, metric.n])
-    return found
-
-
-def _gospa(sums: Sequence[Floats]) -> float:
-    total = np.sum(sums, axis=0) if sums else np.zeros(2)
-    return float(total[0] / total[1]) if total[1] else math.nan
-
-
-def _gospa_difference(base: Sequence[Floats], head: Sequence[Floats]) -> PairedDifference:
-    """Return the difference of the means over frames, with an interval that leaves out one run after the other."""
-    difference = _gospa(head) - _gospa(base)
-    rest = [
-        _gospa([*head[:run], *head[run + 1 :]]) - _gospa([*base[:run], *base[run + 1 :]]) for run in range(len(head))
-    ]
-    weight = np.array([float(each[1]) for each in head])
-    interval = difference_interval(difference, np.array(rest), weight)
-    return PairedDifference(difference, interval, difference < 0.0)
+    return {**differences, GOSPA: gospa_difference(gospa_sums(sides[REFERENCE]), gospa_sums(sides[name]))}
 
 
 def _step_ratio(rows: Sequence[Row], reference: Sequence[Row]) -> float:

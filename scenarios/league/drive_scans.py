@@ -1,0 +1,67 @@
+"""Recorded scans of a drive, which all trackers get."""
+
+import hashlib
+import json
+from pathlib import Path
+
+from scenarios.errors import OutputError
+from scenarios.execute import execute
+from scenarios.league.drive import Drive
+from scenarios.league.json_file import write_json
+from scenarios.offline.recorded_run import RecordedRun
+from scenarios.run import run_folder
+from scenarios.run.progress import hidden
+from scenarios.study import source_code
+from tracker.records import Tracks
+from tracker.scan import Scan
+from tracker.tracker import TrackerConfig
+
+SCANS, ROWS = "scans", "rows"
+CODE = ("sim", "sensor_model", "tracker", "scenarios/grading", "scenarios/league/trackers")
+"""Folders of luxloop whose code determines a row."""
+
+
+class NoTracks:
+    """Device without tracks, for the recording of scans."""
+
+    def __init__(self, _config: TrackerConfig) -> None:
+        pass
+
+    def step(self, _scan: Scan) -> Tracks:
+        """Return no tracks."""
+        return Tracks.from_boxes([], [], [], [])
+
+
+def record(drive: Drive) -> str:
+    """Record the scans of a drive only, and return the name of its folder."""
+    with hidden():
+        scans_of(drive, code_digest(drive))
+    return drive.name
+
+
+def scans_of(drive: Drive, code: str) -> RecordedRun:
+    """Return the recorded scans; those of another duration or code are recorded again."""
+    folder, mark = drive.out / SCANS / drive.name, drive.out / ROWS / f"scans-{drive.name}.json"
+    made_by = {"code": code, "duration_max_s": drive.duration_max_s}
+    try:
+        if json.loads(mark.read_text(encoding="utf-8")) == made_by:
+            return RecordedRun.open(folder)
+    except (OSError, ValueError, OutputError):
+        pass
+    execute(drive.load(), NoTracks, folder, record=False, record_scans=True)
+    write_json(mark, made_by)
+    return RecordedRun.open(folder)
+
+
+def code_digest(drive: Drive) -> str:
+    """Return the digest of the code and of the scenario that determine the rows of a drive."""
+    code = source_code.of_folders(*CODE)
+    return hashlib.blake2b(f"{code} {drive.load().model_dump_json()}".encode(), digest_size=12).hexdigest()
+
+
+def scans_digest(folder: Path) -> str:
+    """Return the digest of the files of recorded scans: what every tracker gets."""
+    digest = hashlib.blake2b(digest_size=12)
+    for path in sorted((folder / run_folder.SCANS).glob("*.parquet")):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,150 @@
+"""League of two tiny scenarios, one seed and all trackers."""
+
+import json
+import shutil
+
+import pandas as pd
+import pytest
+from support import league_scenes
+
+from scenarios.cli import main
+from scenarios.execute import execute
+from scenarios.files.scenario import Scenario
+from scenarios.league import drive_scans, league_runs
+from scenarios.league.drive import drives
+from scenarios.league.entrants import REFERENCE, Entrant, entrants
+from scenarios.league.standings import pooled_hota
+from scenarios.offline.recorded_run import RecordedRun
+from scenarios.run import device, run_folder
+
+SEED = 3
+
+
+@pytest.fixture(scope="module")
+def league(tmp_path_factory):
+    """Folder of a league, its scenarios, and its exit code."""
+    folder = tmp_path_factory.mktemp("league")
+    scenarios = league_scenes.write(folder)
+    return folder / "out", scenarios, run(scenarios, folder / "out")
+
+
+def run(scenarios, out, *options):
+    return main(["league", *scenarios, "--seeds", str(SEED), "--workers", "1", "--out", str(out), "-q", *options])
+
+
+@pytest.fixture(scope="module")
+def rows(league):
+    return pd.read_csv(league[0] / "league.csv")
+
+
+def test_all_trackers_have_a_row_per_scenario(league, rows):
+    assert league[2] == 0
+    assert set(rows["status"]) == {"finished"}
+    assert sorted(zip(rows["tracker"], rows["scenario"], strict=True)) == sorted(
+        (name, scenario) for name in entrants() for scenario in ("left", "right")
+    )
+    assert len(entrants()) >= 7
+
+
+def test_all_trackers_had_the_same_scans(rows):
+    assert rows.groupby("scenario")["scans"].nunique().tolist() == [1, 1]
+    assert rows["scans"].nunique() == 2
+    assert rows["trace_hash"].nunique() == len(rows)  # but different tracks
+
+
+def test_the_shipped_tracker_has_the_tracks_of_a_run_in_the_loop(league, rows, tmp_path):
+    scenario = Scenario.load(league_scenes_path(league, "left"), {"seed": SEED})
+    alone = execute(scenario, device.load(device.SHIPPED), tmp_path / "run", record=False).result
+    row = rows[(rows["tracker"] == REFERENCE) & (rows["scenario"] == "left")].iloc[0]
+    assert row["trace_hash"] == alone.trace_hash
+    assert row["hota"] == alone.metrics["track.hota"].value
+
+
+def league_scenes_path(league, name):
+    return league[0].parent / f"{name}.toml"
+
+
+def test_the_document_and_the_page_rank_the_trackers_by_hota(league, rows):
+    document = json.loads((league[0] / "league.json").read_text(encoding="utf-8"))
+    values = [each["hota"] for each in document["standings"]]
+    assert values == sorted(values, reverse=True)
+    first = document["standings"][0]["tracker"]
+    page = (league[0] / "league.html").read_text(encoding="utf-8")
+    assert (f"not the best: {first}" in page) == (first != REFERENCE)
+    for each in document["standings"]:
+        own = rows[rows["tracker"] == each["tracker"]].set_index("scenario")
+        assert each["counts"] == {name: own[name].sum() for name in ("id_switches", "false", "missed")}
+        for scenario, hota in each["hota_by_scenario"].items():  # one seed: pooled sums give the metric of the run
+            assert hota == pytest.approx(own.loc[scenario, "hota"], abs=1e-6)
+        assert each["hota_interval"][0] < each["hota"] < each["hota_interval"][1]
+    assert (league[0] / "hota.svg").is_file()
+    assert (league[0] / "hota.png").is_file()
+
+
+def test_blame_is_named_exactly_where_another_tracker_has_the_highest_hota(league, rows):
+    document = json.loads((league[0] / "league.json").read_text(encoding="utf-8"))
+    best = rows.loc[rows.groupby("scenario")["hota"].idxmax()]
+    beaten = best[best["tracker"] != REFERENCE]["scenario"].tolist()
+    assert [command.split()[:2] for command in document["blame"]] == [["luxloop", "blame"]] * len(beaten)
+    assert all(any(f"{name}.toml" in command for command in document["blame"]) for name in beaten)
+
+
+def test_a_second_start_takes_up_finished_runs_and_runs_only_what_is_missing(league):
+    out, scenarios, _ = league
+    before = {path: path.stat().st_mtime_ns for path in (out / "rows").iterdir()}
+    missing = out / "rows" / f"norfair-left-seed{SEED}.json"
+    text = missing.read_text(encoding="utf-8")
+    missing.unlink()
+    assert run(scenarios, out) == 0
+    after = {path: path.stat().st_mtime_ns for path in (out / "rows").iterdir()}
+    assert {path for path in after if after[path] != before[path]} == {missing}
+    again, earlier = json.loads(missing.read_text(encoding="utf-8")), json.loads(text)
+    assert all(again[key] == earlier[key] for key in earlier if not key.startswith("step_ms"))
+
+
+def test_a_tracker_that_breaks_its_contract_is_a_row_and_the_exit_code(league, tmp_path, capsys):
+    out, scenarios, _ = league
+    drive = drives(scenarios[:1], [SEED], 4.0, [], out)[0]
+    recorded = RecordedRun.open(out / drive_scans.SCANS / drive.name)
+    row = league_runs.graded(drive, Entrant("broken", "support.rogue_trackers:HasNoStep", ""), recorded)
+    assert row["status"] == "failed"
+    assert "HasNoStep" in row["error"] or "step" in row["error"]
+    assert row["hota"] is None
+    copy = tmp_path / "out"
+    shutil.copytree(out, copy)
+    path = league_runs.row_path(drive, "norfair")
+    failed = {**json.loads(path.read_text(encoding="utf-8")), **row}
+    (copy / "rows" / path.name).write_text(json.dumps(failed), encoding="utf-8")
+    capsys.readouterr()
+    assert run(scenarios, copy, "--json") == 1
+    document = json.loads(capsys.readouterr().out)
+    norfair = next(each for each in document["standings"] if each["tracker"] == "norfair")
+    assert (norfair["runs"], norfair["failed"]) == (1, 1)
+    assert "left seed 3" in (copy / "league.html").read_text(encoding="utf-8")
+
+
+def test_pooled_hota_of_one_run_is_its_metric(league):
+    from scenarios.compare.digest import read_run
+
+    folder = league[0] / "runs" / REFERENCE / f"left-seed{SEED}"
+    assert pooled_hota([read_run(folder)])[0] == pytest.approx(
+        run_folder.read(folder).metrics["track.hota"].value, abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--trackers", "kalman"], "--trackers kalman: no such tracker"),
+        (["--seeds", "1;2"], "--seeds 1;2: give seeds as 11,12,13"),
+        (["cruise-on-tracks"], "control: the ego drives by its tracks"),
+        (["truck-shadow", "truck-shadow"], "given twice"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["league", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
