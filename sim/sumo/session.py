@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any, ClassVar
 
-from sim.source import SimulatorFailedError, TrafficInputError
+from sim.source import SimulatorFailedError, StartReport, StartStatus, TrafficInputError, ignore_status
 from sim.sumo.error_messages import captured_stderr, one_line
-from sim.sumo.input_checks import clean_up, sumo_command
+from sim.sumo.input_checks import clean_up, input_files, sumo_command
 from sim.sumo.opendrive_net import converted
 from sim.sumo.sumo_config import OPENDRIVE, SumoTraffic
 
@@ -30,8 +30,15 @@ class SumoSession:
         self.command: list[str] = []
         """SUMO's command line, since `start`."""
 
-    def start(self, seed: int) -> Any:
+    def start(self, seed: int, report: StartReport = ignore_status) -> Any:
         """Start SUMO without output on the terminal and return libsumo.
+
+        Parameters
+        ----------
+        seed
+            Seed of SUMO.
+        report
+            Called before SUMO loads the net.
 
         Raises
         ------
@@ -47,6 +54,8 @@ class SumoSession:
         import libsumo
 
         self._sumo, SumoSession._running = libsumo, self
+        (net,) = input_files(self.command, ["net-file"])
+        report(StartStatus(f"SUMO loads {net.name} ({net.stat().st_size / 1e6:.1f} MB)", file=str(net.resolve())))
         with captured_stderr() as captured:
             try:
                 libsumo.start(self.command)
