@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from benchmarks import (
+    bench_city,
     bench_fit,
     bench_loop,
     bench_overhead,
@@ -28,7 +29,8 @@ from benchmarks.reference import reference_ms
 
 OUT = Path(__file__).parent / "latest.json"
 BENCHES = (
-    bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_scaling, bench_sweep, bench_overhead,
+    bench_sensor, bench_fit, bench_tracker, bench_traffic, bench_loop, bench_scaling, bench_city, bench_sweep,
+    bench_overhead,
 )  # fmt: skip
 MS = {"us": 1e-3, "ms": 1.0, "s": 1e3}
 """Milliseconds per unit of time."""

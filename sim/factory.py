@@ -11,7 +11,7 @@ from sim.process.process_source import AHEAD, ProcessSource
 from sim.replay.replay_config import ReplayTraffic
 from sim.replay.replay_source import ReplaySource
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
-from sim.source import TrafficSource
+from sim.source import StartReport, TrafficSource
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 from sim.sumo.survey import SumoSurvey
@@ -43,6 +43,12 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
             return ReplaySource(config, folder, range_m)
         case OpenScenarioTraffic():
             return OpenScenarioSource(config, folder, range_m)
+
+
+def watch_start(source: TrafficSource | ProcessSource[None, Moment], report: StartReport) -> None:
+    """Let a source report what it does during its `reset`; those that start at once report nothing."""
+    if isinstance(source, ProcessSource):
+        source.report_start = report
 
 
 def make_survey(config: SumoTraffic, folder: Path) -> ProcessSource[None, Moment]:

@@ -1,5 +1,6 @@
 """Interface between the run loop and a traffic source, with its errors."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -33,6 +34,26 @@ class EgoCommand:
     """Target lane, counted from the right, 0 first (SUMO)."""
     action: Any = None
     """Action of the environment: an index, or an array of indices or floats (highway-env)."""
+
+
+@dataclass(frozen=True, slots=True)
+class StartStatus:
+    """What a source does during its `reset`, for a progress bar."""
+
+    activity: str
+    share: float | None = None
+    """Share that is done, 0 to 1; None if unknown."""
+    file: str = ""
+    """File that is read meanwhile, so that the position in it shows the progress."""
+    process: int | None = None
+    """Number of the process that reads it; None is this one."""
+
+
+StartReport = Callable[[StartStatus], None]
+
+
+def ignore_status(_: StartStatus) -> None:
+    """Show nothing."""
 
 
 class TrafficSource(Protocol):

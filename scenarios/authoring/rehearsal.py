@@ -8,7 +8,7 @@ import numpy as np
 from scenarios.authoring.ego_survey import sensor_range
 from scenarios.files.scenario import Scenario
 from scenarios.run import progress
-from sim.factory import make_source
+from sim.factory import make_source, watch_start
 from sim.source import TrafficEndedError
 from sim.world import VEHICLE_KINDS, WorldFrame
 
@@ -44,7 +44,9 @@ def rehearse(scenario: Scenario) -> Rehearsal:
     """
     near, end = [], ""
     with closing(make_source(scenario.traffic, scenario.folder, sensor_range(scenario.rig, scenario.folder))) as source:
-        source.reset(scenario.seed)
+        with progress.start("rehearsal") as report:
+            watch_start(source, report)
+            source.reset(scenario.seed)
         count = max(1, round(scenario.duration_s / source.dt))
         try:
             for _ in progress.frames(count, source.dt, "rehearsal"):

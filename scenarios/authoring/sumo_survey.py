@@ -8,7 +8,7 @@ from scenarios.run import progress
 from sim.candidates.candidate_log import CandidateLog
 from sim.candidates.candidates import Candidates
 from sim.candidates.moment import Moment
-from sim.factory import make_survey
+from sim.factory import make_survey, watch_start
 from sim.process.process_source import ProcessSource
 from sim.source import TrafficEndedError
 from sim.sumo.sumo_config import SumoTraffic
@@ -38,7 +38,9 @@ def survey(traffic: SumoTraffic, folder: Path, seed: int, window_s: float, range
     """
     log = CandidateLog(range_m, near_m)
     with closing(make_survey(traffic, folder)) as source:
-        source.reset(seed)
+        with progress.start("survey") as report:
+            watch_start(source, report)
+            source.reset(seed)
         count = max(1, round(window_s / source.dt))
         for moment in progress.steps("survey", count, f"moments of {source.dt:g} s", _moments(source, count)):
             log.add(moment)

@@ -27,7 +27,7 @@ from scenarios.run.warm_up import warm_up
 from sensor_model.lidar import Lidar
 from sensor_model.rig.rig import Rig, RigError, load_rig
 from sensor_model.truth import ScanTruth
-from sim.factory import make_source
+from sim.factory import make_source, watch_start
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
@@ -158,7 +158,9 @@ def _drives(
 def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
     """Start the traffic. Errors of the source get the path of the scenario file, which the source does not know."""
     try:
-        return source.reset(scenario.seed)
+        with progress.start(scenario.name) as report:
+            watch_start(source, report)
+            return source.reset(scenario.seed)
     except TrafficInputError as error:
         raise ScenarioError(f"{scenario.path}: traffic: {error}") from error
 

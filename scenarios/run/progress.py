@@ -2,8 +2,9 @@
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from pathlib import Path
 from typing import TypeVar
 
 from rich.console import Console
@@ -17,7 +18,10 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.progress_bar import ProgressBar
 from rich.text import Text
+
+from sim.source import StartReport, StartStatus
 
 _Item = TypeVar("_Item")
 
@@ -45,18 +49,52 @@ class _RealTimeFactor(ProgressColumn):
         return Text("" if task.speed is None else f"{task.speed * self._dt:.1f} x real time")
 
 
-def frames(count: int, dt: float, name: str) -> Iterator[int]:
-    """Yield 0 to `count` - 1 and show the progress; frames are `dt` [s] apart.
+class _StartColumn(ProgressColumn):
+    """Bar of a start: its share or the position in the file that is read, else a pulse."""
 
-    A run in a thread, as on a worker of a sweep, shows no bar: the sweep shows one.
-    """
+    def render(self, task: Task) -> ProgressBar:
+        status: StartStatus | None = task.fields["status"]
+        share = status and (status.share if status.share is not None else _share_read(status))
+        return ProgressBar(1.0, share or 0.0, width=40, pulse=share is None, animation_time=task.elapsed)
+
+
+def _share_read(status: StartStatus) -> float | None:
+    """Return the share of a file that a process has read, by its open descriptors; None where the system has none."""
+    folder = Path("/proc", "self" if status.process is None else str(status.process))
+    try:
+        for link in (folder / "fd").iterdir():
+            with suppress(OSError):  # closed meanwhile
+                if str(link.readlink()) == status.file:
+                    position = int((folder / "fdinfo" / link.name).read_text().split()[1])
+                    return position / max(Path(status.file).stat().st_size, 1)
+    except OSError:
+        pass
+    return None
+
+
+@contextmanager
+def start(name: str) -> Iterator[StartReport]:
+    """Show what a source does until frame 0. Yields the function that takes its reports."""
     console = Console(stderr=True)
-    shown = console.is_terminal and not _hidden.get() and threading.current_thread() is threading.main_thread()
+    columns = (TextColumn("{task.description}", markup=False), _StartColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not _shown(console)) as bar:
+        task = bar.add_task(name, total=None, status=None)
+        yield lambda status: bar.update(task, description=f"{name}: {status.activity}", status=status)
+
+
+def _shown(console: Console) -> bool:
+    """Return False for a run in a thread, as on a worker of a sweep: the sweep shows a bar."""
+    return console.is_terminal and not _hidden.get() and threading.current_thread() is threading.main_thread()
+
+
+def frames(count: int, dt: float, name: str) -> Iterator[int]:
+    """Yield 0 to `count` - 1 and show the progress; frames are `dt` [s] apart."""
+    console = Console(stderr=True)
     columns = (
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TextColumn("frames"),
         _RealTimeFactor(dt), TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=console, transient=True, disable=not shown) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not _shown(console)) as bar:
         yield from bar.track(range(count), total=count, description=name)
 
 

@@ -17,6 +17,7 @@ import sys
 import tempfile
 import uuid
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -25,7 +26,15 @@ import numpy as np
 from sim.arrays import Floats
 from sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
 from sim.process.worker import Request, StartRun
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.source import (
+    EgoCommand,
+    SimulatorFailedError,
+    StartReport,
+    StartStatus,
+    TrafficEndedError,
+    TrafficInputError,
+    ignore_status,
+)
 
 IDLE_PATIENCE_S = 10.0
 """Longest wait for the reply of an idle process [s]; a new one takes its place."""
@@ -84,6 +93,8 @@ class ProcessSource(Generic[Start_co, Frame_co]):
         self.origin = np.zeros(2)
         self.warnings: tuple[str, ...] = ()
         self.ego_name = ""
+        self.report_start: StartReport = ignore_status
+        """Called during `reset` with what the worker does."""
         self._source = source
         self._name = name
         self._ahead = ahead
@@ -146,7 +157,8 @@ class ProcessSource(Generic[Start_co, Frame_co]):
             raise SimulatorFailedError(f"{self._name} is not running: call reset first")
         try:
             process.send(request)
-            reply = process.receive()
+            while isinstance(reply := process.receive(), StartStatus):
+                self.report_start(replace(reply, process=process.number))
         except EOFError:
             reason, remedy = process.exit_reason()
             self._drop(process)
@@ -210,6 +222,11 @@ class _Process:
         process = cls()
         process._pipe.patience_s = patience_s
         return process
+
+    @property
+    def number(self) -> int:
+        """Its number in the operating system."""
+        return self._popen.pid
 
     def _is_alive(self) -> bool:
         """Return True if the process replies; `poll` may not report a process that was killed just now."""

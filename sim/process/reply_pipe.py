@@ -9,7 +9,7 @@ import select
 from typing import Any
 
 PATIENCE_S = 600.0
-"""[s] Longest wait for a reply: the largest nets take minutes to load."""
+"""[s] Longest wait for a reply or a report: the largest nets take minutes to load."""
 SLICE_S = 1.0
 """[s] The wait is counted in slices, so that a run that was itself stopped (Ctrl-Z) loses one at most."""
 

@@ -11,6 +11,7 @@ import signal
 import sys
 import tempfile
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -20,12 +21,18 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
-from sim.source import TrafficError, TrafficSource
+from sim.source import StartStatus, TrafficError, TrafficSource
+
+REPORT_INTERVAL_S = 0.2
+"""[s] Least time between two reports of one activity."""
 
 
 @dataclass(frozen=True, slots=True)
 class StartRun:
-    """Request for a new run. The reply is (obstacles, origin, warnings, ego), or an error that the parent raises."""
+    """Request for a new run. The reply is (obstacles, origin, warnings, ego), or an error that the parent raises.
+
+    Any number of `StartStatus` comes before the reply.
+    """
 
     source: bytes
     """Pickled `TrafficSource` before its reset; it is unpickled after `path` is applied."""
@@ -95,6 +102,8 @@ def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[ob
     os.chdir(start.folder)
     sys.path[:] = start.path
     source: TrafficSource = pickle.loads(start.source)
+    if hasattr(source, "report_start"):  # only sources whose start takes long have it
+        source.report_start = _throttled(send)
     start_reply = _attempt(lambda: (source.reset(start.seed), source.origin, source.warnings, source.ego_name))
     send(start_reply)
     frames = _frames(source)
@@ -112,6 +121,20 @@ def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[ob
                 send(_attempt(partial(source.apply, request)))
         send(next(frames))
         pending -= 1
+
+
+def _throttled(send: Callable[[object], None]) -> Callable[[StartStatus], None]:
+    """Return a report that sends every new activity, and its progress now and then."""
+    last, activity = 0.0, ""
+
+    def report(status: StartStatus) -> None:
+        nonlocal last, activity
+        now = time.monotonic()
+        if status.activity != activity or now > last + REPORT_INTERVAL_S:
+            send(status)
+            last, activity = now, status.activity
+
+    return report
 
 
 def _clear_stderr() -> None:

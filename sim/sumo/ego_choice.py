@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from sim.candidates.candidate_log import CandidateLog
 from sim.candidates.want import Want
-from sim.source import TrafficEndedError, TrafficInputError
+from sim.source import StartReport, StartStatus, TrafficEndedError, TrafficInputError, ignore_status
 from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.survey import SumoSurvey
@@ -30,7 +30,7 @@ class Entries:
     """With the vehicle class."""
 
 
-def best_ego(config: SumoTraffic, folder: Path, seed: int, range_m: float) -> str:
+def best_ego(config: SumoTraffic, folder: Path, seed: int, range_m: float, report: StartReport = ignore_status) -> str:
     """Return the SUMO id of the first candidate in the order of `Candidates.order`, by a survey of `max_wait_s`.
 
     Raises
@@ -40,9 +40,11 @@ def best_ego(config: SumoTraffic, folder: Path, seed: int, range_m: float) -> st
     """
     want = Want(config.ego.partition(":")[2] or Want.NEIGHBOURS)
     log, survey = CandidateLog(range_m), SumoSurvey(config, folder)
+    survey.report_start = report
     try:
         survey.reset(seed)
-        for _ in range(max(1, round(config.max_wait_s / survey.dt))):
+        for moment in range(count := max(1, round(config.max_wait_s / survey.dt))):
+            report(StartStatus(f"SUMO runs for the choice of the ego, {config.max_wait_s:.0f} s", moment / count))
             log.add(survey.step())
     except TrafficEndedError:
         pass
@@ -58,7 +60,9 @@ def best_ego(config: SumoTraffic, folder: Path, seed: int, range_m: float) -> st
     return name
 
 
-def await_ego(sumo: Any, ego: str, until: float, *, any_class: bool = False) -> str:
+def await_ego(
+    sumo: Any, ego: str, until: float, report: StartReport = ignore_status, *, any_class: bool = False
+) -> str:
     """Step SUMO until the ego enters.
 
     Parameters
@@ -69,6 +73,8 @@ def await_ego(sumo: Any, ego: str, until: float, *, any_class: bool = False) -> 
         Selector of the ego, see `sim.sumo.sumo_config.SumoTraffic`.
     until
         Time limit on SUMO's clock [s].
+    report
+        Called with the progress.
     any_class
         Accept vehicles that cannot carry the rig.
 
@@ -84,7 +90,7 @@ def await_ego(sumo: Any, ego: str, until: float, *, any_class: bool = False) -> 
     """
     selector, _, wanted = ego.partition(":")
     entries, begin = Entries(), sumo.simulation.getTime()
-    while _goes_on(sumo, begin, until):
+    while _goes_on(sumo, begin, until, report):
         sumo.simulationStep()
         for name in sorted(sumo.simulation.getDepartedIDList()):
             label = sumo.vehicle.getRouteID(name) if selector == "route" else name
@@ -103,14 +109,22 @@ def await_ego(sumo: Any, ego: str, until: float, *, any_class: bool = False) -> 
     raise TrafficInputError(_not_entered(sumo, ego, entries, sumo.simulation.getTime() - begin))
 
 
-def await_busy_ego(sumo: Any, required: int, range_m: float, until: float, *, any_class: bool = False) -> str:
+def await_busy_ego(
+    sumo: Any,
+    required: int,
+    range_m: float,
+    until: float,
+    report: StartReport = ignore_status,
+    *,
+    any_class: bool = False,
+) -> str:
     """Step SUMO until enough vehicles are around one that can be the ego, and return its SUMO id.
 
     Of several, it returns the one that has driven least, so that most of its route is left.
 
     Parameters
     ----------
-    sumo, until, any_class
+    sumo, until, report, any_class
         As `await_ego`.
     required
         Number of other vehicles.
@@ -125,7 +139,7 @@ def await_busy_ego(sumo: Any, required: int, range_m: float, until: float, *, an
     begin, steps = sumo.simulation.getTime(), max(1, round(CHECK_S / sumo.simulation.getDeltaT()))
     most, busiest = -1, ""
     classes: dict[str, str] = {}
-    while _goes_on(sumo, begin, until):
+    while _goes_on(sumo, begin, until, report):
         for _ in range(steps):
             sumo.simulationStep()
         names = [name for name in sorted(sumo.vehicle.getIDList()) if sumo.vehicle.getPosition(name)[0] >= OFF_ROAD_M]
@@ -172,9 +186,12 @@ def none_entered(ego: str, waited: float, classes: Sequence[str], people: int = 
     return f'ego = "{ego}": no vehicle entered in {waited:.0f} s{only}; add vehicles to the routes, or raise max_wait_s'
 
 
-def _goes_on(sumo: Any, begin: float, until: float) -> bool:
+def _goes_on(sumo: Any, begin: float, until: float, report: StartReport) -> bool:
     """Return False after the time limit, or if no road user is left; before the first step SUMO may know of none."""
     now = sumo.simulation.getTime()
+    report(
+        StartStatus(f"SUMO runs until the ego enters, at most {until - begin:.0f} s", (now - begin) / (until - begin))
+    )
     return bool(now < until and (now == begin or sumo.simulation.getMinExpectedNumber() > 0))
 
 

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any, ClassVar
 
-from sim.source import SimulatorFailedError, TrafficInputError
+from sim.source import SimulatorFailedError, StartReport, StartStatus, TrafficInputError, ignore_status
 from sim.sumo.error_messages import captured_stderr, one_line
-from sim.sumo.input_checks import clean_up, sumo_command
+from sim.sumo.input_checks import clean_up, input_files, sumo_command
 from sim.sumo.opendrive_net import converted
 from sim.sumo.sumo_config import OPENDRIVE, SumoTraffic
 
@@ -35,8 +35,15 @@ class SumoSession:
         """Path of the net, since `start`."""
         return Path(self.command[self.command.index("--net-file") + 1])
 
-    def start(self, seed: int) -> Any:
+    def start(self, seed: int, report: StartReport = ignore_status) -> Any:
         """Start SUMO without output on the terminal and return libsumo.
+
+        Parameters
+        ----------
+        seed
+            Seed of SUMO.
+        report
+            Called before SUMO loads the net.
 
         Raises
         ------
@@ -52,6 +59,8 @@ class SumoSession:
         import libsumo
 
         self._sumo, SumoSession._running = libsumo, self
+        (net,) = input_files(self.command, ["net-file"])
+        report(StartStatus(f"SUMO loads {net.name} ({net.stat().st_size / 1e6:.1f} MB)", file=str(net.resolve())))
         with captured_stderr() as captured:
             try:
                 libsumo.start(self.command)

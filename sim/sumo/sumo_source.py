@@ -11,7 +11,15 @@ from sim.arrays import Floats
 from sim.frame_builder import FrameBuilder
 from sim.physical.layer import PhysicalTruth
 from sim.roster import Roster
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.source import (
+    EgoCommand,
+    SimulatorFailedError,
+    StartReport,
+    StartStatus,
+    TrafficEndedError,
+    TrafficInputError,
+    ignore_status,
+)
 from sim.sumo.ego import EgoControl
 from sim.sumo.ego_choice import await_busy_ego, await_ego, best_ego
 from sim.sumo.error_messages import one_line
@@ -52,6 +60,8 @@ class SumoSource:
         self._folder = folder
         self._range = range_m
         self.ego_name = ""
+        self.report_start: StartReport = ignore_status
+        """Called during `reset` with what SUMO does."""
         self._session = SumoSession(config, folder)
         self._sumo: Any = None
         self._control: EgoControl | None = None
@@ -61,8 +71,8 @@ class SumoSource:
         self.close()
         ego = self._config.ego
         if ego.partition(":")[0] == "best":
-            ego = f"vehicle:{best_ego(self._config, self._folder, seed, self._range)}"
-        libsumo = self._sumo = self._session.start(seed)
+            ego = f"vehicle:{best_ego(self._config, self._folder, seed, self._range, self.report_start)}"
+        libsumo = self._sumo = self._session.start(seed, self.report_start)
         try:
             return self._set_up(ego, seed)
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
@@ -122,8 +132,10 @@ class SumoSource:
         """Step SUMO until the ego is in the net, and return its SUMO id."""
         config, any_class = self._config, self._config.ego_any_class
         if ego == "first" and config.min_vehicles:
-            return await_busy_ego(self._sumo, config.min_vehicles, self._range, until, any_class=any_class)
-        return await_ego(self._sumo, ego, until, any_class=any_class)
+            return await_busy_ego(
+                self._sumo, config.min_vehicles, self._range, until, self.report_start, any_class=any_class
+            )
+        return await_ego(self._sumo, ego, until, self.report_start, any_class=any_class)
 
     def _await_vehicles(self, until: float) -> None:
         """Step SUMO until the start of the frames, with enough vehicles around the ego."""
@@ -134,6 +146,7 @@ class SumoSource:
             arrived = self._ego in simulation.getArrivedIDList()
             if arrived or simulation.getTime() >= until:
                 raise TrafficInputError(self._too_few(count_max, arrived, begin))
+            self.report_start(StartStatus(f"SUMO runs until frame 0, {simulation.getTime():.0f} s on its clock"))
             self._sumo.simulationStep()
 
     def _too_few(self, count_max: int, arrived: bool, begin: float) -> str:

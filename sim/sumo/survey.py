@@ -11,7 +11,14 @@ import numpy as np
 
 from sim.arrays import Floats
 from sim.candidates.moment import Body, Moment
-from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
+from sim.source import (
+    EgoCommand,
+    SimulatorFailedError,
+    StartReport,
+    TrafficEndedError,
+    TrafficInputError,
+    ignore_status,
+)
 from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
 from sim.sumo.session import SumoSession
 from sim.sumo.sumo_config import SumoTraffic
@@ -41,12 +48,13 @@ class SumoSurvey:
         self.origin: Floats = np.zeros(2)
         self.warnings: tuple[str, ...] = ()
         self.ego_name = ""
+        self.report_start: StartReport = ignore_status
         self._session = SumoSession(config, folder)
         self._sumo: Any = None
 
     def reset(self, seed: int) -> None:
         """Start SUMO. See `TrafficSource.reset`."""
-        self._sumo = self._session.start(seed)
+        self._sumo = self._session.start(seed, self.report_start)
         self._known: dict[str, tuple[int, float]] = {}
         self._begin = self._sumo.simulation.getTime()
 

@@ -446,3 +446,22 @@ def test_sumo_with_a_controlled_ego_in_a_worker_equals_sumo_in_process(crossing)
         commanded, free = play(source, 5, 60, commands), play(source, 5, 60)
     assert arrays(commanded[-1])[0] == arrays(free[-1])[0]
     assert not np.array_equal(commanded[-1].ego.pose_world, free[-1].ego.pose_world), "the commands had no effect"
+
+
+def test_the_start_reports_what_sumo_does():
+    """The worker names the net before SUMO loads it, and counts the time that SUMO runs until the ego enters."""
+    scenario = Scenario.load(shipped.find("sumo-crossing"))
+    source = ProcessSource(SumoSource(scenario.traffic, scenario.folder, 200.0), "SUMO")
+    reports = []
+    source.report_start = reports.append
+
+    with closing(source):
+        source.reset(1)
+        assert isinstance(source.step(), WorldFrame)
+
+    net = scenario.folder / scenario.traffic.net
+    assert reports[0].activity == f"SUMO loads crossing.net.xml ({net.stat().st_size / 1e6:.1f} MB)"
+    assert Path(reports[0].file) == net.resolve()
+    assert reports[0].process not in (None, os.getpid())
+    assert reports[1].activity.startswith("SUMO runs until the ego enters, at most 300 s")
+    assert 0.0 <= reports[1].share < 1.0
