@@ -8,11 +8,11 @@ import numpy as np
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
 from sensor_model.bodies.body import Appearance, Body, build
+from sensor_model.bodies.kernels.tilting import tilt_solids
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import WAVES
 from sensor_model.bodies.tilt import tilt_rotations
-from sensor_model.kernels.tilting import tilt_solids
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
 
