@@ -27,7 +27,7 @@ class Bodies:
     The level frame of a body is its pose in the horizontal ego frame; z is the height above the road under the ego. The
     body tilts by its attitude about the point of the road under its pose. The roll axis of passenger cars is near the
     road (Gillespie 1992, "Fundamentals of Vehicle Dynamics", chapter 7), and riders lean about the line through their
-    tyres. Solids that stand on the road, such as wheels, tilt too, by 3 cm on a braking car, and reach down to it.
+    tyres. Solids that stand on the road, such as wheels, tilt too, by 2 cm on a braking car, and reach down to it.
     """
 
     pose_ego: Floats
