@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from sensor_pictures.attitude import EGO_FRONT_M, LAYER_COLORS
 from sensor_pictures.stage import Floats, label, one_unit, only_beam, save, scene, sense, sheet
 
-from sim.scripted.motions import Straight
+from sim.scripted.motions import Motion, Straight
 from sim.scripted.script import ScriptedActor, ScriptedEgo
 from sim.suspension import SPRUNG, Suspension
 from sim.world import Kind
@@ -53,9 +53,10 @@ def _beams(axes: Axes) -> None:
     for layer, color in enumerate(LAYER_COLORS):
         for pitched in (False, True):
             x, z = _beam(layer, pitched=pitched)
-            style = {"linewidth": 1.6, "marker": "o", "markevery": [1]} if pitched else {"linestyle": "--"}
-            name = f"layer {layer}" if pitched else None
-            axes.plot(x, z, color=color, label=name, markersize=5, **{"linewidth": 1.0, **style})
+            if pitched:
+                axes.plot(x, z, color=color, label=f"layer {layer}", linewidth=1.6, marker="o", markevery=[1])
+            else:
+                axes.plot(x, z, color=color, linestyle="--", linewidth=1.0)
     rear = EGO_FRONT_M + GAP_M
     axes.fill([rear, rear, rear + 4.7, rear + 4.7], [0.2, 0.9, 0.9, 0.2], color="0.85", zorder=0)
     axes.plot([0.0, FARTHEST_M], [0.0, 0.0], color="0.3")
@@ -67,7 +68,7 @@ def _beams(axes: Axes) -> None:
 def _beam(layer: int, *, pitched: bool) -> tuple[Floats, Floats]:
     """Return x and z of both ends of the central ray of a layer."""
     sensitive = replace(only_beam(0.0, layer), reference_reflectivity=1e-9, beam_height_deg=1e-3)
-    motion = [Straight("straight", speed_mps=15.0, acceleration_mps2=-BRAKING_MPS2)]
+    motion: list[Motion] = [Straight("straight", speed_mps=15.0, acceleration_mps2=-BRAKING_MPS2)]
     car = ScriptedActor(x_m=EGO_FRONT_M + GAP_M + 2.35, y_m=0.0, reflectivity=0.4)
     where = scene(car, ego=ScriptedEgo(motion=motion))
     pitch = float(where.frame.ego.attitude[0])

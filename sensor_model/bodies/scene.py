@@ -8,11 +8,11 @@ import numpy as np
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
 from sensor_model.bodies.body import Appearance, Body, build
+from sensor_model.bodies.kernels.tilting import tilt_solids
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import WAVES
 from sensor_model.bodies.tilt import tilt_rotations
-from sensor_model.kernels.tilting import tilt_solids
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
 
@@ -27,7 +27,7 @@ class Bodies:
     The level frame of a body is its pose in the horizontal ego frame; z is the height above the road under the ego. The
     body tilts by its attitude about the point of the road under its pose. The roll axis of passenger cars is near the
     road (Gillespie 1992, "Fundamentals of Vehicle Dynamics", chapter 7), and riders lean about the line through their
-    tyres. Solids that stand on the road, such as wheels, tilt too, by 3 cm on a braking car, and reach down to it.
+    tyres. Solids that stand on the road, such as wheels, tilt too, by 2 cm on a braking car, and reach down to it.
     """
 
     pose_ego: Floats

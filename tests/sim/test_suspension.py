@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pytest
@@ -175,15 +174,3 @@ def test_suspension_can_be_switched_off():
     frame = scripted_frame(suspension=False)
     assert not frame.ego.attitude.any()
     assert not frame.actors.attitude.any()
-
-
-def test_cost_of_fifty_actors():
-    """About 0.07 ms a frame; the fastest of many frames, because cores are shared."""
-    rng, suspension, times = np.random.default_rng(1), Suspension(DT), []
-    id, kind = np.arange(51), rng.integers(len(Kind), size=51)
-    for _ in range(300):
-        yaw, acceleration = rng.uniform(-3, 3, 51), rng.normal(0.0, 2.0, (51, 2))
-        begin = perf_counter()
-        suspension.attitude(id, kind, yaw, acceleration)
-        times.append(perf_counter() - begin)
-    assert min(times) < 3e-4

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.sensor_scenes import (
     CENTRE_RAY,
@@ -23,6 +23,7 @@ from support.sensor_scenes import (
     small_unit,
     world,
 )
+from support.solid_mesh import corners
 
 from sensor_model.bodies.tilt import tilt_rotations
 from sensor_model.lidar import Lidar
@@ -191,3 +192,24 @@ def test_faces_are_those_of_the_body_not_of_its_tilt(kind, attitude):
     specs = [ActorSpec(12.0, 4.0, kind=kind, attitude=tilt) for tilt in ((0.0, 0.0), attitude)]
     level, tilted = (scan(spec)[1] for spec in specs)
     assert level.faces[0] == tilted.faces[0] != 0
+
+
+@given(
+    attitude=st.tuples(st.floats(-0.15, 0.15), st.floats(-0.7, 0.7)),
+    ground_z=st.floats(-2, 2),
+    articulation=st.just(0.0) | st.floats(-1.0, 1.0),
+    kind=st.sampled_from([Kind.CAR, Kind.TRAILER_TRUCK, Kind.BICYCLE]),
+)
+@settings(max_examples=15)
+def test_tilted_solids_have_the_tilted_corners(kind, **spec):
+    """Each corner, rotated by the matrix, lies on the tilted planes that it lay on, and in the boxes."""
+    _, bodies, *_ = placed_scene(LUX_RIG, CENTRE_RAY, world(ActorSpec(12.0, 1.0, kind=kind, **spec)))
+    for p in range(bodies.body_solid[1]):
+        planes = slice(*bodies.solid_plane[p : p + 2])
+        body = corners(bodies.planes_body[planes])
+        level = body @ bodies.R_level_body[0].T + [0.0, 0.0, bodies.ground_z[0]]
+        inside, tilted = bodies.planes_body[planes], bodies.planes[planes]
+        assert level @ tilted[:, :3].T - tilted[:, 3] == pytest.approx(body @ inside[:, :3].T - inside[:, 3], abs=1e-9)
+        for low, high in (bodies.solid_bounds[p], bodies.bounds[0]):
+            assert np.all(level >= low - 1e-9)
+            assert np.all(level <= high + 1e-9)
