@@ -113,9 +113,9 @@ def _detected(time_s: float, message: osi.SensorData, host: Host | None) -> Iter
 
 
 def _moving(time_s: float, name: int, base: osi.BaseMoving | None, kind: str = "") -> Found:
-    at, size, turn = (base.position, base.dimension, base.orientation) if base is not None else (None, None, None)
-    if at is None or size is None:
+    if base is None or base.position is None or base.dimension is None:
         raise ValueError(f"time {time_s:g} s, object {name}: its base has no position or no dimension")
+    at, size, turn = base.position, base.dimension, base.orientation
     velocity = UNKNOWN if base.velocity is None else np.array([base.velocity.x, base.velocity.y])
     yaw = 0.0 if turn is None else turn.yaw
     return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height, kind)
