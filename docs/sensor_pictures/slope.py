@@ -16,7 +16,7 @@ from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, Terrain, WorldFrame
 from tracker.scan import Scan
 
-BEFORE_S, ON_RAMP_S = 4.48, 8.0
+BEFORE_S, ON_RAMP_S = 4.8, 8.0
 ENLARGED = 5.0
 BESIDE_M = 5.0
 """[m] Points farther than this from the road's middle are not drawn."""
@@ -78,7 +78,7 @@ def _side(axes: Axes, instant: Instant, terrain: Terrain, title: str) -> None:
     other = near & (instant.truth.actor_id != NO_ACTOR)
     axes.plot(*points[other][:, [0, 2]].T, ".", color="black", markersize=2)
     axes.plot(*points[ground][:, [0, 2]].T, ".", color="tab:orange", markersize=3)
-    axes.set(xlim=(x[0], x[-1]), aspect=ENLARGED)
+    axes.set(xlim=(x[0], x[-1]), ylim=(ego.ground_z - 3.0, ego.ground_z + 6.5), aspect=ENLARGED)
     label(axes, f"{title}: {int(ground.sum())} echoes of the ground", "x [m]", "height [m]")
 
 
