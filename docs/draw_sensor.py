@@ -12,8 +12,8 @@ from importlib import import_module
 import matplotlib as mpl
 
 PICTURES = (
-    "beams", "footprint", "echoes", "power", "sweep", "attitude", "causes", "ranging", "losses", "weather",
-    "visibility", "slope",
+    "beams", "footprint", "echoes", "power", "sweep", "attitude", "suspension", "causes", "ranging", "losses",
+    "weather", "visibility", "slope",
 )  # fmt: skip
 
 

@@ -124,7 +124,7 @@ def _settled(kind: Ints, yaw: Floats, acceleration_world: Floats) -> Floats:
     ax, ay = acceleration_world.T
     # Braking lowers the front; in a turn to the left, a vehicle's right side goes down, and a rider's left side.
     driving = np.stack([-(cos * ax + sin * ay), cos * ay - sin * ax], axis=1)
-    settled = _GRADIENT[kind] * np.clip(driving, -_GRIP_MPS2, _GRIP_MPS2)
+    settled: Floats = _GRADIENT[kind] * np.clip(driving, -_GRIP_MPS2, _GRIP_MPS2)
     leaning = np.flatnonzero(_LEANS[kind])
     settled[leaning, _ROLL] = -np.arctan(driving[leaning, _ROLL] / GRAVITY)
     return settled

@@ -8,14 +8,13 @@ import numpy as np
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
 from sensor_model.bodies.articulation import rotate_boxes, rotate_planes
 from sensor_model.bodies.body import Appearance, Body, build
+from sensor_model.bodies.kernels.tilting import tilt_solids
 from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import WAVES
-from sensor_model.bodies.tilt import depth_below_road, tilt_boxes, tilt_planes, tilt_rotations
+from sensor_model.bodies.tilt import tilt_rotations
 from sim.articulation import hitch
 from sim.world import Actors, Ego, Kind, WorldFrame
-
-_ON_ROAD_M = 1e-6  # largest distance from the road of a solid that stands on it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,9 +182,11 @@ def _articulated(straight: Bodies, actors: Actors) -> Bodies:
     bent_bounds, bent_planes = straight.solid_bounds.copy(), straight.planes.copy()
     bent_bounds[solid] = rotate_boxes(bent_bounds[solid], solid_kingpin[solid], solid_turn[solid])
     bent_planes[plane] = rotate_planes(bent_planes[plane], plane_kingpin[plane], plane_turn[plane])
+    low, high = bent_bounds[:, 0], bent_bounds[:, 1]
+    first = straight.body_solid[:-1]
     return replace(
         straight,
-        bounds=_around(bent_bounds, straight.body_solid),
+        bounds=np.stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)], axis=1),
         kingpin=kingpin,
         solid_bounds=bent_bounds,
         planes=bent_planes,
@@ -197,30 +198,19 @@ def _articulated(straight: Bodies, actors: Actors) -> Bodies:
 def _tilted(level: Bodies, attitude: Floats, ground_z: Floats) -> Bodies:
     """Tilt bodies by their attitudes (A, 2) and raise them by heights (A,) [m]."""
     rotation = tilt_rotations(attitude)
-    solids, planes = np.diff(level.body_solid), np.diff(level.solid_plane)
-    solid_bounds, planes_body = level.solid_bounds.copy(), level.planes.copy()
-    below = depth_below_road(solid_bounds, np.repeat(attitude, solids, axis=0)) * (solid_bounds[:, 0, 2] <= _ON_ROAD_M)
-    solid_bounds[:, 0, 2] -= below
-    soles = (planes_body[:, 2] < -1.0 + 1e-9) & (planes_body[:, 3] >= -_ON_ROAD_M)
-    planes_body[:, 3] += np.repeat(below, planes) * soles
-    solid_row = np.repeat(np.arange(len(level)), solids)
-    plane_row = np.repeat(solid_row, planes)
-    solid_bounds = tilt_boxes(solid_bounds, rotation[solid_row], ground_z[solid_row])
+    bounds, solid_bounds, planes, planes_body = tilt_solids(
+        np.ascontiguousarray(attitude), rotation, ground_z, level.body_solid, level.solid_plane, level.solid_bounds,
+        level.planes,
+    )  # fmt: skip
     return replace(
         level,
         ground_z=ground_z,
         R_level_body=rotation,
-        bounds=_around(solid_bounds, level.body_solid),
+        bounds=bounds,
         solid_bounds=solid_bounds,
-        planes=tilt_planes(planes_body, rotation[plane_row], ground_z[plane_row]),
+        planes=planes,
         planes_body=planes_body,
     )
-
-
-def _around(solid_bounds: Floats, body_solid: Ints) -> Floats:
-    """Return the (A, 2, 3) boxes around the solids of each body."""
-    low, high, first = solid_bounds[:, 0], solid_bounds[:, 1], body_solid[:-1]
-    return np.stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)], axis=1)
 
 
 def _placed(bodies: Bodies, actors: Actors, ego: Ego) -> Bodies:

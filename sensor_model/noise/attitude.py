@@ -1,4 +1,4 @@
-"""Pitch and roll of the ego's body on its suspension."""
+"""Pitch and roll of the ego's body on a rough road."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _RUN = 0  # frame number of draws made once per run
 
 @dataclass(frozen=True, slots=True)
 class AttitudeNoise:
-    """Attitude of the ego's body relative to the level road: a constant part and a random motion.
+    """Attitude of the ego's body relative to that of the world record: a constant part and a random motion.
 
     The body rotates about the origin of the ego frame. Positive pitch is nose down, positive roll right side down.
 
@@ -27,13 +27,12 @@ class AttitudeNoise:
     enabled: bool = True
     """If false, the ego is level and the other keys have no effect."""
     pitch_deg: float = 0.0
-    """[deg] Constant pitch, for example under braking; negative with a loaded boot."""
+    """[deg] Constant pitch, for example of a sagging axle; negative with a loaded boot."""
     roll_deg: float = 0.0
     """[deg] Constant roll."""
     pitch_sigma_deg: float = 0.3
-    """[deg] Standard deviation of the pitch from `full_from_mps` on. A road of class B by ISO 8608 gives 0.14 with a
-    wheelbase of 2.8 m and a suspension of 1.5 Hz and damping 0.3, class C twice as much; accelerations of 1 m/s^2 give
-    0.25 at 2.5 degrees per g, an estimate."""
+    """[deg] Standard deviation of the pitch from `full_from_mps` on. A road of class C by ISO 8608 gives 0.29 with a
+    wheelbase of 2.8 m and a suspension of 1.5 Hz and damping 0.3, class B half as much."""
     roll_sigma_deg: float = 0.3
     """[deg] Standard deviation of the roll from `full_from_mps` on; an estimate: that of the pitch."""
     full_from_mps: float = 10.0

@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.sensor_scenes import (
     CENTRE_RAY,
@@ -22,12 +23,17 @@ from support.sensor_scenes import (
     small_unit,
     world,
 )
+from support.solid_mesh import corners
 
 from sensor_model.bodies.tilt import tilt_rotations
+from sensor_model.lidar import Lidar
 from sensor_model.raycaster import Raycaster
 from sensor_model.rig.beams import beam_table
 from sensor_model.rig.unit import Fan
 from sensor_model.truth import Part
+from sim.scripted.motions import Straight
+from sim.scripted.script import ScriptedEgo
+from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
 from sim.world import Kind
 
 FAN = (Fan((0, 1, 2), 9.0, -9.0, 0.5, (100.0,)),)
@@ -80,6 +86,26 @@ def test_ground_hits_of_a_pitching_ego_move_nearer(pitch_deg, roll_deg):
     expected = [height * math.cos(attitude[0]) / math.tan(attitude[0] - math.radians(e)) for e in elevations]
     assert ahead_of_unit == pytest.approx(expected, rel=1e-5)
     assert layer[np.abs(points[:, 1]) < 1e-9].tolist() == [0, 1, 2]
+
+
+def test_ground_hits_of_layers_under_braking_of_4_mps2():
+    """By hand, as in docs/sensor.md: the ego, a car, pitches by 0.815 degrees, and the unit 2.415 m ahead sinks.
+
+    The height falls from 0.55 m to 0.55 cos p - 2.415 sin p = 0.5156 m; the layers at -1.2 and -0.4 degrees meet the
+    road 0.516 / tan(p + 1.2 deg) = 14.65 m and 0.516 / tan(p + 0.4 deg) = 24.3 m ahead, instead of 26.3 m and 78.8 m.
+    """
+    ego = ScriptedEgo(motion=[Straight("straight", speed_mps=15.0, acceleration_mps2=-4.0)])
+    narrow = small_unit(FAN, (-1.2, -0.4, 9.0), beam_height_deg=1e-4, reference_reflectivity=1e-9)
+    rig, found = one_unit_rig(narrow, x=2.415, z=0.55), {}
+    for suspension in (False, True):
+        source = ScriptedSource(ScriptedTraffic(ego=ego, suspension=suspension), Path(), 100.0)
+        lidar = Lidar(rig, PLAIN, CENTRE_RAY, 1, source.reset(1))
+        points, truth = lidar.scan(source.step())
+        middle = np.abs(points.points_ego[:, 1]) < 1e-6
+        down = np.radians([1.2, 0.4]) + (math.radians(2.0 * 4.0 / 9.81) if suspension else 0.0)
+        found[suspension] = truth.true_range[middle] * np.cos(down)
+    assert found[False] == pytest.approx([26.26, 78.78], abs=0.01)
+    assert found[True] == pytest.approx([14.65, 24.30], abs=0.01)
 
 
 def test_points_stay_along_the_nominal_beams():
@@ -166,3 +192,24 @@ def test_faces_are_those_of_the_body_not_of_its_tilt(kind, attitude):
     specs = [ActorSpec(12.0, 4.0, kind=kind, attitude=tilt) for tilt in ((0.0, 0.0), attitude)]
     level, tilted = (scan(spec)[1] for spec in specs)
     assert level.faces[0] == tilted.faces[0] != 0
+
+
+@given(
+    attitude=st.tuples(st.floats(-0.15, 0.15), st.floats(-0.7, 0.7)),
+    ground_z=st.floats(-2, 2),
+    articulation=st.just(0.0) | st.floats(-1.0, 1.0),
+    kind=st.sampled_from([Kind.CAR, Kind.TRAILER_TRUCK, Kind.BICYCLE]),
+)
+@settings(max_examples=15)
+def test_tilted_solids_have_the_tilted_corners(kind, **spec):
+    """Each corner, rotated by the matrix, lies on the tilted planes that it lay on, and in the boxes."""
+    _, bodies, *_ = placed_scene(LUX_RIG, CENTRE_RAY, world(ActorSpec(12.0, 1.0, kind=kind, **spec)))
+    for p in range(bodies.body_solid[1]):
+        planes = slice(*bodies.solid_plane[p : p + 2])
+        body = corners(bodies.planes_body[planes])
+        level = body @ bodies.R_level_body[0].T + [0.0, 0.0, bodies.ground_z[0]]
+        inside, tilted = bodies.planes_body[planes], bodies.planes[planes]
+        assert level @ tilted[:, :3].T - tilted[:, 3] == pytest.approx(body @ inside[:, :3].T - inside[:, 3], abs=1e-9)
+        for low, high in (bodies.solid_bounds[p], bodies.bounds[0]):
+            assert np.all(level >= low - 1e-9)
+            assert np.all(level <= high + 1e-9)
