@@ -1,4 +1,4 @@
-"""The ramp of the catalog from the side: road, bodies, beams and echoes, before the foot and on the ramp."""
+"""The ramp of the catalog from the side: road, bodies and echoes, before the foot and on the ramp."""
 
 from contextlib import closing
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ BESIDE_M = 5.0
 
 @dataclass(frozen=True)
 class Instant:
-    """One instant of the scenario."""
+    """Instant of the scenario."""
 
     frame: WorldFrame
     scan: Scan
@@ -63,7 +63,7 @@ def _play() -> tuple[Obstacles, list[Instant]]:
 
 
 def _side(axes: Axes, instant: Instant, terrain: Terrain, title: str) -> None:
-    """Draw one instant."""
+    """Draw an instant."""
     frame, points = instant.frame, instant.points_world
     ego, actors = frame.ego, frame.actors
     x = np.arange(ego.pose_world[0] - 45.0, ego.pose_world[0] + 90.0, 1.0)
