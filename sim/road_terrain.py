@@ -63,7 +63,7 @@ def road_terrain(sections: LaneSections) -> tuple[Terrain, int]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _SectionOnGrid:
-    """One section of a lane, on the nodes within its reach."""
+    """Section of a lane on the nodes within its reach."""
 
     window: tuple[slice, slice]
     distance: Floats

@@ -1,4 +1,4 @@
-"""The ramp of the catalog from the side: road, bodies, beams and echoes, before the foot and on the ramp."""
+"""The ramp of the catalog from the side: road, bodies and echoes, before the foot and on the ramp."""
 
 from contextlib import closing
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, Terrain, WorldFrame
 from tracker.scan import Scan
 
-BEFORE_S, ON_RAMP_S = 4.48, 8.0
+BEFORE_S, ON_RAMP_S = 4.8, 8.0
 ENLARGED = 5.0
 BESIDE_M = 5.0
 """[m] Points farther than this from the road's middle are not drawn."""
@@ -24,7 +24,7 @@ BESIDE_M = 5.0
 
 @dataclass(frozen=True)
 class Instant:
-    """One instant of the scenario."""
+    """Instant of the scenario."""
 
     frame: WorldFrame
     scan: Scan
@@ -63,7 +63,7 @@ def _play() -> tuple[Obstacles, list[Instant]]:
 
 
 def _side(axes: Axes, instant: Instant, terrain: Terrain, title: str) -> None:
-    """Draw one instant."""
+    """Draw an instant."""
     frame, points = instant.frame, instant.points_world
     ego, actors = frame.ego, frame.actors
     x = np.arange(ego.pose_world[0] - 45.0, ego.pose_world[0] + 90.0, 1.0)
@@ -78,7 +78,7 @@ def _side(axes: Axes, instant: Instant, terrain: Terrain, title: str) -> None:
     other = near & (instant.truth.actor_id != NO_ACTOR)
     axes.plot(*points[other][:, [0, 2]].T, ".", color="black", markersize=2)
     axes.plot(*points[ground][:, [0, 2]].T, ".", color="tab:orange", markersize=3)
-    axes.set(xlim=(x[0], x[-1]), aspect=ENLARGED)
+    axes.set(xlim=(x[0], x[-1]), ylim=(ego.ground_z - 3.0, ego.ground_z + 6.5), aspect=ENLARGED)
     label(axes, f"{title}: {int(ground.sum())} echoes of the ground", "x [m]", "height [m]")
 
 

@@ -275,3 +275,26 @@ def test_the_ego_and_the_car_ahead_turn_at_the_same_time():
     assert turned_deg(ahead) == pytest.approx(180.0, abs=10.0)
     both = (np.abs(np.gradient(ahead["yaw"])) > 0.01) & (np.abs(np.gradient(ego_yaw)) > 0.01)
     assert both.sum() > 25, "for at least two seconds"
+
+
+# ---- the ramp
+
+
+def test_the_ego_climbs_the_ramp_behind_a_van_that_stops_and_four_come_down():
+    run = played("ramp")
+    height = np.array([ego.ground_z for ego in run.egos])
+    assert height[0] == 0.0
+    assert height[-1] == pytest.approx(9.0, abs=0.05), "over the crest"
+    travelled = np.hypot(*np.diff([ego.pose_world[:2] for ego in run.egos], axis=0).T)
+    climbing = (height[1:] > 0.5) & (height[1:] < 8.5) & (travelled > 0.1)
+    assert np.diff(height)[climbing] / travelled[climbing] == pytest.approx(np.full(climbing.sum(), 0.06), abs=0.003)
+    van = run.of("van")
+    stands = van[van["speed"] < 0.05]
+    assert stands["time"].iloc[-1] - stands["time"].iloc[0] == pytest.approx(2.0, abs=0.2)
+    assert stands["x"].between(210.0, 340.0).all(), "on the ramp"
+    assert (stands["ahead"] > 5.0).all()
+    for number in range(1, 5):
+        oncoming = run.of(f"oncoming_{number}")
+        assert oncoming["x"].iloc[0] > oncoming["x"].iloc[-1]
+        met = oncoming[oncoming["range"] == oncoming["range"].min()]
+        assert met["x"].between(200.0, 350.0).all(), "it should meet the ego on the ramp"
