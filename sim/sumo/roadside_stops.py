@@ -31,7 +31,7 @@ _PARKING, _IN_PARKING_AREA = 1, 64
 
 @dataclass(slots=True)
 class _Manoeuvre:
-    """One vehicle's way into and out of a stop."""
+    """State of the manoeuvre of one vehicle into and out of a stop."""
 
     edge: str
     lane: int
