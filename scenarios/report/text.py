@@ -10,7 +10,16 @@ from rich.padding import Padding
 from rich.text import Text
 
 from scenarios.files.expect import Check, RunVerdict, verdict
-from scenarios.report import emergence_rows, fit_tables, own_rows, paper_tables, tables, track_tables, truth_event_line
+from scenarios.report import (
+    emergence_rows,
+    fit_tables,
+    own_rows,
+    paper_tables,
+    tables,
+    track_tables,
+    truth_event_line,
+    vulnerable_table,
+)
 from scenarios.result import Result
 from scenarios.run.device import SHIPPED
 
@@ -47,6 +56,7 @@ def report(result: Result, checks: list[Check]) -> Group:
         tables.outliers(result),
         tables.metric_list("Stages of the tracker", result, STAGES),
         *track_tables.tracking(result),
+        *vulnerable_table.vulnerable(result),
         *emergence_rows.emergence(result),
         *own_rows.own_metrics(result),
         *([tables.control(result)] if result.config["control"] else []),

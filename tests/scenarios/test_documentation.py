@@ -37,6 +37,7 @@ from scenarios.grading.metric_names import (
 )
 from scenarios.grading.track_metric_names import BANDS, RANGE_BANDS, SIZE, VIEWS
 from scenarios.grading.truth_events import truth_event
+from scenarios.grading.vulnerable import vulnerable_names
 from scenarios.report import text as report
 from scenarios.run import run_folder
 from sensor_model.truth import View
@@ -333,6 +334,7 @@ def expand(pattern: str) -> list[str]:
         "quantile": ("p50", "p99"),
         "moment": emergence_names.STAGES,
         "group": emergence_names.GROUPS,
+        "users": vulnerable_names.GROUPS,
     }
     names = [pattern]
     for placeholder in re.findall(r"<(\w+)>", pattern):

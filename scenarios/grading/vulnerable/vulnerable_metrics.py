@@ -63,7 +63,7 @@ def _grade_group(
     sequence = tracking_sequence(users, counted, found.pairs)
     hits = list(clear_hits(sequence, HIT_SIMILARITY))
     clear = clear_table(users, counted, sequence, hits)
-    sheet.write(f"{group}.observations", len(clear.vehicles), len(truth), why)
+    sheet.write(f"{group}.observations", None if why == OLDER else len(clear.vehicles), len(truth), why)
     _grade_scores(sheet, group, sequence, hits, clear, told=told, why=why)
     _grade_misses(sheet, group, clear, tracks, told=told, why=why)
     _grade_errors(sheet, group, clear, sequence, hits)

@@ -79,7 +79,7 @@ def _assigned(candidates: pd.DataFrame, pairs: pd.DataFrame) -> Ints:
         row, column = scipy.optimize.linear_sum_assignment(score, maximize=True)
         paired = score[row, column] > 0.0
         before = dict(zip(tracks[column[paired]].tolist(), actors[row[paired]].tolist(), strict=True))
-        found |= {(int(frame), one): on for one, on in before.items()}  # type: ignore[call-overload]
+        found |= {(int(frame), one): on for one, on in before.items()}
     keys = zip(candidates["frame"].tolist(), candidates["track_id"].tolist(), strict=True)
     return np.array([found.get(key, NO_ACTOR) for key in keys], dtype=np.int64)
 

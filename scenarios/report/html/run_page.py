@@ -22,6 +22,7 @@ from scenarios.report.html.shown_frames import ego_poses, shown_frames
 from scenarios.report.html.svg_figure import Figure
 from scenarios.report.html.timelines import timelines
 from scenarios.report.text import STAGES
+from scenarios.report.vulnerable_table import vulnerable
 from scenarios.result import Result
 
 PICTURES, PICTURES_MOST = 8, 14
@@ -135,7 +136,7 @@ def model_tables(result: Result) -> list[PageTable]:
 
 def track_tables(result: Result) -> list[PageTable]:
     """Return the tables of the tracks over the whole run."""
-    return [page_table(table) for table in printed_tracks.tracking(result)]
+    return [page_table(table) for table in (*printed_tracks.tracking(result), *vulnerable(result))]
 
 
 def band_tables(result: Result) -> list[PageTable]:

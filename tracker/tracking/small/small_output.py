@@ -1,6 +1,7 @@
 """Rows of small road users in the `Tracks` record."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def appended(
         (2,) position of the ego [m].
     """
     rows = record(added, added_id, ego_odom, config, tracks.models)
-    joined = {
+    joined: dict[str, Any] = {
         name: np.concatenate([values[kept], getattr(rows, name)])
         for name in Tracks.__dataclass_fields__
         if isinstance(values := getattr(tracks, name), np.ndarray)

@@ -68,7 +68,8 @@ class SmallTracks:
 
 def empty() -> SmallTracks:
     """Return no tracks."""
-    return start(SmallBoxes(*(np.zeros(shape) for shape in (0, (0, 2), 0, (0, 2), 0))), 0, SmallConfig())
+    none, places = np.zeros(0), np.zeros((0, 2))
+    return start(SmallBoxes(np.zeros(0, dtype=np.int64), places, none, places, none), 0, SmallConfig())
 
 
 def start(boxes: SmallBoxes, first_id: int, config: SmallConfig) -> SmallTracks:
