@@ -46,7 +46,7 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
 
 
 def watch_start(source: TrafficSource | ProcessSource[None, Moment], report: StartReport) -> None:
-    """Let a source report what it does during its `reset`; those that start at once report nothing."""
+    """Let a source report the progress of its `reset`; those that start at once report nothing."""
     if isinstance(source, ProcessSource):
         source.report_start = report
 

@@ -38,7 +38,7 @@ class EgoCommand:
 
 @dataclass(frozen=True, slots=True)
 class StartStatus:
-    """What a source does during its `reset`, for a progress bar."""
+    """Present activity of a source in its `reset`, for a progress bar."""
 
     activity: str
     share: float | None = None

@@ -74,7 +74,7 @@ def _share_read(status: StartStatus) -> float | None:
 
 @contextmanager
 def start(name: str) -> Iterator[StartReport]:
-    """Show what a source does until frame 0. Yields the function that takes its reports."""
+    """Show the progress of a source until frame 0. Yields the function that takes its reports."""
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}", markup=False), _StartColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not _shown(console)) as bar:

@@ -94,7 +94,7 @@ class ProcessSource(Generic[Start_co, Frame_co]):
         self.warnings: tuple[str, ...] = ()
         self.ego_name = ""
         self.report_start: StartReport = ignore_status
-        """Called during `reset` with what the worker does."""
+        """Receives the progress of `reset`."""
         self._source = source
         self._name = name
         self._ahead = ahead

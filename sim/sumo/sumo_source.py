@@ -61,7 +61,7 @@ class SumoSource:
         self._range = range_m
         self.ego_name = ""
         self.report_start: StartReport = ignore_status
-        """Called during `reset` with what SUMO does."""
+        """Receives the progress of `reset`."""
         self._session = SumoSession(config, folder)
         self._sumo: Any = None
         self._control: EgoControl | None = None
