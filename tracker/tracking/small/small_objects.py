@@ -84,12 +84,16 @@ class SmallObjects:
             for k in np.flatnonzero(near).tolist():
                 self._name_alike(vehicle.id, int(shown.id[k]))
         shown = shown.subset(~hidden)
-        own, others = self._ids(tracks.id), self._ids(shown.id)
+        confirmed = tracks.status == Status.CONFIRMED
+        own, unique = _distinct(self._ids(tracks.id), tracks.id, confirmed)
+        kept &= unique
+        others = self._ids(shown.id)
         _, first = np.unique(others, return_index=True)
         shown, others = shown.subset(first), others[first]
-        confirmed = tracks.status == Status.CONFIRMED
         kept &= confirmed | ~np.isin(own, others)
         fresh = ~np.isin(others, own[kept])
+        for one in (*tracks.id[kept & confirmed].tolist(), *shown.id[fresh].tolist()):
+            self._reported_id.setdefault(one, one)
         return small_output.appended(
             tracks, kept, own, small, shown.subset(fresh), others[fresh], ego_odom, self._config
         )
@@ -144,11 +148,25 @@ class SmallObjects:
     def _name_alike(self, vehicle: int, small: int) -> None:
         """Report two tracks of one object under one id, that of the track that was reported first."""
         names = self._reported_id
-        if vehicle in names:
-            names[small] = names[vehicle]
+        if small in names and vehicle not in names:
+            names[vehicle] = names[small]
         else:
-            names[vehicle] = names.setdefault(small, vehicle)
+            names[small] = names.setdefault(vehicle, vehicle)
 
     def _ids(self, own: Ints) -> Ints:
         """Return the reported ids of tracks."""
         return np.array([self._reported_id.get(one, one) for one in own.tolist()], dtype=np.int64)
+
+
+def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]:
+    """Return ids (T,) of which none occurs twice, and a mask (T,) of the rows that have one.
+
+    Confirmed tracks come first. A second row of an id gets its `own` one, if that is free.
+    """
+    ids, unique, used = reported.copy(), np.ones(len(reported), dtype=np.bool_), set[int]()
+    for t in np.argsort(~confirmed, kind="stable").tolist():
+        if ids[t] in used:
+            ids[t] = own[t]
+        unique[t] = ids[t] not in used
+        used.add(int(ids[t]))
+    return ids, unique
