@@ -25,7 +25,7 @@ MEASURED: Floats = np.eye(3, 5)
 
 @dataclass(slots=True)
 class BicycleFilter:
-    """One vehicle."""
+    """State of a vehicle with its covariance."""
 
     mean: Floats
     """(5,)."""

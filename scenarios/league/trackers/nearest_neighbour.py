@@ -8,7 +8,7 @@ from tracker.tracker import TrackerConfig
 
 
 class NearestNeighbour(StoneSoupTracker):
-    """One assignment of measurements to tracks with the smallest sum of Mahalanobis distances."""
+    """Assignment of measurements to tracks with the smallest sum of Mahalanobis distances."""
 
     def __init__(self, config: TrackerConfig, *arguments: Any, **settings: Any) -> None:
         super().__init__(config, *arguments, **settings)

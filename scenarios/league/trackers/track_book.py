@@ -20,7 +20,7 @@ SIZE_GAIN = 0.2
 
 @dataclass(slots=True)
 class Page:
-    """What the book holds of one track."""
+    """Entry of one track."""
 
     id: int
     heading: float

@@ -49,7 +49,9 @@ def test_all_trackers_have_a_row_per_scenario(league, rows):
 def test_all_trackers_had_the_same_scans(rows):
     assert rows.groupby("scenario")["scans"].nunique().tolist() == [1, 1]
     assert rows["scans"].nunique() == 2
-    assert rows["trace_hash"].nunique() == len(rows)  # but different tracks
+    # Multi-hypothesis tracking has the nearest neighbour's filter: the same tracks where no assignment is in doubt.
+    others = rows[rows["tracker"] != "multi-hypothesis"]
+    assert others["trace_hash"].nunique() == len(others)
 
 
 def test_the_shipped_tracker_has_the_tracks_of_a_run_in_the_loop(league, rows, tmp_path):
