@@ -1,4 +1,4 @@
-"""Write the tables and the picture of a league into `docs/league.md` and `docs/pictures/league.svg`.
+"""Write the tables and the picture of a league into `docs/league.md` and `docs/pictures/league.png`.
 
     luxloop league --out FOLDER
     python docs/draw_league.py FOLDER [--wall-minutes M]
@@ -15,7 +15,7 @@ from typing import Any
 from fits import page
 
 DOCS = Path(__file__).parent
-PAGE, PICTURE = DOCS / "league.md", DOCS / "pictures" / "league.svg"
+PAGE, PICTURE = DOCS / "league.md", DOCS / "pictures" / "league.png"
 DIFFERENCES = {
     "track.hota": "HOTA", "track.id_switch_rate": "id switches", "track.false_rate": "false",
     "track.missed_rate": "missed", "track.gospa_m": "GOSPA [m]",
@@ -31,7 +31,7 @@ def main() -> None:
     found = json.loads((given.folder / "league.json").read_text(encoding="utf-8"))
     parts = [summary(found, given.wall_minutes), standings(found), differences(found), scenarios(found), behind(found)]
     page.replace("league", "\n\n".join(parts), PAGE)
-    shutil.copyfile(given.folder / "hota.svg", PICTURE)
+    shutil.copyfile(given.folder / "hota.png", PICTURE)
 
 
 def summary(found: dict[str, Any], minutes: float | None) -> str:
