@@ -212,11 +212,11 @@ class Estimate:
     """Of the tracked corner, as the acceleration."""
     acceleration: tuple[float, float] = (0.0, 0.0)
     small: bool | None = None
-    """Class of the track, if the tracker tells classes: the same for all tracks of a script."""
+    """Class of the track, if the tracker reports classes: the same for all tracks of a script."""
 
 
 def tracks_of(estimates):
-    n, told = len(estimates), any(e.small is not None for e in estimates)
+    n, labelled = len(estimates), any(e.small is not None for e in estimates)
     mean, covariance = np.zeros((n, 8)), np.tile(np.eye(8), (n, 1, 1))
     model_position = np.zeros((n, len(MODELS), 2))
     for t, e in enumerate(estimates):
@@ -234,7 +234,7 @@ def tracks_of(estimates):
         model_position_odom=model_position,
         corner_sign=np.array([e.corner for e in estimates], dtype=np.int64).reshape(n, 2),
         size=np.array([e.size for e in estimates], dtype=float).reshape(n, 2),
-        small=np.array([bool(e.small) for e in estimates], dtype=np.bool_) if told else None,
+        small=np.array([bool(e.small) for e in estimates], dtype=np.bool_) if labelled else None,
     )
 
 

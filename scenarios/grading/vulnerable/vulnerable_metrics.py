@@ -24,7 +24,7 @@ from sensor_model.truth import NO_ACTOR
 HIT_SIMILARITY = 0.5
 """Least similarity of a hit: half of `match_distance_m`."""
 OLDER = "the run was made by a version that did not grade people and riders; run the scenario again"
-NOT_TOLD = "the tracker does not tell small road users from vehicles"
+NO_CLASSES = "the tracker does not distinguish small road users from vehicles"
 
 
 def grade(
@@ -42,9 +42,9 @@ def grade(
     truth = truth.assign(graded=truth["vulnerable"].astype(np.bool_) if known else False)
     tracks = tracks if known else tracks.assign(label=None)
     found = small_tracks(truth, tracks, overlaps, config)
-    told = bool(tracks["label"].notna().any()) or not len(tracks)
+    labelled = bool(tracks["label"].notna().any()) or not len(tracks)
     for group in GROUPS:
-        _grade_group(sheet, group, truth, tracks, found, told=told, why=why[group])
+        _grade_group(sheet, group, truth, tracks, found, labelled=labelled, why=why[group])
 
 
 def _grade_group(
@@ -54,18 +54,18 @@ def _grade_group(
     tracks: pd.DataFrame,
     found: SmallTracks,
     *,
-    told: bool,
+    labelled: bool,
     why: str,
 ) -> None:
-    """Enter the metrics of one group; `told` is True if the tracker tells small road users from vehicles."""
+    """Enter the metrics of one group; `labelled` is True if tracks have classes."""
     users = truth.assign(graded=truth["graded"] & (truth["kind"] == KIND_NAMES[group]))
     counted = _counted(users, found)
     sequence = tracking_sequence(users, counted, found.pairs)
     hits = list(clear_hits(sequence, HIT_SIMILARITY))
     clear = clear_table(users, counted, sequence, hits)
     sheet.write(f"{group}.observations", None if why == OLDER else len(clear.vehicles), len(truth), why)
-    _grade_scores(sheet, group, sequence, hits, clear, told=told, why=why)
-    _grade_misses(sheet, group, clear, tracks, told=told, why=why)
+    _grade_scores(sheet, group, sequence, hits, clear, labelled=labelled, why=why)
+    _grade_misses(sheet, group, clear, tracks, labelled=labelled, why=why)
     _grade_errors(sheet, group, clear, sequence, hits)
 
 
@@ -91,7 +91,7 @@ def _grade_scores(
     hits: list[HitStep],
     clear: ClearTable,
     *,
-    told: bool,
+    labelled: bool,
     why: str,
 ) -> None:
     """Enter HOTA, CLEAR and Identity."""
@@ -103,11 +103,13 @@ def _grade_scores(
     for name in (*SCORES, *COUNTS):
         if name != "false":
             sheet.write(f"{group}.{name}", getattr(scores, name), users, why, interval.get(f"track.{name}"))
-    sheet.write(f"{group}.false", scores.false if told else None, max(users, scores.false), why if told else NOT_TOLD)
+    sheet.write(
+        f"{group}.false", scores.false if labelled else None, max(users, scores.false), why if labelled else NO_CLASSES
+    )
 
 
 def _grade_misses(
-    sheet: MetricSheet, group: str, clear: ClearTable, tracks: pd.DataFrame, *, told: bool, why: str
+    sheet: MetricSheet, group: str, clear: ClearTable, tracks: pd.DataFrame, *, labelled: bool, why: str
 ) -> None:
     """Enter missed ones, those that a track of a vehicle follows, and the times to confirm."""
     users, missed = clear.vehicles, ~clear.is_hit
@@ -119,9 +121,9 @@ def _grade_misses(
     called = _called_vehicles(users, tracks)
     sheet.mean(
         f"{group}.called_vehicle_share",
-        called if told else called[:0],
-        why if told else NOT_TOLD,
-        names[: len(called) if told else 0],
+        called if labelled else called[:0],
+        why if labelled else NO_CLASSES,
+        names[: len(called) if labelled else 0],
     )
     found = confirmation_metrics.waits(clear)
     wait = found["wait_s"].to_numpy()
