@@ -9,8 +9,8 @@ from tracker.bounds import require_within
 class SmallConfig:
     """Tracks of people and bicycles: sizes, motion, and confirmation.
 
-    A person has no visible shape at this resolution, and stands like a pole. Only motion distinguishes them, so a person
-    is confirmed after a few steps, and one that never walks is not.
+    A person has no visible shape at this resolution, and stands like a pole. Only motion distinguishes them, so a
+    person is confirmed after a few steps, and one that never walks is not.
     """
 
     enabled: bool = True
