@@ -5,6 +5,9 @@ import numpy as np
 from scenarios.arrays import Floats
 from scenarios.grading.plane_geometry import turned
 
+ROUNDING_MPS = 1e-9
+"""[m/s] Speeds below this are rounding errors of equal velocities; a metre would take 30 years."""
+
 
 def time_to_collision(a: Floats, velocity_a: Floats, b: Floats, velocity_b: Floats) -> Floats:
     """Return the time until two boxes touch, if both keep velocity and heading.
@@ -30,7 +33,7 @@ def time_to_collision(a: Floats, velocity_a: Floats, b: Floats, velocity_b: Floa
         reach = _half_extent(a, yaw) + _half_extent(b, yaw)
         with np.errstate(divide="ignore", invalid="ignore"):
             crossings = np.sort([(-reach - distance) / speed, (reach - distance) / speed], axis=0)
-        resting = speed == 0.0
+        resting = np.abs(speed) < ROUNDING_MPS
         always = np.where(np.abs(distance) < reach, np.inf, -np.inf)
         begin = np.maximum(begin, np.where(resting, -always, crossings[0]))
         end = np.minimum(end, np.where(resting, always, crossings[1]))

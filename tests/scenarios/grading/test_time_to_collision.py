@@ -61,3 +61,11 @@ def polygon(x, y, yaw, length, width):
 
 def random_boxes(draw, n=40):
     return np.column_stack([draw.uniform(-8, 8, (n, 2)), draw.uniform(-3, 3, n), draw.uniform(0.5, 6, (n, 2))])
+
+
+def test_equal_speeds_with_a_rounding_error_never_meet():
+    """Two cars in a lane at the same speed: a difference of 1e-14 m/s is a time of 1e15 s, which no table holds."""
+    cars = np.array([[0.0, 0.0, 0.3, 4.5, 1.8], [20.0, 6.0, 0.3, 4.5, 1.8]])
+    velocity = 25.0 * np.array([[np.cos(0.3), np.sin(0.3)]])
+    time = time_to_collision(cars[:1], velocity * (1.0 + 1e-15), cars[1:], velocity)
+    assert np.isinf(time).all()
