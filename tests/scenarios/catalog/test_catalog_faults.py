@@ -1,6 +1,7 @@
 """Fault scenarios: identical traffic, and the described effect of each fault, by ground truth."""
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,10 +29,20 @@ OWN = {"description", "reason", "suite", "noise", "expect"}
 """Keys that may differ between the files."""
 
 
+def level(frame):
+    """Return a frame without pitch and roll of the bodies, which would add to the effects of the faults."""
+    ego, actors = frame.ego, frame.actors
+    ego, actors = (replace(one, attitude=np.zeros_like(one.attitude)) for one in (ego, actors))
+    return replace(frame, ego=ego, actors=actors)
+
+
 @pytest.fixture(scope="module")
 def scanned():
-    """Return every sixth frame of each scenario, scanned; the traffic is simulated once."""
-    return {name: [*scans(name, when=lambda f: f.index % 6 == 0, traffic=REFERENCE)] for name in (REFERENCE, *FAULTS)}
+    """Return every sixth frame of each scenario with level bodies, scanned; the traffic is simulated once."""
+    return {
+        name: [*scans(name, when=lambda f: f.index % 6 == 0, change=level, traffic=REFERENCE)]
+        for name in (REFERENCE, *FAULTS)
+    }
 
 
 @pytest.fixture(scope="module")
