@@ -16,6 +16,7 @@ def paper_variant(config: TrackerConfig) -> Tracker:
             association=replace(config.association, oddity_max=0.0, view_std_m=0.0),
             filters=replace(config.filters, heading="paper"),
             mma=replace(config.mma, method="paper", tail_dof=1e6),
+            small=replace(config.small, enabled=False),
             corner=replace(config.corner, known_std_m=0.0, unseen_share=0.0),
         )
     )

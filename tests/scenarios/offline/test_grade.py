@@ -121,6 +121,7 @@ CHANGED = {
     "hidden_fraction_max": 0.9,
     "hit_iou_min": 0.95,
     "gospa_cutoff_m": 0.5,
+    "match_distance_m": 0.5,
     "nees_confidence": 0.5,
     "target": "car.1",
 }

@@ -87,7 +87,7 @@ def test_person_called_a_vehicle_is_missed():
 def test_tracker_without_classes_can_be_right_but_has_no_false_people():
     metrics = run(ALONE, lambda _, bodies: [*map(follow, bodies), Estimate(7, 0.0, 25.0)])
     assert of(metrics, "people", "hota", "missed", "false", "called_vehicle_share") == [1.0, 0, None, None]
-    assert "does not tell" in metrics["people.false"].reason
+    assert "does not distinguish" in metrics["people.false"].reason
     assert metrics["track.false"].value == FRAMES
 
 
