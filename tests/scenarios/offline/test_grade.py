@@ -82,7 +82,8 @@ def own_tracks(run):
         tracks, _ = tracker.step(scan)
         for t, (x, y) in enumerate(tracks.center_odom):
             box = (x, y, tracks.mean[t, 6], *tracks.size[t])
-            rows.append((frame.index, frame.time, tracks.id[t], *box, Status(tracks.status[t]).name.lower()))
+            label = "small" if tracks.small[t] else "vehicle"
+            rows.append((frame.index, frame.time, tracks.id[t], *box, Status(tracks.status[t]).name.lower(), label))
     names = [column.name for column in (*track_columns.WHEN, *track_columns.REQUIRED, *track_columns.OPTIONAL)]
     return pd.DataFrame(rows, columns=names)
 
