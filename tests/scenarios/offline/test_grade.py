@@ -248,7 +248,7 @@ def test_settings_of_another_version_are_a_one_line_error(run, capfd):
 # --- tracks of other programs
 
 
-OF_BOXES = ("track.", "dataset.", "mma.mma.", "emergence.")
+OF_BOXES = ("people.", "riders.", "track.", "dataset.", "mma.mma.", "emergence.")
 NOT_IN_FILE = (".prediction_", "velocity", "speed", "acceleration")
 
 
