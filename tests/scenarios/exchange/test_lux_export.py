@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pandas as pd
 import pytest
-from support import osi3_scene, short_run
+from support import exported_run, short_run
 from support.paths import ROOT
 
 from scenarios.cli import main
@@ -22,11 +22,7 @@ NTP_1970_S = 2_208_988_800
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("lux")
-    path = short_run.write(folder, osi3_scene.TEXT)
-    assert main(["run", str(path), "--out", str(folder / "run"), "--no-recording", "--record-scans"]) == 0
-    assert main(["export", str(folder / "run"), "--format", "lux", "--out", str(folder / "lux")]) == 0
-    return folder
+    return exported_run.exported(tmp_path_factory.mktemp("lux"), "lux")
 
 
 @pytest.fixture(scope="module")

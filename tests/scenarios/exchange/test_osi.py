@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import osi3_scene, short_run
+from support import exported_run, short_run
 
 from scenarios.cli import main
 from scenarios.exchange import file_formats
@@ -24,11 +24,7 @@ needs_osi3 = pytest.mark.skipif(not OSI3.is_dir(), reason=f"osi-python is not in
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("osi")
-    path = short_run.write(folder, osi3_scene.TEXT)
-    assert main(["run", str(path), "--out", str(folder / "run"), "--no-recording", "--record-scans"]) == 0
-    assert main(["export", str(folder / "run"), "--format", "osi", "--out", str(folder / "osi")]) == 0
-    return folder
+    return exported_run.exported(tmp_path_factory.mktemp("osi"), "osi")
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +45,7 @@ def frames(run):
 @pytest.fixture(scope="module")
 def seen(trace):
     """The trace as `osi3` reads it, in a process with its own protobuf."""
-    reader = Path(osi3_scene.__file__).with_name("osi3_reader.py")
+    reader = Path(exported_run.__file__).with_name("osi3_reader.py")
     command = [sys.executable, str(reader), str(trace)]
     done = subprocess.run(command, capture_output=True, check=True, env=os.environ | {"PYTHONPATH": str(OSI3)})
     return json.loads(done.stdout)

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from support import osi3_scene, short_run
+from support import exported_run
 
 from scenarios.cli import main
 from scenarios.exchange import nuscenes_tables
@@ -56,11 +56,7 @@ NAMES = {"car", "truck", "trailer", "bus", "motorcycle", "bicycle", "pedestrian"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("t4")
-    path = short_run.write(folder, osi3_scene.TEXT)
-    assert main(["run", str(path), "--out", str(folder / "run"), "--no-recording", "--record-scans"]) == 0
-    assert main(["export", str(folder / "run"), "--format", "t4", "--out", str(folder / "t4")]) == 0
-    return folder
+    return exported_run.exported(tmp_path_factory.mktemp("t4"), "t4")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from rosbags.highlevel import AnyReader
-from support import osi3_scene, short_run
+from support import exported_run
 
 from scenarios.cli import main
 from scenarios.exchange import mcap_boxes
@@ -22,9 +22,7 @@ VELOCITY = ["vx_world_mps", "vy_world_mps"]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("ros2")
-    path = short_run.write(folder, osi3_scene.TEXT)
-    assert main(["run", str(path), "--out", str(folder / "run"), "--no-recording", "--record-scans"]) == 0
-    assert main(["mcap", str(folder / "run"), str(folder / "run.mcap")]) == 0
+    assert main(["mcap", str(exported_run.recorded(folder)), str(folder / "run.mcap")]) == 0
     return folder
 
 
