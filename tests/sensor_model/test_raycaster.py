@@ -48,7 +48,7 @@ actor_specs = st.builds(
     size=st.none() | st.tuples(st.floats(0.3, 12), st.floats(0.3, 3), st.floats(0.5, 4)),
     paint=st.floats(0.01, 1.0),
     articulation=st.just(0.0) | st.floats(-1.6, 1.6),
-    ground_z=st.just(0.0) | st.floats(-2, 2),
+    ground_z=st.just(0.0) | st.floats(0, 2),  # no body is below a flat ground
     attitude=st.just((0.0, 0.0)) | st.tuples(st.floats(-0.2, 0.2), st.floats(-0.8, 0.8)),
     **motions,
 )
