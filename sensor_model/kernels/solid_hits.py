@@ -96,7 +96,7 @@ def _cast_body(
     bounds, solid_plane, solid_bounds, planes = bodies.bounds, bodies.solid_plane, bodies.solid_bounds, bodies.planes
     transmission, layers, alone = bodies.transmission, slope.shape[1], 0
     edge_cos, edge_sin = side[0, 0], abs(side[1, 0])
-    flat = len(on_ground) == 0  # no ground hides a body, so that rays on a hidden one need not be traced to be counted
+    flat = len(on_ground) == 0
     for c in range(end - first):
         k = first + c
         nearest = longest[k] / plan_distance(bounds, a, local, c)
@@ -120,7 +120,8 @@ def _cast_body(
                         at = entry_of_corners(facing, hidden, entry, leave, edge_cos, edge_sin, low, high)
                     if at == MISSED or farthest[layer] == HIDDEN:
                         continue
-                    if at >= 0 and flat and nearest < covered[k, layer]:
+                    # Above a flat ground, rays on a hidden solid are counted without tracing: no ground hides it.
+                    if at >= 0 and flat and solid_bounds[p, 0, 2] >= 0.0 and nearest < covered[k, layer]:
                         farthest[layer] = HIDDEN
                         continue
                     if farthest[layer] == PASSED:
