@@ -50,7 +50,7 @@ def _car_ahead(index: int) -> WorldFrame:
         changes_lane=np.zeros(1, np.bool_),
         deviation=np.zeros((1, 2)),
         ground_z=np.zeros(1),
-        attitude=np.zeros((1, 2)),
+        attitude=np.full((1, 2), 0.01),  # a level body is not tilted
         size=np.array([[4.5, 1.8, 1.5]]),
         reflectivity=np.array([0.5]),
     )
