@@ -70,15 +70,16 @@ def first_planes(body: Body, origins: Floats, direction: Floats) -> npt.NDArray[
 
 def bent(body: Body, length: float, articulation: float) -> Body:
     """Return an articulated body with its tractor rotated [rad]."""
-    kingpin = 0.5 * length - hitch(np.array([length])).kingpin
-    solid = np.where(body.solid_tractor, articulation, 0.0)
+    kingpin = 0.5 * length - float(hitch(np.array([length])).kingpin[0])
+    pivot = np.array([[kingpin, kingpin, 0.0]])
+    solid = np.where(body.solid_ahead > 0, articulation, 0.0)
     plane = np.repeat(solid, body.planes_of_solid)
-    boxes = rotate_boxes(body.solid_bounds, np.repeat(kingpin, len(solid)), solid)
+    boxes = rotate_boxes(body.solid_bounds, pivot.repeat(len(solid), axis=0), solid)
     return replace(
         body,
         bounds=np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]),
         solid_bounds=boxes,
-        planes=rotate_planes(body.planes, np.repeat(kingpin, len(plane)), plane),
+        planes=rotate_planes(body.planes, pivot.repeat(len(plane), axis=0), plane),
     )
 
 

@@ -69,7 +69,7 @@ def visible_faces(returns: Returns, unit: Bytes, origin_ego: Floats, bodies: Bod
 
 def _outlined(bodies: Bodies) -> OutlinedBodies:
     return OutlinedBodies(
-        bodies.pose_ego, bodies.planes_body, bodies.plane_turn, bodies.kingpin, bodies.body_outline, bodies.outline
+        bodies.pose_ego, bodies.planes_body, bodies.plane_turn, bodies.plane_pivot, bodies.body_outline, bodies.outline
     )
 
 

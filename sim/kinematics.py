@@ -47,3 +47,5 @@ class Kinematics:
     """(N, 2) [m] see `sim.world.Actors`."""
     road: Floats | None = None
     """(N, 2) see `RawFrame`."""
+    further_articulation: Floats | None = None
+    """(N, JOINTS - 1) [rad] see `sim.world.Actors`."""

@@ -14,6 +14,10 @@ import numpy.typing as npt
 from sim.arrays import Bools, Floats, Ints
 
 
+JOINTS = 7
+"""Most joints of a vehicle."""
+
+
 class Kind(IntEnum):
     """Class of an actor. It decides the body shape and whether the actor is graded."""
 
@@ -84,8 +88,8 @@ class Actors:
     yaw_rate: Floats
     """(N,) [rad/s], counter-clockwise positive."""
     articulation: Floats
-    """(N,) [rad] yaw of the tractor relative to the trailer, which defines the pose; 0 for rigid bodies. A bus has
-    a front and a rear part in their place."""
+    """(N,) [rad] angle at the first joint: yaw of the tractor relative to the trailer, which defines the pose; 0 for
+    rigid bodies. A bus has a front and a rear part in their place, a tram its first two sections."""
     mode: npt.NDArray[np.uint8]
     """(N,) `Mode`."""
     changes_lane: Bools
@@ -102,9 +106,28 @@ class Actors:
     horizontal [rad]."""
     reflectivity: Floats
     """(N,) paint's diffuse reflectivity at 905 nm, 0 to 1."""
+    further_articulation: Floats | None = None
+    """(N, JOINTS - 1) [rad] the angles at the joints behind the first, of trams and trains; None if they have none.
+    Their middle section defines the pose, see `sim.sections`."""
 
     def __len__(self) -> int:
         return len(self.id)
+
+    @property
+    def is_bent(self) -> bool:
+        """True if the angle at any joint of any actor is not 0."""
+        further = self.further_articulation
+        return bool(self.articulation.any()) or (further is not None and bool(further.any()))
+
+    @property
+    def joint_angles(self) -> Floats:
+        """(N, JOINTS) [rad] yaw of each section relative to the next one, from the front; 0 beyond the last joint."""
+        return joint_angles(self.articulation, self.further_articulation)
+
+
+def joint_angles(first: Floats, further: Floats | None) -> Floats:
+    """Return angles (N, JOINTS) from those at the first joint (N,) and, if not None, at the others (N, JOINTS - 1)."""
+    return np.column_stack([first, np.zeros((len(first), JOINTS - 1)) if further is None else further])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,6 +21,7 @@ from sim.sumo.ego_choice import await_ego
 from sim.sumo.input_checks import sumo_command
 from sim.sumo.reader import SumoReader
 from sim.sumo.sumo_config import SumoTraffic
+from sim.world import JOINTS, joint_angles
 
 Floats = npt.NDArray[np.float64]
 
@@ -98,13 +99,13 @@ class Course:
     """(N,) [s]"""
     pose: Floats
     """(N, 3) box centre [m], yaw [rad]."""
-    articulation: Floats
-    """(N,) [rad]"""
+    joint_angles: Floats
+    """(N, JOINTS) [rad] see `sim.world.Actors`."""
 
     def part(self, begin: float, end: float) -> "Course":
         """Return the part in a time interval [s]."""
         rows = (self.time > begin - 0.5 * DT) & (self.time < end + 0.5 * DT)
-        return replace(self, time=self.time[rows], pose=self.pose[rows], articulation=self.articulation[rows])
+        return replace(self, time=self.time[rows], pose=self.pose[rows], joint_angles=self.joint_angles[rows])
 
     def differences(self, order: int) -> Floats:
         """Return difference quotients (N - order, 2) of the position: velocities, accelerations (2) or jerks (3)."""
@@ -113,28 +114,33 @@ class Course:
     def fronts(self) -> Floats:
         """Return the middle of the front bumper (N, 2) [m]; for an articulated truck, the tractor's."""
         row, pose, size = self._boxes()
-        leads = dict(zip(row.tolist(), range(len(row)), strict=True))  # tractors come last
+        leads = dict(zip(row.tolist(), range(len(row)), strict=True))  # fronts come last
         pose, size = pose[list(leads.values())], size[list(leads.values())]
         return np.asarray(pose[:, :2] + 0.5 * size[:, :1] * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])]))
 
     def outlines(self, every: int) -> list[Floats]:
-        """Return outlines (5, 2) [m] of its boxes, one of `every` frames; an articulated truck has two."""
+        """Return outlines (5, 2) [m] of its boxes, one of `every` frames; an articulated truck has two, a tram one per section."""
         row, pose, size = self._boxes()
         return [_outline(*pose[n], *size[n]) for n in np.flatnonzero(row % every == 0)]
 
     def _boxes(self) -> tuple[npt.NDArray[np.int64], Floats, Floats]:
         kind = np.full(len(self.pose), self.member.kind, np.uint8)
-        return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.articulation, kind)
+        return parts(self.pose, np.tile(self.member.size[:2], (len(self.pose), 1)), self.joint_angles, kind)
 
 
 def raw_courses(traffic: Traffic) -> list[Course]:
     """Return the courses in SUMO, by road user."""
-    return _courses([(frame.members, frame.pose_world, np.zeros(len(frame.members))) for frame in traffic.raw])
+    return _courses([(frame.members, frame.pose_world, np.zeros((len(frame.members), JOINTS))) for frame in traffic.raw])
 
 
 def delivered_courses(settled: Settled) -> list[Course]:
     """Return the delivered courses, by road user."""
-    return _courses([(members, motion.pose_world, motion.articulation) for members, motion in settled])
+    return _courses(
+        [
+            (members, motion.pose_world, joint_angles(motion.articulation, motion.further_articulation))
+            for members, motion in settled
+        ]
+    )
 
 
 def named(courses: list[Course], name: str) -> Course:

@@ -74,7 +74,7 @@ class TrackedSurroundings:
 def true_surroundings(frame: WorldFrame) -> Surroundings:
     """Return the surroundings from the ground truth."""
     ego, actors = frame.ego, frame.actors
-    row, pose_world, size = parts(actors.pose_world, actors.size[:, :2], actors.articulation, actors.kind)
+    row, pose_world, size = parts(actors.pose_world, actors.size[:, :2], actors.joint_angles, actors.kind)
     return Surroundings(
         speed=float(turned(ego.velocity_world, -ego.pose_world[2])[0]),
         yaw_rate=ego.yaw_rate,

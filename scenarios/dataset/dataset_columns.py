@@ -8,6 +8,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from scenarios.grading.articulated import ARTICULATION
 from scenarios.grading.frame_tables import VIEW_NAMES
 from scenarios.result import Result
 from sensor_model.truth import Cause, Loss, Part
@@ -158,7 +159,11 @@ LABELS = (
         "articulation_rad",
         np.float64,
         "rad",
-        "articulation angle: tractor relative to trailer; the box is the trailer's",
+        "angle at the first joint: tractor relative to trailer; the box is the trailer's",
+    ),
+    *(
+        Column(name, np.float64, "rad", "the same at the next joint of a tram or train; the box is its middle section's")
+        for name in ARTICULATION[1:]
     ),
     Column("changes_lane", np.bool_, "", "the simulator moves it to the next lane at about this time"),
     Column("deviation_along_m", np.float64, "m", "deviation from the simulator's position, forward"),

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from scenarios.arrays import Floats, Floats32
 from scenarios.dataset.dataset_columns import Values
+from scenarios.grading.articulated import ARTICULATION
 from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.plane_geometry import corner, into_frame, nearest_sign
 from sensor_model.truth import ScanTruth
@@ -114,6 +115,7 @@ def _actors(labels: Values) -> Actors:
         acceleration_world=_stack(labels, ACCELERATION),
         yaw_rate=labels["yaw_rate_radps"],
         articulation=labels["articulation_rad"],
+        further_articulation=_stack(labels, ARTICULATION[1:]),
         mode=labels["mode"].astype(np.uint8),
         changes_lane=labels["changes_lane"],
         deviation=_stack(labels, DEVIATION),
@@ -186,7 +188,7 @@ def _labels(frame: WorldFrame, truth: ScanTruth, grade: FrameGrade) -> Values:
         **_named(ACCELERATION, actors.acceleration_world.T),
         "yaw_rate_radps": actors.yaw_rate,
         "mode": actors.mode,
-        "articulation_rad": actors.articulation,
+        **_named(ARTICULATION, actors.joint_angles.T),
         "changes_lane": actors.changes_lane,
         **_named(DEVIATION, actors.deviation.T),
         "ground_z_m": actors.ground_z,

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from scenarios.grading.articulated import ARTICULATION
 from scenarios.grading.matching import TrackVerdict
 from scenarios.grading.metric_names import CANDIDATES, HORIZONS, estimates, models_among
 from scenarios.grading.track_metric_names import VIEWS
@@ -32,7 +33,7 @@ TRUTH: Schema = {
     "yaw_world_rad": np.float64,
     "length_m": np.float64,
     "width_m": np.float64,
-    "articulation_rad": np.float64,
+    **dict.fromkeys(ARTICULATION, np.float64),
     "vx_world_mps": np.float64,
     "vy_world_mps": np.float64,
     "ax_world_mps2": np.float64,

@@ -7,13 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from scenarios.arrays import Bools, Floats, Ints
-from scenarios.grading.articulated import tractors, trailers
+from scenarios.grading.articulated import ARTICULATION, section_boxes
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import point_rows
 from scenarios.grading.plane_geometry import into_frame, iou_table
 from scenarios.grading.truth_events.event_log import FrameEvents
 from scenarios.grading.vulnerable.vulnerable_names import GROUPS
 from sensor_model.truth import ON_NOTHING, Cause, ScanTruth
+from sim.sections import bend
 from sim.world import VEHICLE_KINDS, Actors, Kind, WorldFrame
 from tracker.scan import Scan
 
@@ -41,7 +42,7 @@ class FrameTruth:
     points: Ints
     """(A,) number of points on the actor."""
     bent: Bools
-    """(A,) the actor is an articulated truck bent too much for one rectangle."""
+    """(A,) the actor is bent too much for one rectangle: an articulated truck or bus, a tram, a train."""
     graded: Bools
     """(A,) the actor is a vehicle in range, with enough points, and not masked."""
     vulnerable: Bools
@@ -76,7 +77,7 @@ class FrameTruth:
         range_m = np.hypot(pose_ego[:, 0], pose_ego[:, 1])
         row = point_rows(truth.actor_id, actors.id)
         points = np.bincount(row[row >= 0], minlength=len(actors))
-        bent = np.abs(actors.articulation) > np.deg2rad(config.bent_deg)
+        bent = bend(actors.joint_angles) > np.deg2rad(config.bent_deg)
         gradable = IS_VEHICLE[actors.kind] & (range_m <= config.range_max_m) & (points >= config.points_min)
         masked = np.zeros(len(actors), np.bool_) if events is None else events.masked
         near = (range_m <= config.vulnerable_range_max_m) & (points >= config.vulnerable_points_min)
@@ -99,17 +100,16 @@ class FrameTruth:
     def overlap(self, boxes_ego: Floats) -> Floats:
         """(A, T) intersection over union with boxes (T, 5) in the ego frame.
 
-        A bent truck has the largest overlap of its straight box, its trailer and its tractor. A track on the tractor
-        alone thus follows the truck, and a truck keeps its track while it bends.
+        A bent vehicle has the largest overlap of its straight box and of its sections. A track on the tractor alone
+        thus follows the truck, and a truck keeps its track while it bends.
         """
         table = iou_table(self.boxes_ego, boxes_ego)
         bent = np.flatnonzero(self.bent)
         if not len(bent):
             return table
         pose, size = np.split(self.boxes_ego[bent], [3], axis=1)
-        kind = self.actors.kind[bent]
-        for part in (trailers(pose, size, kind), tractors(pose, size, self.actors.articulation[bent], kind)):
-            table[bent] = np.maximum(table[bent], iou_table(np.hstack(part), boxes_ego))
+        row, _, poses, sizes = section_boxes(pose, size, self.actors.joint_angles[bent], self.actors.kind[bent])
+        np.maximum.at(table, bent[row], iou_table(np.hstack([poses, sizes]), boxes_ego))
         return table
 
     def rows(self, track_id: Ints, segments: Ints, largest_share: Floats) -> dict[str, npt.NDArray[Any]]:
@@ -133,7 +133,7 @@ class FrameTruth:
             "yaw_world_rad": yaw,
             "length_m": actors.size[:, 0],
             "width_m": actors.size[:, 1],
-            "articulation_rad": actors.articulation,
+            **dict(zip(ARTICULATION, actors.joint_angles.T, strict=True)),
             "vx_world_mps": actors.velocity_world[:, 0],
             "vy_world_mps": actors.velocity_world[:, 1],
             "ax_world_mps2": actors.acceleration_world[:, 0],

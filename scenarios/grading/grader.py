@@ -23,6 +23,7 @@ from scenarios.grading import (
     segmentation_metrics,
     track_metrics,
 )
+from scenarios.grading.articulated import angles_of
 from scenarios.grading.blockers import BlockerLog
 from scenarios.grading.body_points import Ranging
 from scenarios.grading.emergence_log import EmergenceLog
@@ -43,6 +44,7 @@ from scenarios.grading.truth_events.event_log import EventLog, FrameEvents
 from scenarios.grading.vulnerable import vulnerable_metrics
 from scenarios.result import NOT_REPORTED, Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
+from sim.sections import bend
 from sim.world import WorldFrame
 from tracker.records import StepTrace, Tracks
 from tracker.scan import Scan
@@ -194,7 +196,7 @@ def grade(table: Mapping[str, pd.DataFrame], config: GradingConfig, frames: int)
     truth, tracks = table["truth"], table["tracks"]
     traced = len(table["outliers"]) > 0  # a frame with a trace has a row per cause
     observations = truth[truth["graded"]]
-    boxed = observations["articulation_rad"].abs() <= np.radians(config.bent_deg)
+    boxed = bend(angles_of(observations)) <= np.radians(config.bent_deg)
     no_vehicle = track_metrics.NO_TRUTH if traced else NO_TRACE
     no_segment = "no segment belonged mostly to a graded vehicle" if traced else NO_TRACE
     sheet = MetricSheet()

@@ -10,6 +10,7 @@ from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.ownership import NO_ACTOR_ROW, Ownership, point_rows
 from scenarios.grading.plane_geometry import into_frame, out_of_frame, turned
 from sensor_model.truth import NO_ACTOR, Cause, ScanTruth
+from sim.sections import bend
 from sim.world import WorldFrame
 from tracker.records import Segments
 
@@ -43,7 +44,7 @@ class Truth:
         """Return the ground truth of a frame."""
         actors, ego = frame.actors, frame.ego.pose_world
         vehicle = IS_VEHICLE[actors.kind]
-        bent = np.abs(actors.articulation) > np.deg2rad(USUAL.bent_deg)
+        bent = bend(actors.joint_angles) > np.deg2rad(USUAL.bent_deg)
         return cls(
             actor_id=np.append(actors.id, NO_ACTOR),
             point_row=point_rows(truth.actor_id, actors.id),

@@ -167,7 +167,7 @@ class Recorder:
         hidden_color, visible_color = np.array(blueprint.HIDDEN), np.array(blueprint.VISIBLE)
         colors = hidden_color + visible[:, None] * (visible_color - hidden_color)
         colors = colors * np.where(graded, 1.0, blueprint.DIM)[:, None]
-        row, pose, size = parts(pose, actors.size, actors.articulation, actors.kind)
+        row, pose, size = parts(pose, actors.size, actors.joint_angles, actors.kind)
         names = [str(name) for name in actors.name[row]]
         self._stream.log("world/truth", boxes(pose, size, colors[row], labels=names, show_labels=False))
 

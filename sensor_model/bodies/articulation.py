@@ -1,6 +1,7 @@
-"""Rotation of the tractor of an articulated body about its kingpin, in the body's frame.
+"""Rotation of the sections of an articulated body about their joints, in the body's frame.
 
-N kingpins are at x [m] on the body's axis; angles [rad] are counter-clockwise.
+A joint is given by its x [m] on the axis of the straight body, and its x, y [m] in the bent body, which differ where
+further joints are between it and the section that defines the pose. Angles [rad] are counter-clockwise.
 """
 
 import numpy as np
@@ -17,26 +18,26 @@ def rotate_vectors(vectors: Floats, angle: Floats) -> Floats:
     return rotated
 
 
-def rotate_points(points: Floats, kingpin: Floats, angle: Floats) -> Floats:
-    """Rotate points (N, 2) about their kingpins (N,)."""
-    pivot = np.column_stack([kingpin, np.zeros_like(kingpin)])
-    return pivot + rotate_vectors(points - pivot, angle)
+def rotate_points(points: Floats, pivot: Floats, angle: Floats) -> Floats:
+    """Rotate points (N, 2) about their joints (N, 3)."""
+    before = np.column_stack([pivot[:, 0], np.zeros(len(pivot))])
+    return pivot[:, 1:] + rotate_vectors(points - before, angle)
 
 
-def rotate_planes(planes: Floats, kingpin: Floats, angle: Floats) -> Floats:
-    """Rotate planes (N, 4), normal and offset, about their kingpins (N,).
+def rotate_planes(planes: Floats, pivot: Floats, angle: Floats) -> Floats:
+    """Rotate planes (N, 4), normal and offset, about their joints (N, 3).
 
-    A point p moves to h + R (p - h), so n . p = d becomes (R n) . p = d - n . h + (R n) . h.
+    A point p moves to m + R (p - h), so n . p = d becomes (R n) . p = d - n . h + (R n) . m.
     """
     rotated = rotate_vectors(planes, angle)
-    rotated[:, 3] += (rotated[:, 0] - planes[:, 0]) * kingpin
+    rotated[:, 3] += rotated[:, 0] * pivot[:, 1] + rotated[:, 1] * pivot[:, 2] - planes[:, 0] * pivot[:, 0]
     return rotated
 
 
-def rotate_boxes(boxes: Floats, kingpin: Floats, angle: Floats) -> Floats:
+def rotate_boxes(boxes: Floats, pivot: Floats, angle: Floats) -> Floats:
     """Return axis-aligned boxes (N, 2, 3), lower and upper corner, around the rotated boxes."""
     corners = [
-        rotate_points(np.column_stack([boxes[:, end, 0], boxes[:, side, 1]]), kingpin, angle)
+        rotate_points(np.column_stack([boxes[:, end, 0], boxes[:, side, 1]]), pivot, angle)
         for end in (0, 1)
         for side in (0, 1)
     ]

@@ -9,7 +9,7 @@ from sensor_model.bodies.materials import Glass, plane_reflectivity, plane_trans
 from sensor_model.bodies.outline import outline
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import plane_relief, waves
-from sensor_model.bodies.shapes import SHAPES
+from sensor_model.bodies.shapes import SHAPES, divided_on_rails
 from sensor_model.bodies.solids import Solid, Vector
 from sim.world import Kind
 
@@ -38,7 +38,7 @@ class Body:
     """(P, 2, 3)"""
     solid_inner: Bools
     """(P,)"""
-    solid_tractor: Bools
+    solid_ahead: Ints
     """(P,)"""
     planes: Floats
     """(Q, 4)"""
@@ -68,7 +68,7 @@ def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as
     mirrors
         If True, the body has side mirrors.
     as_prism
-        If True, a bounding prism replaces the other solids; an articulated vehicle has two.
+        If True, a bounding prism replaces the other solids; a vehicle with joints has one per section.
     """
     shape = SHAPES[appearance.kind]
     size = np.clip(appearance.size, shape.smallest, shape.largest)
@@ -78,6 +78,7 @@ def build(appearance: Appearance, draw: Draw, glass: Glass, *, mirrors: bool, as
         solids = [*shape.plain((length, width, height)), *(solid for solid in solids if solid.is_mirror)]
     if not mirrors:
         solids = [solid for solid in solids if not solid.is_mirror]
+    solids = divided_on_rails(solids, appearance.kind, appearance.size[0], length)
     stretch = np.array(appearance.size) / size
     return _flat(solids, stretch, appearance.paint, glass, 0.0 if as_prism else shape.relief, waves(draw))
 
@@ -98,7 +99,7 @@ def _flat(
         planes_of_solid=np.array([len(solid.planes) for solid in solids], dtype=np.int64),
         solid_bounds=np.stack([low, high], axis=1),
         solid_inner=np.array([solid.inner for solid in solids]),
-        solid_tractor=np.array([solid.tractor for solid in solids]),
+        solid_ahead=np.array([solid.ahead for solid in solids], dtype=np.int64),
         planes=planes,
         plane_part=part,
         plane_reflectivity=plane_reflectivity(part, paint, glass),

@@ -13,7 +13,7 @@ from sensor_model.bodies.materials import Glass
 from sensor_model.bodies.proportions import Draw
 from sensor_model.bodies.relief import WAVES
 from sensor_model.bodies.tilt import tilt_rotations
-from sim.articulation import hitch
+from sim.sections import section_moves, sections
 from sim.world import Actors, Ego, Kind, WorldFrame
 
 
@@ -21,7 +21,7 @@ from sim.world import Actors, Ego, Kind, WorldFrame
 class Bodies:
     """A bodies in the ego frame, in flat arrays: P solids and Q planes in all.
 
-    The frame of an articulated body is that of its trailer. The articulation angle and the attitude are constant during
+    The frame of an articulated body is that of its trailer, or middle section. The angles at its joints and the attitude are constant during
     a scan, which lasts milliseconds.
 
     The level frame of a body is its pose in the horizontal ego frame; z is the height above the road under the ego. The
@@ -44,8 +44,6 @@ class Bodies:
     """(A,) over ground [rad/s]."""
     bounds: Floats
     """(A, 2, 3) box around all of a body's solids, mirrors included, in the level frame [m]."""
-    kingpin: Floats
-    """(A,) x of the kingpin in the body's frame [m]; meaningful for articulated bodies only."""
     body_solid: Ints
     """(A + 1,) body a has solids body_solid[a] to body_solid[a + 1]."""
     solid_plane: Ints
@@ -54,14 +52,17 @@ class Bodies:
     """(P, 2, 3) box around the solid, in the level frame [m]."""
     solid_inner: Bools
     """(P,) True if the solid is behind glass: only beams that pass a pane of the same body hit it."""
-    solid_tractor: Bools
-    """(P,) True if the solid is a part of an articulated body's tractor."""
+    solid_ahead: Ints
+    """(P,) number of the solid's section ahead of the one that defines the pose, see `Solid`."""
     planes: Floats
     """(Q, 4) outward unit normal and offset, in the level frame [m]."""
     planes_body: Floats
     """(Q, 4) the same in the body's frame."""
     plane_turn: Floats
-    """(Q,) angle by which the plane is rotated with its tractor, counter-clockwise [rad]."""
+    """(Q,) angle by which the plane is rotated with its section, counter-clockwise [rad]."""
+    plane_pivot: Floats
+    """(Q, 3) point of the section in the level frame [m]: x on the axis of the straight body, and x, y in the bent one;
+    0 for planes that are not rotated."""
     plane_part: Bytes
     """(Q,) `Part`."""
     plane_reflectivity: Floats
@@ -124,7 +125,7 @@ class BodyFactory:
             self._built = {one: self._built.get(one) or self._build(one) for one in present}
             self._straight = _pack([self._built[one] for one in present])
             self._appearances, self._names = appearances, actors.name
-        bodies = _articulated(self._straight, actors) if actors.articulation.any() else self._straight
+        bodies = _articulated(self._straight, actors) if actors.is_bent else self._straight
         ground_z = actors.ground_z - ego.ground_z
         if actors.attitude.any() or ground_z.any():
             bodies = _tilted(bodies, actors.attitude, ground_z)
@@ -147,15 +148,15 @@ def _pack(bodies: list[Body]) -> Bodies:
         acceleration_ego=np.zeros((count, 2)),
         yaw_rate=np.zeros(count),
         bounds=np.array([body.bounds for body in bodies]).reshape(count, 2, 3),
-        kingpin=np.zeros(count),
         body_solid=_offsets(np.array([len(body.solid_inner) for body in bodies], dtype=np.int64)),
         solid_plane=_offsets(np.concatenate([no_counts, *(body.planes_of_solid for body in bodies)])),
         solid_bounds=np.concatenate([np.empty((0, 2, 3)), *(body.solid_bounds for body in bodies)]),
         solid_inner=np.concatenate([np.empty(0, np.bool_), *(body.solid_inner for body in bodies)]),
-        solid_tractor=np.concatenate([np.empty(0, np.bool_), *(body.solid_tractor for body in bodies)]),
+        solid_ahead=np.concatenate([no_counts, *(body.solid_ahead for body in bodies)]),
         planes=planes,
         planes_body=planes,
         plane_turn=np.zeros(len(planes)),
+        plane_pivot=np.zeros((len(planes), 3)),
         plane_part=np.concatenate([np.empty(0, np.uint8), *(body.plane_part for body in bodies)]),
         plane_reflectivity=np.concatenate([np.empty(0), *(body.plane_reflectivity for body in bodies)]),
         plane_transmission=np.concatenate([np.empty(0), *(body.plane_transmission for body in bodies)]),
@@ -171,27 +172,34 @@ def _offsets(counts: Ints) -> Ints:
 
 
 def _articulated(straight: Bodies, actors: Actors) -> Bodies:
-    """Rotate the tractors against their trailers."""
+    """Rotate the sections of bent bodies against the one that defines the pose."""
     solids, planes = np.diff(straight.body_solid), np.diff(straight.solid_plane)
-    kingpin = 0.5 * actors.size[:, 0] - hitch(actors.size[:, 0], actors.kind).kingpin
-    solid_turn = np.repeat(actors.articulation, solids) * straight.solid_tractor
-    plane_turn = np.repeat(solid_turn, planes)
-    solid, plane = np.flatnonzero(solid_turn), np.flatnonzero(plane_turn)
-    solid_kingpin = np.repeat(kingpin, solids)
-    plane_kingpin = np.repeat(solid_kingpin, planes)
+    angles = actors.joint_angles
+    bent = np.flatnonzero(angles.any(axis=1))
+    kind, length = actors.kind[bent], actors.size[bent, 0]
+    moves = section_moves(kind, length, angles[bent])
+    of_body = np.repeat(np.arange(len(actors)), solids)
+    solid = np.flatnonzero(np.isin(of_body, bent) & (straight.solid_ahead != 0))
+    row = np.searchsorted(bent, of_body[solid])
+    section = sections(kind, length).middle[row] - straight.solid_ahead[solid]
+    solid_turn, solid_pivot = np.zeros(len(of_body)), np.zeros((len(of_body), 3))
+    solid_turn[solid] = moves.turn[row, section]
+    solid_pivot[solid] = np.column_stack([moves.pivot[row, section], moves.moved[row, section]])
+    plane_turn, plane_pivot = np.repeat(solid_turn, planes), np.repeat(solid_pivot, planes, axis=0)
+    plane = np.flatnonzero(np.repeat(np.isin(np.arange(len(of_body)), solid), planes))
     bent_bounds, bent_planes = straight.solid_bounds.copy(), straight.planes.copy()
-    bent_bounds[solid] = rotate_boxes(bent_bounds[solid], solid_kingpin[solid], solid_turn[solid])
-    bent_planes[plane] = rotate_planes(bent_planes[plane], plane_kingpin[plane], plane_turn[plane])
+    bent_bounds[solid] = rotate_boxes(bent_bounds[solid], solid_pivot[solid], solid_turn[solid])
+    bent_planes[plane] = rotate_planes(bent_planes[plane], plane_pivot[plane], plane_turn[plane])
     low, high = bent_bounds[:, 0], bent_bounds[:, 1]
     first = straight.body_solid[:-1]
     return replace(
         straight,
         bounds=np.stack([np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)], axis=1),
-        kingpin=kingpin,
         solid_bounds=bent_bounds,
         planes=bent_planes,
         planes_body=bent_planes,
         plane_turn=plane_turn,
+        plane_pivot=plane_pivot,
     )
 
 

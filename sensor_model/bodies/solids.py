@@ -49,8 +49,9 @@ class Solid:
     """Upper corner of its bounding box [m]."""
     inner: bool = False
     """True if it is behind glass."""
-    tractor: bool = False
-    """True if it belongs to, and rotates with, the tractor of an articulated vehicle."""
+    ahead: int = 0
+    """Number of its section ahead of the one that defines the pose: 1 for a tractor, negative behind, see
+    `sim.sections`. It moves with its section."""
 
     @property
     def is_mirror(self) -> bool:

@@ -4,6 +4,8 @@ import math
 
 from numba import njit
 
+from sensor_model.arrays import Floats
+
 
 @njit(cache=True, inline="always")
 def turned(x: float, y: float, angle: float) -> tuple[float, float]:
@@ -15,9 +17,12 @@ def turned(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 @njit(cache=True, inline="always")
-def straight_point(x: float, y: float, turn: float, kingpin: float) -> tuple[float, float]:
-    """Return a point on a plane that is rotated by `turn` [rad] about the kingpin (kingpin, 0) before that rotation."""
+def straight_point(x: float, y: float, turn: float, pivot: Floats) -> tuple[float, float]:
+    """Return a point on a plane that is rotated by `turn` [rad] before that rotation.
+
+    The rotation moved the joint (pivot[0], 0) to (pivot[1], pivot[2]) [m].
+    """
     if turn == 0.0:
         return x, y
-    back_x, back_y = turned(x - kingpin, y, -turn)
-    return kingpin + back_x, back_y
+    back_x, back_y = turned(x - pivot[1], y - pivot[2], -turn)
+    return pivot[0] + back_x, back_y

@@ -28,7 +28,7 @@ def label_echoes(
     deepest
         Largest depth of a clean point inside the outline [m].
     """
-    _, _, turn, kingpin, first_edge, edges = bodies
+    _, _, turn, pivot, first_edge, edges = bodies
     part, cause = np.empty(len(target), np.uint8), np.zeros(len(target), np.uint8)
     straight = np.zeros((len(target), 2))
     for e in range(len(target)):
@@ -36,7 +36,7 @@ def label_echoes(
         if a < 0:
             part[e] = _GROUND if a == GROUND else _OBSTACLE
             continue
-        x, y = straight_point(points[e, 0], points[e, 1], turn[q], kingpin[a])
+        x, y = straight_point(points[e, 0], points[e, 1], turn[q], pivot[q])
         straight[e, 0], straight[e, 1], part[e] = x, y, plane_part[q]
         if plane_part[q] == _MIRROR:
             cause[e] = _ON_MIRROR
@@ -65,7 +65,7 @@ def count_on_faces(
     min_facing
         Least cosine between the normals and the face's.
     """
-    pose, planes, turn, kingpin, first_edge, edges = bodies
+    pose, planes, turn, pivot, first_edge, edges = bodies
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])
     count = np.zeros((len(pose), 4), np.int64)
     for i in range(len(target)):
@@ -76,7 +76,7 @@ def count_on_faces(
         edge, _ = nearest_edge(edges, first_edge[a], first_edge[a + 1], points[i, 0], points[i, 1])
         dx, dy = origin[u, 0] - pose[a, 0], origin[u, 1] - pose[a, 1]
         x, y = cos[a] * dx + sin[a] * dy, cos[a] * dy - sin[a] * dx
-        lidar = straight_point(x, y, turn[q], kingpin[a])
+        lidar = straight_point(x, y, turn[q], pivot[q])
         for face in range(4):
             axis, side = face % 2, 1.0 if face < 2 else -1.0
             facing = min(side * normal[axis], side * edges[edge, axis]) > min_facing

@@ -296,7 +296,7 @@ class RoughPlanes(NamedTuple):
     planes_body: Floats
     plane_turn: Floats
     plane_relief: Floats
-    kingpin: Floats
+    plane_pivot: Floats
     relief_waves: Floats
 
 
@@ -306,7 +306,7 @@ class OutlinedBodies(NamedTuple):
     pose_ego: Floats
     planes_body: Floats
     plane_turn: Floats
-    kingpin: Floats
+    plane_pivot: Floats
     body_outline: Ints
     outline: Floats
 

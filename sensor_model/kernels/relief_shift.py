@@ -26,13 +26,13 @@ def shift_to_relief(
     ranges, points
         (N,), (N, 3) in and out: range [m], and point in the frame of its body [m].
     """
-    normals, turn, relief, kingpin, waves = planes
+    normals, turn, relief, pivot, waves = planes
     per_wave = scale * math.sqrt(2.0 / waves.shape[1])
     for e in range(len(target)):
         a, q = target[e], surface[e]
         if a < 0 or relief[q] == 0.0:
             continue
-        x, y = straight_point(points[e, 0], points[e, 1], turn[q], kingpin[a])
+        x, y = straight_point(points[e, 0], points[e, 1], turn[q], pivot[q])
         height = 0.0
         for w in range(waves.shape[1]):
             height += math.cos(waves[a, w, 0] * x + waves[a, w, 1] * y + waves[a, w, 2] * points[e, 2] + waves[a, w, 3])

@@ -10,6 +10,7 @@ from sim.articulation import hitch, is_articulated
 from sim.physical.kernels.records import NO_FRAME, BodyDimensions, BodyStates, RawHistory
 from sim.physical.limits import YAW_RATE_ON_FOOT, YAW_RATE_ON_WHEELS
 from sim.roster import EGO_ID, Member
+from sim.sections import is_on_rails, section_count
 from sim.world import Kind
 
 REAR_AXLE = 0.8
@@ -89,11 +90,22 @@ def _dimensions_of(member: Member) -> BodyDimensions:
     front_offset = max(REAR_AXLE * length, SHORTEST_LEAD)
     yaw_rate_max = YAW_RATE_ON_FOOT if on_foot else YAW_RATE_ON_WHEELS
     kind, lengths = np.array([member.kind], np.uint8), np.array([length])
+    if has_sections(member):
+        section = length / float(section_count(kind, lengths)[0])
+        lead = REAR_AXLE * section
+        return BodyDimensions(length, lead, lead - 0.5 * section, yaw_rate_max, lead, 0.0, 0.0, 0.0)  # type: ignore[arg-type]  # scalars of one body
     if not is_articulated(kind, lengths)[0] or member.id == EGO_ID:  # the ego record has no articulation angle
-        return BodyDimensions(length, front_offset, front_offset - 0.5 * length, yaw_rate_max, 0.0, 0.0, 0.0)  # type: ignore[arg-type]  # scalars of one body
+        centre = front_offset - 0.5 * length
+        return BodyDimensions(length, front_offset, centre, yaw_rate_max, centre, 0.0, 0.0, 0.0)  # type: ignore[arg-type]
     coupling = hitch(lengths, kind)
     drive, pin, axles = (float(at[0]) for at in (coupling.drive_axle, coupling.kingpin, coupling.trailer_axles))
-    return BodyDimensions(length, drive, 0.0, yaw_rate_max, drive - pin, axles - pin, pin - 0.5 * length)  # type: ignore[arg-type]
+    ahead = drive - pin
+    return BodyDimensions(length, drive, 0.0, yaw_rate_max, ahead, ahead, axles - pin, pin - 0.5 * length)  # type: ignore[arg-type]
+
+
+def has_sections(member: Member) -> bool:
+    """Return True if sections of the body follow along the driven path: for trams and trains except the ego."""
+    return member.id != EGO_ID and bool(is_on_rails(np.array([member.kind], np.uint8), np.array([member.size[0]]))[0])
 
 
 def _resized(array: npt.NDArray[Any], capacity: int) -> npt.NDArray[Any]:

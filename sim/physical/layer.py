@@ -7,14 +7,16 @@ import numpy as np
 
 from sim.arrays import Floats, Ints
 from sim.kinematics import Kinematics, RawFrame
-from sim.physical.body_tables import BodyTables
+from sim.physical.body_tables import BodyTables, has_sections
 from sim.physical.kernels.frame_input import store_frame
 from sim.physical.kernels.frame_motion import frame_motions
 from sim.physical.lane_change import SpreadLaneChange
 from sim.physical.limits import BEHIND_S
 from sim.physical.physical_config import PhysicalConfig
+from sim.physical.section_chain import SectionChain
 from sim.physical.spline import acceleration_weights, smoothing_weights, velocity_weights
 from sim.roster import Member
+from sim.world import JOINTS
 
 
 class PhysicalTruth:
@@ -44,6 +46,8 @@ class PhysicalTruth:
         self._change_fraction = dt / config.lane_change_s
         self._lead_frames = int(np.clip(self._ahead - half, 0, round(0.5 * config.lane_change_s / dt)))
         self._lane_changes: list[SpreadLaneChange] = []
+        self._chains: dict[tuple[int, int], SectionChain] = {}
+        """Trams and trains of the last final frame, by id and stretch."""
         self._waiting: deque[tuple[list[Member], Ints, Floats | None]] = deque()
         self._pushed = 0
         self._ended = False
@@ -84,6 +88,7 @@ class PhysicalTruth:
             self._rolling,
             self._dt,
         )
+        further = self._follow_rails(members, motion, tables.history.raw[body, frame % self._window, 2])
         return members, Kinematics(
             pose_world=motion[:, :3],
             velocity_world=motion[:, 3:5],
@@ -93,6 +98,7 @@ class PhysicalTruth:
             changes_lane=tables.history.changes_lane[body, frame % tables.history.frame.shape[1]],
             deviation=motion[:, 9:],
             road=road,
+            further_articulation=further,
         )
 
     def next(self, advance: Callable[[], None]) -> tuple[list[Member], Kinematics] | None:
@@ -103,6 +109,26 @@ class PhysicalTruth:
         while (settled := self.pop()) is None and not self._ended:
             advance()
         return settled
+
+    def _follow_rails(self, members: list[Member], motion: Floats, yaw: Floats) -> Floats | None:
+        """Replace the motion of fronts of trams and trains by that of their boxes; return their further angles.
+
+        `yaw` (N,) [rad] are those of the simulator.
+        """
+        rows = [row for row, member in enumerate(members) if has_sections(member)] if self._rolling else []
+        if not rows:
+            self._chains = {}
+            return None
+        before, self._chains = self._chains, {}
+        further = np.zeros((len(members), JOINTS - 1))
+        for row in rows:
+            member = members[row]
+            key = member.id, member.stretch
+            chain = before.get(key) or SectionChain(member, motion[row, :7], float(yaw[row]))
+            motion[row, :8], angles = chain.follow(motion[row, :8])
+            motion[row, 8], further[row] = angles[0], angles[1:]
+            self._chains[key] = chain
+        return further
 
     def _begin_lane_change(self, frame: int, body: int, offset: float) -> None:
         """Start to spread a jump at a frame, including some frames before it."""

@@ -20,7 +20,7 @@ from sim.physical.physical_config import PhysicalConfig
 from sim.roster import Member
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
-from sim.world import Kind
+from sim.world import JOINTS, Kind
 
 LENGTH, WIDTH, HEIGHT = 18.125, 2.55, 3.1
 MIDDLE_AXLE, JOINT, REAR_AXLE = 8.705, 10.455, 14.695
@@ -93,13 +93,13 @@ def test_an_articulated_bus_has_three_axles_and_other_lengths_of_the_kind_have_n
     assert len(wheels) == 6
     assert at[1] == pytest.approx(MIDDLE_AXLE, abs=0.05)
     assert at[2] == pytest.approx(REAR_AXLE, abs=0.4)
-    for length in (12.0, 15.0, 22.0, 36.5):  # rigid buses, a tram and a train
+    for length in (12.0, 15.0):  # trams and trains, which are longer, have sections: test_sections.py
         assert not any(solid.tractor for solid in body(length, 0.0))
 
 
 def test_the_boxes_of_a_bent_bus_meet_at_the_joint():
     pose, size = np.array([[10.0, 5.0, 0.4]]), np.array([[LENGTH, WIDTH]])
-    row, poses, sizes = parts(pose, size, np.array([0.5]), BUS)
+    row, poses, sizes = parts(pose, size, np.pad([[0.5]], ((0, 0), (0, JOINTS - 1))), BUS)
     assert row.tolist() == [0, 0]
     assert sizes[:, 0] == pytest.approx([LENGTH - JOINT, JOINT])
     heading = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
@@ -108,11 +108,11 @@ def test_the_boxes_of_a_bent_bus_meet_at_the_joint():
 
 
 def test_sumo_s_long_buses_bend_in_a_turn(tmp_path):
-    lengths = {"solo": 12.0, "long": 18.0, "tram": 22.0}
+    lengths = {"solo": 12.0, "long": 18.0}
     (tmp_path / "t.rou.xml").write_text(
         "<routes>"
         + "".join(
-            f'<vType id="t{name}" vClass="{"tram" if name == "tram" else "bus"}" length="{length}" sigma="0"/>'
+            f'<vType id="t{name}" vClass="bus" length="{length}" sigma="0"/>'
             f'<trip id="{name}" type="t{name}" depart="{5 * k}" departPos="last" from="r20" to="hairpin"/>'
             for k, (name, length) in enumerate(lengths.items())
         )
@@ -130,4 +130,4 @@ def test_sumo_s_long_buses_bend_in_a_turn(tmp_path):
                 largest[str(name)] = max(largest[str(name)], abs(float(bend)))
                 assert np.hypot(*acceleration) < 10.0
     assert largest["long"] > 0.2
-    assert (largest["solo"], largest["tram"]) == (0.0, 0.0)
+    assert largest["solo"] == 0.0

@@ -13,7 +13,7 @@ from scenarios.grading.grader import Grader
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.run import device
 from sensor_model.truth import NO_ACTOR, Cause, Part, ScanTruth, View
-from sim.world import Actors, Ego, Kind, Mode, WorldFrame
+from sim.world import JOINTS, Actors, Ego, Kind, Mode, WorldFrame
 from tracker.records import (
     METHODS,
     MODELS,
@@ -53,6 +53,7 @@ class Body:
     """Beams that would end on it if it were alone."""
     view: View = View.L_SHAPE
     articulation: float = 0.0
+    further_articulation: tuple[float, ...] = (0.0,) * (JOINTS - 1)
     acceleration: tuple[float, float] = (0.0, 0.0)
     yaw_rate: float = 0.0
 
@@ -96,6 +97,7 @@ def world_frame(index, bodies, ego=(0.0, 0.0, 0.0), dt=DT):
             acceleration_world=np.array([body.acceleration for body in bodies], dtype=float).reshape(n, 2),
             yaw_rate=np.array([body.yaw_rate for body in bodies], dtype=float),
             articulation=np.array([body.articulation for body in bodies], dtype=float),
+            further_articulation=np.array([body.further_articulation for body in bodies]).reshape(n, JOINTS - 1),
             mode=np.array([_mode(body) for body in bodies], dtype=np.uint8),
             changes_lane=np.zeros(n, np.bool_),
             deviation=np.zeros((n, 2)),

@@ -16,7 +16,8 @@ _SIDES = ((0, 1), (1, 1), (0, -1), (1, -1))
 def straight(bodies, actor, plane, point):
     """Return x, y of a point with the articulation of its plane removed."""
     back = cmath.exp(-1j * bodies.plane_turn[plane])
-    place = bodies.kingpin[actor] + back * (complex(*point[:2]) - bodies.kingpin[actor])
+    x, *moved = bodies.plane_pivot[plane]
+    place = x + back * (complex(*point[:2]) - complex(*moved))
     return np.array([place.real, place.imag])
 
 

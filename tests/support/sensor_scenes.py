@@ -15,7 +15,7 @@ from sensor_model.rig.rig import Mount, Rig, load_rig
 from sensor_model.rig.unit import Fan, UnitModel
 from sensor_model.scan_context import ScanContext
 from sensor_model.sensor_config import SensorConfig
-from sim.world import Actors, Ego, Kind, Obstacles, WorldFrame
+from sim.world import JOINTS, Actors, Ego, Kind, Obstacles, WorldFrame
 
 
 def only(*kinds):
@@ -49,6 +49,7 @@ class ActorSpec:
     acceleration: tuple[float, float] = (0.0, 0.0)
     yaw_rate: float = 0.0
     articulation: float = 0.0
+    further_articulation: tuple[float, ...] = (0.0,) * (JOINTS - 1)
     ground_z: float = 0.0
     attitude: tuple[float, float] = (0.0, 0.0)
 
@@ -72,6 +73,7 @@ def world(*specs, ego=STILL, index=0):
         acceleration_world=np.array([spec.acceleration for spec in specs], dtype=np.float64).reshape(-1, 2),
         yaw_rate=np.array([spec.yaw_rate for spec in specs], dtype=np.float64),
         articulation=np.array([spec.articulation for spec in specs], dtype=np.float64),
+        further_articulation=np.array([spec.further_articulation for spec in specs]).reshape(-1, JOINTS - 1),
         mode=np.zeros(count, np.uint8),
         changes_lane=np.zeros(count, np.bool_),
         deviation=np.zeros((count, 2)),

@@ -37,7 +37,7 @@ def pieces(bodies, row):
                 planes=bodies.planes[planes],
                 part=bodies.plane_part[planes],
                 inner=bool(bodies.solid_inner[solid]),
-                tractor=bool(bodies.solid_tractor[solid]),
+                tractor=bool(bodies.solid_ahead[solid] > 0),
                 bounds=bodies.solid_bounds[solid],
             )
         )

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from scenarios.arrays import Floats, Ints
 from sensor_model.truth import NO_ACTOR
-from sim.world import Kind, WorldFrame
+from sim.world import JOINTS, Kind, WorldFrame
 
 EGO_ROW, EGO_NAME = 0, "ego"
 EGO = NO_ACTOR
@@ -31,8 +31,8 @@ class Bodies:
     """(M, 2) [m/s^2]."""
     yaw_rate: Floats
     """(M,) [rad/s]."""
-    articulation: Floats
-    """(M,) [rad] see `sim.world.Actors`."""
+    joint_angles: Floats
+    """(M, JOINTS) [rad] see `sim.world.Actors`."""
     size: Floats
     """(M, 2) length and width [m]."""
 
@@ -48,7 +48,7 @@ class Bodies:
             velocity_world=np.concatenate([ego.velocity_world[None], actors.velocity_world]),
             acceleration_world=np.concatenate([ego.acceleration_world[None], actors.acceleration_world]),
             yaw_rate=np.append(ego.yaw_rate, actors.yaw_rate),
-            articulation=np.append(0.0, actors.articulation),
+            joint_angles=np.vstack([np.zeros(JOINTS), actors.joint_angles]),
             size=np.concatenate([ego.size[None, :2], actors.size[:, :2]]),
         )
 

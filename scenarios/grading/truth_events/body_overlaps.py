@@ -25,8 +25,8 @@ def overlaps(bodies: Bodies) -> Overlaps:
     """Return the pairs whose overlap is larger than `OVERLAP_M2`."""
     row = np.arange(len(bodies.id))
     pose, size = bodies.pose_world, bodies.size
-    if bodies.articulation.any():
-        row, pose, size = parts(pose, size, bodies.articulation, bodies.kind)
+    if bodies.joint_angles.any():
+        row, pose, size = parts(pose, size, bodies.joint_angles, bodies.kind)
     boxes = np.concatenate([pose, size], axis=1)
     first, second = _near_pairs(boxes, row)
     if not len(first):

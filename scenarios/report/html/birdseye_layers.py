@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Floats
-from scenarios.grading.articulated import kinds_of, parts
+from scenarios.grading.articulated import angles_of, kinds_of, parts
 from scenarios.grading.plane_geometry import CORNER_SIGNS, corner, into_frame
 from scenarios.report.html.palette import FAINT, INK, MUTED, ORANGE, PAGE, RED, SKY
 from scenarios.report.html.shown_frames import POSE_WORLD
@@ -56,7 +56,7 @@ def _outlines(boxes: Floats) -> Floats:
 def draw_truth(axes: "Axes", truth: pd.DataFrame, ego: Floats) -> None:
     """Draw true boxes in thin lines with the vehicle's name, dashed if not graded."""
     pose = into_frame(truth[POSE_WORLD].to_numpy(np.float64), ego)
-    bend, kind = truth["articulation_rad"].to_numpy(), kinds_of(truth["kind"])
+    bend, kind = angles_of(truth), kinds_of(truth["kind"])
     row, poses, sizes = parts(pose, truth[SIZE].to_numpy(np.float64), bend, kind)
     graded = truth["graded"].to_numpy()
     for k, outline in zip(row, _outlines(np.hstack([poses, sizes])), strict=True):

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Floats
-from scenarios.grading.articulated import kinds_of, parts
+from scenarios.grading.articulated import angles_of, kinds_of, parts
 from scenarios.grading.plane_geometry import into_frame
 from scenarios.grading.worst_frames import vehicle_names
 from scenarios.report.html.palette import TEXT_NAMES
@@ -114,7 +114,7 @@ def _truth(rows: pd.DataFrame, ego: Floats, place: Mapping[int, int]) -> list[li
     if rows.empty:
         return []
     pose = into_frame(rows[POSE_WORLD].to_numpy(np.float64), ego)
-    bend, kind = rows["articulation_rad"].to_numpy(), kinds_of(rows["kind"])
+    bend, kind = angles_of(rows), kinds_of(rows["kind"])
     of, poses, sizes = parts(pose, rows[SIZE].to_numpy(np.float64), bend, kind)
     first = np.concatenate([[True], of[1:] != of[:-1]]) if len(of) else np.zeros(0, bool)
     name = np.where(first, rows["actor_id"].map(place).to_numpy()[of], -1)

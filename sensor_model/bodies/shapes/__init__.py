@@ -11,6 +11,7 @@ from sensor_model.bodies.shapes import car_shapes, heavy_shapes, rider_shapes
 from sensor_model.bodies.solids import Solid, Vector, box
 from sensor_model.truth import Part
 from sim.articulation import LONGEST_M, SHORTEST_M, hitch, is_articulated
+from sim.sections import is_on_rails, section_count
 from sim.world import Kind
 
 
@@ -23,12 +24,29 @@ def plain_articulated(size: Vector) -> list[Solid]:
     """Make bounding prisms of the tractor and of the trailer; without articulation they fill one box."""
     end = size[0] / 2
     trailer_front = end - float(hitch(np.array(size[:1])).trailer_front[0])
-    return [_prism(size, -end, trailer_front), replace(_prism(size, trailer_front, end), tractor=True)]
+    return [_prism(size, -end, trailer_front), replace(_prism(size, trailer_front, end), ahead=1)]
 
 
 def plain_bus(size: Vector) -> list[Solid]:
     """Make the bounding prism of a bus, divided at the joint of an articulated one."""
-    return heavy_shapes.divided(plain(size), heavy_shapes.bus_joint(size[0])) if _bends(size) else plain(size)
+    return heavy_shapes.divided(plain(size), [heavy_shapes.bus_joint(size[0])]) if _bends(size) else plain(size)
+
+
+def divided_on_rails(solids: list[Solid], kind: Kind, length: float, made_length: float) -> list[Solid]:
+    """Divide the solids of a tram or train at its joints; return those of other kinds and lengths as they are.
+
+    Parameters
+    ----------
+    length
+        Overall length [m], which decides the number of sections.
+    made_length
+        Length of the solids before they are scaled to it [m].
+    """
+    kinds, lengths = np.array([kind], np.uint8), np.array([length])
+    if not is_on_rails(kinds, lengths)[0]:
+        return solids
+    count = int(section_count(kinds, lengths)[0])
+    return heavy_shapes.divided(solids, [made_length * (0.5 - k / count) for k in range(1, count)])
 
 
 def _bus(size: Vector, draw: Draw, glass: Glass) -> list[Solid]:

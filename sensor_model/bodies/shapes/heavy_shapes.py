@@ -1,6 +1,8 @@
 """Box trucks, articulated trucks and buses. The space beneath load bodies is open between wheels and frame."""
 
+import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -86,7 +88,7 @@ def trailer_truck(size: Vector, p: TruckProportions, glass: Glass) -> list[Solid
         *_side_guards(axles[-1] + p.wheel_radius + 0.2, drive_axle - p.wheel_radius - 0.3, width / 2, p.floor - 0.2),
         *(wheel for axle in axles for wheel in wheels(axle, p.wheel_radius, outer, _WHEEL_WIDTH)),
     ]
-    return [*(replace(solid, tractor=True) for solid in tractor), *trailer]
+    return [*(replace(solid, ahead=1) for solid in tractor), *trailer]
 
 
 def bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid]:
@@ -138,7 +140,7 @@ def articulated_bus(size: Vector, p: BusProportions, glass: Glass) -> list[Solid
     """Make a bus with a joint: front and rear part meet at a plane through it, where the bellows are closed."""
     middle = size[0] / 2 - float(_bus_hitch(size[0]).drive_axle[0])
     solids = [*bus(size, p, glass), *wheels(middle, p.wheel_radius, size[1] / 2 - _WHEEL_INSET, _TWIN_WIDTH)]
-    return divided(solids, bus_joint(size[0]))
+    return divided(solids, [bus_joint(size[0])])
 
 
 def bus_joint(length: float) -> float:
@@ -146,16 +148,20 @@ def bus_joint(length: float) -> float:
     return length / 2 - float(_bus_hitch(length).kingpin[0])
 
 
-def divided(solids: list[Solid], joint: float) -> list[Solid]:
-    """Divide solids by the plane x = `joint` [m]; those ahead of it belong to the tractor."""
-    ahead, behind = Plane((-1.0, 0.0, 0.0), -joint, Part.BODY), Plane((1.0, 0.0, 0.0), joint, Part.BODY)
+def divided(solids: list[Solid], joints: list[float]) -> list[Solid]:
+    """Divide solids by the planes x = `joints` [m], from the front; the parts between two belong to one section."""
+    middle = (len(joints) + 1) // 2
     parts = []
     for solid in map(Solid.pruned, solids):
-        if solid.high[0] > joint:
-            front = solid.cut([ahead]).pruned() if solid.low[0] < joint else solid
-            parts.append(replace(front, tractor=True))
-        if solid.low[0] < joint:
-            parts.append(solid.cut([behind]).pruned() if solid.high[0] > joint else solid)
+        for section, (front, rear) in enumerate(pairwise([math.inf, *joints, -math.inf])):
+            cuts = []
+            if solid.low[0] < rear < solid.high[0]:
+                cuts.append(Plane((-1.0, 0.0, 0.0), -rear, Part.BODY))
+            if solid.low[0] < front < solid.high[0]:
+                cuts.append(Plane((1.0, 0.0, 0.0), front, Part.BODY))
+            if solid.high[0] > rear and solid.low[0] < front:
+                part = solid.cut(cuts).pruned() if cuts else solid
+                parts.append(replace(part, ahead=middle - section))
     return parts
 
 

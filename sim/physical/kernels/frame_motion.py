@@ -41,6 +41,8 @@ def frame_motions(
 ) -> Floats:
     """Return the motions (N, WIDTH) of the bodies `rows` (N,) in the frame after the last final frame.
 
+    The motion of a tram or train is that of its front: its sections follow along the driven path.
+
     Parameters
     ----------
     frame, pushed
@@ -124,13 +126,9 @@ def _trailer_rate(state: Floats, dimensions: BodyDimensions, body: int, yaw: flo
 
 @njit(cache=True)
 def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, body: int) -> None:
-    """Write a body's motion except its deviation; for an articulated vehicle, the motion of the trailer's box."""
-    articulated = dimensions.trailer_wheelbase[body] > 0
-    ahead = (
-        dimensions.kingpin_offset[body]
-        if articulated
-        else dimensions.front_offset[body] - 0.5 * dimensions.length[body]
-    )
+    """Write a body's motion except its deviation; for an articulated vehicle, the motion of the trailer's box,
+    for a tram or train that of its front."""
+    ahead = dimensions.motion_offset[body]
     cos, sin = math.cos(state[YAW]), math.sin(state[YAW])
     swing = ahead * state[YAW_RATE]
     along = state[ACCELERATION] - swing * state[YAW_RATE]
@@ -139,7 +137,7 @@ def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, bod
     motion[3], motion[4] = state[SPEED] * cos - swing * sin, state[SPEED] * sin + swing * cos
     motion[5], motion[6] = along * cos - across * sin, along * sin + across * cos
     motion[7] = state[YAW_RATE]
-    if articulated:
+    if dimensions.trailer_wheelbase[body] > 0:
         _trailer_motion(motion, state, dimensions, body)
 
 

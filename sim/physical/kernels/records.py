@@ -24,6 +24,9 @@ class BodyDimensions(NamedTuple):
     """(S,) from the rear axle to the point whose acceleration is limited."""
     yaw_rate_max: Floats
     """(S,) [rad/s]."""
+    motion_offset: Floats
+    """(S,) from the rear axle to the point whose motion is computed: the box centre of a rigid body, the kingpin of a
+    tractor, the front of a tram or train."""
     kingpin_offset: Floats
     """(S,) from a tractor's rear axle forward to the kingpin."""
     trailer_wheelbase: Floats

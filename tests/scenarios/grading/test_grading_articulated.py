@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.frames import DT, Body, Estimate, Scripted, follow, grade_run
 
-from scenarios.grading.articulated import parts, tractors, trailers
+from scenarios.grading.articulated import parts, section_boxes
 from scenarios.grading.grading_config import GradingConfig
 from scenarios.grading.plane_geometry import CORNER_SIGNS, corner
-from sim.world import Kind
+from sim.world import JOINTS, Kind
 
 SIZE = (16.5, 2.55, 4.0)
 LORRY = Body(0, 0.0, 15.0, kind=Kind.TRAILER_TRUCK, size=SIZE)
@@ -24,6 +24,11 @@ coordinates, turns = st.floats(-50, 50), st.floats(-3, 3)
 
 def bent(deg, **changes):
     return replace(LORRY, articulation=math.radians(deg), **changes)
+
+
+def first(*angles):
+    """Angles (N, JOINTS) of vehicles with one joint."""
+    return np.pad(np.array(angles)[:, None], ((0, 0), (0, JOINTS - 1)))
 
 
 def outline(pose, size):
@@ -44,14 +49,18 @@ def cab(body):
 @given(x=coordinates, y=coordinates, yaw=turns, articulation=turns)
 def test_tractor_rotates_about_the_kingpin(x, y, yaw, articulation):
     body = replace(LORRY, x=x, y=y, yaw=yaw, articulation=articulation)
-    pose, size = tractors(np.array([[x, y, yaw]]), np.array([SIZE[:2]]), np.array([articulation]))
-    np.testing.assert_allclose(np.hstack([pose, size])[0], cab(body), atol=1e-9)
+    _, section, pose, size = section_boxes(
+        np.array([[x, y, yaw]]), np.array([SIZE[:2]]), first(articulation), np.array([Kind.TRAILER_TRUCK])
+    )
+    assert section.tolist() == [1, 0]
+    np.testing.assert_allclose(np.hstack([pose, size])[1], cab(body), atol=1e-9)
 
 
 @given(yaw=turns, length=st.floats(5, 25))
 def test_parts_of_a_straight_truck_fill_its_box(yaw, length):
     pose, size = np.array([[3.0, -2.0, yaw]]), np.array([[length, 2.55]])
-    trailer, tractor = outline(*trailers(pose, size)), outline(*tractors(pose, size, np.zeros(1)))
+    _, _, poses, sizes = section_boxes(pose, size, first(0.0), np.array([Kind.TRAILER_TRUCK]))
+    trailer, tractor = outline(poses[:1], sizes[:1]), outline(poses[1:], sizes[1:])
     whole = outline(pose, size)
     assert trailer.area + tractor.area == pytest.approx(whole.area)
     assert shapely.union(trailer, tractor).buffer(1e-6).contains(whole)
@@ -59,7 +68,7 @@ def test_parts_of_a_straight_truck_fill_its_box(yaw, length):
 
 def test_only_bent_trucks_have_two_boxes():
     pose, size = np.array([[0.0, 0, 0], [10, 5, 1], [20, 5, 2]]), np.array([SIZE, SIZE, (4.5, 1.8, 1.5)])
-    row, poses, sizes = parts(pose, size, np.array([0.0, 0.3, 0.0]))
+    row, poses, sizes = parts(pose, size, first(0.0, 0.3, 0.0), np.array([Kind.TRAILER_TRUCK] * 2 + [Kind.CAR]))
     assert row.tolist() == [0, 1, 2, 1]
     np.testing.assert_array_equal(poses[[0, 2]], pose[[0, 2]])
     np.testing.assert_array_equal(sizes[[0, 2]], size[[0, 2]])

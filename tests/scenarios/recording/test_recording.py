@@ -287,7 +287,8 @@ def test_bent_truck_is_drawn_as_trailer_and_tractor(steps: list[Step], tmp_path:
     # Fails when the tractor is not rotated, or has the colour or the name of another actor.
     step = steps[5]
     articulation = np.where(step.frame.actors.id == IDS[1], 0.5, 0.0)
-    frame = replace(step.frame, actors=replace(step.frame.actors, articulation=articulation))
+    kind = np.where(articulation > 0.0, Kind.TRAILER_TRUCK, step.frame.actors.kind).astype(np.uint8)
+    frame = replace(step.frame, actors=replace(step.frame.actors, articulation=articulation, kind=kind))
     truth = read(record(tmp_path / "bent.rrd", [step._replace(frame=frame)]), "/world/truth")
     centers, names = np.array(truth["Boxes3D:centers"][0]), truth["Boxes3D:labels"][0]
     assert names == [*(f"flow.{row}" for row in range(6)), "flow.1"]
