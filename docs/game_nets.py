@@ -82,7 +82,13 @@ def row(game: Path, source: Path, out: Path) -> str:
 def events(metrics: dict[str, float | None]) -> str:
     """Return the numbers of truth events by kind."""
     found = {kind: metrics[f"sim.{kind}"] for kind in EVENTS}
-    return ", ".join(f"{count:g} {kind.replace('_', ' ')}" for kind, count in found.items() if count) or "none"
+    named = {kind.replace("_", " "): count for kind, count in found.items() if count}
+    return ", ".join(f"{count:g} {kind if count != 1 else singular(kind)}" for kind, count in named.items()) or "none"
+
+
+def singular(kind: str) -> str:
+    """Return the name of one event."""
+    return re.sub(r"s( in view)?$", r"\1", kind)
 
 
 def luxloop(*arguments: str) -> "subprocess.CompletedProcess[str]":

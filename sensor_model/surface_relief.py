@@ -21,6 +21,8 @@ def displace(echoes: Echoes, bodies: Bodies, scale: float) -> Echoes:
     if scale == 0.0:
         return echoes
     ranges, points = echoes.range.copy(), echoes.point_body.copy()
-    rough = RoughPlanes(bodies.planes_body, bodies.plane_turn, bodies.plane_relief, bodies.plane_pivot, bodies.relief_waves)
+    rough = RoughPlanes(
+        bodies.planes_body, bodies.plane_turn, bodies.plane_relief, bodies.plane_pivot, bodies.relief_waves
+    )
     shift_to_relief(echoes.target, echoes.surface, echoes.direction_body, rough, scale, ranges, points)
     return replace(echoes, range=ranges, point_body=points)

@@ -60,7 +60,7 @@ class FrameBuilder:
             acceleration_world=acceleration_world,
             yaw_rate=motion.yaw_rate[near],
             articulation=motion.articulation[near],
-            further_articulation=None if motion.further_articulation is None else motion.further_articulation[near],
+            further_articulation=motion.further_articulation[near],
             mode=self._classifier.modes(appearance.id, velocity_world, acceleration_world),
             changes_lane=motion.changes_lane[near],
             deviation=motion.deviation[near],

@@ -1,11 +1,12 @@
 """Records of motion between a simulator and the world record."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from sim.arrays import Bools, Floats
 from sim.roster import Member
+from sim.world import JOINTS, no_angles
 
 
 def wrap_angle(angle: Floats) -> Floats:
@@ -47,5 +48,14 @@ class Kinematics:
     """(N, 2) [m] see `sim.world.Actors`."""
     road: Floats | None = None
     """(N, 2) see `RawFrame`."""
-    further_articulation: Floats | None = None
+    further_articulation: Floats = field(default_factory=no_angles)
     """(N, JOINTS - 1) [rad] see `sim.world.Actors`."""
+
+    def __post_init__(self) -> None:
+        if not len(self.further_articulation):
+            object.__setattr__(self, "further_articulation", np.zeros((len(self.articulation), JOINTS - 1)))
+
+    @property
+    def joint_angles(self) -> Floats:
+        """(N, JOINTS) [rad] see `sim.world.Actors`."""
+        return np.column_stack([self.articulation, self.further_articulation])

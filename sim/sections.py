@@ -1,9 +1,9 @@
 """Rigid sections of vehicles with joints, from the front: tractor and trailer, parts of a bus, cars of a tram or train.
 
-Bodies of `Kind.BUS` that are longer than any bus are trams, or trains if they are longer than 75 m, the limit on streets
-(Germany's BOStrab, section 55). They consist of equal sections. SUMO draws them with sections of 5.71 m (tram, after the
-Bombardier Flexity Berlin) and 18.4 m (urban train, after DB's class 481; `SUMOVTypeParameter.cpp`): the number of
-sections here is the length over these, rounded, so that 30.8 m and 40.05 m give 5 and 7, as those trams have.
+Bodies of `Kind.BUS` that are longer than any bus are trams, or trains if they are longer than 75 m, the limit on
+streets (Germany's BOStrab, section 55). They consist of equal sections. SUMO draws them with sections of 5.71 m (tram,
+after the Bombardier Flexity Berlin) and 18.4 m (urban train, after DB's class 481; `SUMOVTypeParameter.cpp`). The
+number of sections here is the length over these, rounded: 5 of 30.8 m and 7 of 40.05 m, as those trams have.
 
 The pose of a vehicle is that of its straight box, aligned with its middle section, of two the rear one.
 """
@@ -96,7 +96,7 @@ def section_moves(kind: Kinds, length: Floats, angles: Floats) -> SectionMoves:
     bent = np.hstack([np.zeros((len(length), 1)), np.cumsum(angles, axis=1)])
     turn = bent[row, middle][:, None] - bent
     x = 0.5 * length[:, None] - joint
-    # From joint to joint along the sections between them, and all moved so that the front joint of the middle section stays.
+    # From joint to joint along the sections between; all are moved so that the front joint of the middle section stays.
     along = np.diff(x, axis=1)[..., None] * np.stack([np.cos(turn[:, 1:-1]), np.sin(turn[:, 1:-1])], axis=-1)
     place = np.concatenate([np.zeros((len(length), 1, 2)), np.cumsum(along, axis=1)], axis=1)
     place -= place[row, middle - 1][:, None]

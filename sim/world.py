@@ -5,14 +5,13 @@ A pose is the centre of the body's bounding box on the ground plane.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
 import numpy.typing as npt
 
 from sim.arrays import Bools, Floats, Ints
-
 
 JOINTS = 7
 """Most joints of a vehicle."""
@@ -69,6 +68,11 @@ class Ego:
     """(2,) As in `Actors`."""
 
 
+def no_angles() -> Floats:
+    """Return no angles at further joints, the default of records: their bodies have one joint or none."""
+    return np.empty((0, JOINTS - 1))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Actors:
     """All other road users near the ego, one row each, sorted by id."""
@@ -106,9 +110,13 @@ class Actors:
     horizontal [rad]."""
     reflectivity: Floats
     """(N,) paint's diffuse reflectivity at 905 nm, 0 to 1."""
-    further_articulation: Floats | None = None
-    """(N, JOINTS - 1) [rad] the angles at the joints behind the first, of trams and trains; None if they have none.
-    Their middle section defines the pose, see `sim.sections`."""
+    further_articulation: Floats = field(default_factory=no_angles)
+    """(N, JOINTS - 1) [rad] the angles at the joints behind the first, of trams and trains, whose middle section
+    defines the pose, see `sim.sections`; 0 for others, and by default."""
+
+    def __post_init__(self) -> None:
+        if not len(self.further_articulation):
+            object.__setattr__(self, "further_articulation", np.zeros((len(self.id), JOINTS - 1)))
 
     def __len__(self) -> int:
         return len(self.id)
@@ -116,18 +124,12 @@ class Actors:
     @property
     def is_bent(self) -> bool:
         """True if the angle at any joint of any actor is not 0."""
-        further = self.further_articulation
-        return bool(self.articulation.any()) or (further is not None and bool(further.any()))
+        return bool(self.articulation.any() or self.further_articulation.any())
 
     @property
     def joint_angles(self) -> Floats:
         """(N, JOINTS) [rad] yaw of each section relative to the next one, from the front; 0 beyond the last joint."""
-        return joint_angles(self.articulation, self.further_articulation)
-
-
-def joint_angles(first: Floats, further: Floats | None) -> Floats:
-    """Return angles (N, JOINTS) from those at the first joint (N,) and, if not None, at the others (N, JOINTS - 1)."""
-    return np.column_stack([first, np.zeros((len(first), JOINTS - 1)) if further is None else further])
+        return np.column_stack([self.articulation, self.further_articulation])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

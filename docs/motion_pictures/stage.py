@@ -21,7 +21,7 @@ from sim.sumo.ego_choice import await_ego
 from sim.sumo.input_checks import sumo_command
 from sim.sumo.reader import SumoReader
 from sim.sumo.sumo_config import SumoTraffic
-from sim.world import JOINTS, joint_angles
+from sim.world import JOINTS
 
 Floats = npt.NDArray[np.float64]
 
@@ -119,7 +119,7 @@ class Course:
         return np.asarray(pose[:, :2] + 0.5 * size[:, :1] * np.column_stack([np.cos(pose[:, 2]), np.sin(pose[:, 2])]))
 
     def outlines(self, every: int) -> list[Floats]:
-        """Return outlines (5, 2) [m] of its boxes, one of `every` frames; an articulated truck has two, a tram one per section."""
+        """Return outlines (5, 2) [m] of its boxes, one of `every` frames; an articulated truck has two, a tram more."""
         row, pose, size = self._boxes()
         return [_outline(*pose[n], *size[n]) for n in np.flatnonzero(row % every == 0)]
 
@@ -130,17 +130,14 @@ class Course:
 
 def raw_courses(traffic: Traffic) -> list[Course]:
     """Return the courses in SUMO, by road user."""
-    return _courses([(frame.members, frame.pose_world, np.zeros((len(frame.members), JOINTS))) for frame in traffic.raw])
+    return _courses(
+        [(frame.members, frame.pose_world, np.zeros((len(frame.members), JOINTS))) for frame in traffic.raw]
+    )
 
 
 def delivered_courses(settled: Settled) -> list[Course]:
     """Return the delivered courses, by road user."""
-    return _courses(
-        [
-            (members, motion.pose_world, joint_angles(motion.articulation, motion.further_articulation))
-            for members, motion in settled
-        ]
-    )
+    return _courses([(members, motion.pose_world, motion.joint_angles) for members, motion in settled])
 
 
 def named(courses: list[Course], name: str) -> Course:

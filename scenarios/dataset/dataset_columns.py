@@ -162,7 +162,9 @@ LABELS = (
         "angle at the first joint: tractor relative to trailer; the box is the trailer's",
     ),
     *(
-        Column(name, np.float64, "rad", "the same at the next joint of a tram or train; the box is its middle section's")
+        Column(
+            name, np.float64, "rad", "the same at the next joint of a tram or train; the box is its middle section's"
+        )
         for name in ARTICULATION[1:]
     ),
     Column("changes_lane", np.bool_, "", "the simulator moves it to the next lane at about this time"),

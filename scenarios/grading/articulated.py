@@ -23,8 +23,8 @@ ARTICULATION = ("articulation_rad", *(f"articulation_{joint}_rad" for joint in r
 def section_boxes(pose: Floats, size: Floats, angles: Floats, kind: Kinds) -> tuple[Ints, Ints, Floats, Floats]:
     """Return vehicle row, section, pose (M, 3) and size of each section of N vehicles with joints.
 
-    The section that defines the pose of its vehicle comes first, for all vehicles; then the others from the rear, so that
-    the front of each vehicle is last.
+    The section that defines the pose of its vehicle comes first, for all vehicles; then the others from the rear, so
+    that the front of each vehicle is last.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ def observed(frame_truth: FrameTruth, ranging: Ranging, points: BodyPoints, owne
         points.position, points.beam, actors.size[points.row], CORNER_RADIUS_M[actors.kind[points.row]], deep
     )
     sigma = ranging.sigma[scan.unit[points.point]] * _incidence(points.beam, face)
-    kept = (sigma > 0.0) & ~actors.joint_angles.any(axis=1)[points.row]  # a beam meets no face from behind
+    kept = (sigma > 0.0) & ~actors.joint_angles[points.row].any(axis=1)  # a beam meets no face from behind
     place = along / (0.5 * BOW_SHARE[face] * actors.size[points.row, 1 - face % 2])
     return bound(points.observation[kept], face[kept], along[kept], place[kept], sigma[kept], len(owner))
 

@@ -12,9 +12,9 @@ class GradingConfig:
     points_min: int = 10
     """Least number of scan points on a vehicle that is graded in a frame."""
     bent_deg: float = 5.0
-    """Fits and poses of an articulated truck bent by a larger angle [deg] are not graded in that frame, because one
-    rectangle does not describe it; its track must follow its trailer or its tractor. At 5 degrees, the smallest
-    rectangle around it is 1.4 degrees off its trailer, as much as good fits."""
+    """Fits and poses of an articulated truck, bus or tram bent by a larger angle [deg] are not graded in that frame,
+    because one rectangle does not describe it; its track must follow one of its sections, such as trailer or tractor.
+    At 5 degrees, the smallest rectangle around a truck is 1.4 degrees off its trailer, as much as good fits."""
     memory_s: float = 3.0
     """Longest occlusion [s] that counts for `track.occlusion_survival`, also the longest time to the track before and
     after it."""

@@ -21,8 +21,8 @@ from sim.world import Actors, Ego, Kind, WorldFrame
 class Bodies:
     """A bodies in the ego frame, in flat arrays: P solids and Q planes in all.
 
-    The frame of an articulated body is that of its trailer, or middle section. The angles at its joints and the attitude are constant during
-    a scan, which lasts milliseconds.
+    The frame of an articulated body is that of its trailer, or middle section. The angles at its joints and the
+    attitude are constant during a scan, which lasts milliseconds.
 
     The level frame of a body is its pose in the horizontal ego frame; z is the height above the road under the ego. The
     body tilts by its attitude about the point of the road under its pose. The roll axis of passenger cars is near the

@@ -105,7 +105,9 @@ def _dimensions_of(member: Member) -> BodyDimensions:
 
 def has_sections(member: Member) -> bool:
     """Return True if sections of the body follow along the driven path: for trams and trains except the ego."""
-    return member.id != EGO_ID and bool(is_on_rails(np.array([member.kind], np.uint8), np.array([member.size[0]]))[0])
+    if member.kind is not Kind.BUS or member.id == EGO_ID:
+        return False
+    return bool(is_on_rails(np.array([member.kind], np.uint8), np.array([member.size[0]]))[0])
 
 
 def _resized(array: npt.NDArray[Any], capacity: int) -> npt.NDArray[Any]:

@@ -110,18 +110,14 @@ class PhysicalTruth:
             advance()
         return settled
 
-    def _follow_rails(self, members: list[Member], motion: Floats, yaw: Floats) -> Floats | None:
+    def _follow_rails(self, members: list[Member], motion: Floats, yaw: Floats) -> Floats:
         """Replace the motion of fronts of trams and trains by that of their boxes; return their further angles.
 
         `yaw` (N,) [rad] are those of the simulator.
         """
-        rows = [row for row, member in enumerate(members) if has_sections(member)] if self._rolling else []
-        if not rows:
-            self._chains = {}
-            return None
         before, self._chains = self._chains, {}
         further = np.zeros((len(members), JOINTS - 1))
-        for row in rows:
+        for row in [row for row, member in enumerate(members) if has_sections(member)] if self._rolling else []:
             member = members[row]
             key = member.id, member.stretch
             chain = before.get(key) or SectionChain(member, motion[row, :7], float(yaw[row]))

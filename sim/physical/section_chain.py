@@ -93,7 +93,10 @@ class SectionChain:
         step = math.dist(front[:2], self._place[-1])
         share = np.arange(1, max(int(step / STEP_M), 1) + 1) / max(int(step / STEP_M), 1)
         between = _cubic(self._place[-1], front[:2], self._course[-1], course, share)
-        path = np.vstack([self._place, between]), np.append(self._course, self._course[-1] + share * (course - self._course[-1]))
+        path = (
+            np.vstack([self._place, between]),
+            np.append(self._course, self._course[-1] + share * (course - self._course[-1])),
+        )
         if step >= STEP_M:
             keep = math.ceil((_MARGIN * self._length) / STEP_M) + 2
             self._place, self._course = path[0][-keep:], path[1][-keep:]

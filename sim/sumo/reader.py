@@ -18,6 +18,7 @@ from sim.sumo.incidents import NO_INTERNAL_LINKS, WARNING, collision_partner, ha
 from sim.sumo.parked_cars import ParkedCars, Pose
 from sim.sumo.parking import ParkedCar
 from sim.sumo.roadside_stops import RoadsideStops
+from sim.sumo.sumo_angle import yaw_of
 from sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
 from sim.sumo.vehicle_kinds import kind_of_shape
 from sim.world import Kind
@@ -151,7 +152,7 @@ class SumoReader:
             if place[0] < _OFF_ROAD_M:
                 continue
             x, y = self._in_world(place)
-            half, yaw = 0.5 * names.member(name).size[0], math.pi - math.radians(90.0 + row[self._angle]) % math.tau
+            half, yaw = 0.5 * names.member(name).size[0], yaw_of(row[self._angle])
             cos, sin = math.cos(yaw), math.sin(yaw)
             if name in shifts:
                 ahead, left = shifts[name]

@@ -3,7 +3,6 @@
 Seed and step are those of a run, so that the vehicles are the same.
 """
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from sim.source import (
 )
 from sim.sumo.ego_vehicles import OFF_ROAD_M, is_rejected
 from sim.sumo.session import SumoSession
+from sim.sumo.sumo_angle import yaw_of
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.vehicle_kinds import kind_of_shape
 from sim.world import VEHICLE_KINDS
@@ -102,9 +102,9 @@ class SumoSurvey:
                 self._known[name] = len(self._known), body.size[0]
                 new.append(body)
             number, length = self._known[name]
-            rows.append((number, x, y, vehicle.getAngle(name), vehicle.getSpeed(name), length))
+            rows.append((number, x, y, yaw_of(vehicle.getAngle(name)), vehicle.getSpeed(name), length))
         table = np.array(rows, dtype=np.float64).reshape(-1, 6)
-        yaw = math.pi - np.radians(90.0 + table[:, 3]) % math.tau
+        yaw = table[:, 3]
         centre = table[:, 1:3] - 0.5 * table[:, 5:] * np.column_stack([np.cos(yaw), np.sin(yaw)])
         return Moment(
             time=float(self._sumo.simulation.getTime()),

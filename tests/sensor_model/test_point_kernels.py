@@ -85,7 +85,7 @@ def test_causes_and_faces_follow_from_the_outline_of_the_straight_body():
     counted = np.zeros((len(bodies), 4), dtype=int)
     for i in np.flatnonzero(returns.target >= 0):
         actor, plane = returns.target[i], returns.surface[i]
-        point = naive_labels.straight(bodies, actor, plane, echoes.point_body[i])
+        point = naive_labels.straight(bodies, plane, echoes.point_body[i])
         np.testing.assert_allclose(returns.point_body[i], point, atol=1e-12)
         depth, _ = naive_labels.depth_and_normal(outlines[actor], point)
         expected = Cause.LAYER_OVERLAP if depth > MAX_CLEAN_DEPTH else Cause.CLEAN

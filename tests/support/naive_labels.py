@@ -13,7 +13,7 @@ _SIDES = ((0, 1), (1, 1), (0, -1), (1, -1))
 """Axis and direction of front, left, rear and right."""
 
 
-def straight(bodies, actor, plane, point):
+def straight(bodies, plane, point):
     """Return x, y of a point with the articulation of its plane removed."""
     back = cmath.exp(-1j * bodies.plane_turn[plane])
     x, *moved = bodies.plane_pivot[plane]
@@ -23,7 +23,7 @@ def straight(bodies, actor, plane, point):
 
 def relief_shift(bodies, actor, plane, point, direction, scale):
     """Return how far along its beam the relief moves an echo [m]."""
-    place = [*straight(bodies, actor, plane, point), point[2]]
+    place = [*straight(bodies, plane, point), point[2]]
     waves = [math.cos(np.dot(wave[:3], place) + wave[3]) for wave in bodies.relief_waves[actor]]
     height = scale * bodies.plane_relief[plane] * math.sqrt(2 / len(waves)) * math.fsum(waves)
     return -height / max(0.3, -np.dot(bodies.planes[plane, :3], direction))
@@ -69,7 +69,7 @@ def faces_of(bodies, actor, plane, polygon, point, lidar, size):
     _, side_normal = depth_and_normal(polygon, point)
     x, y, yaw = bodies.pose_ego[actor]
     seen = complex(lidar[0] - x, lidar[1] - y) * cmath.exp(-1j * yaw)
-    seen = straight(bodies, actor, plane, [seen.real, seen.imag])
+    seen = straight(bodies, plane, [seen.real, seen.imag])
     normals = np.array([[turned.real, turned.imag], side_normal])
     limit = math.cos(math.radians(30))
     return [

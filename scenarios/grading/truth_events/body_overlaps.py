@@ -1,4 +1,4 @@
-"""Overlaps of the bodies of one frame. A bent truck is its trailer and its tractor."""
+"""Overlaps of the bodies of one frame. A bent vehicle is the boxes of its sections."""
 
 from typing import NamedTuple
 

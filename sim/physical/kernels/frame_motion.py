@@ -126,8 +126,7 @@ def _trailer_rate(state: Floats, dimensions: BodyDimensions, body: int, yaw: flo
 
 @njit(cache=True)
 def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, body: int) -> None:
-    """Write a body's motion except its deviation; for an articulated vehicle, the motion of the trailer's box,
-    for a tram or train that of its front."""
+    """Write a body's motion except its deviation; of an articulated vehicle the trailer's box, of a tram the front."""
     ahead = dimensions.motion_offset[body]
     cos, sin = math.cos(state[YAW]), math.sin(state[YAW])
     swing = ahead * state[YAW_RATE]

@@ -15,7 +15,7 @@ from scenarios.control.cruise import Decision
 from scenarios.recording import blueprint as look
 from scenarios.recording.recorder import Recorder
 from sensor_model.truth import Cause
-from sim.world import Obstacles
+from sim.world import Kind, Obstacles
 
 FRAMES = 24
 EVERY_FRAME = [
