@@ -47,15 +47,15 @@ def rails(along, radius):
     return np.array([min(along, STRAIGHT) + radius * math.sin(turn), radius * (1 - math.cos(turn))])
 
 
-def driven(length, radius, frames, start=0.0, member_id=1):
+def driven(length, radius, frames, start=0.0, stop=math.inf, member_id=1):
     """Motions of a tram, given as SUMO does: its front on the rails, its yaw along the line to its rear."""
     tram = Member(member_id, "tram", Kind.BUS, (length, *SIZE), 0.5)
     layer, out = PhysicalTruth(DT, PhysicalConfig(smoothing_s=0.3), rolling=True), []
     for k in range(frames):
-        front, rear = (rails(start + SPEED * DT * k - behind, radius) for behind in (0.0, length))
+        front, rear = (rails(min(start + SPEED * DT * k, stop) - behind, radius) for behind in (0.0, length))
         yaw = math.atan2(*(front - rear)[::-1])
         centre = front - 0.5 * length * np.array([math.cos(yaw), math.sin(yaw)])
-        layer.push(RawFrame([tram], np.array([[*centre, yaw]]), np.array([SPEED])))
+        layer.push(RawFrame([tram], np.array([[*centre, yaw]]), np.array([SPEED * (start + SPEED * DT * k < stop)])))
         while (settled := layer.pop()) is not None:
             out.append(settled[1])
     return out
@@ -112,6 +112,17 @@ def test_a_tram_that_appears_on_an_arc_is_bent_from_its_first_frame():
     """The simulator's yaw, along the chord, and the course of the front define the arc."""
     motion = driven(22.0, 40.0, 80, start=STRAIGHT + 30.0)[0]
     assert motion.joint_angles[0, :3] == pytest.approx(np.full(3, 2 * math.asin(0.5 * 5.5 / 40.0)), abs=0.02)
+
+
+def test_a_tram_that_stops_on_an_arc_is_exactly_still():
+    motions = driven(22.0, 25.0, 700, stop=STRAIGHT + 30.0)
+    still = motions[-60:]
+    assert bend(still[0].joint_angles)[0] > 0.5
+    for motion in still:
+        assert np.array_equal(motion.pose_world, still[0].pose_world)
+        assert np.array_equal(motion.joint_angles, still[0].joint_angles)
+        assert not np.hstack([motion.velocity_world, motion.acceleration_world]).any()
+        assert not motion.yaw_rate.any()
 
 
 def test_a_tram_as_the_ego_stays_rigid():
