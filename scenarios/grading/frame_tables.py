@@ -285,8 +285,8 @@ class TableBuilder:
         """Move the rows of the last frames to the spool, as one array per column."""
         for name, array in self._chunk().items():
             self._spool.append(name, array)
-        for column in (self._frames, self._times, self._rows, *self._parts.values()):
-            column.clear()
+        self._frames, self._times, self._rows = [], [], []
+        self._parts = {name: [] for name in self._schema}
 
     def _chunk(self) -> dict[str, npt.NDArray[Any]]:
         """Return the rows of the last frames: an array per column, of the type of the column."""
