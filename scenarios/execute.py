@@ -70,6 +70,7 @@ def execute(
     record_scans: bool = False,
     dataset_to: Path | None = None,
     step_timeout_s: float = STEP_TIMEOUT_S,
+    ahead: bool = False,
 ) -> ExecutedRun:
     """Run a scenario, grade it, and write its folder.
 
@@ -85,7 +86,7 @@ def execute(
         True to keep the scans and their ground truth in the folder, as a data set, for `luxloop grade`.
     dataset_to
         Folder of a further data set, see `scenarios.dataset.writer`.
-    step_timeout_s
+    step_timeout_s, ahead
         As `scenarios.run.loop.run`.
 
     Raises
@@ -112,7 +113,7 @@ def execute(
                 writer.add(frame, scan, truth, grade)
 
         record_to = folder / run_folder.RECORDING if record else None
-        result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s, start)
+        result = loop.run(scenario, make_device, record_to, export if writers else None, step_timeout_s, start, ahead)
         checks = check(result.metrics, scenario.expect, result.config["device"])
         printed = report.report(result, checks)
         for writer in writers:

@@ -7,7 +7,7 @@ from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
 from sim.openscenario.openscenario_config import OpenScenarioTraffic
 from sim.openscenario.openscenario_source import OpenScenarioSource
-from sim.process.process_source import AHEAD, ProcessSource
+from sim.process.process_source import AHEAD, Frame_co, ProcessSource, Start_co, SteppedSource
 from sim.replay.replay_config import ReplayTraffic
 from sim.replay.replay_source import ReplaySource
 from sim.scripted.scripted_source import ScriptedSource, ScriptedTraffic
@@ -18,8 +18,11 @@ from sim.sumo.survey import SumoSurvey
 
 TrafficConfig = SumoTraffic | HighwayTraffic | ScriptedTraffic | ReplayTraffic | OpenScenarioTraffic
 
+NAMES = {"sumo": "SUMO"}
+"""Names of simulators in messages, if not the `kind`."""
 
-def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficSource:
+
+def make_source(config: TrafficConfig, folder: Path, range_m: float, apart: bool = True) -> TrafficSource:
     """Make the traffic source of a configuration.
 
     Parameters
@@ -30,11 +33,13 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
         Folder that relative paths in `config` start from.
     range_m
         Delivery radius around the ego [m].
+    apart
+        True to run SUMO in a worker process; False for a source that `run_ahead` takes to one.
     """
     match config:
         case SumoTraffic():
-            ahead = 0 if config.ego_control else AHEAD
-            return ProcessSource(SumoSource(config, folder, range_m), "SUMO", ahead)
+            source = SumoSource(config, folder, range_m)
+            return ProcessSource(source, NAMES["sumo"], 0 if config.ego_control else AHEAD) if apart else source
         case HighwayTraffic():
             return HighwaySource(config, folder, range_m)
         case ScriptedTraffic():
@@ -47,8 +52,21 @@ def make_source(config: TrafficConfig, folder: Path, range_m: float) -> TrafficS
 
 def watch_start(source: TrafficSource | ProcessSource[None, Moment], report: StartReport) -> None:
     """Let a source report the progress of its `reset`; those that start at once report nothing."""
-    if isinstance(source, ProcessSource):
+    if isinstance(source, ProcessSource | SumoSource):
         source.report_start = report
+
+
+def run_ahead(source: SteppedSource[Start_co, Frame_co], config: TrafficConfig) -> ProcessSource[Start_co, Frame_co]:
+    """Run a source and what it feeds, such as LIDARs, in a worker process, a few frames ahead of this one.
+
+    Parameters
+    ----------
+    source
+        The source, not yet reset.
+    config
+        The `[traffic]` table, which names the simulator in messages.
+    """
+    return ProcessSource(source, NAMES.get(config.kind, config.kind))
 
 
 def make_survey(config: SumoTraffic, folder: Path) -> ProcessSource[None, Moment]:
@@ -59,4 +77,4 @@ def make_survey(config: SumoTraffic, folder: Path) -> ProcessSource[None, Moment
     config, folder
         As `make_source`.
     """
-    return ProcessSource(SumoSurvey(config, folder), "SUMO")
+    return ProcessSource(SumoSurvey(config, folder), NAMES["sumo"])

@@ -81,9 +81,9 @@ def worker_count(workers: int | None, scheduler: str | None) -> int:
 
     if workers and scheduler:
         raise StudyError("--workers and --scheduler are both given; give one, a scheduler has its own workers")
-    return workers or _cores()
+    return workers or cores()
 
 
-def _cores() -> int:
+def cores() -> int:
     """Return the number of cores that this process may use; a container may allow fewer than the machine has."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

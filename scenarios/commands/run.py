@@ -56,6 +56,14 @@ def run(
         Path | None, typer.Option("--dataset", metavar="DIR", help="Also write scans and labels into this new folder.")
     ] = None,
     step_timeout: StepTimeout = DEFAULT_STEP_TIMEOUT_S,
+    ahead: Annotated[
+        bool | None,
+        typer.Option(
+            "--ahead/--no-ahead",
+            show_default=False,
+            help="Run traffic and LIDARs ahead of the tracker in another process; the default with a second core.",
+        ),
+    ] = None,
 ) -> None:
     """Run a scenario, grade it, and exit with 1 if an expectation fails; with --seeds, with the worst run's code."""
     from scenarios.commands.run_request import RunRequest
@@ -63,7 +71,7 @@ def run(
 
     request = RunRequest(
         scenario, duration, settings or [], out, tracker, oracle or [], not no_recording, record_scans, dataset_to,
-        step_timeout,
+        step_timeout, ahead,
     )  # fmt: skip
     with hidden(quiet):
         if seeds is None:

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.commands.arguments import overrides
+from scenarios.commands.arguments import cores, overrides
 from scenarios.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ class RunRequest:
     record_scans: bool
     dataset_to: Path | None
     step_timeout_s: float
+    ahead: bool | None
+    """True to run traffic and LIDARs in a process of their own; None does so if there is a second core."""
 
     @cached_property
     def device(self) -> "DeviceFactory":
@@ -92,4 +94,5 @@ class RunRequest:
             record_scans=self.record_scans,
             dataset_to=self.dataset_to,
             step_timeout_s=self.step_timeout_s,
+            ahead=cores() > 1 if self.ahead is None else self.ahead,
         )

@@ -20,6 +20,7 @@ from pydantic import (
     ValidationInfo,
     field_validator,
 )
+from pydantic.json_schema import model_json_schema
 
 from scenarios.control.control_config import CruiseConfig
 from scenarios.errors import ScenarioError
@@ -40,7 +41,7 @@ from tracker.tracker import TrackerConfig
 
 DEFAULT_SEED = 1
 _LARGEST_SEED = 2**31 - 1  # SUMO's seed is a signed 32-bit number
-_LONGEST_S = 86_400.0  # a day: a run is kept in memory until it ends
+_LONGEST_S = 86_400.0  # a day: at its end, grading loads the tables of a run
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ class Scenario(BaseModel):
     """A scenario file."""
 
     model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True, defer_build=True
     )
 
     description: Annotated[str, Field(min_length=1)]
@@ -153,6 +154,13 @@ class Scenario(BaseModel):
         return cls._validated(document, path)._without_figures()
 
     @classmethod
+    def model_json_schema(cls, *arguments: Any, **named: Any) -> dict[str, Any]:
+        """Return the JSON schema, with the docstrings of all keys as descriptions."""
+        if not cls.model_config["use_attribute_docstrings"]:
+            _build(cls, described=True)
+        return super().model_json_schema(*arguments, **named)
+
+    @classmethod
     def _validated(cls, document: dict[str, Any], path: Path) -> Self:
         if wrong := implausible(document):
             raise ScenarioError(f"{path}: {wrong}")
@@ -189,10 +197,22 @@ class Scenario(BaseModel):
         return self._path.parent
 
 
+def _build(model: type[BaseModel], *, described: bool) -> None:
+    """Build the validator of a model, with or without descriptions of the keys of its dataclasses.
+
+    For descriptions, pydantic parses the source of each dataclass, which takes most of the import of this module.
+    """
+    model.model_config["use_attribute_docstrings"] = described
+    model.model_rebuild(force=True)
+
+
+_build(Scenario, described=False)
+
+
 @cache
 def _schema(model: type[BaseModel]) -> dict[str, Any]:
-    """Return the JSON schema of a model, whose generation takes longer than a validation."""
-    return model.model_json_schema()
+    """Return the JSON schema for messages on wrong keys, which quote no descriptions."""
+    return model_json_schema(model)
 
 
 def schema_text(model: type[BaseModel] = Scenario) -> str:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from scenarios.grading.articulated import ARTICULATION
+from scenarios.grading.column_spool import ColumnSpool
 from scenarios.grading.matching import TrackVerdict
 from scenarios.grading.metric_names import CANDIDATES, HORIZONS, estimates, models_among
 from scenarios.grading.track_metric_names import VIEWS
@@ -242,7 +243,7 @@ CHUNK_FRAMES = 256
 
 
 class TableBuilder:
-    """Collects the rows of one table frame by frame.
+    """Collects the rows of one table frame by frame, in memory those of the last `CHUNK_FRAMES` only.
 
     Parameters
     ----------
@@ -252,7 +253,7 @@ class TableBuilder:
 
     def __init__(self, schema: Schema) -> None:
         self._schema = schema
-        self._chunks: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in schema}
+        self._spool = ColumnSpool()
         self._parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in schema}
         self._frames: list[int] = []
         self._times: list[float] = []
@@ -278,30 +279,31 @@ class TableBuilder:
         self._frames.append(frame.index)
         self._times.append(frame.time)
         self._rows.append(len(values))
-        if len(self._rows) % CHUNK_FRAMES == 0:
-            self._close_chunk()
+        if len(self._rows) == CHUNK_FRAMES:
+            self._spool_chunk()
 
-    def _close_chunk(self) -> None:
-        """Copy the rows of the last frames into one array per column, of the type of the column."""
+    def _spool_chunk(self) -> None:
+        """Move the rows of the last frames to the spool, as one array per column."""
+        for name, array in self._chunk().items():
+            self._spool.append(name, array)
+        self._frames, self._times, self._rows = [], [], []
+        self._parts = {name: [] for name in self._schema}
+
+    def _chunk(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the rows of the last frames: an array per column, of the type of the column."""
+        columns: dict[str, npt.NDArray[Any]] = {
+            "frame": np.repeat(np.array(self._frames, dtype=np.int64), self._rows),
+            "time_s": np.repeat(np.array(self._times, dtype=np.float64), self._rows),
+        }
         for name, kind in self._schema.items():
             parts, stored = self._parts[name], np.int8 if isinstance(kind, tuple) else kind
-            if parts:
-                self._chunks[name].append(np.concatenate(parts).astype(stored))
-                parts.clear()
+            columns[name] = np.concatenate(parts).astype(stored) if parts else np.empty(0, stored)
+        return columns
 
     def build(self) -> pd.DataFrame:
         """Return all rows as a data frame; a table without rows keeps its columns and their types."""
-        self._close_chunk()
-        rows = np.array(self._rows, dtype=np.int64)
-        columns: dict[str, Any] = {
-            "frame": np.repeat(np.array(self._frames, dtype=np.int64), rows),
-            "time_s": np.repeat(np.array(self._times, dtype=np.float64), rows),
-        }
-        for name, kind in self._schema.items():
-            chunks = self._chunks[name]
-            if isinstance(kind, tuple):
-                codes = np.concatenate(chunks) if chunks else np.empty(0, np.int8)
-                columns[name] = pd.Categorical.from_codes(codes, list(kind))
-            else:
-                columns[name] = np.concatenate(chunks) if chunks else np.empty(0, kind)
-        return pd.DataFrame(columns)
+        columns: dict[str, Any] = {}
+        for name, last in self._chunk().items():
+            values, kind = np.concatenate([*self._spool.column(name), last]), self._schema.get(name)
+            columns[name] = pd.Categorical.from_codes(values, list(kind)) if isinstance(kind, tuple) else values
+        return pd.DataFrame(columns, copy=False)

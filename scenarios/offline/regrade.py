@@ -16,7 +16,7 @@ from scenarios.offline.recorded_run import RecordedRun
 from scenarios.offline.recorded_scans import RecordedScans
 from scenarios.offline.track_file import TrackFile
 from scenarios.result import Metric, Result
-from scenarios.run import own_metrics, versions, warm_up
+from scenarios.run import car_ahead, own_metrics, versions
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import Guard, guarded
 from scenarios.run.stopwatch import Stopwatch
@@ -87,7 +87,7 @@ class Regrader:
         """
         scans, config = self._run.scans(), self._run.scenario.tracker
         with guarded(make_device, config, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
-            for _, (frame, scan, truth) in zip(range(warm_up.FRAMES), scans, strict=False):
+            for _, (frame, scan, truth) in zip(range(car_ahead.FRAMES), scans, strict=False):
                 unused.show_truth(frame, truth)
                 unused.checked(unused.step(scan), scan)
         with guarded(make_device, config, step_timeout_s) as tracker:

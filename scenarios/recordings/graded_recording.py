@@ -11,7 +11,7 @@ from scenarios.grading.track_metric_names import BANDED_NAMES, SEEN
 from scenarios.recordings.recording import Recording
 from scenarios.recordings.recording_rules import Rules
 from scenarios.result import Metric, Result
-from scenarios.run import progress, versions, warm_up
+from scenarios.run import car_ahead, progress, versions
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import Guard, guarded
 from scenarios.run.stopwatch import Stopwatch
@@ -61,7 +61,7 @@ def run_tracker(
         The recording is damaged; the tracker failed, took too long, or returned invalid tracks.
     """
     with guarded(make_device, rules.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
-        for _, scan in zip(range(warm_up.FRAMES), recording.scans(), strict=False):
+        for _, scan in zip(range(car_ahead.FRAMES), recording.scans(), strict=False):
             unused.checked(unused.step(scan), scan)
     with guarded(make_device, rules.tracker, step_timeout_s) as tracker:
         return grade_device(recording, tracker, rules, name, observe, timed=True)

@@ -20,14 +20,14 @@ from scenarios.result import Result
 from scenarios.run import device, own_metrics, progress, versions
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import guarded
-from scenarios.run.stopwatch import RECORDING, Stopwatch
+from scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
+from scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
 from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from scenarios.run.trace_hash import TraceHash
 from scenarios.run.warm_up import warm_up
-from sensor_model.lidar import Lidar
 from sensor_model.rig.rig import Rig, RigError, load_rig
 from sensor_model.truth import ScanTruth
-from sim.factory import make_source, watch_start
+from sim.factory import make_source, run_ahead
 from sim.source import SimulatorFailedError, TrafficEndedError, TrafficError, TrafficInputError, TrafficSource
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
@@ -40,6 +40,7 @@ def run(
     export: Callable[[WorldFrame, Scan, ScanTruth, FrameGrade], None] | None = None,
     step_timeout_s: float = STEP_TIMEOUT_S,
     start: Callable[[Obstacles], None] | None = None,
+    ahead: bool = False,
 ) -> Result:
     """Run a scenario and grade it.
 
@@ -57,6 +58,9 @@ def run(
         Limit of one step of the tracker [s].
     start
         Receives the static obstacles before the first frame.
+    ahead
+        True to compute traffic and scans in a process of their own, ahead of tracker and grading: the same results.
+        A controlled ego needs the tracks of every frame before the next, so that its run ignores this.
 
     Raises
     ------
@@ -73,22 +77,26 @@ def run(
     rig = _rig(scenario)
     stopwatch, trace_hash, frames = Stopwatch(), TraceHash(), 0
     end: TrafficError | None = None
-    with closing(_source(scenario, rig)) as source:
+    ahead = ahead and not scenario.control
+    traffic = _traffic(scenario, rig, apart=not ahead)
+    scans = ScanSource(traffic, rig, scenario.noise, scenario.sensor)
+    with closing(run_ahead(scans, scenario.traffic) if ahead else scans) as source:
         _require_scan_period(scenario, rig, source.dt)
-        obstacles = _reset(source, scenario)
+        started = _reset(source, scenario)
         if start:
-            start(obstacles)
-        lidar = _lidar(rig, scenario, obstacles)
+            start(started.obstacles)
         with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:
-            warm_up(rig, scenario.noise, scenario.sensor, unused)
+            warm_up(started.warm_up, unused)
         grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise), rig.range_max_m)
-        driver = TrackDriver(scenario.control, source) if scenario.control else None
-        recorder = _recorder(scenario, record_to, obstacles)
+        driver = TrackDriver(scenario.control, traffic) if scenario.control else None
+        recorder = _recorder(scenario, record_to, started.obstacles)
         with closing(recorder), guarded(make_device, scenario.tracker, step_timeout_s) as tracker:
             try:
                 for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
-                    frame = stopwatch.time("sim", source.step)
-                    scan, truth = stopwatch.time("sensor", lidar.scan, frame)
+                    scanned = stopwatch.time(SCANNED, source.step)
+                    frame, scan, truth = scanned.frame, scanned.scan, scanned.truth
+                    stopwatch.add("sim", scanned.sim_s)
+                    stopwatch.add("sensor", scanned.sensor_s)
                     tracker.show_truth(frame, truth)
                     output = stopwatch.time("tracker", tracker.step, scan)
                     tracks, trace = tracker.checked(output, scan)
@@ -133,9 +141,9 @@ def _rig(scenario: Scenario) -> Rig:
         raise ScenarioError(f'{scenario.path}: rig.{key} = "{scenario.rig}": {error}') from error
 
 
-def _source(scenario: Scenario, rig: Rig) -> TrafficSource:
+def _traffic(scenario: Scenario, rig: Rig, apart: bool = True) -> TrafficSource:
     """Make the traffic source of a scenario, which delivers actors up to the longest range of any LIDAR."""
-    return make_source(scenario.traffic, scenario.folder, rig.range_max_m)
+    return make_source(scenario.traffic, scenario.folder, rig.range_max_m, apart)
 
 
 def _drives(
@@ -147,22 +155,23 @@ def _drives(
     by_truth = SafetyLog()
     drives = {"tracks": driver.log, "truth": by_truth}
     try:
-        with closing(_source(scenario, rig)) as source:
-            _reset(source, scenario)
+        with closing(_traffic(scenario, rig)) as source:
+            source.reset(scenario.seed)
             drive_by_truth(scenario.control, source, by_truth, frames)
     except (TrafficEndedError, SimulatorFailedError) as end:
         return drives, end
     return drives, None
 
 
-def _reset(source: TrafficSource, scenario: Scenario) -> Obstacles:
-    """Start the traffic. Errors of the source get the path of the scenario file, which the source does not know."""
+def _reset(source: Scans, scenario: Scenario) -> ScanStart:
+    """Start traffic and LIDARs. Their errors get the path of the scenario file, which they do not know."""
     try:
         with progress.start(scenario.name) as report:
-            watch_start(source, report)
+            source.report_start = report
             return source.reset(scenario.seed)
     except TrafficInputError as error:
-        raise ScenarioError(f"{scenario.path}: traffic: {error}") from error
+        table = "noise" if isinstance(error, NoiseInputError) else "traffic"
+        raise ScenarioError(f"{scenario.path}: {table}: {error}") from error
 
 
 def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles) -> Recorder | NullRecorder:
@@ -183,15 +192,7 @@ def _require_scan_period(scenario: Scenario, rig: Rig, dt: float) -> None:
         )
 
 
-def _lidar(rig: Rig, scenario: Scenario, obstacles: Obstacles) -> Lidar:
-    """Mount the LIDARs."""
-    try:
-        return Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, obstacles)
-    except ValueError as error:
-        raise ScenarioError(f"{scenario.path}: noise: {error}") from error
-
-
-def _frame_count(scenario: Scenario, source: TrafficSource) -> int:
+def _frame_count(scenario: Scenario, source: Scans) -> int:
     return max(1, round(scenario.duration_s / source.dt))
 
 

@@ -14,6 +14,8 @@ Arguments = ParamSpec("Arguments")
 Value = TypeVar("Value")
 
 RECORDING = "recording"
+SCANNED = "scanned"
+"""Wait for traffic and sensor: their time, or less if they run ahead."""
 
 
 class Stopwatch:
@@ -35,6 +37,10 @@ class Stopwatch:
         self._end_s = time.perf_counter()
         self._stage_s[stage].append(self._end_s - begin)
         return value
+
+    def add(self, stage: str, taken_s: float) -> None:
+        """Record a duration that was measured elsewhere [s]."""
+        self._stage_s[stage].append(taken_s)
 
     def stage(self, stage: str) -> dict[str, Metric]:
         """Return `perf.*` of one stage [ms]."""

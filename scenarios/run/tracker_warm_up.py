@@ -6,9 +6,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from scenarios.run.car_ahead import FRAMES
 from scenarios.run.guard import guarded
 from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
-from scenarios.run.warm_up import FRAMES
 from sensor_model.rig.beams import beam_table, sweep_limits
 from sensor_model.rig.rig import Rig
 from tracker.records import Tracks

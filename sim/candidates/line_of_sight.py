@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from sim.arrays import Bools, Floats, Ints
 
@@ -25,7 +25,7 @@ def count_near(place: Floats, counted: Bools, range_m: float) -> Ints:
     """
     if not counted.any():
         return np.zeros(len(place), dtype=np.int64)
-    found = cKDTree(place[counted]).query_ball_point(place, range_m, return_length=True)
+    found = scipy.spatial.cKDTree(place[counted]).query_ball_point(place, range_m, return_length=True)
     return np.asarray(found, dtype=np.int64) - counted
 
 
@@ -46,7 +46,9 @@ def count_blocked(pose: Floats, size: Floats, counted: Bools, range_m: float) ->
         Range [m], inclusive.
     """
     blocked = np.zeros(len(pose), dtype=np.int64)
-    pairs = cKDTree(pose[:, :2]).query_pairs(range_m, output_type="ndarray") if len(pose) else np.empty((0, 2), int)
+    pairs = np.empty((0, 2), int)
+    if len(pose):
+        pairs = scipy.spatial.cKDTree(pose[:, :2]).query_pairs(range_m, output_type="ndarray")
     if not len(pairs):
         return blocked
     pairs = np.concatenate([pairs, pairs[:, ::-1]])

@@ -152,10 +152,14 @@ def _frames(source: TrafficSource) -> Iterator[object]:
 
 
 def _attempt(call: Callable[[], object]) -> object:
-    """Return the result or error of a call. Errors other than `TrafficError` are bugs and keep their traceback."""
+    """Return the result or error of a call.
+
+    Errors other than `TrafficError`, and those of the system such as a file without permission, are bugs and keep their
+    traceback.
+    """
     try:
         return call()
-    except TrafficError as error:
+    except (TrafficError, OSError) as error:
         return error
     except Exception as error:
         failure = RuntimeError(f"{type(error).__name__} in the traffic process: {error}")

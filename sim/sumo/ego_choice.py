@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from sim.candidates.candidate_log import CandidateLog
 from sim.candidates.want import Want
@@ -200,7 +200,7 @@ def _counts(sumo: Any, names: list[str], range_m: float) -> list[int]:
     place = np.array([sumo.vehicle.getPosition(name) for name in names]).reshape(-1, 2)
     if not len(place):
         return []
-    return [int(n) - 1 for n in cKDTree(place).query_ball_point(place, range_m, return_length=True)]
+    return [int(n) - 1 for n in scipy.spatial.cKDTree(place).query_ball_point(place, range_m, return_length=True)]
 
 
 def _not_entered(sumo: Any, ego: str, entries: Entries, waited: float) -> str:

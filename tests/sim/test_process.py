@@ -1,5 +1,6 @@
 """Traffic in a worker process: identical frames, identical errors, and no orphaned process."""
 
+import errno
 import os
 import pickle
 import signal
@@ -168,6 +169,13 @@ def test_an_error_is_raised_unchanged_after_all_frames_before_it(failure, error,
         with pytest.raises(error, match=message):
             remote.step()
     assert capfd.readouterr() == ("", ""), "output of the process must not reach the terminal"
+
+
+def test_an_error_of_the_system_keeps_number_and_file():
+    """The command line makes one line of it; a bug has a traceback."""
+    with closing(ProcessSource(ToyTraffic("refused"), "toy")) as remote, pytest.raises(PermissionError) as error:
+        play(remote, 1, FRAMES + 1)
+    assert (error.value.errno, error.value.filename) == (errno.EACCES, "cars.csv")
 
 
 def test_a_bug_keeps_the_traceback_of_the_worker():

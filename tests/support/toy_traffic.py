@@ -1,5 +1,6 @@
 """Traffic sources for tests of the worker process: fast, deterministic, with selectable failures."""
 
+import errno
 import os
 import signal
 import sys
@@ -88,6 +89,8 @@ class ToyTraffic:
                 raise TrafficEndedError("the ego arrived at 0.80 s")
             case "failed":
                 raise SimulatorFailedError("toy at 0.80 s: no more")
+            case "refused":
+                raise PermissionError(errno.EACCES, "Permission denied", "cars.csv")
             case "bug":
                 raise ZeroDivisionError("one over nothing")
             case "exit":

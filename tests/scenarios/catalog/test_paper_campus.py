@@ -10,6 +10,7 @@ from scenarios.files.shipped import paths
 from scenarios.grading.frame_truth import FrameTruth
 from scenarios.report.paper_figures import DATASET, VIEWS
 from scenarios.run import loop
+from sensor_model.lidar import Lidar
 from sensor_model.rig.rig import load_rig
 from sensor_model.truth import View
 from sim.world import Kind, Mode
@@ -24,8 +25,8 @@ def observations():
     scenario = Scenario.load(paths()["paper-campus"])
     rig = load_rig(str(scenario.rig), scenario.folder)
     tables = []
-    with closing(loop._source(scenario, rig)) as source:
-        lidar = loop._lidar(rig, scenario, source.reset(scenario.seed))
+    with closing(loop._traffic(scenario, rig)) as source:
+        lidar = Lidar(rig, scenario.noise, scenario.sensor, scenario.seed, source.reset(scenario.seed))
         assert loop._frame_count(scenario, source) == DATASET["frames"]
         for index in range(DATASET["frames"]):
             frame = source.step()

@@ -1,5 +1,7 @@
 """Tables collected frame by frame."""
 
+import gc
+import tracemalloc
 from types import SimpleNamespace
 
 import numpy as np
@@ -37,3 +39,21 @@ def test_a_table_has_the_rows_of_all_frames_in_order(frames):
 def test_a_column_that_is_missing_or_unknown_is_refused():
     with pytest.raises(ValueError, match="'x_m'"):
         TableBuilder(SCHEMA).add(SimpleNamespace(index=0, time=0.0), {"name": np.array(["a"]), "kind": np.array([0])})
+
+
+def test_memory_does_not_grow_with_the_number_of_frames():
+    """Kept in memory, the rows of the later frames would take 240 kB."""
+    builder = TableBuilder(SCHEMA)
+    columns = {"name": np.array(["car"] * 8), "x_m": np.zeros(8), "kind": np.zeros(8, np.int8)}
+    held = []
+    tracemalloc.start()
+    try:
+        for index in range(7 * CHUNK_FRAMES):
+            builder.add(SimpleNamespace(index=index, time=0.08 * index), dict(columns))
+            if index + 1 in (2 * CHUNK_FRAMES, 7 * CHUNK_FRAMES):
+                gc.collect()
+                held.append(tracemalloc.get_traced_memory()[0])
+    finally:
+        tracemalloc.stop()
+    assert held[1] - held[0] < 10_000
+    assert len(builder.build()) == 7 * CHUNK_FRAMES * 8

@@ -9,7 +9,7 @@ from support import short_run
 from scenarios.errors import ContractError
 from scenarios.files import shipped
 from scenarios.grading.metric_names import METRICS, TURNING
-from scenarios.run import device, warm_up
+from scenarios.run import car_ahead, device
 from scenarios.run.stopwatch import RECORDING, Stopwatch
 from scenarios.run.trace_hash import TraceHash
 from tracker.tracker import Tracker
@@ -115,7 +115,7 @@ def test_the_warm_up_uses_another_tracker_than_the_run():
 
     short_run.run(factory=factory)
     warmed_up, graded = made
-    assert len(warmed_up.times) == warm_up.FRAMES
+    assert len(warmed_up.times) == car_ahead.FRAMES
     np.testing.assert_allclose(graded.times, 0.08 * np.arange(short_run.FRAMES))
 
 
