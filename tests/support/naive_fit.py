@@ -106,8 +106,8 @@ def local_density(place, reach, bins):
     share = np.maximum(0.0, 1.0 - np.abs(at[:, None] - node))
     kernel = (1.0 - (np.arange(-bins, bins + 1) / bins) ** 2) ** 2
     around = np.convolve(share.sum(axis=0), kernel)[bins : bins + len(node)]
-    part = at - np.floor(at)  # the share of the upper node; the point's own two nodes do not count
-    own = part**2 + (1.0 - part) ** 2 + 2.0 * part * (1.0 - part) * kernel[bins + 1]
+    # A place has shares of two nodes beside each other; what it adds to itself does not count.
+    own = np.sum(share**2, axis=1) + 2.0 * kernel[bins + 1] * np.sum(share[:, :-1] * share[:, 1:], axis=1)
     return share @ around - own
 
 
