@@ -6,6 +6,7 @@ imports or of the Python path start Python.
 """
 
 import atexit
+import gc
 import json
 import os
 import runpy
@@ -77,6 +78,7 @@ def _next_request() -> dict | None:
     """Serve requests; return one in each forked process, and None in this one at the end."""
     for line in sys.stdin:
         request = json.loads(line)
+        gc.freeze()  # a collection in the fork would copy all pages
         pid = os.fork()
         if pid == 0:
             return request
@@ -97,7 +99,24 @@ def _become(request: dict) -> None:
     os.environ.clear()
     os.environ.update(request["environment"])
     sys.path[0], sys.argv = request["cwd"], [request["module"], *request["arguments"]]
-    runpy.run_module(request["module"], run_name="__main__", alter_sys=True)
+    try:
+        runpy.run_module(request["module"], run_name="__main__", alter_sys=True)
+        code = 0
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else int(error.code is not None)
+    _leave(code)
+
+
+def _leave(code: int) -> None:
+    """End as an interpreter does, without the second it takes to delete all modules."""
+    threading._shutdown()
+    atexit._run_exitfuncs()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        code = 120
+    os._exit(code)
 
 
 if __name__ == "__main__":
