@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -132,8 +133,22 @@ class BodyFactory:
         return _placed(bodies, actors, ego)
 
     def _build(self, appearance: Appearance) -> Body:
-        draw = Draw(self._seed, appearance.name)
-        return build(appearance, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
+        drawn = appearance if self._seed is not None else replace(appearance, name="")  # no draw depends on the name
+        return body_of(drawn, self._seed, self._glass, self._mirrors, self._plain)
+
+
+@lru_cache(maxsize=1024)
+def body_of(appearance: Appearance, seed: int | None, glass: Glass, mirrors: bool, plain: bool) -> Body:
+    """Build a body, once for all runs of this process: sweeps, searches and suites repeat their actors.
+
+    Parameters
+    ----------
+    seed
+        Seed of the proportions; None selects the middle of all ranges.
+    plain
+        If True, a bounding prism replaces the other solids.
+    """
+    return build(appearance, Draw(seed, appearance.name), glass, mirrors=mirrors, as_prism=plain)
 
 
 def _pack(bodies: list[Body]) -> Bodies:

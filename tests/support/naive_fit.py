@@ -104,9 +104,11 @@ def local_density(place, reach, bins):
     at = (place - place.min()) * bins / reach
     node = np.arange(np.ceil(at.max()) + 2)
     share = np.maximum(0.0, 1.0 - np.abs(at[:, None] - node))
-    kernel = np.maximum(0.0, 1.0 - ((node[:, None] - node) / bins) ** 2) ** 2
-    together = share @ kernel @ share.T
-    return together.sum(axis=1) - np.diag(together)
+    kernel = (1.0 - (np.arange(-bins, bins + 1) / bins) ** 2) ** 2
+    around = np.convolve(share.sum(axis=0), kernel)[bins : bins + len(node)]
+    # A place has shares of two nodes beside each other; what it adds to itself does not count.
+    own = np.sum(share**2, axis=1) + 2.0 * kernel[bins + 1] * np.sum(share[:, :-1] * share[:, 1:], axis=1)
+    return share @ around - own
 
 
 def misalignment(points, heading, ray, reach, flatness, bins):

@@ -4,28 +4,18 @@
 """
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
-from support import bad_input, bad_input_files, bad_traffic_files
+from support import bad_input, bad_input_files, bad_traffic_files, warm_process
 from support.bad_input_child import run_case
 from support.mutate_content import BYTES, XML
 from support.mutate_tables import WAYS
-from support.paths import TESTS
 
 FAST = 15
 """Mutations of each kind in `make test`."""
 MOST_MB = 1024.0
 MOST_S = 20.0
 TIMEOUT_S = 3600.0
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiled_kernels():
-    """A command is taken to hang after seconds; the first compilation takes minutes."""
-    subprocess.run([sys.executable, "-m", "scenarios", "warm-up", "--quiet"], check=True, timeout=TIMEOUT_S)
 
 
 @pytest.mark.parametrize("kind", bad_input.KINDS)
@@ -42,10 +32,12 @@ def test_broken_input_is_refused_in_one_line(kind, share):
 
 
 def run_child(kind: str, first: int, count: int) -> dict:
-    """Run cases of a kind in a process of their own, whose peak memory is that of these cases."""
-    command = [sys.executable, "-m", "support.bad_input_child", kind, str(first), str(count)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), *filter(None, sys.path)])}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=TIMEOUT_S)
+    """Run cases of a kind in a process of their own, whose peak memory is that of these cases.
+
+    It is forked from one that has loaded the kernels: a command is taken to hang after seconds, compilation takes
+    minutes.
+    """
+    done = warm_process.run("support.bad_input_child", kind, str(first), str(count), timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stderr[-2000:]
     return json.loads(done.stdout)
 

@@ -2,12 +2,11 @@
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from support import bad_input_files as valid
-from support import bad_traffic_files
+from support import bad_traffic_files, warm_process
 from support.bad_input import write
 from support.processes import files_of
 from support.small_disk import small_disk
@@ -37,8 +36,7 @@ def test_a_full_disk_is_one_line(name, kilobytes, tmp_path):
     write(valid.all_files() | valid.recording() | bad_traffic_files.small_study(), tmp_path)
     with small_disk(tmp_path / "disk", kilobytes) as disk:
         (disk / "earlier.txt").write_text("earlier")
-        command = [sys.executable, "-m", "scenarios", *COMMANDS[name].split()]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
+        done = warm_process.luxloop(*COMMANDS[name].split(), cwd=tmp_path)
         left = sorted(path.name for path in disk.iterdir())
         if done.returncode in (0, 1):
             assert "out" in {Path(entry).stem for entry in left}
@@ -53,13 +51,13 @@ def test_a_full_disk_is_one_line(name, kilobytes, tmp_path):
 def test_a_run_on_a_full_disk_keeps_the_earlier_one(kilobytes, tmp_path):
     write(bad_traffic_files.scenario(), tmp_path)
     with small_disk(tmp_path / "disk", kilobytes) as disk:
-        command = [sys.executable, "-m", "scenarios", "run", "a.toml", "--no-recording", "--out", "disk/out"]
-        first = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        command = ["run", "a.toml", "--no-recording", "--out", "disk/out"]
+        first = warm_process.luxloop(*command, cwd=tmp_path)
         assert first.returncode in (0, 1), first.stderr
         before = files_of(disk / "out")
         with (disk / "filler").open("wb") as filler:
             fill(filler)
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        done = warm_process.luxloop(*command, cwd=tmp_path)
         assert done.returncode == 2
         assert_one_line(done)
         assert files_of(disk / "out") == before
@@ -67,9 +65,7 @@ def test_a_run_on_a_full_disk_keeps_the_earlier_one(kilobytes, tmp_path):
 
 
 def test_standard_output_on_a_full_disk_is_one_line(tmp_path):
-    with Path("/dev/full").open("w") as full:
-        command = [sys.executable, "-m", "scenarios", "list"]
-        done = subprocess.run(command, cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    done = warm_process.luxloop("list", cwd=tmp_path, stdout="/dev/full")
     assert done.returncode == 2
     assert_one_line(done)
 

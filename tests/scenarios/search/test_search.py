@@ -207,7 +207,7 @@ def test_the_objective_may_be_a_metric_of_one_s_own(tmp_path):
     """Id switches of one of the two cars: the file of the finding defines it, and runs on its own."""
     own = '[[metric]]\nname = "own.second_switches"\nof = "track.id_switches"\nactor = "second"\n\n[[vary]]'
     study = changed(tmp_path, LIMIT, 'metric = "own.second_switches"\nmax = 0\n')
-    text = study.read_text().replace("[[vary]]", own, 1).replace("trials = 25", "trials = 10\nreduction_runs = 40")
+    text = study.read_text().replace("[[vary]]", own, 1).replace("trials = 25", "trials = 10\nreduction_runs = 8")
     text = text.replace("low = -60.0", "low = -30.0").replace("neutral = -60.0", "neutral = -26.0")
     study.write_text(text)
     finding = search(Study.load(study), crossing_ids.SPEC, tmp_path / "out", print)
