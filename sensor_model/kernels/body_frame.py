@@ -124,3 +124,13 @@ def plan_distance(bounds: Floats, p: int, local: Floats, c: int) -> float:
     ahead = max(bounds[p, 0, 0] - x, x - bounds[p, 1, 0])
     aside = max(bounds[p, 0, 1] - y, y - bounds[p, 1, 1])
     return float(max(ahead, aside, 0.0))
+
+
+@njit(cache=True, inline="always")
+def farthest_distance(bounds: Floats, p: int, local: Floats, c: int) -> float:
+    """Return the distance of the farthest corner of the box around solid or body p from the origin of azimuth c [m]."""
+    squared = 0.0
+    for axis in range(3):
+        origin = local[axis, c]
+        squared += max(bounds[p, 1, axis] - origin, origin - bounds[p, 0, axis]) ** 2
+    return math.sqrt(squared)

@@ -4,7 +4,9 @@ import numpy as np
 from numba import njit
 
 from sensor_model.arrays import Bools, Floats, Ints
-from sensor_model.kernels.body_frame import azimuth_limits, azimuth_span, into_body_frame, plan_distance, slope_extremes
+from sensor_model.kernels.body_frame import (
+    azimuth_limits, azimuth_span, farthest_distance, into_body_frame, plan_distance, slope_extremes,
+)  # fmt: skip
 from sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
 from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
 from sensor_model.kernels.records import NONE, Rays, Solids
@@ -96,10 +98,11 @@ def _cast_body(
     bounds, solid_plane, solid_bounds, planes = bodies.bounds, bodies.solid_plane, bodies.solid_bounds, bodies.planes
     transmission, layers, alone = bodies.transmission, slope.shape[1], 0
     edge_cos, edge_sin = side[0, 0], abs(side[1, 0])
-    flat = len(on_ground) == 0
+    flat, reach = len(on_ground) == 0, 1.0 / (far[first, 0, 0] * cos[first, 0, 0])
     for c in range(end - first):
         k = first + c
         nearest = longest[k] / plan_distance(bounds, a, local, c)
+        countable = flat and farthest_distance(bounds, a, local, c) < reach
         for inner in range(2):  # outer solids, then those behind a pane
             least = PASSED
             for layer in range(layers):
@@ -120,8 +123,8 @@ def _cast_body(
                         at = entry_of_corners(facing, hidden, entry, leave, edge_cos, edge_sin, low, high)
                     if at == MISSED or farthest[layer] == HIDDEN:
                         continue
-                    # Above a flat ground, rays on a hidden solid are counted without tracing: no ground hides it.
-                    if at >= 0 and flat and solid_bounds[p, 0, 2] >= 0.0 and nearest < covered[k, layer]:
+                    # Above a flat ground and in range, rays on a hidden solid are counted without tracing.
+                    if at >= 0 and countable and solid_bounds[p, 0, 2] >= 0.0 and nearest < covered[k, layer]:
                         farthest[layer] = HIDDEN
                         continue
                     if farthest[layer] == PASSED:
