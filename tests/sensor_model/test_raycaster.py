@@ -36,17 +36,35 @@ def unround(low, high):
     return st.floats(low, high).map(lambda number: number + 0.0137)
 
 
+# Bodies and panes of a fixed sample: building a body takes longer than casting it, and `tests/sensor_model/bodies` has
+# tests with bodies of any size.
+_RNG = np.random.default_rng(7)
+LOOKS = [
+    (kind, size, float(_RNG.uniform(0.01, 1.0)))
+    for kind in Kind
+    for size in (
+        None,
+        *map(tuple, _RNG.uniform((0.3, 0.3, 0.5), (12, 3, 4), (8, 3)).tolist()),
+        (0.3, 0.3, 0.5),
+        (12.0, 3.0, 4.0),
+    )
+]
+PANES = [
+    Glass(pane_reflectivity=pane, transmission=transmission, interior_depth_m=depth)
+    for pane, transmission, depth in ((0.01, 0.0, 0.6), (0.3, 0.8, 0.1), (0.1, 0.1, 1.0), (0.05, 1.0, 0.35))
+]
+
 pairs = st.tuples(st.floats(-40, 40), st.floats(-40, 40))
 accelerations = st.tuples(st.floats(-9, 9), st.floats(-9, 9))
 motions = {"velocity": pairs, "acceleration": accelerations, "yaw_rate": st.floats(-1, 1)}
 actor_specs = st.builds(
-    lambda bearing, distance, **rest: ActorSpec(distance * np.cos(bearing), distance * np.sin(bearing), **rest),
+    lambda bearing, distance, look, **rest: ActorSpec(
+        distance * np.cos(bearing), distance * np.sin(bearing), kind=look[0], size=look[1], paint=look[2], **rest
+    ),
     bearing=st.floats(-0.3, 0.3) | st.floats(-0.3, 0.3) | st.floats(-3, 3),
     distance=st.floats(1, 30),
     yaw=st.floats(-4, 4),
-    kind=st.sampled_from(list(Kind)),
-    size=st.none() | st.tuples(st.floats(0.3, 12), st.floats(0.3, 3), st.floats(0.5, 4)),
-    paint=st.floats(0.01, 1.0),
+    look=st.sampled_from(LOOKS),
     articulation=st.just(0.0) | st.floats(-1.6, 1.6),
     ground_z=st.just(0.0) | st.floats(0, 2),  # no body is below a flat ground
     attitude=st.just((0.0, 0.0)) | st.tuples(st.floats(-0.2, 0.2), st.floats(-0.8, 0.8)),
@@ -84,16 +102,10 @@ obstacles = st.builds(
     rise=st.floats(0.1, 5),
     reflectivity=st.floats(0.05, 0.9),
 )
-panes = st.builds(
-    Glass,
-    pane_reflectivity=st.floats(0.01, 0.3),
-    transmission=st.sampled_from([0.0, 0.8]) | st.floats(0.1, 1.0),
-    interior_depth_m=st.floats(0.1, 1.0),
-)
 
 
 def sensors(footprints):
-    return st.builds(SensorConfig, footprint=footprints, sweep=st.booleans(), glass=panes)
+    return st.builds(SensorConfig, footprint=footprints, sweep=st.booleans(), glass=st.sampled_from(PANES))
 
 
 def as_results(echoes, beams):
