@@ -26,10 +26,10 @@ class PreprocessConfig:
     ground_z_max_m: float = 0.15
     """Lower points without a higher one near are ground [m]. This is the ground clearance of a car; the lowest layer,
     1.2 degrees down and mounted at 0.8, reports ground echoes up to a quarter of its mounting height."""
-    upright_m: float = 0.5
+    upright_m: float = 0.3
     """Low points at most this far from a higher one are on an upright surface, not on the ground [m]: the ego's front
-    rises when it accelerates, and points of a vehicle at 40 m then seem 0.6 m too low for 4 m/s^2. A windscreen is
-    about this far behind the bumper below it. 0 drops all low points."""
+    rises when it accelerates, and points of a vehicle at 40 m then seem 0.6 m too low for 4 m/s^2. Faces of vehicles
+    lean back by less than this between two layers. 0 drops all low points."""
     range_max_m: float = 60.0
     """Maximum range from the ego's centre [m]."""
     own_length_m: float = 4.83

@@ -92,13 +92,13 @@ def upright(*points, **config):
 
 def test_low_points_below_a_higher_one_are_kept():
     """A car 40 m ahead while the ego accelerates by 4 m/s^2: 40 tan(0.815 deg) = 0.57 m lower than on a level ego."""
-    bumper, window = (40.0, 0.0, 0.5 - 0.57), (40.4, 0.0, 1.1 - 0.57)
-    assert upright(bumper, window) == [True, True]
-    assert upright(bumper, window, upright_m=0.0) == [False, True]
+    bumper, hatch = (40.0, 0.0, 0.5 - 0.57), (40.2, 0.0, 1.1 - 0.57)
+    assert upright(bumper, hatch) == [True, True]
+    assert upright(bumper, hatch, upright_m=0.0) == [False, True]
 
 
 def test_low_points_without_a_higher_one_near_are_ground():
-    ground, ahead, car = (35.0, 1.0, 0.05), (39.4, 0.0, 0.05), (40.0, 0.0, 0.6)
+    ground, ahead, car = (35.0, 1.0, 0.05), (39.6, 0.0, 0.05), (40.0, 0.0, 0.6)
     assert upright(ground, ahead, car) == [False, False, True]
     assert upright(ground, (35.2, 1.0, 0.1)) == [False, False]
 
