@@ -13,4 +13,4 @@ def tilt_rotations(attitude: Floats) -> Floats:
     (cp, cr), (sp, sr) = np.cos(attitude).T, np.sin(attitude).T
     zero = np.zeros_like(cp)
     rows = [[cp, sp * sr, sp * cr], [zero, cr, -sr], [-sp, cp * sr, cp * cr]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))

@@ -19,12 +19,12 @@ def extents_along(points, label, count, directions):
     return np.array([np.ptp(points[label == g] @ directions.T, axis=0) for g in range(count)])
 
 
-def kept_points(points, time, flags, drop, z_min, range_max, half_size):
+def kept_points(points, time, flags, drop, range_max, half_size):
     """Mask of the points to keep."""
     finite = np.isfinite(points).all(axis=1) & np.isfinite(time)
     near = np.linalg.norm(points[:, :2], axis=1) <= range_max
     on_ego = (np.abs(points[:, :2]) <= half_size).all(axis=1)
-    return finite & (flags & drop == 0) & (points[:, 2] >= z_min) & near & ~on_ego
+    return finite & (flags & drop == 0) & near & ~on_ego
 
 
 def box_points(points, on_line, truncated, time, viewpoint, members, center, heading, size, cut_margin):

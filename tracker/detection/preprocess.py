@@ -6,6 +6,7 @@ import numpy as np
 
 from tracker.arrays import Bools
 from tracker.detection.kernels.kept import kept_points
+from tracker.detection.kernels.nearness import any_within
 from tracker.scan import PointFlag, Scan
 
 
@@ -23,8 +24,12 @@ class PreprocessConfig:
     """A later echo at most this far behind another echo of its beam, and no wider, is dropped [m]: it is inside the
     same vehicle, or from its glass over the hood. A wider echo is a vehicle behind spray. 0 keeps all."""
     ground_z_max_m: float = 0.15
-    """Lower points are ground [m]. This is the ground clearance of a car, so only tyres are lost; the lowest layer,
+    """Lower points without a higher one near are ground [m]. This is the ground clearance of a car; the lowest layer,
     1.2 degrees down and mounted at 0.8, reports ground echoes up to a quarter of its mounting height."""
+    upright_m: float = 0.3
+    """Low points at most this far from a higher one are on an upright surface, not on the ground [m]: the ego's front
+    rises when it accelerates, and points of a vehicle at 40 m then seem 0.6 m too low for 4 m/s^2. Faces of vehicles
+    lean back by less than this between two layers. 0 drops all low points."""
     range_max_m: float = 60.0
     """Maximum range from the ego's centre [m]."""
     own_length_m: float = 4.83
@@ -41,6 +46,8 @@ class PreprocessConfig:
             raise ValueError(f"drop_flags: {unknown[0]!r} is not a point flag; choose from {known}")
         if self.inside_depth_m < 0.0:
             raise ValueError(f"inside_depth_m is {self.inside_depth_m}; give a depth in metres, or 0 for none")
+        if self.upright_m < 0.0:
+            raise ValueError(f"upright_m is {self.upright_m}; give a distance in metres, or 0 to drop all low points")
         if self.range_max_m <= 0.0:
             raise ValueError(f"range_max_m is {self.range_max_m}; give a positive range in metres")
 
@@ -52,13 +59,24 @@ def keep(scan: Scan, config: PreprocessConfig) -> Bools:
         np.asarray(scan.time_offset, dtype=np.float64),
         np.asarray(scan.flags, dtype=np.int64),
         sum(PointFlag[name.upper()] for name in set(config.drop_flags)),
-        config.ground_z_max_m,
         config.range_max_m,
         0.5 * np.array([config.own_length_m, config.own_width_m]) + config.own_margin_m,
     )
+    kept &= ~on_ground(scan, kept, config.ground_z_max_m, config.upright_m)
     if config.first_echo_only:
         kept &= scan.echo == 0
     return kept & ~inside(scan, kept, config.inside_depth_m)
+
+
+def on_ground(scan: Scan, kept: Bools, z_max_m: float, upright_m: float) -> Bools:
+    """(N,) mask of low points without a higher one near them, both of the `kept` (N,) points."""
+    points = np.asarray(scan.points_ego, dtype=np.float64)
+    low = points[:, 2] < z_max_m
+    higher = points[kept & ~low, :2]
+    row = np.flatnonzero(kept & low)
+    found = np.zeros(len(scan), dtype=np.bool_)
+    found[row] = ~any_within(points[row, :2], higher, np.full(len(row), upright_m)) if upright_m > 0.0 else True
+    return found
 
 
 def masked(scan: Scan) -> Scan:

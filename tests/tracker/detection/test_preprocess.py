@@ -83,3 +83,34 @@ def test_points_at_infinity_are_dropped_without_a_warning():
 def test_a_negative_depth_is_rejected():
     with pytest.raises(ValueError, match="inside_depth_m"):
         PreprocessConfig(inside_depth_m=-1.0)
+
+
+def upright(*points, **config):
+    """Mask of the points to keep of a scan of points (x, y, z)."""
+    return keep(Scan.from_points(0.0, points), PreprocessConfig(**config)).tolist()
+
+
+def test_low_points_below_a_higher_one_are_kept():
+    """A car 40 m ahead while the ego accelerates by 4 m/s^2: 40 tan(0.815 deg) = 0.57 m lower than on a level ego."""
+    bumper, hatch = (40.0, 0.0, 0.5 - 0.57), (40.2, 0.0, 1.1 - 0.57)
+    assert upright(bumper, hatch) == [True, True]
+    assert upright(bumper, hatch, upright_m=0.0) == [False, True]
+
+
+def test_low_points_without_a_higher_one_near_are_ground():
+    ground, ahead, car = (35.0, 1.0, 0.05), (39.6, 0.0, 0.05), (40.0, 0.0, 0.6)
+    assert upright(ground, ahead, car) == [False, False, True]
+    assert upright(ground, (35.2, 1.0, 0.1)) == [False, False]
+
+
+def test_points_that_are_dropped_hold_no_low_ones():
+    """The higher echo is from the air, out of range, or on the ego."""
+    scan = Scan.from_points(0.0, [(30.0, 0.0, 0.0), (30.2, 0.0, 0.8)], flags=[0, PointFlag.CLUTTER])
+    assert keep(scan, PreprocessConfig()).tolist() == [False, False]
+    assert upright((59.9, 0.0, 0.0), (60.2, 0.0, 0.8)) == [False, False]
+    assert upright((0.0, 1.2, 0.0), (0.0, 1.0, 0.8)) == [False, False]
+
+
+def test_a_negative_distance_of_upright_points_is_refused():
+    with pytest.raises(ValueError, match=r"upright_m is -0\.1; give a distance"):
+        PreprocessConfig(upright_m=-0.1)
