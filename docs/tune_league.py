@@ -31,7 +31,7 @@ from tracker.detection.detector import Detector
 from tracker.records import Detection
 
 SCENARIOS, SEEDS, DURATION_S = ("bus-stop", "roundabout-v0", "motorway-exit"), (1, 2, 3), 5.0
-EVALUATIONS = 4
+EVALUATIONS = 8
 
 Range = tuple[str, float, float]
 """Kind (`log`, `linear` or `whole`) and both ends."""
