@@ -5,7 +5,12 @@ from numba import njit
 
 from sensor_model.arrays import Bools, Floats, Ints
 from sensor_model.kernels.body_frame import (
-    azimuth_limits, azimuth_span, farthest_distance, into_body_frame, plan_distance, slope_extremes,
+    azimuth_limits,
+    azimuth_span,
+    farthest_distance,
+    into_body_frame,
+    plan_distance,
+    slope_extremes,
 )  # fmt: skip
 from sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
 from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
