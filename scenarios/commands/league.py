@@ -17,7 +17,7 @@ SCENARIOS = (
     "free-flow", "motorway-jam", "truck-shadow", "cross-traffic-behind-bus",
 )  # fmt: skip
 """Scenarios of a league without arguments: city, motorway and occlusions, none of them used to tune the peers."""
-DURATION_S = 4.0
+DURATION_S = 8.0
 
 
 def league(
