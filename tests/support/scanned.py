@@ -20,7 +20,7 @@ def load(name, seed=None):
 def played(name, seed=None):
     """Return the obstacles and all frames of a scenario's traffic."""
     scenario = load(name, seed)
-    with closing(loop._source(scenario, load_rig(str(scenario.rig), scenario.folder))) as source:
+    with closing(loop._traffic(scenario, load_rig(str(scenario.rig), scenario.folder))) as source:
         obstacles = source.reset(scenario.seed)
         return obstacles, [source.step() for _ in range(loop._frame_count(scenario, source))]
 
