@@ -192,8 +192,12 @@ class _Process:
         # The process makes the folder: only then does a parent that is killed at any time leave none.
         self._scratch = str(Path(tempfile.gettempdir(), f"luxloop-{uuid.uuid4().hex}"))
         self._owner = os.getpid()
-        path = list(map(str, sys.path))
-        program = f"import sys; sys.path[:] = {path!r}; from sim.process.worker import serve; serve({self._scratch!r})"
+        # The current folder may come first on the path, and have a folder `sim` of the user.
+        home, path = str(Path(__file__).parents[2]), list(map(str, sys.path))
+        program = (
+            f"import sys; sys.path[:] = {[home, *path]!r}; from sim.process.worker import serve; "
+            f"sys.path.remove({home!r}); serve({self._scratch!r})"
+        )
         # messages of the simulator; a pipe that is not read would block it
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115
         self._popen = subprocess.Popen(

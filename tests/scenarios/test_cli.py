@@ -7,17 +7,18 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
 from support import short_run
+from support.breaking_traffic import BreakingTraffic
 from support.processes import children_of, heed_hangups, is_dead, until
 
 from scenarios.cli import main
 from scenarios.files import shipped
 from scenarios.report import text
 from scenarios.run import run_folder
-from sim.scripted.scripted_source import ScriptedSource
 from sim.source import SimulatorFailedError, TrafficEndedError
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
@@ -202,17 +203,7 @@ def test_an_expectation_on_a_metric_without_a_value_fails(capfd):
 
 def break_at(frame, error, monkeypatch):
     """End scripted traffic with an error at a frame."""
-
-    class Breaking(ScriptedSource):
-        played = 0
-
-        def step(self):
-            if self.played == frame:
-                raise error
-            self.played += 1
-            return super().step()
-
-    monkeypatch.setattr("sim.factory.ScriptedSource", Breaking)
+    monkeypatch.setattr("sim.factory.ScriptedSource", partial(BreakingTraffic, frame, error))
 
 
 ENDS = pytest.mark.parametrize(
@@ -338,13 +329,17 @@ def test_ctrl_c_after_the_folder_is_whole_names_it(monkeypatch, capfd):
     assert run_folder.read(whole).frames == short_run.FRAMES
 
 
-def test_an_unknown_error_keeps_its_traceback(monkeypatch):
+@pytest.mark.parametrize(
+    ("option", "kind", "message"),
+    [("--no-ahead", ZeroDivisionError, None), ("--ahead", RuntimeError, "ZeroDivisionError in the traffic process")],
+)
+def test_an_unknown_error_keeps_its_traceback(option, kind, message, monkeypatch):
     """A defect of luxloop itself; an exception of a tracker is one line."""
     break_at(3, ZeroDivisionError(), monkeypatch)
     short_run.write(Path())
     before = tree()
-    with pytest.raises(ZeroDivisionError):
-        main(["run", "short.toml"])
+    with pytest.raises(kind, match=message):
+        main(["run", "short.toml", option])
     assert tree() == before
 
 
