@@ -65,7 +65,7 @@ def test_a_command_names_the_extra_that_it_needs(folder, extra, absent):
 def test_a_commonroad_file_names_the_extra_that_it_needs(folder):
     (folder / "a.toml").write_text(REPLAY)
     (folder / "a.xml").write_text("<commonRoad/>")
-    run = luxloop({"commonroad"}, ["run", "a.toml"])
+    run = luxloop({"commonroad"}, ["run", "a.toml", "--no-ahead"])  # a traffic process has the package
     assert (run.returncode, run.stdout) == (2, "")
     assert run.stderr.startswith("luxloop: error: a.toml: traffic: ")
     assert "luxloop[commonroad]" in run.stderr
