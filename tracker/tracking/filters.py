@@ -134,18 +134,11 @@ def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
 
     Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
     """
-    variance, covariance = dt**3 / 3.0, dt**2 / 2.0
+    from filterpy.common import Q_continuous_white_noise  # imports scipy.stats, which takes half a second
+
     if order == 1:
-        shape = [[dt]]
-    elif order == 2:
-        shape = [[variance, covariance], [covariance, dt]]
-    else:
-        shape = [
-            [dt**5 / 20.0, dt**4 / 8.0, dt**3 / 6.0],
-            [dt**4 / 8.0, variance, covariance],
-            [dt**3 / 6.0, covariance, dt],
-        ]
-    return np.array(shape) * spectral_density
+        return np.array([[spectral_density * dt]])
+    return np.asarray(Q_continuous_white_noise(dim=order, dt=dt, spectral_density=spectral_density))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
