@@ -134,20 +134,12 @@ class BodyFactory:
 
     def _build(self, appearance: Appearance) -> Body:
         drawn = appearance if self._seed is not None else replace(appearance, name="")  # no draw depends on the name
-        return body_of(drawn, self._seed, self._glass, self._mirrors, self._plain)
+        return _body(drawn, self._seed, self._glass, self._mirrors, self._plain)
 
 
 @lru_cache(maxsize=1024)
-def body_of(appearance: Appearance, seed: int | None, glass: Glass, mirrors: bool, plain: bool) -> Body:
-    """Build a body, once for all runs of this process: sweeps, searches and suites repeat their actors.
-
-    Parameters
-    ----------
-    seed
-        Seed of the proportions; None selects the middle of all ranges.
-    plain
-        If True, a bounding prism replaces the other solids.
-    """
+def _body(appearance: Appearance, seed: int | None, glass: Glass, mirrors: bool, plain: bool) -> Body:
+    """Build a body, once for all runs of this process: sweeps, searches and suites repeat their actors."""
     return build(appearance, Draw(seed, appearance.name), glass, mirrors=mirrors, as_prism=plain)
 
 

@@ -9,7 +9,7 @@ from support.independence import dependence
 from support.sensor_scenes import ActorSpec, world
 
 from sensor_model.bodies.materials import Glass
-from sensor_model.bodies.scene import BodyFactory, body_of
+from sensor_model.bodies.scene import BodyFactory
 from sim.actor_key import Stream, actor_rng
 from sim.roster import Roster
 from sim.scripted.script import ScriptedActor, ScriptedEgo
@@ -34,7 +34,6 @@ def test_no_stream_of_a_run_serves_two_draws(monkeypatch):
     actor = [ScriptedActor(x_m=10.0, y_m=0.0, name=name) for name in ("third", "fourth")]
     ScriptedSource(ScriptedTraffic("scripted", ScriptedEgo(), actor, jitter_m=1.0), Path(), 100.0).reset(7)
     bodies = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=7)
-    body_of.cache_clear()  # a body of an earlier test would need no draw
     bodies.place(world(ActorSpec(10.0, 0.0, id=1), ActorSpec(20.0, 0.0, id=2)))
     assert {counter[-1] for counter in made} == set(Stream)
     assert [counter for counter, times in Counter(made).items() if times > 1] == []

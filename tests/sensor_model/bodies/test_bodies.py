@@ -1,7 +1,6 @@
 """Bodies: box dimensions, proportions of real vehicles, and independent draws per actor."""
 
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from support.solid_mesh import corners, pieces
 
 from sensor_model.bodies.materials import TYRE_REFLECTIVITY, Glass
 from sensor_model.bodies.proportions import Draw
-from sensor_model.bodies.scene import Bodies, BodyFactory, body_of
+from sensor_model.bodies.scene import Bodies, BodyFactory
 from sensor_model.bodies.shapes import SHAPES
 from sensor_model.truth import Part
 from sim.world import Kind
@@ -336,26 +335,6 @@ def test_body_depends_only_on_seed_and_actor():
         assert not np.array_equal(changed.planes, place(car, seed=5).planes)
 
 
-def test_bodies_of_one_process_are_those_of_their_options():
-    """Fails if a body that was built before is returned for another seed, glass, paint or option."""
-    car = ActorSpec(0, 0, id=7)
-    actors = (car, replace(car, paint=0.1), replace(car, id=8), replace(car, size=(4.9, 1.9, 1.5)))
-    options = ({}, {"seed": 6}, {"seed": None}, {"mirrors": False}, {"plain": True}, {"glass": Glass(transmission=0.1)})
-
-    def built(actor, changed):
-        found = place(actor, **{"seed": 5} | changed)
-        return [getattr(found, name) for name in ("planes", "plane_reflectivity", "plane_transmission", "bounds")]
-
-    alone = []
-    for actor, changed in product(actors, options):
-        body_of.cache_clear()
-        alone.append(built(actor, changed))
-    together = [built(actor, changed) for actor, changed in product(actors, options)]
-    for one, other in zip(alone, together, strict=True):
-        for column, again in zip(one, other, strict=True):
-            np.testing.assert_array_equal(column, again, strict=True)
-
-
 def test_draws_cover_their_whole_range():
     drawn = np.array([Draw(9, f"car {actor}")(2.0, 3.0) for actor in range(1000)])
     assert drawn.min() < 2.02
@@ -371,9 +350,7 @@ def test_cached_bodies_equal_those_of_a_new_factory():
     rounds = [specs[:4], specs[2:], [], [replace(specs[3], paint=0.6), replace(specs[2], size=(5.0, 1.9, 1.7))]]
     factory = BodyFactory(mirrors=True, plain=False, glass=Glass(), seed=2)
     for present in [*rounds, specs, specs]:
-        kept = factory.place(world(*present))
-        body_of.cache_clear()
-        fresh = place(*present, seed=2)
+        kept, fresh = factory.place(world(*present)), place(*present, seed=2)
         for name in Bodies.__dataclass_fields__:
             np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name), strict=True)
         assert len(kept) == len(present)
