@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -133,14 +132,8 @@ class BodyFactory:
         return _placed(bodies, actors, ego)
 
     def _build(self, appearance: Appearance) -> Body:
-        drawn = appearance if self._seed is not None else replace(appearance, name="")  # no draw depends on the name
-        return _body(drawn, self._seed, self._glass, self._mirrors, self._plain)
-
-
-@lru_cache(maxsize=1024)
-def _body(appearance: Appearance, seed: int | None, glass: Glass, mirrors: bool, plain: bool) -> Body:
-    """Build a body, once for all runs of this process: sweeps, searches and suites repeat their actors."""
-    return build(appearance, Draw(seed, appearance.name), glass, mirrors=mirrors, as_prism=plain)
+        draw = Draw(self._seed, appearance.name)
+        return build(appearance, draw, self._glass, mirrors=self._mirrors, as_prism=self._plain)
 
 
 def _pack(bodies: list[Body]) -> Bodies:
