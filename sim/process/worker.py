@@ -25,6 +25,8 @@ from sim.source import StartStatus, TrafficError, TrafficSource
 
 REPORT_INTERVAL_S = 0.2
 """[s] Least time between two reports of one activity."""
+REMOVALS = 100
+"""Attempts to remove the temporary files; a disk may refuse all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +72,11 @@ def serve(scratch: str) -> NoReturn:
     os.dup2(2, 1)  # output of the simulator must not mix with the replies
 
     def send(reply: object) -> None:
-        pickle.dump(reply, replies, protocol=5)
-        replies.flush()
+        try:
+            pickle.dump(reply, replies, protocol=5)
+            replies.flush()
+        except BrokenPipeError:
+            _end(scratch)
 
     requests: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_read_requests, args=(requests, scratch), daemon=True).start()
@@ -89,11 +94,23 @@ def _read_requests(requests: "SimpleQueue[Any]", scratch: str) -> None:
         while True:
             requests.put(pickle.load(sys.stdin.buffer))
     except EOFError:
-        shutil.rmtree(scratch, ignore_errors=True)
-        os._exit(0)
+        _end(scratch)
     except BaseException:
         traceback.print_exc()
         os._exit(1)
+
+
+def _end(scratch: str) -> NoReturn:
+    """End this process, whose parent is gone, and remove its temporary files.
+
+    The other thread may write files meanwhile, which makes a removal fail. It cannot make the folder anew.
+    """
+    for _ in range(REMOVALS):
+        shutil.rmtree(scratch, ignore_errors=True)
+        if not Path(scratch).exists():
+            break
+        time.sleep(0.02)
+    os._exit(0)
 
 
 def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[object], None]) -> None:
@@ -152,10 +169,9 @@ def _frames(source: TrafficSource) -> Iterator[object]:
 
 
 def _attempt(call: Callable[[], object]) -> object:
-    """Return the result or error of a call.
+    """Return the result of a call, or its error if that is of the traffic or of the system, as a missing permission.
 
-    Errors other than `TrafficError`, and those of the system such as a file without permission, are bugs and keep their
-    traceback.
+    Other errors are bugs and keep their traceback.
     """
     try:
         return call()

@@ -320,13 +320,19 @@ def program(text, **options):
     return subprocess.Popen([sys.executable, "-c", text], env={**os.environ, "PYTHONPATH": paths}, **options)
 
 
-@pytest.mark.parametrize("state", ["", "remote.step()", "remote.close()"], ids=["started", "running", "idle"])
-def test_a_process_ends_when_its_parent_is_killed(state, tmp_path):
-    report = tmp_path / "report"
+MOMENTS = {f"running {index}": f"remote.step(); time.sleep({0.002 * index})" for index in range(8)}
+"""The worker computes or sends a frame when its parent is killed."""
+
+
+@pytest.mark.parametrize("state", ["", "remote.close()", *MOMENTS.values()], ids=["started", "idle", *MOMENTS])
+def test_a_process_ends_without_temporary_files_when_its_parent_is_killed(state, tmp_path, monkeypatch):
+    report, temporary = tmp_path / "report", tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
     parent = program(
         f"""
-import os, signal
-remote = ProcessSource(ToyTraffic(count=5000, last=-1, report={str(report)!r}), "toy")
+import os, signal, time
+remote = ProcessSource(ToyTraffic(count=5000, last=-1, report={str(report)!r}, litter=True), "toy")
 remote.reset(1)
 {state}
 os.kill(os.getpid(), signal.SIGKILL)
@@ -335,6 +341,7 @@ os.kill(os.getpid(), signal.SIGKILL)
     assert parent.wait() == -signal.SIGKILL
     (child,) = processes(report)
     until(lambda: is_gone(child))
+    assert list(temporary.iterdir()) == []
 
 
 def test_an_idle_process_ends_with_its_parent_without_output(tmp_path):

@@ -1,6 +1,7 @@
 """State of other processes, from /proc."""
 
 import hashlib
+import os
 import signal
 import time
 from collections.abc import Callable
@@ -17,6 +18,12 @@ def is_dead(pid: int) -> bool:
     """Return True if a process has ended (including zombies, which wait for their parent)."""
     state = _stat(pid)
     return not state or state[0] == "Z"
+
+
+def stop(pid: int) -> None:
+    """Stop a process, and wait until it has stopped or ended."""
+    os.kill(pid, signal.SIGSTOP)
+    until(lambda: not (state := _stat(pid)) or state[0] in "TZ", pause_s=0.001)
 
 
 def until(condition: Callable[[], bool], patience_s: float = 60.0, pause_s: float = 0.05) -> None:

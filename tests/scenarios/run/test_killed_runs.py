@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from support import short_run
-from support.processes import children_of, is_dead, until
+from support.processes import children_of, is_dead, stop, until
 
 from scenarios.errors import OutputError
 from scenarios.run import run_folder
@@ -80,6 +80,7 @@ def kill(run: subprocess.Popen, phase: str, delay_s: float) -> None:
     """Kill a run some time after a phase began, and wait for the end of its simulator."""
     until(lambda: is_at(run, phase), pause_s=0.001)
     time.sleep(delay_s)
+    stop(run.pid)  # so that it starts no process before the kill
     simulators = children_of(run.pid)
     run.kill()
     run.wait()
