@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
-from sensor_model.kernels.kingpin import straight_point, turned
 from sensor_model.kernels.records import OutlinedBodies
+from sensor_model.kernels.straight_points import straight_point, turned
 from sensor_model.returns import GROUND
 from sensor_model.truth import Cause, Part
 

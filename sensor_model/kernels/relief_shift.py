@@ -5,8 +5,8 @@ import math
 from numba import njit
 
 from sensor_model.arrays import Floats, Ints
-from sensor_model.kernels.kingpin import straight_point
 from sensor_model.kernels.records import RoughPlanes
+from sensor_model.kernels.straight_points import straight_point
 
 _LEAST_COSINE = 0.3  # of incidence for a displacement along a beam; details hide each other at grazing incidence
 

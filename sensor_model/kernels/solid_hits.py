@@ -11,7 +11,7 @@ from sensor_model.kernels.body_frame import (
     into_body_frame,
     plan_distance,
     slope_extremes,
-)  # fmt: skip
+)
 from sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
 from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
 from sensor_model.kernels.records import NONE, Rays, Solids
