@@ -81,17 +81,19 @@ def sections(kind: Kinds, length: Floats) -> Sections:
     return Sections(count[:, 0] // 2, joint, np.hstack([start, ends]), np.hstack([ends, whole]))
 
 
-def section_moves(kind: Kinds, length: Floats, angles: Floats) -> SectionMoves:
+def section_moves(straight: Sections, length: Floats, angles: Floats) -> SectionMoves:
     """Return the motion of the sections of N vehicles with joints.
 
     Parameters
     ----------
-    kind, length
-        (N,), (N,) `Kind` and overall length [m].
+    straight
+        Their sections.
+    length
+        (N,) overall length [m].
     angles
         (N, JOINTS) yaw of section j relative to section j + 1 [rad].
     """
-    middle, joint, _, _ = sections(kind, length)
+    middle, joint, _, _ = straight
     row = np.arange(len(length))
     bent = np.hstack([np.zeros((len(length), 1)), np.cumsum(angles, axis=1)])
     turn = bent[row, middle][:, None] - bent

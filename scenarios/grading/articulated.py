@@ -37,8 +37,9 @@ def section_boxes(pose: Floats, size: Floats, angles: Floats, kind: Kinds) -> tu
     kind
         (N,) `Kind`.
     """
-    middle, _, front, rear = sections(kind, size[:, 0])
-    turn, pivot, moved = section_moves(kind, size[:, 0], angles)
+    straight = sections(kind, size[:, 0])
+    middle, _, front, rear = straight
+    turn, pivot, moved = section_moves(straight, size[:, 0], angles)
     others = [(row, section) for section in range(JOINTS, -1, -1) for row in np.flatnonzero(middle != section)]
     pairs = [*enumerate(middle), *(pair for pair in others if rear[pair] > front[pair])]
     row, section = np.array(pairs, np.int64).reshape(-1, 2).T

@@ -176,12 +176,13 @@ def _articulated(straight: Bodies, actors: Actors) -> Bodies:
     solids, planes = np.diff(straight.body_solid), np.diff(straight.solid_plane)
     angles = actors.joint_angles
     bent = np.flatnonzero(angles.any(axis=1))
-    kind, length = actors.kind[bent], actors.size[bent, 0]
-    moves = section_moves(kind, length, angles[bent])
+    length = actors.size[bent, 0]
+    found = sections(actors.kind[bent], length)
+    moves = section_moves(found, length, angles[bent])
     of_body = np.repeat(np.arange(len(actors)), solids)
     solid = np.flatnonzero(np.isin(of_body, bent) & (straight.solid_ahead != 0))
     row = np.searchsorted(bent, of_body[solid])
-    section = sections(kind, length).middle[row] - straight.solid_ahead[solid]
+    section = found.middle[row] - straight.solid_ahead[solid]
     solid_turn, solid_pivot = np.zeros(len(of_body)), np.zeros((len(of_body), 3))
     solid_turn[solid] = moves.turn[row, section]
     solid_pivot[solid] = np.column_stack([moves.pivot[row, section], moves.moved[row, section]])

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tracker.arrays import Bools
+from tracker.arrays import Bools, Floats
 from tracker.detection.kernels.kept import kept_points
 from tracker.detection.kernels.nearness import any_within
 from tracker.scan import PointFlag, Scan
@@ -54,27 +54,27 @@ class PreprocessConfig:
 
 def keep(scan: Scan, config: PreprocessConfig) -> Bools:
     """(N,) mask of points to keep; points with a non-finite position or time are always dropped."""
+    points = np.asarray(scan.points_ego, dtype=np.float64)
     kept = kept_points(
-        np.asarray(scan.points_ego, dtype=np.float64),
+        points,
         np.asarray(scan.time_offset, dtype=np.float64),
         np.asarray(scan.flags, dtype=np.int64),
         sum(PointFlag[name.upper()] for name in set(config.drop_flags)),
         config.range_max_m,
         0.5 * np.array([config.own_length_m, config.own_width_m]) + config.own_margin_m,
     )
-    kept &= ~on_ground(scan, kept, config.ground_z_max_m, config.upright_m)
+    kept &= ~on_ground(points, kept, config.ground_z_max_m, config.upright_m)
     if config.first_echo_only:
         kept &= scan.echo == 0
     return kept & ~inside(scan, kept, config.inside_depth_m)
 
 
-def on_ground(scan: Scan, kept: Bools, z_max_m: float, upright_m: float) -> Bools:
-    """(N,) mask of low points without a higher one near them, both of the `kept` (N,) points."""
-    points = np.asarray(scan.points_ego, dtype=np.float64)
+def on_ground(points: Floats, kept: Bools, z_max_m: float, upright_m: float) -> Bools:
+    """(N,) mask of low points (N, 3) without a higher one near them, both of the `kept` (N,) points."""
     low = points[:, 2] < z_max_m
     higher = points[kept & ~low, :2]
     row = np.flatnonzero(kept & low)
-    found = np.zeros(len(scan), dtype=np.bool_)
+    found = np.zeros(len(points), dtype=np.bool_)
     found[row] = ~any_within(points[row, :2], higher, np.full(len(row), upright_m)) if upright_m > 0.0 else True
     return found
 
