@@ -111,7 +111,10 @@ def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
 
 @njit(cache=True)
 def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
-    """Column of the smallest distance in row i other than i among the first of `alive`, the first of equal ones."""
+    """Column of the smallest distance in row i other than i among the first `count` of `alive`, the first of equal ones.
+
+    The least distance is held in a register: the compiler would read it again for each column.
+    """
     best = 1 if i == 0 else 0
     least = distance[i, best]
     for k in range(count):
@@ -122,8 +125,13 @@ def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats) -> None:
-    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all."""
+def merge(
+    table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats
+) -> None:
+    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all.
+
+    The first `count` of `alive` are the clusters; `used` and `row` are work arrays.
+    """
     for h in range(table.shape[0]):
         if table[h, q] < table[h, p]:
             table[h, p] = table[h, q]
