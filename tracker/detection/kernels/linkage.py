@@ -111,7 +111,7 @@ def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
 
 @njit(cache=True)
 def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
-    """Column of the smallest distance in row i other than i among the first `count` of `alive`, the first of equal ones.
+    """Column of the smallest distance in row i other than i among the first `count` of `alive`, the first of equals.
 
     The least distance is held in a register: the compiler would read it again for each column.
     """
