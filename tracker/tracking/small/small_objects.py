@@ -68,7 +68,9 @@ class SmallObjects:
             All tracks of the vehicle stages after their updates.
         """
         config, large = self._config, self._large(vehicles)
-        tracks = small_tracks.predict(self._tracks.subset(self._tracks.status != Status.DEAD), dt, config)
+        living = self._tracks.status != Status.DEAD
+        tracks = self._tracks if living.all() else self._tracks.subset(living)
+        tracks = small_tracks.predict(tracks, dt, config) if len(tracks) else tracks
         boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, config.vehicle_margin_m).any(axis=1)))
         row, box = self._pairs(tracks, boxes)
         if len(row):
@@ -78,8 +80,9 @@ class SmallObjects:
         if free.any():
             tracks = small_tracks.join(tracks, small_tracks.start(boxes.subset(free), self._next_id, config))
             self._next_id += int(np.count_nonzero(free))
-        self._tracks = small_tracks.settle(tracks, config)
+        self._tracks = tracks
         if len(tracks):
+            self._tracks = small_tracks.settle(tracks, config)
             self._tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
@@ -96,22 +99,21 @@ class SmallObjects:
         """
         small = np.array([self.is_small(one) for one in vehicles], dtype=np.bool_)
         status = self._tracks.status
-        shown = self._tracks.subset((status == Status.CONFIRMED) | (status == Status.COASTING))
+        reported = (status == Status.CONFIRMED) | (status == Status.COASTING)
+        shown = self._tracks.subset(reported)
         kept, hidden = self._without_doubles(vehicles, small, shown)
-        shown = shown.subset(~hidden)
         confirmed = tracks.status == Status.CONFIRMED
         own, unique = _distinct(self._ids(tracks.id), tracks.id, confirmed)
         kept &= unique
-        others = self._ids(shown.id)
-        _, first = np.unique(others, return_index=True)
-        shown, others = shown.subset(first), others[first]
-        kept &= confirmed | ~np.isin(own, others)
-        fresh = ~np.isin(others, own[kept])
+        fresh, others = np.flatnonzero(~hidden), np.zeros(0, dtype=np.int64)
+        if len(fresh):
+            others, first = np.unique(self._ids(shown.id[fresh]), return_index=True)
+            kept &= confirmed | ~np.isin(own, others)
+            free = ~np.isin(others, own[kept])
+            fresh, others = fresh[first][free], others[free]
         for one in (*tracks.id[kept & confirmed].tolist(), *shown.id[fresh].tolist()):
             self._reported_id.setdefault(one, one)
-        return small_output.appended(
-            tracks, kept, own, small, shown.subset(fresh), others[fresh], ego_odom, self._config
-        )
+        return small_output.appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom, self._config)
 
     def _without_doubles(self, vehicles: Sequence[Track], small: Bools, shown: SmallTracks) -> tuple[Bools, Bools]:
         """Return masks of the vehicles (T,) to report, and of the small road users (K,) that a vehicle's track follows.
