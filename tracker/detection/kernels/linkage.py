@@ -73,12 +73,15 @@ def first_above(cumulative: Floats, value: float) -> int:
 def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
     """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
     table = np.zeros((len(lines), len(points)))
+    distance, near = np.empty(len(points)), np.empty(len(points) + 1, np.int64)
     for h in range(len(lines)):
-        a, b, c = lines[h, 0], lines[h, 1], lines[h, 2]
-        for i in range(len(points)):
-            distance = abs(a * points[i, 0] + b * points[i, 1] + c)
-            if distance < tau:
-                table[h, i] = math.exp(-distance / tau)
+        a, b, c, count = lines[h, 0], lines[h, 1], lines[h, 2], 0
+        for i in range(len(points)):  # no branch: which points are near is hard to predict
+            distance[i] = abs(a * points[i, 0] + b * points[i, 1] + c)
+            near[count] = i
+            count += distance[i] < tau
+        for k in range(count):
+            table[h, near[k]] = math.exp(-distance[near[k]] / tau)
     return table
 
 
@@ -133,9 +136,7 @@ def merge(
     The first `count` of `alive` are the clusters; `used` and `row` are work arrays.
     """
     for h in range(table.shape[0]):
-        if table[h, q] < table[h, p]:
-            table[h, p] = table[h, q]
-        table[h, q] = 0.0
+        table[h, p], table[h, q] = min(table[h, p], table[h, q]), 0.0
     products(table, p, len(row), used, row)
     norm[p], norm[q] = row[p], 0.0
     for k in range(count):
