@@ -11,7 +11,7 @@ import numpy as np
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import inside
 from tracker.kernels import pairs
-from tracker.records import Segments
+from tracker.records import NOT_USED, Segments
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,20 +100,31 @@ def merge_segments(points_odom: Floats, segments: Segments, pieces: Pieces, conf
     """Merge the segments of points (N, 2) [m] that lie in the box of the same vehicle."""
     if not len(pieces.hits):
         return segments
-    label = segments.label.copy()
-    belongs = _belongs(points_odom, segments, pieces, config)
-    for vehicle in range(belongs.shape[1]):
-        own = np.unique(label[np.isin(segments.label, np.flatnonzero(belongs[:, vehicle]))])
-        label[np.isin(label, own)] = own.min(initial=segments.count)
-    used = label >= 0
-    names, label[used] = np.unique(label[used], return_inverse=True)
-    return Segments(label=label, count=len(names))
-
-
-def _belongs(points_odom: Floats, segments: Segments, pieces: Pieces, config: MergeConfig) -> Bools:
-    """(S, T) mask of segments that lie almost completely in the box of a vehicle."""
     used = np.flatnonzero(segments.label >= 0)
-    within = inside(points_odom[used], pieces.center, pieces.heading, pieces.size + 2 * config.margin_m)
     label = segments.label[used]
-    count = np.stack([np.bincount(label, own, segments.count) for own in within.T], axis=1)
-    return np.asarray(count >= config.share_min * np.bincount(label, minlength=segments.count)[:, None])
+    size = np.bincount(label, minlength=segments.count)
+    within = inside(points_odom.take(used, axis=0), pieces.center, pieces.heading, pieces.size + 2 * config.margin_m)
+    name = _joined(_belongs(within, label, size, config))
+    present = size > 0
+    names, number = np.unique(name[present], return_inverse=True)
+    renumbered = np.full(segments.count + 1, NOT_USED)  # the last one is that of points in no segment
+    renumbered[:-1][present] = number
+    return Segments(label=renumbered[segments.label], count=len(names))
+
+
+def _belongs(within: Bools, label: Ints, size: Ints, config: MergeConfig) -> Bools:
+    """(S, T) mask of segments of `size` (S,) that lie almost completely in the box of a vehicle.
+
+    Points with labels (N,) are `within` (N, T) these boxes.
+    """
+    count = np.stack([np.bincount(label, own, len(size)) for own in within.T], axis=1)
+    return np.asarray((count >= config.share_min * size[:, None]) & (size > 0)[:, None])
+
+
+def _joined(belongs: Bools) -> Ints:
+    """(S,) name of each segment, the lowest number of those that are one vehicle by a mask (S, T)."""
+    name = np.arange(len(belongs))
+    for vehicle in np.flatnonzero(belongs.sum(axis=0) > 1):
+        own = np.unique(name[belongs[:, vehicle]])
+        name[np.isin(name, own)] = own[0]
+    return name

@@ -6,7 +6,7 @@ from tracker.arrays import Bools, Floats, Ints
 from tracker.detection.even_subset import even_subset
 from tracker.detection.kernels.body_starts import COST, STATE, directions, first_hypotheses
 from tracker.detection.kernels.bowed_faces import BodyShape
-from tracker.detection.kernels.groups import means
+from tracker.detection.kernels.groups import by_group, means
 from tracker.detection.kernels.heading_search import misalignments
 from tracker.detection.kernels.shape_search import best_bodies, fit_bodies
 
@@ -49,7 +49,7 @@ def search_bodies(
         Heading (S,) [rad], its cost per point (S,), and the covariance (S, 3, 3) of x, y and heading [m, rad].
     """
     found, owner = plausible_fits(points, line, segment, offset, heading, shape, alignment)
-    order = np.lexsort((line, segment))
+    order = by_line(line, segment)
     points, line, size = points.take(order, axis=0), line.take(order), np.diff(offset)
     center = means(points, segment, len(heading))
     triangle = fit_bodies(points, line, offset, center, found, owner, LAST_ROUNDS, 1.0, shape)
@@ -68,7 +68,7 @@ def plausible_fits(
     """
     center = means(points, segment, len(heading))
     chosen, first = even_subset(points, segment, offset, SAMPLE_MAX)
-    chosen = chosen[np.lexsort((line[chosen], segment[chosen]))]
+    chosen = chosen[by_line(line[chosen], segment[chosen])]
     sample, candidates = points.take(chosen, axis=0), np.repeat(np.arange(len(heading)), heading.shape[1])
     aligned = misalignments(sample, first, heading.ravel(), candidates, directions(center), alignment)
     order = np.argsort(aligned.reshape(heading.shape), axis=1, kind="stable")
@@ -77,6 +77,13 @@ def plausible_fits(
     cheap = np.lexsort((found[:, COST], owner))
     cheap = cheap[plausible(found[cheap, COST], first_of_each(owner, len(heading)), owner)]
     return found[cheap], owner[cheap]
+
+
+def by_line(line: Ints, segment: Ints) -> Ints:
+    """(N,) indices of points by segment, and by scan line within one; lines and segments (N,) are 0 and up."""
+    lines = int(line.max(initial=0)) + 1
+    order: Ints = by_group(segment * lines + line, (int(segment.max(initial=-1)) + 1) * lines)[0]
+    return order
 
 
 def plausible(cost: Floats, first: Ints, owner: Ints) -> Bools:

@@ -38,7 +38,8 @@ def corner_covariance(covariance: Floats, from_mean: Floats, end_std_m: float) -
     A corner at `from_mean` (B, 2) from the mean of the points moves when the body turns about the mean. The end of a
     side without points on the adjacent side has the prior `end_std_m`.
     """
-    moved = np.tile(np.eye(3), (len(covariance), 1, 1))
+    moved = np.zeros_like(covariance)
+    moved[:, 0, 0] = moved[:, 1, 1] = moved[:, 2, 2] = 1.0
     moved[:, 0, 2], moved[:, 1, 2] = -from_mean[:, 1], from_mean[:, 0]
     of_corner = moved @ covariance @ moved.transpose(0, 2, 1)
     prior = np.diag([end_std_m**-2, end_std_m**-2, HEADING_PRIOR_STD**-2])

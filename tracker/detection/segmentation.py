@@ -11,6 +11,9 @@ from tracker.detection.kernels.chains import connected
 from tracker.detection.kernels.groups import by_group
 from tracker.records import NOT_USED, Segments
 
+ROWS = 1 << 32
+"""More than the rows of a grid."""
+
 
 @dataclass(frozen=True, slots=True)
 class SegmentationConfig:
@@ -51,7 +54,7 @@ def segment(points_ego: npt.NDArray[np.floating], keep: Bools, config: Segmentat
 
 def positions(points_ego: npt.NDArray[np.floating], index: Ints) -> Floats:
     """(K, 2) x and y of the points of `index` (K,) [m], for kernels."""
-    return np.asarray(points_ego[:, :2], dtype=np.float64, order="C").take(index, axis=0)
+    return np.asarray(points_ego.take(index, axis=0)[:, :2], dtype=np.float64, order="C")
 
 
 def connect(points: Floats, config: SegmentationConfig) -> Ints:
@@ -61,7 +64,7 @@ def connect(points: Floats, config: SegmentationConfig) -> Ints:
     radius = config.radius_m + config.radius_per_m * np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2)
     pitch = radius.min() / math.sqrt(2.0)
     column, row = np.floor(points / pitch).astype(np.int64).T
-    order = np.lexsort((row, column))
+    order = np.argsort(column * ROWS + row, kind="stable")  # one sort is faster than one by each
     window = math.ceil(radius.max() / pitch)
     return connected(points.take(order, axis=0), radius.take(order), order, column.take(order), row.take(order), window)
 

@@ -75,16 +75,19 @@ def select(
             points_ego, lines, segments, rectangles.heading, config.reach_m, config.flatness_m, body or BodyFitConfig()
         )
         covariance = found.covariance
-        heading = np.column_stack([rectangles.heading, found.heading])
-        cost = np.column_stack([np.full(rectangles.heading.shape, np.nan), found.cost])
+        heading = np.concatenate([rectangles.heading, found.heading[:, None]], axis=1)
+        cost = np.full(heading.shape, np.nan)
+        cost[:, -1] = found.cost
+    fitted = covariance is not None or not len(cost)
+    best = np.full(len(cost), cost.shape[1] - 1) if fitted else np.nanargmin(cost, axis=1)
     refined = fold(heading[:, -1:])
     center, size = measure(points_ego, segments, linkage, refined)
     return Candidates(
-        heading=np.hstack([rectangles.heading, refined]),
-        center_ego=np.hstack([rectangles.center_ego, center]),
-        size=np.hstack([rectangles.size, size]),
+        heading=np.concatenate([rectangles.heading, refined], axis=1),
+        center_ego=np.concatenate([rectangles.center_ego, center], axis=1),
+        size=np.concatenate([rectangles.size, size], axis=1),
         cost=cost,
-        best=np.nanargmin(cost, axis=1) if len(cost) else np.empty(0, dtype=np.int64),
+        best=best,
         covariance=covariance,
     )
 

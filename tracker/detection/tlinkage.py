@@ -96,7 +96,7 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     of points is z [m], which identifies points of mirrors in the plane of a side.
     """
     order, offset = by_segment(segments)
-    points = np.asarray(points_ego[:, :3], dtype=np.float64).take(order, axis=0)
+    points = np.asarray(points_ego.take(order, axis=0)[:, :3], dtype=np.float64, order="C")
     chosen, first = even_subset(points, segments.label[order], offset, config.points_max)
     sample, numbers = points[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
     cluster = link_samples(sample, first, numbers, config.locality, config.tau_m)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.arrays import Bools
+from tracker.detection.kernels.groups import by_group
 from tracker.detection.kernels.truncation import truncated_points
 from tracker.records import Segments
 from tracker.scan import Scan
@@ -45,8 +46,9 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, con
     layers = 256 if scan.sweep_limits is None else scan.sweep_limits.shape[1]
     channel = scan.unit.astype(np.int64) * layers + scan.layer
     range_m = np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
+    first = first[np.argsort(scan.time_offset[first], kind="stable")]
     cut = truncated_points(
-        first[np.lexsort((scan.time_offset[first], channel[first]))],
+        first[by_group(channel[first], int(channel.max(initial=-1)) + 1)[0]],
         channel,
         np.asarray(scan.time_offset, dtype=np.float64),
         np.asarray(range_m, dtype=np.float64),

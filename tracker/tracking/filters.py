@@ -228,11 +228,16 @@ def stacked(filters: Sequence[Filters]) -> tuple[Floats, Floats]:
 
 def initial_filters(position: Floats, covariance: Floats, config: FilterConfig) -> Filters:
     """Return one filter per model, from a first observation (2,) [m] with covariance (2, 2) [m^2]."""
-    count = len(config.models)
-    prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
-    mean, variance = np.zeros((count, STATE_DIM)), np.tile(np.diag(np.repeat(prior, 2)), (count, 1, 1))
+    mean, variance = np.zeros((len(config.models), STATE_DIM)), initial_covariances(config).copy()
     mean[:, :2], variance[:, :2, :2] = position, covariance
     return Filters(mean, variance)
+
+
+@lru_cache(maxsize=8)
+def initial_covariances(config: FilterConfig) -> Floats:
+    """(M, 6, 6) prior covariances of the filters of a new track, one per model."""
+    prior = np.square([0.0, config.initial_speed_std_mps, config.manoeuvre_std_mps2])
+    return np.tile(np.diag(np.repeat(prior, 2)), (len(config.models), 1, 1))
 
 
 def moved(offset: Floats, yaw_rate: float) -> Floats:

@@ -19,7 +19,7 @@ from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
     """Return tracked corners (T, 2) [m], headings (T,) [rad] and the signs (T, 2) of these corners."""
-    corner = np.array([track.corner.position for track in tracks]).reshape(-1, 2)
+    corner = np.array([track.corner.bank.estimate[0] for track in tracks]).reshape(-1, STATE_DIM)[:, :2].copy()
     heading = np.array([track.heading for track in tracks])
     return corner, heading, np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(-1, 2)
 

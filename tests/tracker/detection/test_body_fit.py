@@ -8,7 +8,7 @@ from support.bowed_cars import BowedCar, drawn_car, ranged, shifted_lines, visib
 from support.shapes import rotation
 from support.stages import fit_points, off_quarter, one_segment
 
-from tracker.detection import body_fit
+from tracker.detection import body_fit, body_search
 from tracker.detection.body_fit import BodyFitConfig
 from tracker.records import METHODS, Segments
 from tracker.scan import Scan
@@ -240,3 +240,10 @@ def test_points_at_one_place_have_a_finite_result(count):
 def test_settings_out_of_bounds_are_rejected_by_name(key, value):
     with pytest.raises(ValueError, match=key):
         BodyFitConfig(**{key: value})
+
+
+def test_points_are_sorted_by_segment_then_by_scan_line():
+    rng = np.random.default_rng(4)
+    line, segment = rng.integers(0, 7, 200), np.sort(rng.integers(0, 5, 200))
+    np.testing.assert_array_equal(body_search.by_line(line, segment), np.lexsort((line, segment)))
+    assert len(body_search.by_line(line[:0], segment[:0])) == 0

@@ -71,13 +71,16 @@ def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: B
         (RESIDUALS, N) output, all rows but the weights.
     """
     cos, sin, flat, noise = math.cos(state[0]), math.sin(state[0]), shape.flatness**2, shape.range_std**2
+    start_0, curve_0, middle_0 = state[1], state[2], state[3]  # read before the loop, which then vectorises
+    start_1, curve_1, middle_1 = state[4], state[5], state[6]
+    sign_0, sign_1 = side[0], side[1]
     for i in range(len(points)):
         along, across = cos * points[i, 0] + sin * points[i, 1], cos * points[i, 1] - sin * points[i, 0]
         ray_along, ray_across = cos * ray[i, 0] + sin * ray[i, 1], cos * ray[i, 1] - sin * ray[i, 0]
         variance_0, variance_1 = noise * ray_across * ray_across + flat, noise * ray_along * ray_along + flat
-        bow_0, bow_1 = along - state[3], across - state[6]
-        depth_0 = side[0] * across - state[1] - state[2] * bow_0 * bow_0
-        depth_1 = side[1] * along - state[4] - state[5] * bow_1 * bow_1
+        bow_0, bow_1 = along - middle_0, across - middle_1
+        depth_0 = sign_0 * across - start_0 - curve_0 * bow_0 * bow_0
+        depth_1 = sign_1 * along - start_1 - curve_1 * bow_1 * bow_1
         first = depth_0 * abs(depth_0) * variance_1 <= depth_1 * abs(depth_1) * variance_0  # squares keep their sign
         found[DEPTH, i] = depth_0 if first else depth_1
         found[VARIANCE, i] = variance_0 if first else variance_1
@@ -102,19 +105,20 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
     A face begins at the other one and ends at its last point. The middle of a whole face is between both; that of a
     face that is visible in part follows from the usual length.
     """
-    near, far = np.full(2, np.inf), np.full(2, -np.inf)
+    prior[0, 0], prior[1, 0], prior[0, 1], prior[1, 1] = np.inf, np.inf, -np.inf, -np.inf  # first and last place
     for i in range(found.shape[1]):
         depth, k = found[DEPTH, i], 0 if found[FACE, i] == 0.0 else 1
         if depth < 2.0 * shape.line_std and (depth > 0.0 or depth * depth < 9.0 * found[VARIANCE, i]):
             place = side[1 - k] * found[PLACE, i]
-            near[k], far[k] = min(near[k], place), max(far[k], place)
+            prior[k, 0], prior[k, 1] = min(prior[k, 0], place), max(prior[k, 1], place)
     for k in range(2):
+        near, far = prior[k, 0], prior[k, 1]
         corner, kind = state[4 - 3 * k], 0 if k == flank else 1
-        whole = far[k] - corner > shape.whole_min[kind]
-        length = far[k] - corner if whole else shape.length[kind]
+        whole = far - corner > shape.whole_min[kind]
+        length = far - corner if whole else shape.length[kind]
         prior[k, 0], prior[k, 1] = shape.curvature[kind]
         prior[k, 2], prior[k, 3] = side[1 - k] * (corner + 0.5 * length), shape.middle_std[kind][1 if whole else 0]
-        prior[k, 4] = max(far[k] - near[k], 0.0)
+        prior[k, 4] = max(far - near, 0.0)
 
 
 @njit(cache=True, inline="always", error_model="numpy")
@@ -132,13 +136,14 @@ def line_offset(found: Floats, first: int, last: int, k: int, shape: BodyShape) 
 @njit(cache=True, error_model="numpy")
 def cost(start: Ints, state: Floats, prior: Floats, flank: int, shape: BodyShape, found: Floats) -> float:
     """Return the negative log-likelihood of points and priors, with the likeliest offset of each scan line."""
-    total, on_face, offset = 0.0, -math.log(1.0 - shape.inside_share), np.empty(2)
+    total, on_face = 0.0, -math.log(1.0 - shape.inside_share)
     for g in range(len(start) - 1):
-        for k in range(2):
-            offset[k] = line_offset(found, start[g], start[g + 1], k, shape)
-            total += 0.5 * (offset[k] / shape.line_std) ** 2
+        offset_0 = line_offset(found, start[g], start[g + 1], 0, shape)
+        offset_1 = line_offset(found, start[g], start[g + 1], 1, shape)
+        total += 0.5 * (offset_0 / shape.line_std) ** 2
+        total += 0.5 * (offset_1 / shape.line_std) ** 2
         for i in range(start[g], start[g + 1]):
-            depth, variance = found[DEPTH, i] - (offset[0] if found[FACE, i] == 0.0 else offset[1]), found[VARIANCE, i]
+            depth, variance = found[DEPTH, i] - (offset_0 if found[FACE, i] == 0.0 else offset_1), found[VARIANCE, i]
             inside = math.log1p(odds_inside(depth, variance, shape)) if depth > 0.0 else 0.0
             total += min(min(0.5 * depth * depth / variance, EXPONENT_MAX) + on_face - inside, shape.cost_max)
     for k in range(2):

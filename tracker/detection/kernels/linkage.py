@@ -73,68 +73,90 @@ def first_above(cumulative: Floats, value: float) -> int:
 def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
     """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
     table = np.zeros((len(lines), len(points)))
+    distance, near = np.empty(len(points)), np.empty(len(points) + 1, np.int64)
     for h in range(len(lines)):
-        a, b, c = lines[h, 0], lines[h, 1], lines[h, 2]
-        for i in range(len(points)):
-            distance = abs(a * points[i, 0] + b * points[i, 1] + c)
-            if distance < tau:
-                table[h, i] = math.exp(-distance / tau)
+        a, b, c, count = lines[h, 0], lines[h, 1], lines[h, 2], 0
+        for i in range(len(points)):  # no branch: which points are near is hard to predict
+            distance[i] = abs(a * points[i, 0] + b * points[i, 1] + c)
+            near[count] = i
+            count += distance[i] < tau
+        for k in range(count):
+            table[h, near[k]] = math.exp(-distance[near[k]] / tau)
     return table
 
 
 @njit(cache=True)
-def products(table: Floats, i: int, stop: int, out: Floats) -> None:
-    """Write the inner products of column i with the first `stop` columns to `out`."""
-    out[:] = 0.0
+def products(table: Floats, i: int, stop: int, used: Ints, out: Floats) -> None:
+    """Write the inner products of column i with the first `stop` columns to `out`.
+
+    Four lines are added at once, in their order: a loop for each would take longer to start than to add. `used` is a
+    work array (>= M + 3,).
+    """
+    out[:], count = 0.0, 0
     for h in range(table.shape[0]):
-        weight = table[h, i]
-        if weight > 0.0:
-            for j in range(stop):
-                out[j] += weight * table[h, j]
+        used[count] = h
+        count += table[h, i] > 0.0
+    for h in range(count, count + 3):
+        used[h] = -1
+    for first in range(0, count, 4):
+        a, b, c, d = used[first], used[first + 1], used[first + 2], used[first + 3]
+        at_a, at_b = table[a, i], table[b, i] if b >= 0 else 0.0
+        at_c, at_d = table[c, i] if c >= 0 else 0.0, table[d, i] if d >= 0 else 0.0
+        for j in range(stop):
+            out[j] = out[j] + at_a * table[a, j] + at_b * table[b, j] + at_c * table[c, j] + at_d * table[d, j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
     """Tanimoto distance, equation (2), from <p, q>, |p|^2 and |q|^2; 1 without common preferences."""
     return 1.0 - product / (norm_p + norm_q - product) if product > 0.0 else 1.0
 
 
 @njit(cache=True)
-def nearest(distance: Floats, i: int, alive: Ints) -> int:
-    """Column of the smallest distance in row i other than i among the columns `alive`, the first of equal ones."""
+def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
+    """Column of the smallest distance in row i other than i among the first `count` of `alive`, the first of equals.
+
+    The least distance is held in a register: the compiler would read it again for each column.
+    """
     best = 1 if i == 0 else 0
-    for j in alive:
-        if j != i and distance[i, j] < distance[i, best]:
-            best = int(j)
+    least = distance[i, best]
+    for k in range(count):
+        j = alive[k]
+        if distance[i, j] < least and j != i:
+            best, least = int(j), distance[i, j]
     return best
 
 
-@njit(cache=True)
-def merge(table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, row: Floats) -> None:
-    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all."""
+@njit(cache=True, error_model="numpy")
+def merge(
+    table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats
+) -> None:
+    """Merge cluster q into p: elementwise minimum of preferences, new distances of p, distance 1 from q to all.
+
+    The first `count` of `alive` are the clusters; `used` and `row` are work arrays.
+    """
     for h in range(table.shape[0]):
-        if table[h, q] < table[h, p]:
-            table[h, p] = table[h, q]
-        table[h, q] = 0.0
-    products(table, p, len(row), row)
+        table[h, p], table[h, q] = min(table[h, p], table[h, q]), 0.0
+    products(table, p, len(row), used, row)
     norm[p], norm[q] = row[p], 0.0
-    for j in alive:
+    for k in range(count):
+        j = alive[k]
         distance[p, j] = distance[j, p] = tanimoto(row[j], norm[p], norm[j])
         distance[q, j] = distance[j, q] = 1.0
 
 
 @njit(cache=True)
-def without(alive: Ints, q: int) -> Ints:
-    """Remove q from the sorted names of clusters, in place, and return the rest."""
+def without(alive: Ints, count: int, q: int) -> int:
+    """Remove q from the first sorted names of clusters, in place, and return the number of the rest."""
     kept = 0
-    for i in alive:
-        if i != q:
-            alive[kept] = i
+    for k in range(count):
+        if alive[k] != q:
+            alive[kept] = alive[k]
             kept += 1
-    return alive[:kept]
+    return kept
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def agglomerate(table: Floats) -> Ints:
     """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, as the index of a member.
 
@@ -145,27 +167,32 @@ def agglomerate(table: Floats) -> Ints:
     count = table.shape[1]
     label, alive = np.arange(count), np.arange(count)
     distance, norm, row = np.ones((count, count)), np.empty(count), np.empty(count)
+    used = np.empty(table.shape[0] + 3, np.int64)
     for i in range(count):
-        products(table, i, i + 1, row)
+        products(table, i, i + 1, used, row)
         norm[i] = row[i]
         for j in range(i):
             distance[i, j] = distance[j, i] = tanimoto(row[j], norm[i], norm[j])
     neighbour, least = np.zeros(count, np.int64), np.ones(count)
     for i in range(count if count > 1 else 0):
-        neighbour[i] = nearest(distance, i, alive)
+        neighbour[i] = nearest(distance, i, alive, count)
         least[i] = distance[i, neighbour[i]]
+    rest = count
     while count > 1:
         p = alive[0]
-        for c in alive:
-            p = c if least[c] < least[p] else p
+        lowest = least[p]
+        for k in range(rest):
+            if least[alive[k]] < lowest:
+                p, lowest = alive[k], least[alive[k]]
         q = neighbour[p]
-        if least[p] >= 1.0:
+        if lowest >= 1.0:
             break
-        merge(table, distance, norm, p, q, alive, row)
-        alive, least[q] = without(alive, q), 1.0
-        for c in alive:
+        merge(table, distance, norm, p, q, alive, rest, used, row)
+        rest, least[q] = without(alive, rest, q), 1.0
+        for k in range(rest):
+            c = alive[k]
             if c == p or neighbour[c] == p or neighbour[c] == q:
-                neighbour[c] = nearest(distance, int(c), alive)
+                neighbour[c] = nearest(distance, c, alive, rest)
                 least[c] = distance[c, neighbour[c]]
         for i in range(count):
             label[i] = p if label[i] == q else label[i]

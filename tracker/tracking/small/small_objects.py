@@ -1,6 +1,7 @@
 """Tracking of small road users beside the vehicles: association, confirmation and report."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,30 @@ FIRST_ID = 1_000_000
 """First id of small road users: those of vehicles count from 0."""
 FORBIDDEN = 1e9
 """Cost of a pair outside the gate."""
+
+
+class LargeVehicles(NamedTuple):
+    """Likely parts of L vehicles, odometry frame."""
+
+    center: Floats
+    """(L, 2) [m]."""
+    heading: Floats
+    """(L,) [rad]."""
+    size: Floats
+    """(L, 2) length and width [m]."""
+    velocity: Floats
+    """(L, 2) [m/s]."""
+    is_confirmed: Bools
+    """(L,) mask of confirmed tracks."""
+
+    def confirmed(self) -> "LargeVehicles":
+        """Return the vehicles with confirmed tracks."""
+        of = self.is_confirmed
+        return LargeVehicles(self.center[of], self.heading[of], self.size[of], self.velocity[of], self.is_confirmed[of])
+
+    def cover(self, points: Floats, margin_m: float) -> Bools:
+        """(P, L) mask of points (P, 2) in the boxes of the vehicles, with a margin [m]."""
+        return inside(points, self.center, self.heading, self.size + 2.0 * margin_m)
 
 
 class SmallObjects:
@@ -42,20 +67,23 @@ class SmallObjects:
         vehicles
             All tracks of the vehicle stages after their updates.
         """
-        config = self._config
-        living = self._tracks.subset(self._tracks.status != Status.DEAD)
-        tracks = small_tracks.predict(living, dt, config)
-        boxes = boxes.subset(~self._on_vehicle(boxes.center, vehicles))
-        distance = small_tracks.distances(tracks, boxes, config)
-        pairs = assign(distance, distance <= config.gate)
-        row, box = (np.array([pair[k] for pair in pairs], dtype=np.int64) for k in (0, 1))
-        tracks = small_tracks.update(tracks, boxes, row, box, config)
-        new = small_tracks.start(boxes.subset(np.setdiff1d(np.arange(len(boxes)), box)), self._next_id, config)
-        self._next_id += len(new)
-        self._tracks = small_tracks.settle(small_tracks.join(tracks, new), config)
-        confirmed = [one for one in vehicles if one.status is Status.CONFIRMED]
-        on_vehicle = self._on_vehicle(self._tracks.mean[:, :2], confirmed) | self._attached(confirmed)
-        self._tracks.status[on_vehicle] = int(Status.DEAD)
+        config, large = self._config, self._large(vehicles)
+        living = self._tracks.status != Status.DEAD
+        tracks = self._tracks if living.all() else self._tracks.subset(living)
+        tracks = small_tracks.predict(tracks, dt, config) if len(tracks) else tracks
+        boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, config.vehicle_margin_m).any(axis=1)))
+        row, box = self._pairs(tracks, boxes)
+        if len(row):
+            tracks = small_tracks.update(tracks, boxes, row, box, config)
+        free = np.ones(len(boxes), dtype=np.bool_)
+        free[box] = False
+        if free.any():
+            tracks = small_tracks.join(tracks, small_tracks.start(boxes.subset(free), self._next_id, config))
+            self._next_id += int(np.count_nonzero(free))
+        self._tracks = tracks
+        if len(tracks):
+            self._tracks = small_tracks.settle(tracks, config)
+            self._tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
         """Return the record of the `vehicles` with the confirmed and coasting small road users, and the classes of all.
@@ -70,11 +98,30 @@ class SmallObjects:
             (2,) position of the ego [m].
         """
         small = np.array([self.is_small(one) for one in vehicles], dtype=np.bool_)
-        reported = np.isin(self._tracks.status, (Status.CONFIRMED, Status.COASTING))
+        status = self._tracks.status
+        reported = (status == Status.CONFIRMED) | (status == Status.COASTING)
         shown = self._tracks.subset(reported)
-        kept = np.ones(len(tracks), dtype=np.bool_)
-        hidden = np.zeros(len(shown), dtype=np.bool_)
-        for t, vehicle in enumerate(vehicles):
+        kept, hidden = self._without_doubles(vehicles, small, shown)
+        confirmed = tracks.status == Status.CONFIRMED
+        own, unique = _distinct(self._ids(tracks.id), tracks.id, confirmed)
+        kept &= unique
+        fresh, others = np.flatnonzero(~hidden), np.zeros(0, dtype=np.int64)
+        if len(fresh):
+            others, first = np.unique(self._ids(shown.id[fresh]), return_index=True)
+            kept &= confirmed | ~np.isin(own, others)
+            free = ~np.isin(others, own[kept])
+            fresh, others = fresh[first][free], others[free]
+        for one in (*tracks.id[kept & confirmed].tolist(), *shown.id[fresh].tolist()):
+            self._reported_id.setdefault(one, one)
+        return small_output.appended(tracks, kept, own, small, shown.subset(fresh), others, ego_odom, self._config)
+
+    def _without_doubles(self, vehicles: Sequence[Track], small: Bools, shown: SmallTracks) -> tuple[Bools, Bools]:
+        """Return masks of the vehicles (T,) to report, and of the small road users (K,) that a vehicle's track follows.
+
+        The reported ids of both become alike. `small` (T,) is the class of the vehicles.
+        """
+        kept, hidden = np.ones(len(vehicles), dtype=np.bool_), np.zeros(len(shown), dtype=np.bool_)
+        for t, vehicle in enumerate(vehicles if len(shown) else ()):
             near = self._same_object(vehicle, shown)
             whole = bool((vehicle.whole_views >= self._config.whole_views_min).all())
             if near.any() and whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
@@ -83,20 +130,16 @@ class SmallObjects:
                 hidden |= near
             for k in np.flatnonzero(near).tolist():
                 self._name_alike(vehicle.id, int(shown.id[k]))
-        shown = shown.subset(~hidden)
-        confirmed = tracks.status == Status.CONFIRMED
-        own, unique = _distinct(self._ids(tracks.id), tracks.id, confirmed)
-        kept &= unique
-        others = self._ids(shown.id)
-        _, first = np.unique(others, return_index=True)
-        shown, others = shown.subset(first), others[first]
-        kept &= confirmed | ~np.isin(own, others)
-        fresh = ~np.isin(others, own[kept])
-        for one in (*tracks.id[kept & confirmed].tolist(), *shown.id[fresh].tolist()):
-            self._reported_id.setdefault(one, one)
-        return small_output.appended(
-            tracks, kept, own, small, shown.subset(fresh), others[fresh], ego_odom, self._config
-        )
+        return kept, hidden
+
+    def _pairs(self, tracks: SmallTracks, boxes: SmallBoxes) -> tuple[Ints, Ints]:
+        """Return the tracks (P,) and the boxes (P,) of the assigned pairs."""
+        pairs: list[tuple[int, int]] = []
+        if len(tracks) and len(boxes):
+            distance = small_tracks.distances(tracks, boxes, self._config)
+            pairs = assign(distance, distance <= self._config.gate)
+        row, box = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+        return row, box
 
     def _same_object(self, vehicle: Track, shown: SmallTracks) -> Bools:
         """(K,) mask of the small road users that a confirmed track of the vehicle stages follows, too."""
@@ -114,28 +157,21 @@ class SmallObjects:
         """Return True for one whose estimated size is that of a bicycle, too, and not that of a hidden vehicle."""
         return self.looks_small(vehicle) and vehicle.size.item(1) <= self._config.wider_max_m
 
-    def _on_vehicle(self, points: Floats, vehicles: Sequence[Track]) -> Bools:
-        """(P,) mask of points (P, 2) in the boxes of vehicles that are not small, with a margin."""
-        return np.asarray(self._in_boxes(points, vehicles, self._config.vehicle_margin_m).any(axis=1))
+    def _of_vehicles(self, vehicles: LargeVehicles) -> Bools:
+        """(K,) mask of the tracks in the boxes of vehicles, with a margin, or that move with a vehicle beside them."""
+        config, mean = self._config, self._tracks.mean
+        near = vehicles.cover(mean[:, :2], config.attached_m)
+        difference = np.linalg.norm(mean[:, None, 2:] - vehicles.velocity[None], axis=2)
+        moving = np.hypot(vehicles.velocity[:, 0], vehicles.velocity[:, 1]) > config.attached_speed_mps
+        attached = near & (difference < config.attached_speed_mps) & moving
+        return np.asarray((vehicles.cover(mean[:, :2], config.vehicle_margin_m) | attached).any(axis=1))
 
-    def _attached(self, vehicles: Sequence[Track]) -> Bools:
-        """(K,) mask of the tracks that move with a vehicle beside them."""
+    def _large(self, vehicles: Sequence[Track]) -> LargeVehicles:
+        """Return the likely parts of those of the vehicles that are not small."""
         large = [one for one in vehicles if self._is_large(one)]
-        near = self._in_boxes(self._tracks.mean[:, :2], large, self._config.attached_m)
-        velocity = track_arrays.velocities(large)
-        difference = np.linalg.norm(self._tracks.mean[:, None, 2:] - velocity[None], axis=2)
-        limit = self._config.attached_speed_mps
-        moving = np.hypot(velocity[:, 0], velocity[:, 1]) > limit
-        return np.asarray((near & (difference < limit) & moving).any(axis=1))
-
-    def _in_boxes(self, points: Floats, vehicles: Sequence[Track], margin_m: float) -> Bools:
-        """(P, L) mask of points (P, 2) in the boxes of those of the vehicles that are not small, with a margin [m]."""
-        large = [one for one in vehicles if self._is_large(one)]
-        if not large or not len(points):
-            return np.zeros((len(points), len(large)), dtype=np.bool_)
-        size = track_arrays.likely_sizes(large)
-        center, heading, _ = track_arrays.from_corners(large, size)
-        return np.asarray(inside(points, center, heading, size + 2.0 * margin_m))
+        places = track_arrays.from_corners(large, track_arrays.likely_sizes(large))
+        confirmed = np.array([one.status is Status.CONFIRMED for one in large], dtype=np.bool_)
+        return LargeVehicles(*places, track_arrays.velocities(large), confirmed)
 
     def _is_large(self, vehicle: Track) -> bool:
         """Return True for a track of this frame that is probably of a vehicle, because it was seen to be larger."""
@@ -163,10 +199,10 @@ def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]
 
     Confirmed tracks come first. A second row of an id gets its `own` one, if that is free.
     """
-    ids, unique, used = reported.copy(), np.ones(len(reported), dtype=np.bool_), set[int]()
+    ids, names, unique, used = reported.tolist(), own.tolist(), np.ones(len(reported), dtype=np.bool_), set[int]()
     for t in np.argsort(~confirmed, kind="stable").tolist():
         if ids[t] in used:
-            ids[t] = own[t]
+            ids[t] = names[t]
         unique[t] = ids[t] not in used
-        used.add(int(ids[t]))
-    return ids, unique
+        used.add(ids[t])
+    return np.array(ids, dtype=np.int64), unique

@@ -1,6 +1,6 @@
 """Rows of small road users in the `Tracks` record."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from tracker.tracking.small.small_tracks import SmallTracks
 
 ABEAM_M = 1.0
 """Distance along an axis over which the near end changes [m]: from abeam, both ends of a bicycle are visible."""
+_COLUMNS = tuple(field.name for field in fields(Tracks))
 
 
 def appended(
@@ -36,15 +37,14 @@ def appended(
     ego_odom
         (2,) position of the ego [m].
     """
-    rows = record(added, added_id, ego_odom, config, tracks.models)
-    joined: dict[str, Any] = {
-        name: np.concatenate([values[kept], getattr(rows, name)])
-        for name in Tracks.__dataclass_fields__
-        if isinstance(values := getattr(tracks, name), np.ndarray)
-    }
-    joined["id"] = np.concatenate([own_id[kept], added_id])
-    joined["small"] = np.concatenate([small[kept], np.ones(len(added), dtype=np.bool_)])
-    return replace(tracks, **joined)
+    own: dict[str, Any] = {name: values for name in _COLUMNS if isinstance(values := getattr(tracks, name), np.ndarray)}
+    own |= {"id": own_id, "small": small}
+    if not kept.all():
+        own = {name: values[kept] for name, values in own.items()}
+    if len(added):
+        rows = record(added, added_id, ego_odom, config, tracks.models)
+        own = {name: np.concatenate([values, getattr(rows, name)]) for name, values in own.items()}
+    return replace(tracks, **own)
 
 
 def record(tracks: SmallTracks, ids: Ints, ego_odom: Floats, config: SmallConfig, models: tuple[str, ...]) -> Tracks:

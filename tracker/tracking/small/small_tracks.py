@@ -1,6 +1,7 @@
 """Tracks of small road users as arrays: constant velocity filters, size memory and confirmation by motion."""
 
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -101,15 +102,24 @@ def join(first: SmallTracks, second: SmallTracks) -> SmallTracks:
 
 def predict(tracks: SmallTracks, dt: float, config: SmallConfig) -> SmallTracks:
     """Move on by `dt` [s]: constant velocity, with white acceleration (Bar-Shalom, Li, Kirubarajan 2001, 6.2.2)."""
-    density = 2.0 * config.acceleration_std_mps2**2 * config.acceleration_time_s
-    noise = density * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
-    transition = np.kron([[1.0, dt], [0.0, 1.0]], np.eye(2))
+    transition, noise = _motion(dt, 2.0 * config.acceleration_std_mps2**2 * config.acceleration_time_s)
     return replace(
         tracks,
         mean=tracks.mean @ transition.T,
-        covariance=transition @ tracks.covariance @ transition.T + np.kron(noise, np.eye(2)),
+        covariance=transition @ tracks.covariance @ transition.T + noise,
         unseen_s=tracks.unseen_s + dt,
     )
+
+
+@lru_cache(maxsize=8)
+def _motion(dt: float, density: float) -> tuple[Floats, Floats]:
+    """Return transition and noise (4, 4) of a step of `dt` [s] with a density of white acceleration [m^2/s^3]."""
+    transition, noise = np.eye(4), np.zeros((4, 4))
+    for axis in (0, 1):
+        transition[axis, axis + 2] = dt
+        noise[axis, axis], noise[axis + 2, axis + 2] = density * (dt**3 / 3.0), density * dt
+        noise[axis, axis + 2] = noise[axis + 2, axis] = density * (dt**2 / 2.0)
+    return transition, noise
 
 
 def distances(tracks: SmallTracks, boxes: SmallBoxes, config: SmallConfig) -> Floats:
