@@ -27,8 +27,11 @@ def beam_pairs(key: Key, frame: int, unit: Bytes, index: npt.NDArray[np.int32], 
         (N,) rows of the beam table, and purpose of each draw, from 0 to 2^32 - 1.
     """
     pairs = np.empty((2, len(beam)))
+    first, second = np.empty(len(beam), np.int64), np.empty(len(beam), np.int64)
+    for i in range(len(beam)):  # apart from the draws, whose loop is vectorised
+        first[i], second[i] = unit[beam[i]], index[beam[i]]
     for i in range(len(beam)):
-        words = philox(frame, unit[beam[i]], index[beam[i]], purpose[i], key[0], key[1])
+        words = philox(frame, first[i], second[i], purpose[i], key[0], key[1])
         pairs[0, i] = uniform(words[0])
         pairs[1, i] = uniform(words[1])
     return pairs
@@ -64,10 +67,12 @@ def soft_thresholds(
         Probability that a beam is lost at random.
     """
     thresholds, lost = np.empty(len(unit)), np.empty(len(unit), np.bool_)
-    for i in range(len(unit)):
+    row, chance = np.empty(len(unit), np.uint64), np.empty(len(unit))
+    for i in range(len(unit)):  # apart from the look-up, so that the compiler vectorises it
         words = philox(frame, unit[i], index[i], purpose, key[0], key[1])
-        thresholds[i] = threshold[unit[i]] * factor[words[0] >> _TABLE_SHIFT]
-        lost[i] = uniform(words[1]) < random_rate
+        row[i], chance[i] = words[0] >> _TABLE_SHIFT, uniform(words[1])
+    for i in range(len(unit)):
+        thresholds[i], lost[i] = threshold[unit[i]] * factor[row[i]], chance[i] < random_rate
     return thresholds, lost
 
 
