@@ -2,12 +2,11 @@
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def body_interval(
     bounds: Floats, motion: Floats, a: int, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
 ) -> tuple[float, float]:
@@ -22,7 +21,7 @@ def body_interval(
     return _hull_interval(x, y)
 
 
-@njit(cache=True)
+@kernel()
 def wall_interval(
     ends: Floats, z: Floats, w: int, margin: float, origin: Floats, rotation: Floats, x: Floats, y: Floats
 ) -> tuple[float, float]:
@@ -38,7 +37,7 @@ def wall_interval(
     return _hull_interval(x, y)
 
 
-@njit(cache=True)
+@kernel()
 def _in_unit_frame(x: float, y: float, z: float, rotation: Floats) -> tuple[float, float]:
     """Return x and y of a vector in the frame of a unit."""
     return (
@@ -47,7 +46,7 @@ def _in_unit_frame(x: float, y: float, z: float, rotation: Floats) -> tuple[floa
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _hull_interval(x: Floats, y: Floats) -> tuple[float, float]:
     """Return the azimuth interval of the convex hull of 8 points; infinite if the origin may be inside."""
     cx, cy = 0.0, 0.0
@@ -64,7 +63,7 @@ def _hull_interval(x: Floats, y: Floats) -> tuple[float, float]:
     return centre + math.atan(low), centre + math.atan(high)
 
 
-@njit(cache=True)
+@kernel()
 def _wide_interval(x: Floats, y: Floats, cx: float, cy: float) -> tuple[float, float]:
     """Return the same if a point is more than a right angle away from the mean direction (cx, cy)."""
     low, high = 0.0, 0.0

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.rays import rotation_steps
 
@@ -13,7 +13,7 @@ _WIDER = 1.1  # factor of a beam's width that covers the second order of its ray
 _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 
 
-@njit(cache=True)
+@kernel()
 def slope_extremes(slope: Floats) -> tuple[Floats, Floats]:
     """Return (2, K) least and largest slope of the rays of each azimuth, and (K,) length of the longest per forward."""
     extremes, longest = np.empty((2, len(slope))), np.empty(len(slope))
@@ -26,7 +26,7 @@ def slope_extremes(slope: Floats) -> tuple[Floats, Floats]:
     return extremes, longest
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def into_body_frame(line: Floats, begin: int, stop: int, time: Floats, motion: Floats, a: int, local: Floats) -> None:
     """Fill `local` (12, C) with the lines of azimuths [begin, stop) in the frame of body a at their firing times."""
     rate = motion[a, 7]
@@ -43,7 +43,7 @@ def into_body_frame(line: Floats, begin: int, stop: int, time: Floats, motion: F
         cos, sin = cos * step_cos - sin * step_sin, sin * step_cos + cos * step_sin
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def azimuth_limits(
     local: Floats, extremes: Floats, first: int, azimuths: int, half_width: float, limits: Floats
 ) -> None:
@@ -74,7 +74,7 @@ def azimuth_limits(
         limits[4, c], limits[5, c], limits[6, c] = fall - beside - _SLACK, climb + beside + _SLACK, beside
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def azimuth_span(bounds: Floats, p: int, local: Floats, azimuths: int, limits: Floats) -> tuple[int, int]:
     """Return the range [first, end) of azimuths that holds every ray that may hit the box around solid p.
 
@@ -114,7 +114,7 @@ def azimuth_span(bounds: Floats, p: int, local: Floats, azimuths: int, limits: F
     return left, right
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def plan_distance(bounds: Floats, p: int, local: Floats, c: int) -> float:
     """Return a distance in plan that the box around solid p is not nearer than to the origin of azimuth c [m].
 
@@ -126,7 +126,7 @@ def plan_distance(bounds: Floats, p: int, local: Floats, c: int) -> float:
     return float(max(ahead, aside, 0.0))
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def farthest_distance(bounds: Floats, p: int, local: Floats, c: int) -> float:
     """Return the distance of the farthest corner of the box around solid or body p from the origin of azimuth c [m]."""
     squared = 0.0

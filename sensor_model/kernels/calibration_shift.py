@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Bytes, Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import MountErrors
 
 
-@njit(cache=True)
+@kernel()
 def calibration_shift(
     beam: Ints, range_: Floats, target: Ints, unit: Bytes, direction: Floats, errors: MountErrors, motion: Floats,
     velocity: Floats, yaw_rate: float,

@@ -3,16 +3,16 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Key
+from sensor_model.compiled import kernel
 from sensor_model.kernels.philox import philox, uniform
 from sensor_model.kernels.records import BeamAxes, Droplets, Fans, UnitPoses
 
 _UNIT_BITS = 8  # a unit's number is a byte; the purpose in the counter's bits above separates these draws from others
 
 
-@njit(cache=True)
+@kernel()
 def cluster_echoes(
     key: Key, frame: int, purpose: int, clusters: Droplets, poses: UnitPoses, velocity: Floats, axes: BeamAxes,
     fans: Fans,
@@ -57,7 +57,7 @@ def cluster_echoes(
     return nearest
 
 
-@njit(cache=True)
+@kernel()
 def _chord(to: Floats, drift: Floats, radius: float, direction: Floats, time: float) -> tuple[float, float]:
     """Return the range of the middle of a beam's chord through a sphere, and half its length, 0 if it misses.
 
@@ -72,7 +72,7 @@ def _chord(to: Floats, drift: Floats, radius: float, direction: Floats, time: fl
     return middle, math.sqrt(square) if square > 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel()
 def _beams_near(to: Floats, reach: float, azimuth: Floats, count: int, turn: int) -> tuple[int, int]:
     """Return the beams [begin, end) of a fan that may pass within `reach` of `to` (3,), which is `turn` turns away.
 

@@ -11,16 +11,15 @@ the slopes of the lowest and highest rays of the beam.
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import NONE
 
 MISSED = -2
 """Result of `entry_of_corners` if no ray of the beam enters the solid."""
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def entry_of_corners(
     facing: int, hidden: int, entry: Floats, leave: Floats, cos: float, sin: float, low: float, high: float
 ) -> int:
@@ -65,7 +64,7 @@ def entry_of_corners(
     return result
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def keep_relevant(
     facing: int, hidden: int, entry: Floats, entry_plane: Ints, leave: Floats, cos: float, sin: float, low: float,
     high: float,
@@ -104,7 +103,7 @@ def keep_relevant(
     return entries, exits, nearest
 
 
-@njit(cache=True)
+@kernel()
 def depth_bounds(
     per_cos: float, per_sin: float, per_slope: float, cos: float, sin: float, low: float, high: float
 ) -> tuple[float, float]:

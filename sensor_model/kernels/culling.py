@@ -6,16 +6,16 @@ An object that moves during the scan, or that the ego passes, is enlarged by the
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.azimuth_interval import body_interval, wall_interval
 from sensor_model.kernels.records import EgoDrive
 
 _SLACK = 1e-9  # share of an azimuth step: tolerance for rounding, so that no grazing beam is culled
 
 
-@njit(cache=True)
+@kernel()
 def body_intervals(
     motion: Floats, bounds: Floats, origin: Floats, rotation: Floats, reach: float, half_width: float, time: float,
     drive: EgoDrive, interval: Floats,
@@ -43,7 +43,7 @@ def body_intervals(
             interval[a, 0], interval[a, 1] = low - turned - half_width, high + turned + half_width
 
 
-@njit(cache=True)
+@kernel()
 def wall_intervals(
     ends: Floats, z: Floats, origin: Floats, rotation: Floats, reach: float, half_width: float, time: float,
     drive: EgoDrive, interval: Floats,
@@ -66,7 +66,7 @@ def wall_intervals(
             interval[w, 0], interval[w, 1] = low - turned - half_width, high + turned + half_width
 
 
-@njit(cache=True)
+@kernel()
 def rig_reach(origin: Floats, reach: Floats, time: float, drive: EgoDrive) -> float:
     """Return the largest distance from the ego, in plan, that a beam of any unit covers, also by way of mirrors [m].
 
@@ -84,7 +84,7 @@ def rig_reach(origin: Floats, reach: Floats, time: float, drive: EgoDrive) -> fl
     return farthest
 
 
-@njit(cache=True)
+@kernel()
 def azimuths_in_fan(interval: Floats, first: float, step: float, count: int, rows: Ints) -> int:
     """Fill `rows` (object, first azimuth, end) with the part of each object's interval in a fan; return their number.
 
@@ -107,7 +107,7 @@ def azimuths_in_fan(interval: Floats, first: float, step: float, count: int, row
     return used
 
 
-@njit(cache=True)
+@kernel()
 def _unit_motion(drive: EgoDrive, origin: Floats, time: float) -> tuple[float, float]:
     """Return upper bounds of a unit's translation [m] and rotation [rad] with the ego in a time."""
     turned = abs(drive.yaw_rate) * time
@@ -115,19 +115,19 @@ def _unit_motion(drive: EgoDrive, origin: Floats, time: float) -> tuple[float, f
     return distance + turned * math.hypot(origin[0], origin[1]), turned
 
 
-@njit(cache=True)
+@kernel()
 def _distance_moved(vx: float, vy: float, ax: float, ay: float, time: float) -> float:
     """Return an upper bound of the distance moved in a time [m]."""
     return math.hypot(vx, vy) * time + 0.5 * math.hypot(ax, ay) * time * time
 
 
-@njit(cache=True)
+@kernel()
 def _radius(bounds: Floats, a: int) -> float:
     """Return the radius of the circle around the origin that holds box a in plan."""
     return math.hypot(max(-bounds[a, 0, 0], bounds[a, 1, 0]), max(-bounds[a, 0, 1], bounds[a, 1, 1]))
 
 
-@njit(cache=True)
+@kernel()
 def _wall_distance(ends: Floats, w: int, origin: Floats) -> float:
     """Return the distance in plan from a point to wall w."""
     ex, ey = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]

@@ -5,15 +5,14 @@ Samples are those of `records.Samples`; echoes are columns of `echo` and `echo_i
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import POWER, RANGE, SURFACE, TARGET, WIDTH, Receiver
 
 _START = 0.1  # [m] length of an echo's start, four sigma of a LUX: samples within it decide the echo's surface
 
 
-@njit(cache=True)
+@kernel()
 def sort_by_range(sample: Floats, order: Ints, begin: int, end: int) -> None:
     """Sort the ranges of samples [begin, end) in place, near to far; `order` (S,) out: sample of each sorted range.
 
@@ -27,7 +26,7 @@ def sort_by_range(sample: Floats, order: Ints, begin: int, end: int) -> None:
         sample[RANGE, k], order[k] = r, i
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def find_strong_echo(
     sample: Floats, sample_id: Ints, begin: int, end: int, threshold: float, receiver: Receiver, beam: int,
     echo: Floats, echo_id: Ints,
@@ -56,7 +55,7 @@ def find_strong_echo(
     return True
 
 
-@njit(cache=True)
+@kernel()
 def find_echoes(
     sample: Floats, order: Ints, begin: int, end: int, threshold: float, receiver: Receiver, beam: int, echo: Floats
 ) -> tuple[int, float, float]:
@@ -112,7 +111,7 @@ def find_echoes(
     return used, highest, where
 
 
-@njit(cache=True)
+@kernel()
 def label_echo(
     sample: Floats, sample_id: Ints, order: Ints, begin: int, end: int, beam: int, e: int, echo: Floats,
     echo_id: Ints,

@@ -7,9 +7,8 @@ above all its nodes. In a triangle the height of a ray above the ground is linea
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import (
     COSINE,
     INNER_SURFACE,
@@ -27,7 +26,7 @@ BLOCK = 8
 Vector = tuple[float, float, float]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def intersect_terrain(rays: Rays, ground: Ground) -> None:
     """End the rays on uneven ground, or on nothing at the maximum range."""
     line, side, slope, cos, far = rays.line, rays.side, rays.slope, rays.cos, rays.far
@@ -53,7 +52,7 @@ def intersect_terrain(rays: Rays, ground: Ground) -> None:
                 inner_surface[k, layer, r] = NONE
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def terrain_hit(start: Vector, along: Vector, limit: float, ground: Ground) -> tuple[float, float]:
     """Return where a ray meets the ground from above, in lengths of `along`, infinite if not before `limit`.
 
@@ -62,7 +61,7 @@ def terrain_hit(start: Vector, along: Vector, limit: float, ground: Ground) -> t
     return _terrain_hit(start, along, limit, ground.height, ground.lid, ground.pose)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _terrain_hit(
     start: Vector, along: Vector, limit: float, height: Floats, lid: Floats, pose: Floats
 ) -> tuple[float, float]:
@@ -96,7 +95,7 @@ def _terrain_hit(
     return math.inf, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _in_block(
     height: Floats, x: float, y: float, z: float, dx: float, dy: float, dz: float, begin: float, stop: float
 ) -> tuple[float, float, float]:
@@ -126,19 +125,19 @@ def _in_block(
     return math.inf, 0.0, 0.0
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def _border(place: float, rate: float, cell: int, size: int) -> float:
     """Return the length at which a ray leaves cell number `cell` of a size, along one axis."""
     return ((cell + (1 if rate > 0.0 else 0)) * size - place) / rate if rate != 0.0 else math.inf
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _within(index: int, count: int) -> int:
     """Return the nearest index of an array."""
     return min(max(index, 0), count - 1)
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _plane(height: Floats, i: int, j: int, right: bool) -> tuple[float, float, float]:
     """Return the height at the first node of a cell, and the rise per cell in x and y of one of its triangles."""
     low_i, high_i = _within(i, height.shape[0]), _within(i + 1, height.shape[0])
@@ -148,7 +147,7 @@ def _plane(height: Floats, i: int, j: int, right: bool) -> tuple[float, float, f
     return (low, other - low, high - other) if right else (low, high - other, other - low)
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _height(height: Floats, i: int, j: int, u: float, v: float) -> float:
     """Return the height in a cell (i, j) at the shares (u, v) of its sides."""
     low, tilt_x, tilt_y = _plane(height, i, j, u >= v)

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.motion import ego_at
 from sensor_model.kernels.records import BeamAxes, EgoDrive, MovingPlanes, Reflectance, SurfaceHits, UnitPoses
 
@@ -14,7 +14,7 @@ Vector = tuple[float, float, float]
 _OFF_SURFACE_M = 1e-3  # offset of a mirrored ray's origin from the mirror, so that it does not hit the mirror again
 
 
-@njit(cache=True)
+@kernel()
 def bright_mirrors(
     hits: SurfaceHits, bodies: MovingPlanes, reflectance: Reflectance, poses: UnitPoses, drive: EgoDrive,
     axes: BeamAxes, gain: Floats, threshold: Floats,
@@ -63,7 +63,7 @@ def bright_mirrors(
     return row[:count].copy(), ray[:count].copy()
 
 
-@njit(cache=True)
+@kernel()
 def _rotated(rotation: Floats, v: Floats) -> Vector:
     """Rotate a vector (3,) by a matrix (3, 3)."""
     return (
@@ -73,7 +73,7 @@ def _rotated(rotation: Floats, v: Floats) -> Vector:
     )
 
 
-@njit(cache=True)
+@kernel()
 def _turn(v: Vector, yaw: float) -> Vector:
     """Rotate a vector about z."""
     cos, sin = math.cos(yaw), math.sin(yaw)

@@ -1,19 +1,18 @@
 """Motion of ego and bodies around the frame's time: constant acceleration and constant yaw rate."""
 
-from numba import njit
-
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import EgoDrive
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def ego_at(drive: EgoDrive, time: float) -> tuple[float, float]:
     """Return the ego's displacement since the frame's time, x and y in the ego frame [m]."""
     half = 0.5 * time * time
     return drive.vx * time + drive.ax * half, drive.vy * time + drive.ay * half
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def body_at(motion: Floats, a: int, time: float) -> tuple[float, float]:
     """Return the position of body a at a time, x and y in the ego frame [m]; `motion` as in `records.Solids`."""
     half = 0.5 * time * time

@@ -5,9 +5,8 @@ The functions are inlined, because a call costs an atomic reference count per ar
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Bools, Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,
@@ -25,7 +24,7 @@ HIDDEN = math.inf
 """In place of the inverse depth of a beam: a body behind nearer ones covers it, so that only its rays are counted."""
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def keep_nearer(
     a: int, farthest: float, planes: Floats, local: Floats, c: int, k: int, layer: int, depth: Floats, plane: Ints,
     cos: Floats, hit: Floats, hit_id: Ints,
@@ -53,7 +52,7 @@ def keep_nearer(
     return alone, nearer
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def find_panes(a: int, nearer: int, k: int, layer: int, transmission: Floats, hit_id: Ints, on_pane: Bools) -> bool:
     """Set the (R,) mask of the rays of a beam that end on a pane of body a; return True if any does.
 
@@ -71,7 +70,7 @@ def find_panes(a: int, nearer: int, k: int, layer: int, transmission: Floats, hi
     return panes
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def look_inside(
     farthest: float, on_pane: Bools, planes: Floats, local: Floats, c: int, k: int, layer: int, depth: Floats,
     plane: Ints, cos: Floats, hit: Floats, hit_id: Ints,

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints, Key
+from sensor_model.compiled import kernel
 from sensor_model.kernels.philox import philox, uniform
 
 TABLE_BITS = 12
@@ -15,7 +15,7 @@ TABLE_BITS = 12
 _TABLE_SHIFT = np.uint64(32 - TABLE_BITS)
 
 
-@njit(cache=True)
+@kernel()
 def beam_pairs(key: Key, frame: int, unit: Bytes, index: npt.NDArray[np.int32], beam: Ints, purpose: Ints) -> Floats:
     """Return (2, N) independent numbers in (0, 1) for N beams, from the counter (frame, unit, index, purpose).
 
@@ -37,7 +37,7 @@ def beam_pairs(key: Key, frame: int, unit: Bytes, index: npt.NDArray[np.int32], 
     return pairs
 
 
-@njit(cache=True)
+@kernel()
 def counter_pairs(key: Key, frame: Ints, first: Ints, second: Ints, purpose: Ints) -> Floats:
     """Return (2, N) independent numbers in (0, 1) for counters given by four arrays (N,), all from 0 to 2^32 - 1."""
     pairs = np.empty((2, len(frame)))
@@ -48,7 +48,7 @@ def counter_pairs(key: Key, frame: Ints, first: Ints, second: Ints, purpose: Int
     return pairs
 
 
-@njit(cache=True)
+@kernel()
 def soft_thresholds(
     key: Key, frame: int, purpose: int, unit: Bytes, index: npt.NDArray[np.int32],
     threshold: Floats, factor: Floats, random_rate: float,
@@ -76,7 +76,7 @@ def soft_thresholds(
     return thresholds, lost
 
 
-@njit(cache=True)
+@kernel()
 def silent_units(key: Key, tick: int, purpose: int, units: int, failing: float, recovering: float) -> Bools:
     """Return the (U,) state of a two-state Markov chain per unit at a tick >= 0: True if silent.
 
@@ -96,7 +96,7 @@ def silent_units(key: Key, tick: int, purpose: int, units: int, failing: float, 
     return silent
 
 
-@njit(cache=True)
+@kernel()
 def rare_beams(key: Key, frame: int, purpose: int, unit_beam: Ints, rate: float) -> Ints:
     """Return (K,) randomly selected beams, each with probability `rate` > 0 and independently of all others.
 
@@ -122,7 +122,7 @@ def rare_beams(key: Key, frame: int, purpose: int, unit_beam: Ints, rate: float)
     return found[:count].copy()
 
 
-@njit(cache=True)
+@kernel()
 def separate_echoes(
     beam: Ints, range_: Floats, width: Floats, separation: Floats, echoes_max: Ints
 ) -> tuple[Bools, Floats]:
@@ -151,6 +151,6 @@ def separate_echoes(
     return kept, merged
 
 
-@njit(cache=True)
+@kernel()
 def _uniform(key: Key, frame: int, first: int, second: int, purpose: int) -> float:
     return uniform(philox(frame, first, second, purpose, key[0], key[1])[0])

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Bools, Bytes, Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import OutlinedBodies
 from sensor_model.kernels.straight_points import straight_point, turned
 from sensor_model.returns import GROUND
@@ -15,7 +15,7 @@ _GROUND, _OBSTACLE, _MIRROR = int(Part.GROUND), int(Part.OBSTACLE), int(Part.MIR
 _ON_MIRROR, _OVERLAP = int(Cause.MIRROR), int(Cause.LAYER_OVERLAP)
 
 
-@njit(cache=True)
+@kernel()
 def label_echoes(
     target: Ints, surface: Ints, points: Floats, plane_part: Bytes, bodies: OutlinedBodies, deepest: float
 ) -> tuple[Bytes, Bytes, Floats]:
@@ -45,7 +45,7 @@ def label_echoes(
     return part, cause, straight
 
 
-@njit(cache=True)
+@kernel()
 def count_on_faces(
     clean: Bools, target: Ints, surface: Ints, points: Floats, unit: Bytes, origin: Floats, bodies: OutlinedBodies,
     size: Floats, min_facing: float,
@@ -85,7 +85,7 @@ def count_on_faces(
     return count
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def nearest_edge(edges: Floats, begin: int, end: int, x: float, y: float) -> tuple[int, float]:
     """Return the nearest of the edges [begin, end) to a point inside a convex outline, and its distance [m].
 

@@ -3,14 +3,14 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.motion import body_at, ego_at
 from sensor_model.kernels.records import Beams, BodyTilts, EgoDrive, Units
 
 
-@njit(cache=True)
+@kernel()
 def points_on_bodies(
     beam: Ints, unit: Ints, distance: Floats, target: Ints, beams: Beams, units: Units, motion: Floats,
     tilts: BodyTilts, drive: EgoDrive,
@@ -62,7 +62,7 @@ def points_on_bodies(
     return points
 
 
-@njit(cache=True)
+@kernel()
 def _rotate_back(R: Floats, v: Floats) -> None:
     """Rotate a vector (3,) by the inverse of a rotation (3, 3), in place."""
     x, y, z = v[0], v[1], v[2]

@@ -7,9 +7,9 @@ that the compiler can vectorise them. `error_model="numpy"` makes a division by 
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 from sensor_model.kernels.motion import ego_at
 from sensor_model.kernels.records import (
     INNER_SURFACE,
@@ -23,7 +23,7 @@ from sensor_model.kernels.records import (
 from sensor_model.returns import GROUND, NOTHING
 
 
-@njit(cache=True)
+@kernel()
 def aim_rays(
     grid: Grid, f: int, first: int, layers: int, azimuth: Floats, time: Floats, u: int, origin: Floats,
     rotation: Floats, drive: EgoDrive, uneven: bool,
@@ -54,7 +54,7 @@ def aim_rays(
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel()
 def _aim(azimuth: Floats, time: Floats, origin: Floats, rotation: Floats, drive: EgoDrive, line: Floats) -> None:
     """Fill the lines (12, K): origin, forward, left and up in the ego frame."""
     cos, sin, step_cos, step_sin = rotation_steps(drive.yaw_rate * time[0], drive.yaw_rate, time)
@@ -73,7 +73,7 @@ def _aim(azimuth: Floats, time: Floats, origin: Floats, rotation: Floats, drive:
         cos, sin = cos * step_cos - sin * step_sin, sin * step_cos + cos * step_sin
 
 
-@njit(cache=True)
+@kernel()
 def rotation_steps(start: float, rate: float, time: Floats) -> tuple[float, float, float, float]:
     """Return cosine and sine of a start angle, and of the rotation between successive, evenly spaced times.
 
@@ -83,7 +83,7 @@ def rotation_steps(start: float, rate: float, time: Floats) -> tuple[float, floa
     return math.cos(start), math.sin(start), math.cos(step), math.sin(step)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def intersect_ground(rays: Rays) -> None:
     """End the rays on the ground, the plane z = 0, or on nothing at the maximum range."""
     # Unpacked once: each access to a record's array costs an atomic reference count.

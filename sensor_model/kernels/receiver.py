@@ -1,9 +1,9 @@
 """Receivers of the units: from the hits of the rays of a fan to the echoes of its beams."""
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.echoes import find_echoes, find_strong_echo, label_echo, sort_by_range
 from sensor_model.kernels.records import (
     POWER,
@@ -20,7 +20,7 @@ from sensor_model.kernels.records import (
 from sensor_model.kernels.samples import gather_samples
 
 
-@njit(cache=True)
+@kernel()
 def receive_block(
     u: int, first_beam: Ints, first: int, beams: Beams, units: Units, bodies: Solids, static: StaticScene, rays: Rays,
     out: ScanBuffers,
@@ -46,7 +46,7 @@ def receive_block(
         _detect_echoes(begin, threshold, receiver, samples, out)
 
 
-@njit(cache=True)
+@kernel()
 def _work_arrays(room: int, beams: int) -> Samples:
     """Return samples for so many beams with so many samples in all."""
     return Samples(
@@ -55,7 +55,7 @@ def _work_arrays(room: int, beams: int) -> Samples:
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel()
 def _detect_echoes(first: int, threshold: Floats, receiver: Receiver, samples: Samples, out: ScanBuffers) -> None:
     """Set the echoes of successive beams, and those that hit something and have none.
 

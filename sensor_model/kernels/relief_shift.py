@@ -2,16 +2,15 @@
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import RoughPlanes
 from sensor_model.kernels.straight_points import straight_point
 
 _LEAST_COSINE = 0.3  # of incidence for a displacement along a beam; details hide each other at grazing incidence
 
 
-@njit(cache=True)
+@kernel()
 def shift_to_relief(
     target: Ints, surface: Ints, direction: Floats, planes: RoughPlanes, scale: float, ranges: Floats, points: Floats
 ) -> None:

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.culling import azimuths_in_fan, body_intervals, wall_intervals
 from sensor_model.kernels.ground_hits import intersect_terrain
 from sensor_model.kernels.rays import aim_rays, intersect_ground
@@ -33,7 +33,7 @@ from sensor_model.returns import NOTHING
 _BLOCK = 2048  # rays that are cast together, so that their state stays in the cache
 
 
-@njit(cache=True)
+@kernel()
 def cast_rig(
     fans: Fans, grid: Grid, beams: Beams, units: Units, bodies: Solids, static: StaticScene, drive: EgoDrive,
     frame: int, out: ScanBuffers,
@@ -86,7 +86,7 @@ def cast_rig(
             receive_block(u, first_beam, first, beams, units, bodies, static, rays, out)
 
 
-@njit(cache=True)
+@kernel()
 def _sort_near_to_far(rows: Ints, motion: Floats, origin: Floats) -> None:
     """Sort the rows of bodies by the distance of their bodies from a unit, so that near ones hide far ones early."""
     for end in range(1, len(rows)):  # insertion sort: few rows, and numpy's sort takes seconds to compile
@@ -102,7 +102,7 @@ def _sort_near_to_far(rows: Ints, motion: Floats, origin: Floats) -> None:
         rows[row, 0], rows[row, 1], rows[row, 2] = a, first, stop
 
 
-@njit(cache=True)
+@kernel()
 def _max_firing_time(fans: Fans, u: int, time: Floats) -> float:
     """Return the largest time between the firing of a beam of unit u and the frame's time [s]."""
     longest = 0.0
@@ -113,7 +113,7 @@ def _max_firing_time(fans: Fans, u: int, time: Floats) -> float:
     return longest
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _set_free_range(first_beam: Ints, first: int, rays: Rays, free_range: Floats) -> None:
     """Set the unobstructed range of each beam: that of its farthest ray, infinite if a ray hits nothing."""
     inverse_depth, target, cos = rays.hit[INVERSE_DEPTH], rays.hit_id[TARGET], rays.cos
@@ -127,7 +127,7 @@ def _set_free_range(first_beam: Ints, first: int, rays: Rays, free_range: Floats
             free_range[first_beam[layer] + first + k] = farthest
 
 
-@njit(cache=True)
+@kernel()
 def pack_echoes(out: ScanBuffers) -> DenseEchoes:
     """Return the echoes and the lost beams without the empty slots."""
     found, lost = 0, 0

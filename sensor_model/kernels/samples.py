@@ -2,9 +2,8 @@
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import (
     COSINE,
     INNER_COSINE,
@@ -25,7 +24,7 @@ from sensor_model.kernels.records import (
 from sensor_model.returns import GROUND, NOTHING, WALL
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def gather_samples(
     rays: Rays, layer: int, gain: Floats, receiver: Receiver, bodies: Solids, static: StaticScene, samples: Samples,
     hits: Ints,
@@ -74,7 +73,7 @@ def gather_samples(
         start[k + 1] = count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _append(
     target: int, surface: int, r: float, sent: float, extinction: float, value: Floats, ids: Ints, count: int
 ) -> int:

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 from sensor_model.kernels.ground_hits import terrain_hit
 from sensor_model.kernels.motion import body_at
 from sensor_model.kernels.records import NONE, Solids, StaticScene
@@ -13,7 +13,7 @@ from sensor_model.kernels.records import NONE, Solids, StaticScene
 _SLACK = 1e-9  # tolerance for rounding, so that no grazing ray is culled
 
 
-@njit(cache=True)
+@kernel()
 def cast_rays(
     origin: Floats, direction: Floats, time: Floats, reach: Floats, bodies: Solids, static: StaticScene
 ) -> tuple[Floats, Floats, Floats]:
@@ -41,7 +41,7 @@ def cast_rays(
     return nearest, reflectivity, cosine
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _intersect_ground(
     origin: Floats, direction: Floats, ground: float, nearest: Floats, reflectivity: Floats, cosine: Floats
 ) -> None:
@@ -52,7 +52,7 @@ def _intersect_ground(
             nearest[g], reflectivity[g], cosine[g] = t, ground, -direction[g, 2]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _intersect_terrain(
     origin: Floats, direction: Floats, static: StaticScene, nearest: Floats, reflectivity: Floats, cosine: Floats
 ) -> None:
@@ -65,7 +65,7 @@ def _intersect_terrain(
             nearest[g], reflectivity[g], cosine[g] = t, static.ground_reflectivity, facing
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _intersect_walls(
     origin: Floats, direction: Floats, ends: Floats, z: Floats, wall_reflectivity: Floats,
     nearest: Floats, reflectivity: Floats, cosine: Floats,
@@ -84,7 +84,7 @@ def _intersect_walls(
                 nearest[g], reflectivity[g], cosine[g] = t, wall_reflectivity[w], abs(towards)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _intersect_bodies(
     origin: Floats, direction: Floats, time: Floats, bodies: Solids, nearest: Floats, reflectivity: Floats,
     cosine: Floats,
@@ -122,7 +122,7 @@ def _intersect_bodies(
                     nearest[g], reflectivity[g], cosine[g] = enter, plane_reflectivity[plane], towards
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _entry(
     planes: Floats, begin: int, stop: int, x: float, y: float, z: float, dx: float, dy: float, dz: float, limit: float
 ) -> tuple[float, int, float]:
@@ -145,7 +145,7 @@ def _entry(
     return enter, plane, towards
 
 
-@njit(cache=True)
+@kernel()
 def _misses_circle(x: float, y: float, dx: float, dy: float, radius_squared: float, limit: float) -> bool:
     """Return True if a ray from the origin, up to a limit, stays outside a circle around (x, y) in plan."""
     across, ahead, plan_squared = dx * y - dy * x, dx * x + dy * y, dx * dx + dy * dy

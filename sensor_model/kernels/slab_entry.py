@@ -9,15 +9,14 @@ The functions are inlined, because a call costs an atomic reference count per ar
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.records import NONE
 
 _ON_PLANE = 1e-300  # distance inside of an origin on a plane: the ray leaves at once, and no division by zero occurs
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def start_rays(
     k: int, layer: int, line: Floats, side: Floats, slope: Floats, far: Floats, on_ground: Floats, depth: Floats,
     plane: Ints,
@@ -41,7 +40,7 @@ def start_rays(
         plane[layer, r] = NONE
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def split_planes(
     planes: Floats, begin: int, stop: int, local: Floats, c: int, entry: Floats, entry_plane: Ints, leave: Floats
 ) -> tuple[int, int]:
@@ -81,7 +80,7 @@ def split_planes(
     return facing, hidden
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def enter_through(
     at: int, entry: Floats, q: int, k: int, layer: int, side: Floats, slope: Floats, depth: Floats, plane: Ints
 ) -> None:
@@ -93,7 +92,7 @@ def enter_through(
         depth[layer, r] = max(enter, depth[layer, r])
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def enter_solid(
     facing: int, hidden: int, entry: Floats, entry_plane: Ints, leave: Floats, k: int, layer: int, side: Floats,
     slope: Floats, depth: Floats, plane: Ints,

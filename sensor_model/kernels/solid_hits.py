@@ -1,9 +1,9 @@
 """Intersections of the rays of a block of azimuths with bodies: nearest hits, and hits behind panes."""
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Bools, Floats, Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.body_frame import (
     azimuth_limits,
     azimuth_span,
@@ -18,7 +18,7 @@ from sensor_model.kernels.records import NONE, Rays, Solids
 from sensor_model.kernels.slab_entry import enter_solid, enter_through, split_planes, start_rays
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def intersect_bodies(
     rows: Ints, half_width: float, refine: bool, time: Floats, rays: Rays, bodies: Solids, hits_alone: Ints
 ) -> None:
@@ -58,7 +58,7 @@ def intersect_bodies(
         )  # fmt: skip
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _list_solids(
     a: int, body_solid: Ints, solid_inner: Bools, solid_bounds: Floats, local: Floats, azimuths: int, limits: Floats,
     span: Ints, in_view: Ints, views: Ints,
@@ -80,7 +80,7 @@ def _list_solids(
         views[inner] += span[0, p] < span[1, p]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _cast_body(
     a: int, first: int, end: int, refine: bool, rays: Rays, bodies: Solids, local: Floats, longest: Floats, span: Ints,
     in_view: Ints, views: Ints, entry: Floats, leave: Floats, entry_plane: Ints, depth: Floats, plane: Ints,
@@ -167,7 +167,7 @@ def _cast_body(
     return alone
 
 
-@njit(cache=True)
+@kernel()
 def _largest_group(offsets: Ints) -> int:
     """Return the size of the largest group; group g has members offsets[g] to offsets[g + 1]."""
     most = 0

@@ -2,12 +2,11 @@
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Floats
+from sensor_model.compiled import kernel
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def turned(x: float, y: float, angle: float) -> tuple[float, float]:
     """Rotate a vector about z, counter-clockwise [rad]."""
     if angle == 0.0:  # as of most planes
@@ -16,7 +15,7 @@ def turned(x: float, y: float, angle: float) -> tuple[float, float]:
     return cos * x - sin * y, sin * x + cos * y
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def straight_point(x: float, y: float, turn: float, pivot: Floats) -> tuple[float, float]:
     """Return a point on a plane that is rotated by `turn` [rad] before that rotation.
 

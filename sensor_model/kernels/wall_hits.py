@@ -7,15 +7,14 @@ bounds over a beam decide most beams.
 
 import math
 
-from numba import njit
-
 from sensor_model.arrays import Ints
+from sensor_model.compiled import kernel
 from sensor_model.kernels.corner_rays import depth_bounds
 from sensor_model.kernels.records import COSINE, INVERSE_DEPTH, SURFACE, TARGET, Rays, StaticScene
 from sensor_model.returns import WALL
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def intersect_walls(rows: Ints, refine: bool, rays: Rays, static: StaticScene) -> None:
     """End the rays on walls nearer than their hits so far.
 
@@ -30,7 +29,7 @@ def intersect_walls(rows: Ints, refine: bool, rays: Rays, static: StaticScene) -
         _intersect_wall(rows[row, 0], rows[row, 1], rows[row, 2], refine, rays, static)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _intersect_wall(w: int, first: int, end: int, refine: bool, rays: Rays, static: StaticScene) -> None:
     """End the rays of azimuths [first, end) on wall w where it is nearer than their hits so far."""
     # Unpacked once: each access to a record's array costs an atomic reference count.

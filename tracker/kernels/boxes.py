@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Bools:
     """(P, B) mask of points (P, 2) inside boxes with centre (B, 2), heading (B,) and size (B, 2)."""
     within = np.empty((len(points), len(heading)), np.bool_)
@@ -21,7 +21,7 @@ def inside(points: Floats, center: Floats, heading: Floats, size: Floats) -> Boo
     return within
 
 
-@njit(cache=True)
+@kernel()
 def centers(corner: Floats, sign: Ints, heading: Floats, size: Floats) -> Floats:
     """(B, 2) centres of boxes with corners (B, 2) of these signs (B, 2), headings (B,) and sizes (B, 2)."""
     center = np.empty((len(heading), 2))

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Floats32
+from tracker.compiled import kernel
 
 BINS = 512
 """Bins of bearing, 0.7 degrees each: a beam of a layer or two."""
@@ -14,7 +14,7 @@ COVERED = 0.5
 """Minimum share of a window's bins with a return: open sky says nothing."""
 
 
-@njit(cache=True)
+@kernel()
 def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m: float) -> Bools:
     """(C,) mask of places (C, 2) that all returns (N, 2) near their bearing lie behind, see `tracker.seen_through`."""
     nearest = profile(returns, unit_offset_m)
@@ -24,7 +24,7 @@ def seen_through(places: Floats, returns: Floats, unit_offset_m: float, margin_m
     return free
 
 
-@njit(cache=True)
+@kernel()
 def is_free(x: float, y: float, nearest: Floats, unit_offset_m: float, margin_m: float) -> bool:
     """Return True if the nearest returns (BINS,) of all bearings at which a unit may see a place are behind it."""
     range_m = math.hypot(x, y)
@@ -41,7 +41,7 @@ def is_free(x: float, y: float, nearest: Floats, unit_offset_m: float, margin_m:
     return covered >= COVERED * bins
 
 
-@njit(cache=True)
+@kernel()
 def profile(returns: Floats, unit_offset_m: float) -> Floats:
     """(BINS,) range of the nearest return by bearing [m], infinite without one."""
     nearest = np.full(BINS, np.inf)
@@ -54,7 +54,7 @@ def profile(returns: Floats, unit_offset_m: float) -> Floats:
     return nearest
 
 
-@njit(cache=True)
+@kernel()
 def turned_returns(points: Floats32, turn: float) -> Floats:
     """(K, 2) x and y of the finite ones of points (N, 3), rotated by an angle [rad]."""
     cos, sin, count = math.cos(turn), math.sin(turn), 0

@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def hull(center: Floats, heading: Floats, size: Floats, a: int, b: int) -> tuple[float, float, float, float]:
     """Return low x, low y, high x and high y of the box around two pieces, from and along the first one [m]."""
     cos, sin = math.cos(heading[a]), math.sin(heading[a])
@@ -22,7 +22,7 @@ def hull(center: Floats, heading: Floats, size: Floats, a: int, b: int) -> tuple
     return low[0], low[1], high[0], high[1]
 
 
-@njit(cache=True)
+@kernel()
 def fits(
     center: Floats, heading: Floats, size: Floats, a: int, b: int, length_max_m: float, width_max_m: float
 ) -> bool:
@@ -31,7 +31,7 @@ def fits(
     return high_x - low_x <= length_max_m and high_y - low_y <= width_max_m
 
 
-@njit(cache=True)
+@kernel()
 def fitting_pairs(
     center: Floats, heading: Floats, size: Floats, length_max_m: float, width_max_m: float, turn_max_rad: float
 ) -> Ints:

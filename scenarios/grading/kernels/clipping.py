@@ -6,9 +6,9 @@ A box is (x, y, yaw, length, width) about its centre [m, rad].
 import math
 
 import numpy as np
-from numba import njit
 
 from scenarios.arrays import Floats
+from sensor_model.compiled import kernel
 
 SIGNS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
 """Corners counter-clockwise: front left, rear left, rear right, front right."""
@@ -16,7 +16,7 @@ VERTICES_MAX = 20
 """Space for vertices: an intersection has 8; rounding on collinear sides adds at most half at each of four clips."""
 
 
-@njit(cache=True)
+@kernel()
 def clip(polygon: Floats, count: int, axis: int, sign: float, limit: float, clipped: Floats) -> int:
     """Clip the first `count` vertices of a convex polygon at sign * place <= limit along an axis; return the new count.
 
@@ -37,7 +37,7 @@ def clip(polygon: Floats, count: int, axis: int, sign: float, limit: float, clip
     return kept
 
 
-@njit(cache=True)
+@kernel()
 def shared_areas(a: Floats, b: Floats) -> Floats:
     """(N,) areas of the intersections of boxes `a` (N, 5) and `b` (N, 5), row by row [m^2]."""
     area, polygon, clipped = np.zeros(len(a)), np.empty((VERTICES_MAX, 2)), np.empty((VERTICES_MAX, 2))

@@ -1,15 +1,15 @@
 """Tilt of the planes and boxes of bodies by pitch and roll about the road under their pose."""
 
 import numpy as np
-from numba import njit
 
 from sensor_model.arrays import Floats, Ints
+from sensor_model.compiled import kernel
 
 _ON_ROAD_M = 1e-6  # largest distance from the road of a solid that stands on it
 _DOWN = -1.0 + 1e-9  # largest z of the normal of a sole
 
 
-@njit(cache=True)
+@kernel()
 def tilt_solids(
     attitude: Floats, rotation: Floats, ground_z: Floats, body_solid: Ints, solid_plane: Ints, solid_bounds: Floats,
     planes: Floats,
@@ -53,7 +53,7 @@ def tilt_solids(
     return bounds, tilted_bounds, tilted, extended
 
 
-@njit(cache=True)
+@kernel()
 def _depth_below_road(box: Floats, attitude: Floats) -> float:
     """Return by how much a solid in a box that stands on the road is extended downwards [m]; 0 for other solids."""
     if box[0, 2] > _ON_ROAD_M:
@@ -62,7 +62,7 @@ def _depth_below_road(box: Floats, attitude: Floats) -> float:
     return float(reach_x * abs(np.tan(attitude[0])) + reach_y * abs(np.tan(attitude[1])))
 
 
-@njit(cache=True)
+@kernel()
 def _tilt_box(box: Floats, below: float, R: Floats, ground_z: float, around: Floats) -> None:
     """Set the axis-aligned box (2, 3) around a box that is extended downwards, tilted and raised."""
     for axis in range(3):

@@ -3,14 +3,14 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sim.arrays import Floats, Ints
+from sim.compiled import kernel
 from sim.physical.kernels.records import BodyDimensions, RawHistory
 from sim.physical.limits import CORNER, JUMP_LONGEST, JUMP_SPEED, LEAST_STEP
 
 
-@njit(cache=True)
+@kernel()
 def store_frame(
     frame: int,
     rows: Ints,
@@ -62,7 +62,7 @@ def store_frame(
     return jump
 
 
-@njit(cache=True)
+@kernel()
 def _step_course(start: Floats, end: Floats, before: float, dt: float) -> tuple[float, float]:
     """Return the course [rad] of a step, and its lateral jump [m], positive to the left, 0 without a jump.
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sim.arrays import Floats, Ints
+from sim.compiled import kernel
 from sim.physical.kernels.path_following import advance_body, initialise_body
 from sim.physical.kernels.records import (
     ACCELERATION,
@@ -27,7 +27,7 @@ WIDTH = 11
 """Columns of a motion: pose (3), velocity (2), acceleration (2), yaw rate, articulation, deviation (2)."""
 
 
-@njit(cache=True)
+@kernel()
 def frame_motions(
     frame: int,
     pushed: int,
@@ -83,7 +83,7 @@ def frame_motions(
     return motion
 
 
-@njit(cache=True)
+@kernel()
 def _follow_path(
     states: BodyStates, dimensions: BodyDimensions, body: int, frame: int, path: Floats, yaw: float, dt: float
 ) -> None:
@@ -113,7 +113,7 @@ def _follow_path(
     states.last_frame[body] = frame
 
 
-@njit(cache=True)
+@kernel()
 def _trailer_rate(state: Floats, dimensions: BodyDimensions, body: int, yaw: float) -> float:
     """Return a trailer's yaw rate [rad/s] at a yaw: the kingpin's speed across the trailer over its wheelbase."""
     articulation = state[YAW] - yaw
@@ -124,7 +124,7 @@ def _trailer_rate(state: Floats, dimensions: BodyDimensions, body: int, yaw: flo
     return rate
 
 
-@njit(cache=True)
+@kernel()
 def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, body: int) -> None:
     """Write a body's motion except its deviation; of an articulated vehicle the trailer's box, of a tram the front."""
     ahead = dimensions.motion_offset[body]
@@ -140,7 +140,7 @@ def _write_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, bod
         _trailer_motion(motion, state, dimensions, body)
 
 
-@njit(cache=True)
+@kernel()
 def _trailer_motion(motion: Floats, state: Floats, dimensions: BodyDimensions, body: int) -> None:
     """Replace the kingpin's motion by that of the box centre behind it, along the trailer."""
     yaw, rate, centre_offset = state[TRAILER_YAW], state[TRAILER_RATE], dimensions.centre_offset[body]

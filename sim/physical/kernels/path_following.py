@@ -8,9 +8,9 @@ Conference 2007), equation 5, with a look-ahead distance in place of its gain ov
 import math
 
 import numpy as np
-from numba import njit
 
 from sim.arrays import Floats
+from sim.compiled import kernel
 from sim.physical.kernels.records import ACCELERATION, LAG, SPEED, YAW, YAW_RATE, X, Y
 from sim.physical.kernels.rolling_body import clamp, step_body, yaw_rate_limit
 from sim.physical.limits import (
@@ -35,7 +35,7 @@ from sim.physical.limits import (
 )
 
 
-@njit(cache=True)
+@kernel()
 def initialise_body(state: Floats, target: Floats, yaw: float, front_offset: float, yaw_rate_max: float) -> None:
     """Initialise a body `state` (10,) at a yaw [rad], with its front on the path at `target` (6,), in steady motion."""
     cos, sin = math.cos(yaw), math.sin(yaw)
@@ -50,7 +50,7 @@ def initialise_body(state: Floats, target: Floats, yaw: float, front_offset: flo
         state[YAW_RATE] = clamp((target[3] * cos - target[2] * sin) / front_offset, limit)
 
 
-@njit(cache=True)
+@kernel()
 def advance_body(
     state: Floats,
     trail: Floats,
@@ -86,7 +86,7 @@ def advance_body(
         _follow_step(state, target, front_x, front_y, front_offset, limit_offset, yaw_rate_max, dt / steps)
 
 
-@njit(cache=True)
+@kernel()
 def _follow_step(
     state: Floats,
     target: Floats,
@@ -128,7 +128,7 @@ def _follow_step(
     step_body(state, min(speed_target, speed_max), curvature, feedforward, front_offset, limit_offset, yaw_rate_max, dt)
 
 
-@njit(cache=True)
+@kernel()
 def _next_lag(lag: float, error_x: float, error_y: float, velocity_x: float, velocity_y: float) -> float:
     """Return the lag of a front behind its path [s], given its offset from the path at the previous `lag`."""
     speed_squared = velocity_x**2 + velocity_y**2
@@ -137,14 +137,14 @@ def _next_lag(lag: float, error_x: float, error_y: float, velocity_x: float, vel
     return later if speed_squared > SLOW**2 or lag > 0 else 0.0
 
 
-@njit(cache=True)
+@kernel()
 def _speed_limit(target: Floats, speed: float) -> float:
     """Return the maximum speed [m/s] in the bend of a path with a given speed; on a straight, twice that speed."""
     across = abs(target[2] * target[5] - target[3] * target[4]) / max(speed, 0.1)
     return max(speed, CATCH_UP_LEAST) * math.sqrt(LATERAL_ACCELERATION / max(across, LATERAL_ACCELERATION / 4))
 
 
-@njit(cache=True)
+@kernel()
 def _interpolate_trail(trail: Floats, first_frame: int, frame: int, ago: float, dt: float, out: Floats) -> None:
     """Write the path `ago` [s] before the latest frame to `out` (6,), by cubic interpolation between frames.
 

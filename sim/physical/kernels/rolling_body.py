@@ -6,9 +6,8 @@ The rear axle does not slip: this is the kinematic bicycle model (Rajamani, "Veh
 
 import math
 
-from numba import njit
-
 from sim.arrays import Floats
+from sim.compiled import kernel
 from sim.physical.kernels.records import (
     ACCELERATION,
     SPEED,
@@ -33,19 +32,19 @@ from sim.physical.limits import (
 )
 
 
-@njit(cache=True)
+@kernel()
 def clamp(value: float, limit: float) -> float:
     """Limit the magnitude of a value."""
     return min(max(value, -limit), limit)
 
 
-@njit(cache=True)
+@kernel()
 def yaw_rate_limit(speed: float, front_offset: float, yaw_rate_max: float) -> float:
     """Return the maximum yaw rate [rad/s] at a speed [m/s]."""
     return min(speed * math.tan(STEERING) / front_offset, LATERAL_ACCELERATION / max(speed, 0.1), yaw_rate_max)
 
 
-@njit(cache=True)
+@kernel()
 def step_body(
     state: Floats,
     speed_target: float,
@@ -89,7 +88,7 @@ def step_body(
     state[YAW_RATE], state[YAW_ACCELERATION] = yaw_rate, yaw_acceleration
 
 
-@njit(cache=True)
+@kernel()
 def _next_speed(state: Floats, target: float, feedforward: float, dt: float) -> tuple[float, float]:
     """Return speed [m/s] and acceleration [m/s^2] after a step towards a target speed."""
     before = state[ACCELERATION]
@@ -105,7 +104,7 @@ def _next_speed(state: Floats, target: float, feedforward: float, dt: float) -> 
     return speed, acceleration
 
 
-@njit(cache=True)
+@kernel()
 def _next_yaw_rate(
     state: Floats, curvature: float, speed: float, limit: float, limit_offset: float, dt: float
 ) -> tuple[float, float]:

@@ -2,18 +2,17 @@
 
 import math
 
-from numba import njit
-
 from sim.arrays import Floats, Ints
+from sim.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def wrap_angle(angle: float) -> float:
     """Wrap an angle [rad] into (-pi, pi]."""
     return math.pi - (math.pi - angle) % (2 * math.pi)
 
 
-@njit(cache=True)
+@kernel()
 def smooth_path(
     frames: Ints,
     path: Floats,
@@ -68,12 +67,12 @@ def smooth_path(
     out[0, 2] += now_yaw
 
 
-@njit(cache=True)
+@kernel()
 def _is_known(frames: Ints, frame: int, pushed: int) -> bool:
     return 0 <= frame < pushed and frames[frame % len(frames)] == frame
 
 
-@njit(cache=True)
+@kernel()
 def _extrapolated_step(
     frames: Ints, path: Floats, speed: Floats, frame: int, pushed: int, sign: int, last: int, rolling: bool, dt: float
 ) -> tuple[float, float, float]:

@@ -3,15 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 SAME_BEARING = 1e-9
 """Weight of the range in the order of points, far below the angle between beams [rad/m]."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bearing_keys(points: Floats, offset: Ints) -> Floats:
     """(N,) keys that sort the points (N, 2 or more) of a segment by bearing from their mean, those of one by range.
 

@@ -6,9 +6,9 @@ The offset of each scan line on each face is eliminated from the normal equation
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.bowed_faces import (
     ASIDE,
     DEPTH,
@@ -34,7 +34,7 @@ HEADING_STD = 0.5 * math.pi / math.sqrt(12.0)
 """Standard deviation of a heading without points, uniform over a quarter turn [rad]."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def weigh(found: Floats, scale: float, shape: BodyShape) -> None:
     """Write the weights of points: their probability of being on the face, over the variance; 0 for outliers."""
     for i in range(found.shape[1]):
@@ -45,7 +45,7 @@ def weigh(found: Floats, scale: float, shape: BodyShape) -> None:
             found[WEIGHT, i] = 1.0 / (variance * (1.0 + odds_inside(depth, variance, shape)))
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def add_points(found: Floats, first: int, last: int, state: Floats, side: Floats, sums: Floats) -> None:
     """Add the points `first` to `last` to the weighted sums (2, 14) of their faces.
 
@@ -75,7 +75,7 @@ def add_points(found: Floats, first: int, last: int, state: Floats, side: Floats
         sums[k, 13] += wt * t
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def add_line(sums: Floats, k: int, line_std: float, information: Floats, gradient: Floats) -> None:
     """Add a scan line on face k to the normal equations, without its offset, and clear its sums."""
     f = 1 + 3 * k
@@ -99,7 +99,7 @@ def add_line(sums: Floats, k: int, line_std: float, information: Floats, gradien
         sums[k, a] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def normal_equations(
     start: Ints,
     state: Floats,
@@ -129,7 +129,7 @@ def normal_equations(
             gradient[at] += (prior[k, 2 * a] - state[at]) * certainty
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fit_body(
     points: Floats,
     ray: Floats,

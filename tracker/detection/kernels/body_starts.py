@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.bowed_faces import STATES
 from tracker.detection.kernels.faces import EGO_REACH
 
@@ -22,14 +22,14 @@ COST, HEADING_VARIANCE, SIDE, FLANK, STATE = 0, 1, 2, 4, 5
 """Columns of a hypothesis (STATE + STATES,): cost, variance of the heading [rad^2], sides (2,), flank, and state."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def quarter_difference(a: float, b: float) -> float:
     """Return the difference of two headings modulo a quarter turn, in [-pi/4, pi/4] [rad]."""
     turn = (a - b) / QUARTER
     return QUARTER * (turn - math.floor(turn + 0.5))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def distinct_starts(heading: Floats, order: Ints, starts: Floats) -> int:
     """Write up to `STARTS_MAX` of the headings (M,) that are apart from each other, in this order; return their number.
 
@@ -46,7 +46,7 @@ def distinct_starts(heading: Floats, order: Ints, starts: Floats) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def shallow_depth(place: Floats, rank: int) -> float:
     """Return the value that `rank` others of `place` (N,) are below, or equal to; ranks are small."""
     least, count = np.empty(rank + 1), 0
@@ -61,7 +61,7 @@ def shallow_depth(place: Floats, rank: int) -> float:
     return float(least[rank])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def shallow_depths(points: Floats, center: Floats, heading: float, depth: Floats) -> None:
     """Write the depth (2, 2) of flat faces along and across a heading, each on the low and on the high side.
 
@@ -86,7 +86,7 @@ def shallow_depths(points: Floats, center: Floats, heading: float, depth: Floats
             depth[face, high] = shallow_depth(place, int(SHALLOW_SHARE * len(points)))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def first_hypotheses(points: Floats, offset: Ints, center: Floats, heading: Floats, order: Ints) -> tuple[Floats, Ints]:
     """Return hypotheses (H, STATE + STATES) of bodies with flat faces, and the segment of each (H,).
 
@@ -119,7 +119,7 @@ def first_hypotheses(points: Floats, offset: Ints, center: Floats, heading: Floa
     return found[:count], owner[:count]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def directions(points: Floats) -> Floats:
     """(N, 2) unit vectors from the ego to points (N, 2)."""
     ray = np.empty((len(points), 2))
@@ -129,7 +129,7 @@ def directions(points: Floats) -> Floats:
     return ray
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def line_starts(line: Ints) -> Ints:
     """(G + 1,) first point of each of the G scan lines of points in the order of their lines `line` (N,), and N."""
     start, count = np.zeros(len(line) + 1, np.int64), 0

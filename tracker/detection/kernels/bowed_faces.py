@@ -12,9 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 STATES = 7
 RESIDUALS = 6
@@ -57,7 +57,7 @@ class BodyShape(NamedTuple):
     """Maximum length of an end [m]."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: BodyShape, found: Floats) -> None:
     """Assign each point to the face that it is less deep behind, in standard deviations: a body is convex.
 
@@ -89,7 +89,7 @@ def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: B
         found[FACE, i] = 0.0 if first else 1.0
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def odds_inside(depth: float, variance: float, shape: BodyShape) -> float:
     """Return the likelihood that a point is inside the body over that of being on the face; 0 in front of the face."""
     if depth <= 0.0:
@@ -98,7 +98,7 @@ def odds_inside(depth: float, variance: float, shape: BodyShape) -> float:
     return shape.inside_share / (1.0 - shape.inside_share) * math.exp(exponent)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: BodyShape, prior: Floats) -> None:
     """Write curvature, its std, middle, its std, and visible length of each face before the fit to `prior` (2, 5).
 
@@ -121,7 +121,7 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
         prior[k, 4] = max(far - near, 0.0)
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def line_offset(found: Floats, first: int, last: int, k: int, shape: BodyShape) -> float:
     """Return the likeliest depth of points `first` to `last`, a scan line, on face k [m]."""
     weight, depth = 1.0 / shape.line_std**2, 0.0
@@ -133,7 +133,7 @@ def line_offset(found: Floats, first: int, last: int, k: int, shape: BodyShape) 
     return depth / weight
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def cost(start: Ints, state: Floats, prior: Floats, flank: int, shape: BodyShape, found: Floats) -> float:
     """Return the negative log-likelihood of points and priors, with the likeliest offset of each scan line."""
     total, on_face = 0.0, -math.log(1.0 - shape.inside_share)

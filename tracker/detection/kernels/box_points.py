@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 
 
 class BoxPoints(NamedTuple):
@@ -26,7 +26,7 @@ class BoxPoints(NamedTuple):
     """(B, 2) extent of all points along and across heading [m]."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def box_points(
     points: Floats,
     on_line: Bools,

@@ -1,12 +1,12 @@
 """Kernel of the memory of cells."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def contained(cells: Ints, known: Ints) -> Bools:
     """(N,) mask of the cells that are among the sorted `known` ones; a search serves all equal cells that follow."""
     found = np.zeros(len(cells), np.bool_)

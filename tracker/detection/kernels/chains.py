@@ -1,12 +1,12 @@
 """Kernels of segmentation: connected components of points."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def find_root(parent: Ints, i: int) -> int:
     """Return the representative of the set of i, with path halving."""
     while parent[i] != i:
@@ -15,14 +15,14 @@ def find_root(parent: Ints, i: int) -> int:
     return i
 
 
-@njit(cache=True)
+@kernel()
 def unite(parent: Ints, a: int, b: int) -> None:
     """Merge two sets; the lower index represents both."""
     a, b = find_root(parent, a), find_root(parent, b)
     parent[max(a, b)] = min(a, b)
 
 
-@njit(cache=True)
+@kernel()
 def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: int, b: int, b_end: int) -> None:
     """Merge the sets of two cells at the first pair of points within either point's radius."""
     if find_root(parent, a) == find_root(parent, b):
@@ -36,7 +36,7 @@ def connect_cells(points: Floats, radius: Floats, parent: Ints, a: int, a_end: i
                 return
 
 
-@njit(cache=True)
+@kernel()
 def cell_starts(column: Ints, row: Ints) -> Ints:
     """(C + 1,) first point of each of the C cells that have points, of points (N,) sorted by cell, and N."""
     start, count = np.zeros(len(column) + 1, np.int64), 1
@@ -48,7 +48,7 @@ def cell_starts(column: Ints, row: Ints) -> Ints:
     return start[: count + 1]
 
 
-@njit(cache=True)
+@kernel()
 def first_of_each(parent: Ints, order: Ints) -> Ints:
     """(N,) lowest index of the points in the set of each point; place k of `parent` (N,) is point order[k]."""
     first = np.full(len(parent), len(parent))
@@ -61,7 +61,7 @@ def first_of_each(parent: Ints, order: Ints) -> Ints:
     return found
 
 
-@njit(cache=True)
+@kernel()
 def connected(points: Floats, radius: Floats, order: Ints, column: Ints, row: Ints, window: int) -> Ints:
     """Return the first point of the set of each point, connected by pairs within either point's radius.
 

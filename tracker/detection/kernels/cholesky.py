@@ -2,12 +2,11 @@
 
 import math
 
-from numba import njit
-
 from tracker.arrays import Floats
+from tracker.compiled import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def factor(matrix: Floats) -> None:
     """Replace the lower triangle of a symmetric positive definite matrix (n, n) by its Cholesky factor."""
     for i in range(len(matrix)):
@@ -18,7 +17,7 @@ def factor(matrix: Floats) -> None:
             matrix[i, j] = math.sqrt(rest) if i == j else rest / matrix[j, j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def solve(triangle: Floats, vector: Floats) -> None:
     """Replace a vector (n,) by the solution x of L L^T x = vector, with the Cholesky factor L in `triangle`."""
     for i in range(len(vector)):

@@ -1,15 +1,15 @@
 """Kernels of corners: a vehicle's side for each line of T-linkage, and a perpendicular side."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.faces import depth_std, faces_away
 from tracker.detection.kernels.lines import extent, fit_line, near
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def candidate_faces(
     points: Floats, offset: Ints, sample: Floats, first: Ints, cluster: Ints, name: Ints, owner: Ints, tau: float
 ) -> tuple[Floats, Floats, Floats]:
@@ -44,7 +44,7 @@ def candidate_faces(
     return face, length, information
 
 
-@njit(cache=True)
+@kernel()
 def beside(depth: Floats, place: Floats, gates: Floats, beyond_max: float, aside: Ints) -> None:
     """Write 1 for places between the ends of the points on a face or at most `beyond_max` past them, else 0."""
     low, high = np.inf, -np.inf
@@ -55,7 +55,7 @@ def beside(depth: Floats, place: Floats, gates: Floats, beyond_max: float, aside
         aside[i] = low - beyond_max < place[i] < high + beyond_max
 
 
-@njit(cache=True)
+@kernel()
 def explained(
     depth: Floats, aside: Ints, place: Floats, start: float, sign: float, gates: Floats, depth_max: float
 ) -> int:
@@ -77,7 +77,7 @@ def explained(
     return score
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def measure(
     points: Floats, face: Floats, noise: Floats, gate: float, depth: Floats, place: Floats, gates: Floats, deep: Ints
 ) -> tuple[int, int]:
@@ -98,7 +98,7 @@ def measure(
     return behind, before
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def across(
     points: Floats, chosen: Ints, face: Floats, noise: Floats, gate: float, depth_max: float, beyond_max: float,
     length_min: float, other: Floats,
@@ -132,7 +132,7 @@ def across(
     return best
 
 
-@njit(cache=True)
+@kernel()
 def scores(
     points: Floats, offset: Ints, chosen: Ints, first: Ints, face: Floats, owner: Ints, noise: Floats, gate: float,
     depth_max: float, beyond_max: float, length_min: float,

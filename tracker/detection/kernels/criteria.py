@@ -7,9 +7,9 @@ change of the order of any sum.
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.hull import convex_hull
 
 LANES = 8
@@ -18,7 +18,7 @@ COS, SIN, EDGE_1, INWARD_1, EDGE_2, INWARD_2, CLOSENESS, COUNT_1, SUM_1, SQUARE_
 """Rows of the work array: direction; edge and its inward direction (1 or -1) along and across it; sums of points."""
 
 
-@njit(cache=True)
+@kernel()
 def nearer_edge(outline: Floats, x: float, y: float, a: float, b: float) -> tuple[float, float, float]:
     """Return the edge along direction (a, b) that is nearer to the mean (x, y), 1 or -1 for inward, and the extent.
 
@@ -32,7 +32,7 @@ def nearer_edge(outline: Floats, x: float, y: float, a: float, b: float) -> tupl
     return (high, -1.0, high - low) if high - middle <= middle - low else (low, 1.0, high - low)
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def add_distances(points: Floats, floor: float, work: Floats) -> None:
     """Add closeness, and the number, sum and sum of squares of distances to the nearer side, for each heading."""
     for i in range(len(points)):
@@ -50,13 +50,13 @@ def add_distances(points: Floats, floor: float, work: Floats) -> None:
             work[SQUARE_2, k] += second * d2 * d2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def variance(count: float, total: float, square: float) -> float:
     """Variance of `count` numbers with this sum and this sum of squares; 0 without numbers."""
     return max(0.0, square / count - (total / count) ** 2) if count > 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def criteria(points: Floats, outline: Floats, angle: Floats, floor: float, score: Floats) -> None:
     """Write area, closeness and variance (Zhang 2017, algorithms 3 to 5) of headings (LANES,) to (3, LANES).
 
@@ -79,7 +79,7 @@ def criteria(points: Floats, outline: Floats, angle: Floats, floor: float, score
         score[2, k] -= variance(work[COUNT_2, k], work[SUM_2, k], work[SQUARE_2, k])
 
 
-@njit(cache=True)
+@kernel()
 def keep_better(score: Floats, angle: Floats, first: int, last: int, highest: Floats, best: Floats, c: int) -> None:
     """Replace the best heading by criterion c, and its score, by those of a better one of lanes `first` to `last`."""
     for k in range(first, last):
@@ -87,7 +87,7 @@ def keep_better(score: Floats, angle: Floats, first: int, last: int, highest: Fl
             highest[c], best[c] = score[c, k], angle[k]
 
 
-@njit(cache=True)
+@kernel()
 def best_headings(points: Floats, offset: Ints, order: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
     """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it.
 

@@ -7,9 +7,9 @@ A corner (2, 3) contains the faces of one vehicle; the second is zeros if only o
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 EGO_REACH = 2.5
 """Distance from the ego's centre to its farthest unit [m]."""
@@ -19,7 +19,7 @@ ROUNDS = 2
 """Iterations of assigning points to faces and fitting the faces; a third one has a negligible effect."""
 
 
-@njit(cache=True)
+@kernel()
 def faces_away(points: Floats, line: Floats, tau: float) -> bool:
     """Return True if the normal of a line points out of the body.
 
@@ -37,13 +37,13 @@ def faces_away(points: Floats, line: Floats, tau: float) -> bool:
     return bool(side <= 0.0)
 
 
-@njit(cache=True)
+@kernel()
 def exists(corner: Floats, k: int) -> bool:
     """Return True if a corner (2, 3) has face k."""
     return bool(corner[k, 0] != 0.0 or corner[k, 1] != 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def depth_std(across: float, x: float, y: float, noise: Floats) -> float:
     """Return the standard deviation of the depth of a point behind a face [m]; `across` is normal . (x, y).
 
@@ -54,7 +54,7 @@ def depth_std(across: float, x: float, y: float, noise: Floats) -> float:
     return math.sqrt(slant * slant + noise[1] * noise[1])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def nearest_face(points: Floats, corner: Floats, noise: Floats, gate: float, member: Ints, weight: Floats) -> None:
     """Write the face (N,) of each point that lies within `gate` standard deviations of one, or -1.
 
@@ -71,7 +71,7 @@ def nearest_face(points: Floats, corner: Floats, noise: Floats, gate: float, mem
                     least, member[i], weight[i] = distance / std, k, 1.0 / std**2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def moments(points: Floats, member: Ints, k: int, weights: Floats, moment: Floats) -> None:
     """Write total weight, mean x, mean y, and weighted sums of xx, xy and yy about the mean, of face k to row k."""
     total, x, y = 0.0, 0.0, 0.0
@@ -92,7 +92,7 @@ def moments(points: Floats, member: Ints, k: int, weights: Floats, moment: Float
     moment[k, 3], moment[k, 4], moment[k, 5] = xx, xy, yy
 
 
-@njit(cache=True)
+@kernel()
 def set_face(corner: Floats, k: int, normal_angle: float, x: float, y: float) -> None:
     """Move face k of a corner through a point; turn its normal to an angle or its opposite [rad]."""
     a, b = math.cos(normal_angle), math.sin(normal_angle)
@@ -101,7 +101,7 @@ def set_face(corner: Floats, k: int, normal_angle: float, x: float, y: float) ->
     corner[k, 0], corner[k, 1], corner[k, 2] = a, b, -a * x - b * y
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fit_corner(
     points: Floats, corner: Floats, noise: Floats, gate: float, uncertainty: Floats, information: Floats
 ) -> None:
@@ -141,7 +141,7 @@ def fit_corner(
         uncertainty[k, 2] = 1.0 / max(information[0] + information[1], 1e-9)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fit_corners(points: Floats, offset: Ints, corner: Floats, noise: Floats, gate: Floats) -> tuple[Floats, Floats]:
     """Fit corners (S, 2, 3) in place; return their uncertainties (S, 2, 3) and information (S, 2), see `fit_corner`.
 
@@ -154,7 +154,7 @@ def fit_corners(points: Floats, offset: Ints, corner: Floats, noise: Floats, gat
     return uncertainty, information
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def excesses(points: Floats, offset: Ints, corner: Floats, noise: Floats, tau: float) -> Floats:
     """(S,) ratio of the points' deviation from the faces of their corner (S, 2, 3) to their noise, at least 1.
 
@@ -179,7 +179,7 @@ def excesses(points: Floats, offset: Ints, corner: Floats, noise: Floats, tau: f
     return excess
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def median(values: Floats, count: int) -> float:
     """Return the median of the first `count` values (N,), which are reordered; numpy's takes a second to compile."""
     upper = ranked(values, count, count // 2)
@@ -191,7 +191,7 @@ def median(values: Floats, count: int) -> float:
     return float((lower + upper) / 2.0)
 
 
-@njit(cache=True)
+@kernel()
 def ranked(values: Floats, count: int, rank: int) -> float:
     """Return the value that `rank` of the first `count` values (N,) precede, and move these before it (quickselect)."""
     low, high = 0, count - 1

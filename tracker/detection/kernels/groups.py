@@ -1,12 +1,12 @@
 """Kernels of points in groups: order by group, means and extents."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def by_group(label: Ints, count: int) -> tuple[Ints, Ints]:
     """Return the indices of points with labels 0 to `count` - 1 by label and in their order, and starts (count + 1,).
 
@@ -26,7 +26,7 @@ def by_group(label: Ints, count: int) -> tuple[Ints, Ints]:
     return order, start
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def means(points: Floats, label: Ints, count: int) -> Floats:
     """(count, 2) mean of each group of points (N, 2); points with a negative label belong to no group."""
     mean, size = np.zeros((count, 2)), np.zeros(count)
@@ -42,7 +42,7 @@ def means(points: Floats, label: Ints, count: int) -> Floats:
     return mean
 
 
-@njit(cache=True)
+@kernel()
 def extents_along(points: Floats, label: Ints, count: int, directions: Floats) -> Floats:
     """(count, D) extent of each group of points (N, 2) along unit vectors (D, 2) [m]; -inf for groups without points.
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 BINS_PER_REACH = 4
 """Bins per kernel radius: a bin is two thirds of the kernel's standard deviation."""
@@ -17,7 +17,7 @@ HALVINGS = 7
 """Steps of the refinement; the last is 1/32 of a degree."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     """(N, M) distance of points to the side of a rectangle along their line, moved to the median of the line.
 
@@ -35,7 +35,7 @@ def side_distances(points: Floats, offset: Ints, heading: Floats) -> Floats:
     return distance
 
 
-@njit(cache=True, inline="always", error_model="numpy")
+@kernel(inline="always", error_model="numpy")
 def smoothed(count: Floats, node: int) -> float:
     """Return the sum of the bins about a node, weighted by the kernel."""
     first, second, third = BESIDE
@@ -45,7 +45,7 @@ def smoothed(count: Floats, node: int) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def local_density(place: Floats, reach: float, out: Floats) -> None:
     """Write the kernel density of the other points at each point's place to `out`, which may be `place` itself.
 
@@ -70,7 +70,7 @@ def local_density(place: Floats, reach: float, out: Floats) -> None:
         out[i] = (1.0 - share) * smoothed(count, node) + share * smoothed(count, node + 1) - own
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatness: float) -> float:
     """Kernel radius across a side with that normal: range noise along the unit vector `ray`, projected on the normal.
 
@@ -79,7 +79,7 @@ def sharpness(normal_x: float, normal_y: float, ray: Floats, reach: float, flatn
     return math.hypot(reach * (normal_x * ray[0] + normal_y * ray[1]), flatness)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def misalignment(
     points: Floats, heading: float, ray: Floats, reach: float, flatness: float, along: Floats, across: Floats
 ) -> float:
@@ -102,7 +102,7 @@ def misalignment(
     return -total / len(points)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def misalignments(points: Floats, offset: Ints, heading: Floats, owner: Ints, ray: Floats, limits: Floats) -> Floats:
     """(K,) cost of headings (K,) for the points of segments `owner` (K,); see `misalignment`.
 
@@ -117,7 +117,7 @@ def misalignments(points: Floats, offset: Ints, heading: Floats, owner: Ints, ra
     return cost
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def align(points: Floats, offset: Ints, heading: Floats, reach: float, flatness: float) -> tuple[Floats, Floats]:
     """Refine the best of each segment's headings (S, M) to the minimum of the cost; the sensor is at the origin.
 

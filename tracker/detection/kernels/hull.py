@@ -1,15 +1,15 @@
 """Kernel of the convex hull of points."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 SLACK_M2 = 1e-9
 """Area of the triangle with its neighbours, twice, within which a point is kept: rounding then drops no vertex."""
 
 
-@njit(cache=True)
+@kernel()
 def convex_hull(points: Floats, order: Ints) -> Floats:
     """Vertices (H, 2) of the convex hull of some of the points (N, 2), by the monotone chain of Andrew (1979).
 

@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def kept_points(points: Floats, time: Floats, flags: Ints, drop: int, range_max: float, half_size: Floats) -> Bools:
     """(N,) mask of points (N, 3) to keep: finite, without a flag of `drop`, and in range.
 

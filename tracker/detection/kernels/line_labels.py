@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.lines import find_lines, fit_line, largest_clusters, settle
 
 
-@njit(cache=True)
+@kernel()
 def label_lines(
     points: Floats, offset: Ints, sample: Floats, first: Ints, cluster: Ints, tau: float, length_min: float,
     turn_min: float, paper: bool,

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fit_line(points: Floats, member: Ints, name: int) -> Floats:
     """Total least squares line (3,) through the points, at least one, whose `member` is `name`."""
     count, x, y = 0, 0.0, 0.0
@@ -27,7 +27,7 @@ def fit_line(points: Floats, member: Ints, name: int) -> Floats:
     return np.array([a, b, -a * x - b * y])
 
 
-@njit(cache=True)
+@kernel()
 def log_chance(count: int, support: int, share: float) -> float:
     """Logarithm of the expected number of lines near `support` of `count` scattered points by chance.
 
@@ -47,7 +47,7 @@ def log_chance(count: int, support: int, share: float) -> float:
     return pairs + term + math.log(total)
 
 
-@njit(cache=True)
+@kernel()
 def near(points: Floats, line: Floats, tau: float, taken: Ints) -> Ints:
     """1 for points within tau of the line that are not taken, else 0."""
     member = np.zeros(len(points), np.int64)
@@ -57,7 +57,7 @@ def near(points: Floats, line: Floats, tau: float, taken: Ints) -> Ints:
     return member
 
 
-@njit(cache=True)
+@kernel()
 def extent(points: Floats, line: Floats, member: Ints) -> tuple[float, float]:
     """Length and width of the box around the members, along and across the line."""
     low_t, high_t, low_d, high_d = np.inf, -np.inf, np.inf, -np.inf
@@ -69,7 +69,7 @@ def extent(points: Floats, line: Floats, member: Ints) -> tuple[float, float]:
     return high_t - low_t, high_d - low_d
 
 
-@njit(cache=True)
+@kernel()
 def find_lines(points: Floats, sample: Floats, cluster: Ints, tau: float, length_min: float, turn_min: float) -> Floats:
     """Lines (L, 3), L >= 1, of the clusters of `sample` that are not outliers: the largest, and every further side."""
     size = np.bincount(cluster, minlength=len(sample))
@@ -96,7 +96,7 @@ def find_lines(points: Floats, sample: Floats, cluster: Ints, tau: float, length
     return lines
 
 
-@njit(cache=True)
+@kernel()
 def assign(points: Floats, lines: Floats, tau: float) -> Ints:
     """Nearest line within tau of each point, or -1."""
     label = np.full(len(points), -1, np.int64)
@@ -109,7 +109,7 @@ def assign(points: Floats, lines: Floats, tau: float) -> Ints:
     return label
 
 
-@njit(cache=True)
+@kernel()
 def settle(points: Floats, lines: Floats, tau: float) -> Ints:
     """Refine lines and return the line (N,) of each point: 0 for the largest, -1 for none."""
     label = assign(points, lines, tau)
@@ -128,7 +128,7 @@ def settle(points: Floats, lines: Floats, tau: float) -> Ints:
     return label
 
 
-@njit(cache=True)
+@kernel()
 def largest_clusters(sample: Floats, cluster: Ints) -> Floats:
     """Lines (L, 3), L >= 1, of the clusters before the largest jump in size (Magri and Fusiello's rule for outliers).
 

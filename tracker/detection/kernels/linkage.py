@@ -3,15 +3,15 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 MINIMAL_SAMPLE = 2
 """Points that define a line."""
 
 
-@njit(cache=True)
+@kernel()
 def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
     """Lines (M, 3) through pairs of points: unit normal and offset, so that |line . (x, y, 1)| is a distance.
 
@@ -46,7 +46,7 @@ def hypotheses(points: Floats, uniforms: Floats, locality: float) -> Floats:
     return lines
 
 
-@njit(cache=True)
+@kernel()
 def diagonal(points: Floats) -> float:
     """Return the length of the diagonal of the box around points (N, 2 or more) [m]."""
     low_x, low_y, high_x, high_y = np.inf, np.inf, -np.inf, -np.inf
@@ -56,7 +56,7 @@ def diagonal(points: Floats) -> float:
     return math.hypot(high_x - low_x, high_y - low_y)
 
 
-@njit(cache=True)
+@kernel()
 def first_above(cumulative: Floats, value: float) -> int:
     """Return the index of the first of the ascending numbers (N,) above a value, by bisection."""
     low, high = 0, len(cumulative)
@@ -69,7 +69,7 @@ def first_above(cumulative: Floats, value: float) -> int:
     return low
 
 
-@njit(cache=True)
+@kernel()
 def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
     """(M, N) preference of every point for every line, equation (1); a column contains the preferences of a point."""
     table = np.zeros((len(lines), len(points)))
@@ -85,7 +85,7 @@ def preferences(points: Floats, lines: Floats, tau: float) -> Floats:
     return table
 
 
-@njit(cache=True)
+@kernel()
 def products(table: Floats, i: int, stop: int, used: Ints, out: Floats) -> None:
     """Write the inner products of column i with the first `stop` columns to `out`.
 
@@ -106,13 +106,13 @@ def products(table: Floats, i: int, stop: int, used: Ints, out: Floats) -> None:
             out[j] = out[j] + at_a * table[a, j] + at_b * table[b, j] + at_c * table[c, j] + at_d * table[d, j]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
     """Tanimoto distance, equation (2), from <p, q>, |p|^2 and |q|^2; 1 without common preferences."""
     return 1.0 - product / (norm_p + norm_q - product) if product > 0.0 else 1.0
 
 
-@njit(cache=True)
+@kernel()
 def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
     """Column of the smallest distance in row i other than i among the first `count` of `alive`, the first of equals.
 
@@ -127,7 +127,7 @@ def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def merge(
     table: Floats, distance: Floats, norm: Floats, p: int, q: int, alive: Ints, count: int, used: Ints, row: Floats
 ) -> None:
@@ -145,7 +145,7 @@ def merge(
         distance[q, j] = distance[j, q] = 1.0
 
 
-@njit(cache=True)
+@kernel()
 def without(alive: Ints, count: int, q: int) -> int:
     """Remove q from the first sorted names of clusters, in place, and return the number of the rest."""
     kept = 0
@@ -156,7 +156,7 @@ def without(alive: Ints, count: int, q: int) -> int:
     return kept
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def agglomerate(table: Floats) -> Ints:
     """Merge the nearest clusters until all are orthogonal; (N,) cluster of each point, as the index of a member.
 
@@ -199,7 +199,7 @@ def agglomerate(table: Floats) -> Ints:
     return label
 
 
-@njit(cache=True)
+@kernel()
 def link_samples(sample: Floats, first: Ints, uniforms: Floats, locality: float, tau: float) -> Ints:
     """(K,) cluster of each point of samples (K, 2 or more), as the index of a member within its segment.
 

@@ -1,12 +1,12 @@
 """Nearness of points to a set of points."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def any_within(points: Floats, others: Floats, radius: Floats) -> Bools:
     """(P,) mask of points (P, 2) with one of the others (Q, 2) within their radius (P,)."""
     found = np.zeros(len(points), np.bool_)

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.faces import depth_std, exists
 
 WIDTH_MAX = 2.8
@@ -29,7 +29,7 @@ MIRROR_GATE = 4.0
 """Gate in standard deviations beyond which a point is on a mirror; near points at the same height are, too."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def face_depths(points: Floats, corner: Floats, uncertainty: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
     """Return depths behind both faces, places along them, and standard deviations that include those of the faces.
 
@@ -47,7 +47,7 @@ def face_depths(points: Floats, corner: Floats, uncertainty: Floats, noise: Floa
     return depth, place, std
 
 
-@njit(cache=True)
+@kernel()
 def face_ends(depth: Floats, place: Floats, std: Floats, gate: float) -> tuple[Floats, Floats]:
     """Return the lowest and the highest place (2,) of the points on each face."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
@@ -58,7 +58,7 @@ def face_ends(depth: Floats, place: Floats, std: Floats, gate: float) -> tuple[F
     return low, high
 
 
-@njit(cache=True)
+@kernel()
 def on_faces(
     depth: Floats, place: Floats, std: Floats, gate: float, depth_max: float, beyond_max: float
 ) -> tuple[Ints, Ints]:
@@ -84,7 +84,7 @@ def on_faces(
     return label, outside
 
 
-@njit(cache=True)
+@kernel()
 def unseen_sides(
     points: Floats,
     corner: Floats,
@@ -122,7 +122,7 @@ def unseen_sides(
                     label[i] = 2 * k + (2 if sign > 0.0 else 3)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def drop_mirrors(points: Floats, label: Ints, depth: Floats, place: Floats, std: Floats) -> None:
     """Remove the points (N, 3) of mirrors in the plane of a face from its label; values (N,) for that face.
 
@@ -148,7 +148,7 @@ def drop_mirrors(points: Floats, label: Ints, depth: Floats, place: Floats, std:
                         label[j] = -1
 
 
-@njit(cache=True)
+@kernel()
 def keep_dominant(label: Ints, depth: Floats) -> None:
     """Label the point nearest to the dominant face 0 if there is no other on it; depths (2, N)."""
     nearest = 0
@@ -159,7 +159,7 @@ def keep_dominant(label: Ints, depth: Floats) -> None:
     label[nearest] = 0
 
 
-@njit(cache=True)
+@kernel()
 def label_bodies(
     points: Floats,
     offset: Ints,

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.detection.kernels.body_equations import fit_body
 from tracker.detection.kernels.body_starts import (
     COST,
@@ -21,7 +21,7 @@ from tracker.detection.kernels.bowed_faces import STATES, BodyShape
 from tracker.detection.kernels.cholesky import solve
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def fit_bodies(
     points: Floats,
     line: Ints,
@@ -59,7 +59,7 @@ def fit_bodies(
     return triangle
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def mixture_variance(found: Floats, best: int, temperature: float) -> float:
     """Return the variance of the heading about that of hypothesis `best`, over all, weighted by their likelihoods."""
     total, variance = 0.0, 0.0
@@ -70,7 +70,7 @@ def mixture_variance(found: Floats, best: int, temperature: float) -> float:
     return variance / total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def best_bodies(found: Floats, first: Ints, triangle: Floats, temperature: float) -> tuple[Ints, Floats, Floats]:
     """Return the best hypothesis of each segment (S,), and two factors (S, 3, 3) of the covariance of its body.
 
@@ -106,7 +106,7 @@ def best_bodies(found: Floats, first: Ints, triangle: Floats, temperature: float
     return best, covariance, turn
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def unit_solution(triangle: Floats, state: int, solved: Floats) -> float:
     """Write a column of the inverse of the information matrix, (STATES,); return its diagonal element, the variance."""
     for a in range(STATES):

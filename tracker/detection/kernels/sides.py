@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def outermost(place: Floats, reach: Floats, sign: float) -> float:
     """Mean of the places (N,) on the outermost side in the direction of `sign`.
 
@@ -27,7 +27,7 @@ def outermost(place: Floats, reach: Floats, sign: float) -> float:
     return sign * side
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def extents(
     points: Floats, offset: Ints, heading: Floats, range_std: float, flatness: float, sigma: float
 ) -> tuple[Floats, Floats]:

@@ -1,12 +1,12 @@
 """Kernel of truncation: points at the edges of the field of view, and at occlusion boundaries."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def truncated_points(
     order: Ints,
     channel: Ints,

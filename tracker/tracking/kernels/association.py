@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats
+from tracker.compiled import kernel
 
 
 class Limits(NamedTuple):
@@ -20,14 +20,14 @@ class Limits(NamedTuple):
     """Limit of the cost of heading and of size; 0 for a gate of the corner only."""
 
 
-@njit(cache=True)
+@kernel()
 def squared_distance(residual: Floats, xx: float, xy: float, yy: float) -> float:
     """Squared Mahalanobis distance of a residual (2,) with covariance xx, xy, yy."""
     x, y = residual
     return float((yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy))
 
 
-@njit(cache=True)
+@kernel()
 def score_models(
     misfit: Floats, reach: Floats, of_track: Floats, of_box: Floats, probability: Floats, likely_min: float
 ) -> tuple[float, float]:
@@ -50,7 +50,7 @@ def score_models(
     return highest + math.log(total), nearest
 
 
-@njit(cache=True)
+@kernel()
 def score(
     errors: tuple[Floats, Floats],
     covariances: tuple[Floats, Floats],

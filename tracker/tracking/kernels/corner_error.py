@@ -3,18 +3,18 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def variance_along(covariance: Floats, x: float, y: float) -> float:
     """Variance of a covariance (2, 2) along a unit vector x, y."""
     return float(x * x * covariance[0, 0] + 2.0 * x * y * covariance[0, 1] + y * y * covariance[1, 1])
 
 
-@njit(cache=True)
+@kernel()
 def rotated(variance: Floats, heading: Floats) -> Floats:
     """(T, 2, 2) covariances with variances (T, 2) along and across headings (T,)."""
     covariance = np.empty((len(heading), 2, 2))
@@ -27,7 +27,7 @@ def rotated(variance: Floats, heading: Floats) -> Floats:
     return covariance
 
 
-@njit(cache=True)
+@kernel()
 def released(variance: Floats, exact: Bools, covariance: Floats, heading: Floats) -> Floats:
     """(T, 2, 2) covariances of the past errors (T, 2) that observations with covariances (T, 2, 2) remove.
 
@@ -43,7 +43,7 @@ def released(variance: Floats, exact: Bools, covariance: Floats, heading: Floats
     return rotated(removed, heading)
 
 
-@njit(cache=True)
+@kernel()
 def observe(variance: Floats, exact: Bools, covariance: Floats, heading: Floats, least: float) -> Floats:
     """(T, 2) variances after observations with covariances (T, 2, 2) that are `exact` (T, 2) along and across."""
     observed = np.empty_like(variance)

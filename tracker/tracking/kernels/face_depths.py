@@ -7,7 +7,7 @@ in recorded scans of seven scenarios with training seeds, which `docs/face_depth
 
 import math
 
-from numba import njit
+from tracker.compiled import kernel
 
 LINE_DEPTH_M = 0.015
 """Mean depth of points on a line, from range noise [m]."""
@@ -38,21 +38,21 @@ CORNER_DEPTH_MAX_M = 2.8
 """Depth of a background segment with a corner, at most [m]; deeper ones are no vehicles."""
 
 
-@njit(cache=True)
+@kernel()
 def of_car(depth_m: float) -> float:
     """Return the density of the depth of a single face of a car, van or motorcycle."""
     bowed = depth_m / CAR_DEPTH_M * exponential(depth_m, CAR_DEPTH_M)
     return CAR_LINE_SHARE * exponential(depth_m, LINE_DEPTH_M) + (1.0 - CAR_LINE_SHARE) * bowed
 
 
-@njit(cache=True)
+@kernel()
 def of_lorry(depth_m: float) -> float:
     """Return the density of the depth of a single face of a lorry or bus."""
     line, relief = exponential(depth_m, LINE_DEPTH_M), exponential(depth_m, LORRY_RELIEF_M)
     return LORRY_LINE_SHARE * line + (1.0 - LORRY_LINE_SHARE) * relief
 
 
-@njit(cache=True)
+@kernel()
 def of_background(depth_m: float) -> float:
     """Return the density of the depth of a background segment; deeper ones than vehicles are as dense as corners."""
     line, relief = exponential(depth_m, LINE_DEPTH_M), exponential(depth_m, BACKGROUND_RELIEF_M)
@@ -62,7 +62,7 @@ def of_background(depth_m: float) -> float:
     )  # fmt: skip
 
 
-@njit(cache=True)
+@kernel()
 def exponential(depth_m: float, mean_m: float) -> float:
     """Return the density of an exponential distribution."""
     return math.exp(-depth_m / mean_m) / mean_m

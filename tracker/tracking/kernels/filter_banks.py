@@ -1,16 +1,16 @@
 """Prediction and correction of T filter banks, and of T sets of independent filters, of M models of n states each."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats
+from tracker.compiled import kernel
 from tracker.tracking.kernels import kalman, multiple_models
 
 Banks = tuple[Floats, Floats, Floats]
 """Means (T, M, n), covariances (T, M, n, n), and model probabilities (T, M)."""
 
 
-@njit(cache=True)
+@kernel()
 def predict(
     mean: Floats,
     covariance: Floats,
@@ -29,7 +29,7 @@ def predict(
     return mean, covariance, probability
 
 
-@njit(cache=True)
+@kernel()
 def move(mean: Floats, covariance: Floats, transition: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return the means (T, M, n) and covariances (T, M, n, n) of filters after one time step."""
     rows, n = mean.shape[0] * mean.shape[1], mean.shape[2]
@@ -37,7 +37,7 @@ def move(mean: Floats, covariance: Floats, transition: Floats, noise: Floats) ->
     return moved.reshape(mean.shape), spread.reshape(covariance.shape)
 
 
-@njit(cache=True)
+@kernel()
 def inflated(covariance: Floats, added: Floats) -> Floats:
     """Return covariances (T, M, n, n) with (T, 2, 2) added to those of the first two states."""
     result = covariance.copy()
@@ -49,7 +49,7 @@ def inflated(covariance: Floats, added: Floats) -> Floats:
     return result
 
 
-@njit(cache=True)
+@kernel()
 def observe(
     mean: Floats,
     covariance: Floats,
@@ -76,7 +76,7 @@ def observe(
     return mean, covariance, probability, used
 
 
-@njit(cache=True)
+@kernel()
 def corrected(mean: Floats, covariance: Floats, residual: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return the means (T, M, n) and covariances (T, M, n, n) of filters after innovations (T, M, 2)."""
     rows, n = mean.shape[0] * mean.shape[1], mean.shape[2]
@@ -85,7 +85,7 @@ def corrected(mean: Floats, covariance: Floats, residual: Floats, noise: Floats)
     return moved.reshape(mean.shape), spread.reshape(covariance.shape)
 
 
-@njit(cache=True)
+@kernel()
 def observe_independent(
     mean: Floats, covariance: Floats, measured: Floats, noise: Floats, released: Floats
 ) -> tuple[Floats, Floats, Floats]:

@@ -7,9 +7,9 @@ import cmath
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 
 CAR_LENGTH_SPREAD_M = 1.5
 """Difference of the lengths of cars at most [m], but for few: the corner's error covers it."""
@@ -20,7 +20,7 @@ AMBIGUOUS_VARIANCE_M2 = 100.0
 Pair = tuple[float, float]
 
 
-@njit(cache=True)
+@kernel()
 def turned_views(
     track_heading: Floats, heading: Floats, size: Floats, sign: Ints, cut: Bools
 ) -> tuple[Floats, Floats, Ints, Bools]:
@@ -46,7 +46,7 @@ def turned_views(
     return own_heading, own_size, near, own_cut
 
 
-@njit(cache=True)
+@kernel()
 def shows_end(
     size: Floats, near: Ints, cut: Bools, whole: Floats, axis: int, face_min_m: float, whole_share: float
 ) -> bool:
@@ -62,7 +62,7 @@ def shows_end(
     return not near_cut and (size[axis] >= whole_share * whole[axis] or far_cut)
 
 
-@njit(cache=True)
+@kernel()
 def contradicts_size(offset: float, size: float, near: int, tracked: int, whole: float) -> bool:
     """Return True if a box contradicts an uncertain size on an axis: its far end is at the tracked end.
 
@@ -74,7 +74,7 @@ def contradicts_size(offset: float, size: float, near: int, tracked: int, whole:
     return near != tracked and near_end > CAR_LENGTH_SPREAD_M and tracked_end < near_end
 
 
-@njit(cache=True)
+@kernel()
 def protrusion(offset: float, size: float, tracked: int, whole: float, extent: float) -> float:
     """Return the part of a box that protrudes from an extent of the vehicle, from its tracked corner on [m].
 
@@ -84,7 +84,7 @@ def protrusion(offset: float, size: float, tracked: int, whole: float, extent: f
     return max(shift + excess, 0.0) + min(shift - excess, 0.0)
 
 
-@njit(cache=True)
+@kernel()
 def end_errors(offset: float, half_box: float, near: int, size: float, whole: float) -> Pair:
     """Return the distances [m] from the ends of the vehicle to those of the box: of the near ends, and the smaller one.
 
@@ -95,7 +95,7 @@ def end_errors(offset: float, half_box: float, near: int, size: float, whole: fl
     return near_end, far_end if abs(far_end) < abs(near_end) else near_end
 
 
-@njit(cache=True)
+@kernel()
 def set_covariance(matrix: Floats, heading: complex, along: float, across: float) -> None:
     """Write the covariance (2, 2) with variances along and across a heading, a unit vector."""
     x, y = heading.real, heading.imag
@@ -103,7 +103,7 @@ def set_covariance(matrix: Floats, heading: complex, along: float, across: float
     matrix[0, 1] = matrix[1, 0] = x * y * (along - across)
 
 
-@njit(cache=True)
+@kernel()
 def moves_corner(
     center: complex, heading: complex, tracked: Ints, near: Ints, size: Floats, sensor: complex, margin_m: float
 ) -> bool:
@@ -113,7 +113,7 @@ def moves_corner(
     return abs(of_tracked) > abs(of_near) + margin_m
 
 
-@njit(cache=True)
+@kernel()
 def set_misfits(
     misfit: Floats,
     reach: Floats,
@@ -143,7 +143,7 @@ def set_misfits(
     return not exact[0] and error[0] == 0.0, not exact[1] and error[1] == 0.0
 
 
-@njit(cache=True)
+@kernel()
 def ends(
     center: complex,
     heading: complex,
@@ -172,7 +172,7 @@ def ends(
         corner[axis] = near[axis] if moves and (exact[axis] or not uncertain) else tracked[axis]
 
 
-@njit(cache=True)
+@kernel()
 def hypothesise(
     models: tuple[Floats, Floats, Ints],
     heading: Floats,

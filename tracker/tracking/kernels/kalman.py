@@ -1,12 +1,12 @@
 """Prediction and correction of a batch of Kalman filters."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def predict(mean: Floats, covariance: Floats, transition: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return the means (K, n) and covariances (K, n, n) after one time step.
 
@@ -35,7 +35,7 @@ def predict(mean: Floats, covariance: Floats, transition: Floats, noise: Floats)
     return moved, spread
 
 
-@njit(cache=True)
+@kernel()
 def correct(mean: Floats, covariance: Floats, residual: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Return the means (K, n) and covariances (K, n, n) after a measurement of the first one or two states.
 
@@ -59,7 +59,7 @@ def correct(mean: Floats, covariance: Floats, residual: Floats, noise: Floats) -
     return corrected, spread
 
 
-@njit(cache=True)
+@kernel()
 def gains(covariance: Floats, noise: Floats) -> Floats:
     """(n, m) Kalman gain of a measurement of the first one or two states, with noise (m, m)."""
     n, m = len(covariance), len(noise)

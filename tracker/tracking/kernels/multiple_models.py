@@ -4,9 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats
+from tracker.compiled import kernel
 
 NO_SPEED_MPS = 1e-9
 """Speed below which a filter has no direction [m/s]; the speed of a stationary vehicle tends to 0 and underflows."""
@@ -27,7 +27,7 @@ class Changes(NamedTuple):
     """Probability of the change to that model, at least."""
 
 
-@njit(cache=True)
+@kernel()
 def transitions(mean: Floats, covariance: Floats, changes: Changes) -> Floats:
     """(T, M, M) probability of the change from one mode (row) to another (column) in one time step."""
     count, models = mean.shape[:2]
@@ -49,7 +49,7 @@ def transitions(mean: Floats, covariance: Floats, changes: Changes) -> Floats:
     return chain
 
 
-@njit(cache=True)
+@kernel()
 def slow(mean: Floats, covariance: Floats, limit_mps: float) -> float:
     """Probability by a filter that the speed along its direction of motion is below the limit."""
     speed = math.hypot(mean[2], mean[3])
@@ -61,7 +61,7 @@ def slow(mean: Floats, covariance: Floats, limit_mps: float) -> float:
     return 0.5 * (math.erfc((speed - limit_mps) * scale) - math.erfc((speed + limit_mps) * scale))
 
 
-@njit(cache=True)
+@kernel()
 def mix(mean: Floats, covariance: Floats, probability: Floats, chain: Floats) -> tuple[Floats, Floats, Floats]:
     """Return mixed means (T, J, n) and covariances (T, J, n, n), and the probabilities (T, J) before an observation.
 
@@ -88,7 +88,7 @@ def mix(mean: Floats, covariance: Floats, probability: Floats, chain: Floats) ->
     return mixed, spread, prior
 
 
-@njit(cache=True)
+@kernel()
 def mahalanobis(residual: Floats, covariance: Floats, noise: Floats) -> tuple[float, float]:
     """Squared Mahalanobis distance of an innovation (2,), and determinant of its covariance.
 
@@ -100,7 +100,7 @@ def mahalanobis(residual: Floats, covariance: Floats, noise: Floats) -> tuple[fl
     return (yy * x * x - 2.0 * xy * x * y + xx * y * y) / determinant, determinant
 
 
-@njit(cache=True)
+@kernel()
 def update(probability: Floats, evidence: Floats, floor: float) -> Floats:
     """Return the model probabilities (T, M) after evidence (T, M), not below the floor; see `tracker.tracking.mma`."""
     count, models = probability.shape
@@ -123,7 +123,7 @@ def update(probability: Floats, evidence: Floats, floor: float) -> Floats:
     return posterior
 
 
-@njit(cache=True)
+@kernel()
 def score(covariance: Floats, residual: Floats, noise: Floats, tail_dof: float) -> tuple[Floats, Floats]:
     """Return the log-likelihoods (T, M) of a t-distribution, and the factors (T,) on the measurement noise.
 

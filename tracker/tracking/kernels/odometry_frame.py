@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def moved(points: Floats, pose: Floats) -> Floats:
     """(B, 2) points (B, 2) of the ego frame in the odometry frame, in which the ego has a pose (3,)."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -19,7 +19,7 @@ def moved(points: Floats, pose: Floats) -> Floats:
     return turned
 
 
-@njit(cache=True)
+@kernel()
 def turned_covariances(covariance: Floats, yaw: float, floors: tuple[float, float]) -> Floats:
     """(B, 3, 3) covariances of x, y and heading, turned by a yaw angle, plus variances of position and heading."""
     x, y = math.cos(yaw), math.sin(yaw)

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats
+from tracker.compiled import kernel
 
 QUANTILES = (-1.2816, -0.5244, 0.0, 0.5244, 1.2816)
 """Standard normal quantiles of 10, 30, 50, 70 and 90 %: middles of five equally likely parts."""
@@ -14,7 +14,7 @@ ALONG = (-0.35, 0.0, 0.35)
 """Places along a vehicle that beams cannot pass, in lengths from its centre."""
 
 
-@njit(cache=True)
+@kernel()
 def predicted_places(center: Floats, heading: Floats, length: Floats, covariance: Floats) -> Floats:
     """(T, K, A, 2) places along each of T vehicles at K equally likely positions [m].
 

@@ -8,9 +8,9 @@ mean effect is used. Vectors are complex numbers x + iy.
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 from tracker.records import MODEL_NAMES, PREDICTION_S
 from tracker.tracking.kernels.turns import LEAST_SPEED_MPS, Complexes, turned_integrals
 
@@ -21,7 +21,7 @@ STATIONARY, CV, CA, CTRV, CTRA, TWO_AXLE = range(len(MODEL_NAMES))
 """Indices in `MODEL_NAMES`."""
 
 
-@njit(cache=True)
+@kernel()
 def predict(
     independent: Floats,
     bank: Floats,
@@ -61,7 +61,7 @@ def predict(
     return ahead
 
 
-@njit(cache=True)
+@kernel()
 def lasting(ahead_s: float, mode_time_s: float) -> float:
     """Return the mean displacement by an acceleration that ends at a random time, relative to one that lasts.
 
@@ -72,7 +72,7 @@ def lasting(ahead_s: float, mode_time_s: float) -> float:
     return 2.0 * (math.expm1(-share) + share) / share**2 if share > 1e-3 else 1.0 - share / 3.0
 
 
-@njit(cache=True)
+@kernel()
 def position(model: int, mean: Floats, share: float, yaw_rate: float, direction: complex, ahead_s: float) -> complex:
     """Return the position of a vehicle by one model [m].
 
@@ -98,7 +98,7 @@ def position(model: int, mean: Floats, share: float, yaw_rate: float, direction:
     return start + forward * (speed * first + change * second)
 
 
-@njit(cache=True)
+@kernel()
 def along_circle(
     velocity: complex, acceleration: complex, yaw_rate: float, direction: complex, ahead_s: float
 ) -> complex:
@@ -110,7 +110,7 @@ def along_circle(
     return direction * turned_integrals(curvature, speed * until + 0.5 * change * until**2)[0]
 
 
-@njit(cache=True)
+@kernel()
 def until_stop(speed: float, change: float, ahead_s: float) -> float:
     """Return the time ahead, at most until the vehicle stops [s]."""
     return speed / -change if change * ahead_s < -speed else ahead_s

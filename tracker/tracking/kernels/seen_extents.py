@@ -1,12 +1,12 @@
 """Memory of the seen extents of a vehicle."""
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def remember(
     seen: float, observed: float, whole: bool, whole_views: int, gains: tuple[float, float], face_min_m: float
 ) -> float:
@@ -22,7 +22,7 @@ def remember(
     return seen + gain * (observed - seen)
 
 
-@njit(cache=True)
+@kernel()
 def observe(
     seen: Floats,
     whole_views: Ints,

@@ -3,9 +3,8 @@
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from tracker.arrays import Bools, Floats
+from tracker.compiled import kernel
 from tracker.tracking.kernels import face_depths
 
 
@@ -52,7 +51,7 @@ Side = tuple[float, float]
 """Visible extent [m] of a side, and the probability that it is truncated."""
 
 
-@njit(cache=True)
+@kernel()
 def length_log_odds(size: Floats, whole: Bools, visible_min_m: float, truncated_probability: float) -> float:
     """Return the log-odds that the first of two sides is the length of a vehicle, and the second one its width.
 
@@ -87,7 +86,7 @@ def length_log_odds(size: Floats, whole: Bools, visible_min_m: float, truncated_
     return math.log(along / across)
 
 
-@njit(cache=True)
+@kernel()
 def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -> float:
     """Return the log-odds of a view of two sides (2,) [m] for a vehicle, against a piece of a building or a wall.
 
@@ -112,7 +111,7 @@ def vehicle_log_odds(size: Floats, whole: Bools, truncated_probability: float) -
     return math.log(vehicle / background)
 
 
-@njit(cache=True)
+@kernel()
 def view_density(longer: Side, shorter: Side, kind: VehicleClass) -> float:
     """Return the density [1/m^2] of a view of two sides of a class, either of which may be its length, or facing away.
 
@@ -129,7 +128,7 @@ def view_density(longer: Side, shorter: Side, kind: VehicleClass) -> float:
     return kind.share * (along + across)
 
 
-@njit(cache=True)
+@kernel()
 def side_density(extent: float, truncated: float, limits: tuple[float, float], visible_min_m: float) -> float:
     """Return the density [1/m] of a visible extent [m] of a side from a range of lengths [m], 1 if it may face away.
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats
+from tracker.compiled import kernel
 from tracker.tracking.vehicle_sizes import GRID_M
 
 HIDDEN_STD_M = 0.12
@@ -30,7 +30,7 @@ LOG_ODDS_MAX = 15.0
 """Maximum log-odds of one size against another, so that later views can correct it."""
 
 
-@njit(cache=True)
+@kernel()
 def whole_density(extent: float, g: int, hidden: float) -> float:
     """Density [1/m] of the visible extent [m] of a whole side `GRID_M[g]`, of which a part is `hidden` [m]."""
     misfit = (extent - (GRID_M[g] - hidden)) / STD_M[g]
@@ -39,7 +39,7 @@ def whole_density(extent: float, g: int, hidden: float) -> float:
     return float(math.exp(-0.5 * misfit * misfit) / (STD_M[g] * math.sqrt(2.0 * math.pi)))
 
 
-@njit(cache=True)
+@kernel()
 def add_view(
     log_likelihood: Floats,
     observed: Floats,
@@ -74,7 +74,7 @@ def add_view(
             log_likelihood[axis, g] = max(log_likelihood[axis, g] - highest, -LOG_ODDS_MAX)
 
 
-@njit(cache=True)
+@kernel()
 def average_pieces(mean: Floats, observed: Floats, gain: Floats, hidden: Floats, merged: float) -> None:
     """Average a truncated view of extents (2,) [m] into mean log-likelihoods (2, G), in place.
 

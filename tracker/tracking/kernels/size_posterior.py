@@ -3,16 +3,16 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.compiled import kernel
 from tracker.tracking.kernels.size_likelihood import add_view, average_pieces
 from tracker.tracking.vehicle_sizes import GRID_M, side_probabilities
 
 SHARE, PRIOR = side_probabilities()
 
 
-@njit(cache=True)
+@kernel()
 def observe(
     log_likelihood: Floats,
     of_pieces: Floats,
@@ -46,7 +46,7 @@ def observe(
     return estimate(log_likelihood, of_pieces)
 
 
-@njit(cache=True)
+@kernel()
 def estimate(log_likelihood: Floats, of_pieces: Floats) -> tuple[Floats, Floats]:
     """Return the sides (2,) of the greatest expected overlap, and standard deviations (2,) about them [m].
 
@@ -67,7 +67,7 @@ def estimate(log_likelihood: Floats, of_pieces: Floats) -> tuple[Floats, Floats]
     return size, std
 
 
-@njit(cache=True)
+@kernel()
 def posterior(likelihood: Floats, share: Floats, prior: Floats) -> Floats:
     """(2, G) probabilities of the sides of `GRID_M`, from their likelihoods (2, G).
 
@@ -92,7 +92,7 @@ def posterior(likelihood: Floats, share: Floats, prior: Floats) -> Floats:
     return result
 
 
-@njit(cache=True)
+@kernel()
 def side_of_greatest_overlap(probability: Floats) -> float:
     """Side a [m] with the greatest expected overlap min(a, b) / max(a, b) with the true one b, from a common end.
 

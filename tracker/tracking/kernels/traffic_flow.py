@@ -2,12 +2,11 @@
 
 import math
 
-from numba import njit
-
 from tracker.arrays import Floats, Ints
+from tracker.compiled import kernel
 
 
-@njit(cache=True)
+@kernel()
 def axis_agreement(
     position: Floats,
     direction: Floats,
@@ -32,7 +31,7 @@ def axis_agreement(
     return total, agreement
 
 
-@njit(cache=True)
+@kernel()
 def front_agreement(
     position: Floats,
     direction: Floats,

@@ -4,7 +4,8 @@ import cmath
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from tracker.compiled import kernel
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -15,7 +16,7 @@ SMALL_ANGLE = 1e-3
 """Angle below which integrals over a turn use their series [rad]; the next term is below 1e-9 of the result."""
 
 
-@njit(cache=True)
+@kernel()
 def turned_integrals(rate: float, end: float) -> tuple[complex, complex]:
     """Integrals of exp(i rate t) and of t exp(i rate t) from 0 to `end`."""
     angle = rate * end
