@@ -222,6 +222,7 @@ def result(**changes):
         ("b.csv", GOOD + "1,1,0,0,east,4,2\n", "b.csv: column heading_rad, row 2: east: should be a number"),
         ("b.csv", GOOD + "1,1,0,0,0,4,0\n", "b.csv: row 2, width: 0: should be more than 0"),
         ("b.csv", GOOD + "0,1,0,0,0,4,2\n", "b.csv: row 2, id: 1: occurs twice in frame 0; give each id"),
+        ("b.csv", f"{HEAD}\n0,0,1,0.1,0.2,4,2,9\n", "b.csv: row 1: 8 cells, but the header has 7; give"),
         ("b.csv", f"{HEAD}\n9,1,0,0,0,4,2\n", "b.csv: has no frame in common with a.csv; give tracks"),
         ("b.csv", GOOD.replace("frame", "time_s"), "b.csv: has time_s, but a.csv has frame; give both files the same"),
         ("b.txt", KITTI_LINE.replace("3.80", "long"), "b.txt: line 1, length: long: should be a number"),
