@@ -1,5 +1,6 @@
 """Formats of files with boxes, recognised by content and else by the ending of the name."""
 
+import codecs
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -22,7 +23,7 @@ KITTI_FIELDS = 17
 
 
 def recognise(path: Path) -> Format:
-    """Return the format of a file, or of a folder of nuScenes tables.
+    """Return the format of a file, or of a folder of nuScenes tables or KITTI sequences.
 
     Raises
     ------
@@ -30,7 +31,7 @@ def recognise(path: Path) -> Format:
         The file cannot be read, or is of no known format.
     """
     if path.is_dir():
-        return "nuscenes"
+        return _of_folder(path)
     try:
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
@@ -53,9 +54,9 @@ def read(path: Path, role: Role, file_format: Format | None = None) -> list[BoxT
     """
     file_format = file_format or recognise(path)
     if file_format == "kitti":
-        from scenarios.exchange import kitti_labels
+        from scenarios.exchange import kitti_folder, kitti_labels
 
-        return [kitti_labels.read(path)]
+        return [kitti_labels.read(kitti_folder.sequence(path, role) if path.is_dir() else path)]
     if file_format == "nuscenes":
         from scenarios.exchange import nuscenes_results, nuscenes_tables
 
@@ -115,12 +116,27 @@ def _is_among(table: BoxTable, names: list[str]) -> Bools:
     return found
 
 
+def _of_folder(path: Path) -> Format:
+    from scenarios.exchange import kitti_folder, nuscenes_tables
+
+    if nuscenes_tables.folder_of_tables(path):
+        return "nuscenes"
+    if kitti_folder.is_kitti(path):
+        return "kitti"
+    raise TracksError(
+        f"{path}: a folder without {nuscenes_tables.ANNOTATIONS} of nuScenes and without "
+        f"{kitti_folder.LABELS[0]} of KITTI; give the file with the boxes"
+    )
+
+
 def _of_content(head: bytes) -> Format | None:
     """Return the format that the first bytes show, or None."""
     if head.startswith(b"PAR1"):
         return "parquet"
     if head.startswith(b"\x89MCAP"):
         return "osi" if OSI_METADATA in head else "mcap"
+    if not _is_text(head):
+        return None  # a comma is in many binary files, too
     if head.lstrip()[:1] in (b"{", b"["):
         return "nuscenes"
     line = head.lstrip().split(b"\n", 1)[0]
@@ -128,3 +144,12 @@ def _of_content(head: bytes) -> Format | None:
         return "csv"
     words = line.split()
     return "kitti" if len(words) >= KITTI_FIELDS and words[0].lstrip(b"-").isdigit() else None
+
+
+def _is_text(head: bytes) -> bool:
+    """Return True for UTF-8 without NUL; the last character of a longer file may be cut off."""
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head, final=len(head) < HEAD_BYTES)
+    except UnicodeDecodeError:
+        return False
+    return b"\0" not in head

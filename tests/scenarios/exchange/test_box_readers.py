@@ -10,7 +10,7 @@ from support.box_files import Box
 
 from scenarios.cli import main
 from scenarios.exchange import kitti_labels, nuscenes_results, nuscenes_tables
-from scenarios.exchange.file_formats import read, recognise
+from scenarios.exchange.file_formats import HEAD_BYTES, read, recognise
 
 KITTI_LINE = "0 7 Car 0 0 -1.57 599.4 156.4 629.8 189.3 1.50 1.60 3.80 -2.0 1.65 12.0 0.00"
 """A line in the layout of `label_02`: a car 12 m ahead and 2 m to the left, that faces to the right."""
@@ -239,6 +239,9 @@ def result(**changes):
         ("b.bin", "\0\0", "b.bin: no known format; name it with --truth-format or --tracks-format"),
         ("b.mcap", "\0\0", "b.mcap: cannot be read"),
         ("b.parquet", "\0\0", "b.parquet: cannot be read"),
+        ("b.mcap", "\0,\0\n", "b.mcap: cannot be read ("),
+        ("b.parquet", "\0,\0\n", "b.parquet: cannot be read (Error creating dataset"),
+        ("b.bin", "\0,\0\n", "b.bin: no known format; name it with --truth-format or --tracks-format"),
     ],
 )  # fmt: skip
 def test_an_invalid_file_is_refused_in_one_line(name, text, message, tmp_path, monkeypatch, capfd):
@@ -285,6 +288,25 @@ def test_an_invalid_table_is_refused_in_one_line(table, rows, message, tmp_path,
     refused(["--truth", "v1.0-mini", "--tracks", "b.json"], message, capfd)
 
 
+def test_a_kitti_folder_of_several_sequences_is_refused(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    labels = tmp_path / "training" / "label_02"
+    labels.mkdir(parents=True)
+    for name in ("0000.txt", "0001.txt"):
+        box_files.write(labels, name, KITTI_LINE)
+    several = "has 2 sequences; give the text file of one, e.g."
+    for folder, first in ((".", "training/label_02/0000.txt"), ("training", "training/label_02/0000.txt")):
+        refused(["--truth", folder, "--tracks", first], f"{folder}: {several} {first}", capfd)
+    refused(["--truth", "training/label_02/0000.txt", "--tracks", "."], ".: no results/0000.txt in it; give", capfd)
+
+
+def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
+    """Latin-1 by the ending of its name; UTF-8 also where the head of the file ends within a character."""
+    (tmp_path / "a.txt").write_bytes("0,é".encode("latin-1"))
+    (tmp_path / "b.txt").write_bytes(b"," * (HEAD_BYTES - 1) + "é".encode())
+    assert [recognise(tmp_path / name) for name in ("a.txt", "b.txt")] == ["kitti", "csv"]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -302,7 +324,7 @@ def test_an_invalid_table_is_refused_in_one_line(table, rows, message, tmp_path,
         (["--truth", "a.csv", "--tracks", "a.csv", "--points-min", "1"], "a.csv: has no numbers of points; leave"),
         (["run", "--points-min", "3"], "--points-min cannot be given with RUN; give either RUN"),
         (["--truth", "none.csv", "--tracks", "a.csv"], "none.csv: cannot be read (No such file or directory)"),
-        (["--truth", ".", "--tracks", "a.csv"], ".: no sample_annotation.json in it or in a folder below"),
+        (["--truth", ".", "--tracks", "a.csv"], ".: a folder without sample_annotation.json of nuScenes and without"),
     ],
 )  # fmt: skip
 def test_an_invalid_request_is_refused_in_one_line(words, message, tmp_path, monkeypatch, capfd):

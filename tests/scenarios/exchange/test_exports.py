@@ -232,6 +232,7 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
         metrics(
             capsys, "--truth", run / "kitti/training/label_02/0000.txt", "--tracks", run / "kitti/results/0000.txt"
         ),
+        metrics(capsys, "--truth", run / "kitti", "--tracks", run / "kitti"),
         metrics(capsys, "--truth", run / "run.mcap", "--tracks", run / "run.mcap"),
     ]
     for name in (
@@ -245,7 +246,7 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
         "length_abs_mean_m",
     ):
         values = [found[f"track.{name}"] for found in graded]
-        assert values == pytest.approx([values[0]] * 4, abs=1e-3), name
+        assert values == pytest.approx([values[0]] * 5, abs=1e-3), name
     assert graded[0]["track.hota"] > 0.2
     assert graded[1]["track.velocity_abs_mean_mps"] is not None
 
@@ -277,3 +278,11 @@ def test_invalid_requests_are_one_line(words, message, run, tmp_path, monkeypatc
     assert message in error
     assert error.count("\n") == 1
     assert sorted(path.name for path in Path().iterdir()) == ["file", "there"]
+
+
+def test_a_file_as_run_is_named_as_such(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    Path("a.csv").write_text("frame,id\n")
+    for words in (["export", "a.csv", "--format", "kitti", "--out", "new"], ["grade", "a.csv"], ["view", "a.csv"]):
+        assert main(words) == 2
+        assert capfd.readouterr().err == "luxloop: error: a.csv: is a file; give a folder that luxloop run wrote\n"

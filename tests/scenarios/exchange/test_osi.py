@@ -11,6 +11,7 @@ import pytest
 from support import exported_run, short_run
 
 from scenarios.cli import main
+from scenarios.errors import TracksError
 from scenarios.exchange import file_formats
 from scenarios.exchange.osi import trace_boxes
 from scenarios.grading.plane_geometry import into_frame
@@ -269,6 +270,29 @@ def test_a_damaged_trace_is_one_line(content, message, trace, tmp_path, capfd):
     assert str(path) in error
     assert message in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("role", "fields", "message"),
+    [
+        ("truth", {}, "osi3.GroundTruth 2: no timestamp; give each message its time"),
+        ("tracks", {}, "osi3.TrafficUpdate 2: no timestamp; give each message its time"),
+        ("truth", {"moving_object": True}, "time 1 s: an object without id; give each object an id"),
+        ("tracks", {"update": True}, "time 1 s: an object without id; give each object an id"),
+    ],
+)
+def test_a_missing_field_of_a_message_is_named(role, fields, message, tmp_path):
+    import betterosi as osi
+
+    kind, path = osi.GroundTruth if role == "truth" else osi.TrafficUpdate, tmp_path / "bad.mcap"
+    stamp = osi.Timestamp(seconds=1, nanos=0)
+    second = kind(timestamp=stamp, **{name: [osi.MovingObject()] for name in fields}) if fields else kind()
+    with osi.Writer(path) as writer:
+        writer.add(kind(timestamp=osi.Timestamp(seconds=0, nanos=0)), "a", 0)
+        writer.add(second, "a", 10**9)
+    with pytest.raises(TracksError) as error:
+        trace_boxes.read(path, role)
+    assert str(error.value) == f"{path}: {message}"
 
 
 def test_a_trace_of_another_program_is_placed_by_its_rear_axle(tmp_path):
