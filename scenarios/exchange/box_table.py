@@ -1,6 +1,6 @@
 """Boxes of a file in one common record, the same for every format."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -96,6 +96,34 @@ def checked(table: BoxTable, place: Callable[[int], str]) -> BoxTable:
         _require(table, place, "velocity", speed, _plausible(speed) | np.isnan(speed), "should be two numbers")
     _refuse_duplicates(table, place)
     return table
+
+
+def lower_classes(source: Path, key: str, names: Texts, known: Iterable[str], place: Callable[[int], str]) -> Texts:
+    """Return names of classes (N,) in lower case.
+
+    Parameters
+    ----------
+    source, place
+        The file, and the place of a row as for `checked`.
+    key
+        Name of the class in the format.
+    names
+        Names as written, in any case.
+    known
+        All names that the format has.
+
+    Raises
+    ------
+    TracksError
+        A name is none of the known ones.
+    """
+    choice = list(dict.fromkeys(known))
+    lower = np.char.lower(names)
+    valid = np.isin(lower, [name.lower() for name in choice])
+    if not valid.all():
+        row = int(np.argmin(valid))
+        raise TracksError(f"{source}: {place(row)}, {key}: {names[row]:.60}: should be one of {', '.join(choice)}")
+    return lower
 
 
 def _plausible(values: Floats, largest: float = LARGEST) -> Bools:

@@ -14,13 +14,14 @@ import numpy as np
 
 from scenarios.arrays import Floats
 from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable, checked
+from scenarios.exchange.box_table import BoxTable, checked, lower_classes
 
 FIELDS = (
     "frame", "track_id", "type", "truncated", "occluded", "alpha", "left", "top", "right", "bottom",
     "height", "width", "length", "x", "y", "z", "rotation_y", "score",
 )  # fmt: skip
 NUMBERS = tuple(name for name in FIELDS if name not in ("track_id", "type"))
+TYPES = ("Car", "Van", "Truck", "Pedestrian", "Person", "Person_sitting", "Cyclist", "Tram", "Misc")
 IGNORED = "dontcare"
 """Type of regions without labels; they have no 3D box and are not read."""
 
@@ -41,7 +42,12 @@ def read(path: Path) -> BoxTable:
         for name, word in zip(FIELDS, words, strict=False):
             if name in values:
                 values[name][row] = _number(path, number, name, word)
+
+    def line(row: int) -> str:
+        return f"line {place[row]}"
+
     _require_frames(path, place, values["frame"])
+    types = np.array([words[2] for _, words in rows], dtype=np.str_)
     scored = bool(rows) and len(rows[0][1]) == len(FIELDS)
     table = BoxTable(
         source=path,
@@ -52,9 +58,9 @@ def read(path: Path) -> BoxTable:
         z_m=0.5 * values["height"] - values["y"],
         height_m=values["height"],
         score=values["score"] if scored else None,
-        kind=np.array([words[2].lower() for _, words in rows], dtype=np.str_),
+        kind=lower_classes(path, "type", types, TYPES, line),
     )
-    return checked(table, lambda row: f"line {place[row]}")
+    return checked(table, line)
 
 
 def heading(rotation_y: Floats) -> Floats:

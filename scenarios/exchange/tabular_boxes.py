@@ -107,7 +107,10 @@ def _velocity(path: Path, table: pd.DataFrame, axes: str) -> Floats | None:
     """(N, 2) velocity on the axes of the positions, NaN in empty cells; None without its columns."""
     of = f"_{axes}" if axes else ""
     names = (f"vx{of}_mps", f"vy{of}_mps")
-    if not all(name in table for name in names):
+    found = [name for name in names if name in table]
+    if len(found) == 1:
+        raise TracksError(f"{path}: column {found[0]} without the other of {names[0]} and {names[1]}; add it")
+    if not found:
         return None
     columns = []
     for name in names:

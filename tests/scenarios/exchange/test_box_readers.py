@@ -151,6 +151,22 @@ def test_classes_are_filtered_and_averaged(tmp_path, capsys):
     assert amota == [0.5, 1.0, 0.0]
 
 
+def test_classes_that_the_truth_does_not_have_are_a_warning(tmp_path, capsys):
+    """Names of classes in CSV are free: `carr` is as valid as `bus`, but no true box has it."""
+    truth = [Box(0, "1", 0.0, 0.0, 0.0, 4.0, 2.0)]
+    a, b = write(tmp_path, "csv", "a", truth), write(tmp_path, "csv", "b", [truth[0]._replace(kind="carr")])
+    for options, left_out in (([], "left out of AMOTA and AMOTP"), (["--classes", "car"], "left out")):
+        assert main(["grade", "--truth", str(a), "--tracks", str(b), "--json", *options]) == 0
+        warnings = json.loads(capsys.readouterr().out)["warnings"]
+        assert warnings == [f"the truth has no class carr: tracks of it are {left_out}"]
+    assert main(["grade", "--truth", str(a), "--tracks", str(b)]) == 0
+    printed = capsys.readouterr().out
+    assert "Warning: the truth has no class carr" in printed
+    assert "1 frame, 1 true box, 1 box of tracks" in printed
+    assert main(["grade", "--truth", str(a), "--tracks", str(a), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["warnings"] == []
+
+
 def test_times_of_one_frame_may_be_rounded(tmp_path, capsys):
     head = "time_s,track_id,x_odom_m,y_odom_m,heading_odom_rad,length_m,width_m,status\n"
     a = box_files.write(tmp_path, "a.csv", head + "".join(f"{0.08 * k},1,{k},0,0,4,2,confirmed\n" for k in range(4)))
@@ -230,6 +246,9 @@ def result(**changes):
         ("b.txt", f"{KITTI_LINE}\n{KITTI_LINE} 0.5", "b.txt: line 2: score: only some lines have one"),
         ("b.txt", "\n" + KITTI_LINE.replace("3.80", "-1"), "b.txt: line 2, length: -1: should be more than 0"),
         ("b.txt", KITTI_LINE.replace("0 7", "0.5 7", 1), "b.txt: line 1, frame: 0.5: should be an integer"),
+        ("b.csv", f"{HEAD},vx_mps\n0,1,0,0,0,4,2,9\n", "b.csv: column vx_mps without the other of vx_mps and"),
+        ("b.txt", KITTI_LINE.replace("Car", "Carr"), "b.txt: line 1, type: Carr: should be one of Car, Van"),
+        ("b.json", result(tracking_name="Carr"), "b.json: sample s, box 1, tracking_name: Carr: should be one of bi"),
         ("b.json", "{", "b.json: cannot be read (Expecting property name"),
         ("b.json", "{}", "b.json: file: no key results; add it"),
         ("b.json", result(size=[2, 4]), "b.json: sample s, box 1, size: [2, 4]: should be a list of 3 numbers"),
