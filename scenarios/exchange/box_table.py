@@ -14,6 +14,8 @@ from scenarios.errors import TracksError
 
 Texts = npt.NDArray[np.str_]
 
+EGO_AXES = ("ego", "camera")
+"""Axes whose origin is the ego or its sensor."""
 ANY_AXES = ""
 """Axes of a file that does not name them: they are taken for those of the other file."""
 BOX = ("x", "y", "heading", "length", "width")
@@ -50,6 +52,8 @@ class BoxTable:
     """(N,) confidence; more is surer."""
     points: Ints | None = None
     """(N,) number of LIDAR points on the box; only of truth."""
+    occluded: Ints | None = None
+    """(N,) level of occlusion of KITTI, 0 to 3; only of truth."""
     kind: Texts | None = None
     """(N,) name of the class, in lower case."""
 
@@ -58,7 +62,10 @@ class BoxTable:
 
     def select(self, rows: Bools | Ints) -> "BoxTable":
         """Return the boxes of a mask (N,), or of row numbers in their order."""
-        columns = ("id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "kind")
+        columns = (
+            "id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "occluded",
+            "kind",
+        )  # fmt: skip
         values: dict[str, Any] = {name: getattr(self, name) for name in columns}
         kept: dict[str, Any] = {name: None if column is None else column[rows] for name, column in values.items()}
         return replace(self, **kept)

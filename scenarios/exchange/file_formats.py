@@ -8,7 +8,7 @@ import numpy as np
 
 from scenarios.arrays import Bools
 from scenarios.errors import TracksError
-from scenarios.exchange.box_table import ANY_AXES, BoxTable
+from scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
 from scenarios.exchange.file_role import Role
 
 Format = Literal["csv", "parquet", "kitti", "nuscenes", "mcap", "osi"]
@@ -90,6 +90,24 @@ def in_common_axes(truth: list[BoxTable], tracks: list[BoxTable]) -> tuple[BoxTa
             "give both files in the same frame of reference"
         )
     return min(pairs, key=lambda pair: pair[0].axes != pair[1].axes)
+
+
+def about_the_ego(tables: list[BoxTable]) -> list[BoxTable]:
+    """Return the tables whose axes start at the ego.
+
+    Raises
+    ------
+    TracksError
+        There is none, so the distances from the ego are unknown.
+    """
+    found = [table for table in tables if table.axes in EGO_AXES]
+    if not found:
+        axes = " and ".join(table.axes or "unnamed" for table in tables)
+        raise TracksError(
+            f"{tables[0].source}: its positions are in {axes} axes, so distances from the ego are unknown; "
+            "give positions in the ego frame (x_ego_m), or --points-min instead of --range-max"
+        )
+    return found
 
 
 def of_classes(truth: BoxTable, tracks: BoxTable, classes: list[str]) -> tuple[BoxTable, BoxTable]:

@@ -12,7 +12,7 @@ from rich.text import Text
 from scenarios.exchange.box_grading import BoxLimits, grade
 from scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
 from scenarios.exchange.box_table import BoxTable
-from scenarios.exchange.file_formats import Format, in_common_axes, of_classes, read
+from scenarios.exchange.file_formats import Format, about_the_ego, in_common_axes, of_classes, read
 from scenarios.exchange.ignored_boxes import leave_out
 from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from scenarios.grading.metric_definition import Definition
@@ -57,14 +57,16 @@ class GradedBoxes:
         TracksError
             A file is not valid, or they do not belong together.
         """
-        tables = in_common_axes(read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1]))
+        found = [read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1])]
+        if limits.range_max_m is not None:
+            found = [about_the_ego(of_file) for of_file in found]
+        tables = in_common_axes(found[0], found[1])
         unknown = _unknown_classes(*tables)
         if classes:
             tables = of_classes(*tables, list(classes))
         pairs = pair_frames(*tables)
         require_common_frames(pairs)
-        if limits.points_min:
-            pairs = leave_out(pairs, limits.points_min, limits.hit_iou_min)
+        pairs = leave_out(pairs, limits)
         return cls(pairs, limits, classes, grade(pairs, limits), unknown)
 
     @property
@@ -129,6 +131,5 @@ def _table(title: str, definitions: tuple[Definition, ...], graded: GradedBoxes)
 
 
 def _limits(limits: BoxLimits) -> Text:
-    return Text(
-        "Graded with " + ", ".join(f"{name} = {value:g}" for name, value in asdict(limits).items()), style="dim"
-    )
+    given = {name: value for name, value in asdict(limits).items() if value is not None}
+    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in given.items()), style="dim")

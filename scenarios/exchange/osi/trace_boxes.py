@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Ints
 from scenarios.errors import TracksError
 from scenarios.exchange.box_table import BoxTable, checked
 from scenarios.exchange.file_role import Role
 from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH
 from scenarios.exchange.osi.host_frame import Host, over_ground, sensor_frame
-from scenarios.exchange.osi.object_types import kind_name
+from scenarios.exchange.osi.object_types import kind_name, points
 from scenarios.exchange.osi.required_fields import object_id, timed
 from scenarios.grading.plane_geometry import into_frame, turned
 
@@ -38,6 +38,7 @@ class Found(NamedTuple):
     """(2,) over ground, on the axes of the box [m/s]; NaN where it is unknown."""
     height_m: float
     kind: str = ""
+    points: int | None = None
 
 
 def read(path: Path, role: Role) -> list[BoxTable]:
@@ -72,7 +73,10 @@ def _truth(path: Path, own: bool) -> Mapping[str, list[Found]]:
         named = [(object_id(path, time_s, moving.id), moving) for moving in truth.moving_object]
         host = Host.of(truth)
         others = [(name, moving) for name, moving in named if host is None or name != host.id]
-        rows = [_moving(time_s, name, moving.base, kind_name(moving)) for name, moving in others]
+        rows = [
+            _moving(time_s, name, moving.base)._replace(kind=kind_name(moving), points=points(moving))
+            for name, moving in others
+        ]
         world += rows
         ego += [_seen_from(row, host.pose_world) for row in rows] if host else []
         messages, located = messages + 1, located + bool(host)
@@ -115,13 +119,13 @@ def _detected(path: Path, time_s: float, message: osi.SensorData, host: Host | N
         yield row._replace(box=box, velocity=velocity)
 
 
-def _moving(time_s: float, name: int, base: osi.BaseMoving | None, kind: str = "") -> Found:
+def _moving(time_s: float, name: int, base: osi.BaseMoving | None) -> Found:
     if base is None or base.position is None or base.dimension is None:
         raise ValueError(f"time {time_s:g} s, object {name}: its base has no position or no dimension")
     at, size, turn = base.position, base.dimension, base.orientation
     velocity = UNKNOWN if base.velocity is None else np.array([base.velocity.x, base.velocity.y])
     yaw = 0.0 if turn is None else turn.yaw
-    return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height, kind)
+    return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height)
 
 
 def _seen_from(row: Found, pose_world: Floats) -> Found:
@@ -146,6 +150,13 @@ def _table(path: Path, axes: str, rows: list[Found], role: Role, frames: Floats 
         time_s=time_s,
         velocity=velocity if np.isfinite(velocity).any() else None,
         height_m=np.array([row.height_m for row in rows], np.float64),
+        points=_points(rows) if role == "truth" else None,
         kind=np.array([row.kind for row in rows], np.str_) if role == "truth" else None,
     )
     return checked(table, lambda row: f"time {rows[row].time_s:g} s, object {rows[row].id}")
+
+
+def _points(rows: list[Found]) -> Ints | None:
+    """(N,) numbers of LIDAR points; None if an object has none."""
+    known = [row.points for row in rows if row.points is not None]
+    return np.array(known, np.int64) if len(known) == len(rows) else None

@@ -213,6 +213,27 @@ def test_boxes_of_few_points_and_their_tracks_are_left_out(tmp_path, capsys):
     assert found == [[2, 2, pytest.approx(1 - 4 / 6)], [2, 2, pytest.approx(1 - 4 / 4)]]
 
 
+def test_boxes_far_away_or_hidden_and_their_tracks_are_left_out(tmp_path, capsys):
+    """By hand: cars at 10 m (found), 20 m (level 3, found), 60 m (found) and 70 m; false tracks at 30 m and 90 m.
+
+    Beyond 50 m two true boxes, the track on one of them and the other track are left out; with level 2, one pair.
+    """
+    truth = [Box(0, f"{x}", x, 0.0, 0.0, 4.0, 2.0) for x in (10.0, 20.0, 60.0, 70.0)]
+    tracks = [Box(0, f"{x}", x, 0.0, 0.0, 4.0, 2.0) for x in (10.0, 20.0, 60.0, 30.0, 90.0)]
+    lines = box_files.kitti(truth, scored=False).splitlines()
+    lines[1] = lines[1].replace("Car 0 0", "Car 0 3")
+    a = box_files.write(tmp_path, "a.txt", "\n".join(lines))
+    b = write(tmp_path, "kitti", "b", tracks)
+    near, visible = ["--range-max", "50"], ["--occluded-max", "2"]
+    found = []
+    for options in ([], near, visible, near + visible):
+        assert main(["grade", "--truth", str(a), "--tracks", str(b), "--json", *options]) == 0
+        graded = json.loads(capsys.readouterr().out)
+        counts = [graded["metrics"][f"track.{name}"]["value"] for name in ("missed", "false")]
+        found.append([graded["true_boxes"], graded["track_boxes"], *counts])
+    assert found == [[4, 5, 1, 2], [2, 3, 0, 1], [3, 4, 1, 2], [1, 2, 0, 1]]
+
+
 HEAD = "frame,id,x_m,y_m,heading_rad,length_m,width_m"
 GOOD = f"{HEAD}\n0,1,0,0,0,4,2\n"
 BOX = {
@@ -341,6 +362,12 @@ def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
         (["--truth", "a.csv", "--tracks", "a.csv", "--classes", "car"], "a.csv: has no classes; leave --classes out"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "kitti"], "a.csv: line 1: 1 fields; KITTI"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--points-min", "1"], "a.csv: has no numbers of points; leave"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--occluded-max", "1"], "a.csv: has no levels of occlusion"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--occluded-max", "4"], "--occluded-max 4: should be a level"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--range-max", "0"], "--range-max 0: should be more than 0"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--range-max", "9"], "a.csv: its positions are in unnamed axes"),
+        (["run", "--range-max", "3"], "--range-max cannot be given with RUN; give either RUN"),
+        (["run", "--occluded-max", "3"], "--occluded-max cannot be given with RUN; give either RUN"),
         (["run", "--points-min", "3"], "--points-min cannot be given with RUN; give either RUN"),
         (["--truth", "none.csv", "--tracks", "a.csv"], "none.csv: cannot be read (No such file or directory)"),
         (["--truth", ".", "--tracks", "a.csv"], ".: a folder without sample_annotation.json of nuScenes and without"),

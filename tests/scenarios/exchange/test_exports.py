@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from support import short_run
 
@@ -249,6 +250,23 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
         assert values == pytest.approx([values[0]] * 5, abs=1e-3), name
     assert graded[0]["track.hota"] > 0.2
     assert graded[1]["track.velocity_abs_mean_mps"] is not None
+
+
+def test_exports_with_numbers_of_points_have_the_same_grades_of_seen_actors(run, capsys):
+    """The limit is the median of the points, so it leaves out about half of the boxes."""
+    labels = run / "run" / "scans" / "labels.parquet"
+    seen = ("--points-min", int(pd.read_parquet(labels)["points"].median()) + 1)
+    pairs = [
+        (labels, run / "run" / "tables" / "tracks.parquet"),
+        (run / "nuscenes", run / "nuscenes" / "tracking_result.json"),
+        (run / "run.mcap", run / "run.mcap"),
+    ]
+    graded = [metrics(capsys, "--truth", truth, "--tracks", tracks, *seen) for truth, tracks in pairs]
+    for name in ("hota", "missed", "false"):
+        values = [found[f"track.{name}"] for found in graded]
+        assert values == pytest.approx([values[0]] * 3, abs=1e-6), name
+    every = metrics(capsys, "--truth", run / "run.mcap", "--tracks", run / "run.mcap")
+    assert graded[0]["track.hota"] != every["track.hota"]
 
 
 def test_exports_are_reproducible(run, tmp_path):

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from support import exported_run, short_run
 
@@ -176,6 +177,14 @@ def test_both_implementations_find_the_same_objects(seen, trace):
     for table, rows in ((world, updates), (ego, detected)):
         assert table.id.tolist() == [str(row[0]) for row in rows]
         np.testing.assert_array_equal(table.boxes, [row[1:6] for row in rows])
+
+
+def test_numbers_of_points_are_those_of_the_data_set(folder, trace):
+    labels = pd.read_parquet(folder / "run" / "scans" / "labels.parquet")
+    expected = {(row.frame, str(row.actor_id)): row.points for row in labels.itertuples()}
+    for table in trace_boxes.read(trace, "truth"):
+        assert dict(zip(zip(table.frame, table.id, strict=True), table.points, strict=True)) == expected
+    assert max(expected.values()) > 0
 
 
 def test_tracks_are_read_back_bit_for_bit(trace, run, frames):
