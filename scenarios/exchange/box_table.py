@@ -105,6 +105,11 @@ def checked(table: BoxTable, place: Callable[[int], str]) -> BoxTable:
     return table
 
 
+def is_count(text: str) -> bool:
+    """Return True for a number of points in text, of up to nine digits."""
+    return text.isascii() and text.isdecimal() and len(text) < 10
+
+
 def lower_classes(source: Path, key: str, names: Texts, known: Iterable[str], place: Callable[[int], str]) -> Texts:
     """Return names of classes (N,) in lower case.
 

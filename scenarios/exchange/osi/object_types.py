@@ -2,6 +2,7 @@
 
 import betterosi as osi
 
+from scenarios.exchange.box_table import is_count
 from sim.world import Kind
 
 KIND_REFERENCE = "luxloop.actor"
@@ -45,8 +46,8 @@ def set_points(moving: osi.MovingObject, points: int) -> None:
 
 
 def points(moving: osi.MovingObject) -> int | None:
-    """Return the number of LIDAR points; None without the reference."""
+    """Return the number of LIDAR points; None without the reference, or with another text in it."""
     for reference in moving.source_reference:
-        if reference.type == POINTS_REFERENCE and reference.identifier:
+        if reference.type == POINTS_REFERENCE and reference.identifier and is_count(reference.identifier[0]):
             return int(reference.identifier[0])
     return None

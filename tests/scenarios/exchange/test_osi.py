@@ -14,7 +14,7 @@ from support import exported_run, short_run
 from scenarios.cli import main
 from scenarios.errors import TracksError
 from scenarios.exchange import file_formats
-from scenarios.exchange.osi import trace_boxes
+from scenarios.exchange.osi import object_types, trace_boxes
 from scenarios.grading.plane_geometry import into_frame
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.rig.beams import unit_table
@@ -185,6 +185,16 @@ def test_numbers_of_points_are_those_of_the_data_set(folder, trace):
     for table in trace_boxes.read(trace, "truth"):
         assert dict(zip(zip(table.frame, table.id, strict=True), table.points, strict=True)) == expected
     assert max(expected.values()) > 0
+
+
+@pytest.mark.parametrize("text", ["many", "-1", "9" * 30])
+def test_another_text_than_a_number_of_points_is_no_number(text):
+    import betterosi as osi
+
+    moving = osi.MovingObject(
+        source_reference=[osi.ExternalReference(type=object_types.POINTS_REFERENCE, identifier=[text])]
+    )
+    assert object_types.points(moving) is None
 
 
 def test_tracks_are_read_back_bit_for_bit(trace, run, frames):
