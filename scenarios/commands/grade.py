@@ -33,6 +33,10 @@ def grade(
     truth: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File of true boxes, instead of RUN; see docs/formats.md.")
     ] = None,
+    fits: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File of rectangles fitted to single frames; only with --truth."),
+    ] = None,
     truth_format: TruthFormat = None,
     tracks_format: TracksFormat = None,
     classes: Annotated[
@@ -70,9 +74,9 @@ def grade(
     if run is None:
         _refuse_options({"--tracker": tracker, "--scenario": scenario, "--out": out}, "needs RUN")
         limits = (hit_iou, gospa_cutoff, points_min, range_max, occluded_max)
-        grade_files(truth, tracks, (truth_format, tracks_format), classes, limits, as_json)
+        grade_files(truth, tracks, fits, (truth_format, tracks_format), classes, limits, as_json)
         return
-    of_files = {"--truth": truth, "--truth-format": truth_format, "--tracks-format": tracks_format}
+    of_files = {"--truth": truth, "--fits": fits, "--truth-format": truth_format, "--tracks-format": tracks_format}
     other_limits = {
         "--hit-iou": hit_iou if hit_iou != HIT_IOU_MIN else None,
         "--gospa-cutoff": gospa_cutoff if gospa_cutoff != GOSPA_CUTOFF_M else None,

@@ -30,12 +30,13 @@ HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
 def grade_files(
     truth: Path | None,
     tracks: Path | None,
+    fits: Path | None,
     formats: "tuple[str | None, str | None]",
     classes: str | None,
     given: Limits,
     as_json: bool,
 ) -> None:
-    """Grade a file of tracks against a file of true boxes, and print the result.
+    """Grade a file of tracks, of fits, or both, against a file of true boxes, and print the result.
 
     Raises
     ------
@@ -46,19 +47,28 @@ def grade_files(
 
     from scenarios.errors import InputError
 
-    if truth is None or tracks is None:
-        raise InputError("give RUN, or both of --truth FILE and --tracks FILE")
+    if truth is None or (tracks is None and fits is None):
+        raise InputError("give RUN, or both of --truth FILE and --tracks FILE (or --fits FILE)")
     limits = _limits(given)
-    from scenarios.exchange import graded_boxes
+    from scenarios.exchange import graded_boxes, graded_fits
     from scenarios.report import text
 
-    known = (_format("--truth-format", formats[0], truth), _format("--tracks-format", formats[1], tracks))
+    known = _format("--truth-format", formats[0], truth)
     names = tuple(classes.split(",")) if classes is not None else ()
-    graded = graded_boxes.GradedBoxes.of(truth, tracks, known, names, limits)
+    document, printed = {}, []
+    if tracks:
+        both = (known, _format("--tracks-format", formats[1], tracks))
+        graded = graded_boxes.GradedBoxes.of(truth, tracks, both, names, limits)
+        document, printed = graded_boxes.document(graded), [graded_boxes.report(graded)]
+    if fits:
+        of_fits = graded_fits.GradedFits.of(truth, fits, known, names, limits)
+        document |= {"truth": str(truth), "fits": graded_fits.document(of_fits)}
+        printed.append(graded_fits.report(of_fits))
     if as_json:
-        print(json.dumps(graded_boxes.document(graded), allow_nan=False))
-    else:
-        text.show(graded_boxes.report(graded))
+        print(json.dumps(document, allow_nan=False))
+        return
+    for report in printed:
+        text.show(report)
 
 
 def _limits(given: Limits) -> "BoxLimits":

@@ -33,7 +33,7 @@ def leave_out(pairs: FramePairs, limits: BoxLimits) -> FramePairs:
     """
     if not limits.points_min and limits.range_max_m is None and limits.occluded_max is None:
         return pairs
-    ignored = _ignored(pairs.truth, limits)
+    ignored = outside(pairs.truth, limits)
     far = _beyond(pairs.tracks, limits.range_max_m)
     kept = np.ones(len(pairs.tracks), np.bool_)
     for true, tracked in pairs.steps():
@@ -45,8 +45,14 @@ def leave_out(pairs: FramePairs, limits: BoxLimits) -> FramePairs:
     return pair_frames(pairs.truth.select(~ignored), pairs.tracks.select(kept))
 
 
-def _ignored(truth: BoxTable, limits: BoxLimits) -> Bools:
-    """(N,) True for boxes outside a limit."""
+def outside(truth: BoxTable, limits: BoxLimits) -> Bools:
+    """(N,) True for true boxes outside a limit.
+
+    Raises
+    ------
+    TracksError
+        As for `leave_out`.
+    """
     ignored = _beyond(truth, limits.range_max_m)
     if limits.points_min:
         if truth.points is None:

@@ -38,7 +38,11 @@ def read(path: Path, *, parquet: bool = False) -> list[BoxTable]:
     TracksError
         The file is not a table, lacks a column, or has an invalid cell. Rows are counted from 1, without the header.
     """
-    table = read_table(path, parquet=parquet)
+    return boxes_of(path, read_table(path, parquet=parquet))
+
+
+def boxes_of(path: Path, table: pd.DataFrame) -> list[BoxTable]:
+    """Return the boxes of the table of a file, as `read`."""
     positions = [position for axes in AXES if (position := _position(table, axes))]
     if not positions:
         raise TracksError(
