@@ -12,7 +12,8 @@ from rich.text import Text
 from scenarios.exchange.box_grading import BoxLimits, grade
 from scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
 from scenarios.exchange.box_table import BoxTable
-from scenarios.exchange.file_formats import Format, about_the_ego, in_common_axes, of_classes, read
+from scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
+from scenarios.exchange.file_formats import Format, read
 from scenarios.exchange.ignored_boxes import leave_out
 from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from scenarios.grading.metric_definition import Definition

@@ -12,7 +12,8 @@ from scenarios.arrays import Bools, Ints
 from scenarios.exchange import fit_table
 from scenarios.exchange.box_grading import BoxLimits
 from scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
-from scenarios.exchange.file_formats import Format, about_the_ego, in_common_axes, of_classes, read
+from scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
+from scenarios.exchange.file_formats import Format, read
 from scenarios.exchange.ignored_boxes import outside
 from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from scenarios.grading.fit_errors import corner_gaps, heading_errors
