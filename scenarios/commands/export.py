@@ -23,13 +23,14 @@ def export(
     from scenarios.errors import InputError
     from scenarios.exchange.exported_run import write_folder
     from scenarios.offline.recorded_run import RecordedRun
+    from scenarios.report.cells import counted
 
     if folder_format not in FORMATS:
         raise InputError(f"--format {folder_format}: is none of {', '.join(FORMATS)}")
     exporter = _exporter(folder_format)
     recorded = RecordedRun.open(run)
     write_folder(recorded, out, exporter)
-    print(f"{recorded.result.frames} frames are in {out}")
+    print(f"{counted(recorded.result.frames, 'frame is', 'frames are')} in {out}")
 
 
 def _exporter(folder_format: str) -> "Exporter":

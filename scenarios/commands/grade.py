@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout
-from scenarios.commands.grade_files import GOSPA_CUTOFF_M, HIT_IOU_MIN, TracksFormat, TruthFormat, grade_files
+from scenarios.commands.grade_files import (
+    GOSPA_CUTOFF_M,
+    HIT_IOU_MIN,
+    OccludedMax,
+    RangeMax,
+    TracksFormat,
+    TruthFormat,
+    grade_files,
+)
 
 if TYPE_CHECKING:
     from scenarios.files.expect import Check
@@ -25,6 +33,10 @@ def grade(
     truth: Annotated[
         Path | None, typer.Option(metavar="FILE", help="File of true boxes, instead of RUN; see docs/formats.md.")
     ] = None,
+    fits: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="File of rectangles fitted to single frames; only with --truth."),
+    ] = None,
     truth_format: TruthFormat = None,
     tracks_format: TracksFormat = None,
     classes: Annotated[
@@ -39,6 +51,8 @@ def grade(
     points_min: Annotated[
         int, typer.Option(metavar="N", min=0, help="Leave out true boxes of fewer points; only with --truth.")
     ] = 0,
+    range_max: RangeMax = None,
+    occluded_max: OccludedMax = None,
     tracker: Annotated[
         str | None,
         typer.Option(metavar="MODULE:NAME", help="A tracker to run on the scans, as for luxloop run."),
@@ -59,13 +73,16 @@ def grade(
         raise InputError("--tracks and --tracker are both given; give one, or none for the run's own tracks")
     if run is None:
         _refuse_options({"--tracker": tracker, "--scenario": scenario, "--out": out}, "needs RUN")
-        grade_files(truth, tracks, (truth_format, tracks_format), classes, hit_iou, gospa_cutoff, points_min, as_json)
+        limits = (hit_iou, gospa_cutoff, points_min, range_max, occluded_max)
+        grade_files(truth, tracks, fits, (truth_format, tracks_format), classes, limits, as_json)
         return
-    of_files = {"--truth": truth, "--truth-format": truth_format, "--tracks-format": tracks_format}
+    of_files = {"--truth": truth, "--fits": fits, "--truth-format": truth_format, "--tracks-format": tracks_format}
     other_limits = {
         "--hit-iou": hit_iou if hit_iou != HIT_IOU_MIN else None,
         "--gospa-cutoff": gospa_cutoff if gospa_cutoff != GOSPA_CUTOFF_M else None,
         "--points-min": points_min or None,
+        "--range-max": range_max,
+        "--occluded-max": occluded_max,
     }
     _refuse_options({**of_files, "--classes": classes, **other_limits}, "cannot be given with RUN")
     result, checks = _graded_folder(run, tracks, tracker, scenario, out, step_timeout)

@@ -8,11 +8,21 @@ import typer
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
+    from scenarios.exchange.box_grading import BoxLimits
     from scenarios.exchange.file_formats import Format
 
 FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap, osi; recognised if left out."
 TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 TracksFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
+RangeMax = Annotated[
+    float | None, typer.Option(metavar="M", help="Leave out boxes farther from the ego; only with --truth.")
+]
+OccludedMax = Annotated[
+    int | None,
+    typer.Option(metavar="LEVEL", help="Leave out true boxes of a higher occlusion of KITTI; only with --truth."),
+]
+Limits = tuple[float, float, int, float | None, int | None]
+"""Values of --hit-iou, --gospa-cutoff, --points-min, --range-max and --occluded-max."""
 HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
 """Defaults of `scenarios.exchange.box_grading.BoxLimits`, whose import is slower than the help."""
 
@@ -20,14 +30,13 @@ HIT_IOU_MIN, GOSPA_CUTOFF_M = 0.5, 2.0
 def grade_files(
     truth: Path | None,
     tracks: Path | None,
+    fits: Path | None,
     formats: "tuple[str | None, str | None]",
     classes: str | None,
-    hit_iou: float,
-    gospa_cutoff_m: float,
-    points_min: int,
+    given: Limits,
     as_json: bool,
 ) -> None:
-    """Grade a file of tracks against a file of true boxes, and print the result.
+    """Grade a file of tracks, of fits, or both, against a file of true boxes, and print the result.
 
     Raises
     ------
@@ -38,24 +47,52 @@ def grade_files(
 
     from scenarios.errors import InputError
 
-    if truth is None or tracks is None:
-        raise InputError("give RUN, or both of --truth FILE and --tracks FILE")
+    if truth is None or (tracks is None and fits is None):
+        raise InputError("give RUN, or both of --truth FILE and --tracks FILE (or --fits FILE)")
+    limits = _limits(given)
+    from scenarios.exchange import graded_boxes, graded_fits
+    from scenarios.report import text
+
+    known = _format("--truth-format", formats[0], truth)
+    names = tuple(classes.split(",")) if classes is not None else ()
+    document, printed = {}, []
+    if tracks:
+        both = (known, _format("--tracks-format", formats[1], tracks))
+        graded = graded_boxes.GradedBoxes.of(truth, tracks, both, names, limits)
+        document, printed = graded_boxes.document(graded), [graded_boxes.report(graded)]
+    if fits:
+        of_fits = graded_fits.GradedFits.of(truth, fits, known, names, limits)
+        document |= {"truth": str(truth), "fits": graded_fits.document(of_fits)}
+        printed.append(graded_fits.report(of_fits))
+    if as_json:
+        print(json.dumps(document, allow_nan=False))
+        return
+    for report in printed:
+        text.show(report)
+
+
+def _limits(given: Limits) -> "BoxLimits":
+    """Return the limits; an InputError names the first that is out of its range."""
+    from scenarios.errors import InputError
+
+    hit_iou, gospa_cutoff_m, points_min, range_max_m, occluded_max = given
     if not 0.0 < hit_iou < 1.0:
         raise InputError(f"--hit-iou {hit_iou:g}: should lie between 0 and 1")
     if not 0.0 < gospa_cutoff_m < 1e6:
         raise InputError(f"--gospa-cutoff {gospa_cutoff_m:g}: should be more than 0")
-    from scenarios.exchange import graded_boxes
+    if range_max_m is not None and not 0.0 < range_max_m < 1e6:
+        raise InputError(f"--range-max {range_max_m:g}: should be more than 0")
+    if occluded_max is not None and not 0 <= occluded_max <= 3:
+        raise InputError(f"--occluded-max {occluded_max}: should be a level of KITTI, 0 to 3")
     from scenarios.exchange.box_grading import BoxLimits
-    from scenarios.report import text
 
-    known = (_format("--truth-format", formats[0], truth), _format("--tracks-format", formats[1], tracks))
-    names = tuple(classes.split(",")) if classes is not None else ()
-    limits = BoxLimits(hit_iou_min=hit_iou, gospa_cutoff_m=gospa_cutoff_m, points_min=points_min)
-    graded = graded_boxes.GradedBoxes.of(truth, tracks, known, names, limits)
-    if as_json:
-        print(json.dumps(graded_boxes.document(graded), allow_nan=False))
-    else:
-        text.show(graded_boxes.report(graded))
+    return BoxLimits(
+        hit_iou_min=hit_iou,
+        gospa_cutoff_m=gospa_cutoff_m,
+        points_min=points_min,
+        range_max_m=range_max_m,
+        occluded_max=occluded_max,
+    )
 
 
 def _format(option: str, name: str | None, path: Path) -> "Format":

@@ -47,14 +47,16 @@ def league(
     from scenarios.league import league_page, league_tables
     from scenarios.league.drive import drives
     from scenarios.league.entrants import chosen
+    from scenarios.league.league_folder import refuse_other_files
     from scenarios.league.league_page import Request
     from scenarios.league.standings import standings
     from scenarios.report import text
 
-    wanted = trackers.split(",") if trackers else []
+    wanted = [] if trackers is None else trackers.split(",")
     entrants = tuple(each.name for each in chosen(wanted))
     request = Request(tuple(scenarios or SCENARIOS), _seeds(seeds), duration, entrants)
     todo = drives(request.scenarios, request.seeds, duration, wanted, out)
+    refuse_other_files(out)
     rows = _run(todo, worker_count(workers, None), quiet or as_json)
     found = standings(rows, out)
     document = league_page.write(rows, found, request, out)

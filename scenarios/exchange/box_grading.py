@@ -35,6 +35,10 @@ class BoxLimits:
     """Distance of the centres below which truth and track are a pair [m], for AMOTA and errors (nuScenes)."""
     points_min: int = 0
     """Least number of LIDAR points of a true box; others, and the tracks on them, are neither right nor wrong."""
+    range_max_m: float | None = None
+    """Largest distance from the ego [m]; true boxes beyond, the tracks on them, and other tracks there are the same."""
+    occluded_max: int | None = None
+    """Highest level of occlusion of KITTI of a true box; others are the same."""
 
 
 def grade(pairs: FramePairs, limits: BoxLimits) -> dict[str, Metric]:

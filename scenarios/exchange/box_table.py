@@ -1,6 +1,6 @@
 """Boxes of a file in one common record, the same for every format."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,8 @@ from scenarios.errors import TracksError
 
 Texts = npt.NDArray[np.str_]
 
+EGO_AXES = ("ego", "camera")
+"""Axes whose origin is the ego or its sensor."""
 ANY_AXES = ""
 """Axes of a file that does not name them: they are taken for those of the other file."""
 BOX = ("x", "y", "heading", "length", "width")
@@ -50,6 +52,8 @@ class BoxTable:
     """(N,) confidence; more is surer."""
     points: Ints | None = None
     """(N,) number of LIDAR points on the box; only of truth."""
+    occluded: Ints | None = None
+    """(N,) level of occlusion of KITTI, 0 to 3; only of truth."""
     kind: Texts | None = None
     """(N,) name of the class, in lower case."""
 
@@ -58,7 +62,10 @@ class BoxTable:
 
     def select(self, rows: Bools | Ints) -> "BoxTable":
         """Return the boxes of a mask (N,), or of row numbers in their order."""
-        columns = ("id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "kind")
+        columns = (
+            "id", "boxes", "frame", "time_s", "sample", "velocity", "z_m", "height_m", "score", "points", "occluded",
+            "kind",
+        )  # fmt: skip
         values: dict[str, Any] = {name: getattr(self, name) for name in columns}
         kept: dict[str, Any] = {name: None if column is None else column[rows] for name, column in values.items()}
         return replace(self, **kept)
@@ -96,6 +103,39 @@ def checked(table: BoxTable, place: Callable[[int], str]) -> BoxTable:
         _require(table, place, "velocity", speed, _plausible(speed) | np.isnan(speed), "should be two numbers")
     _refuse_duplicates(table, place)
     return table
+
+
+def is_count(text: str) -> bool:
+    """Return True for a number of points in text, of up to nine digits."""
+    return text.isascii() and text.isdecimal() and len(text) < 10
+
+
+def lower_classes(source: Path, key: str, names: Texts, known: Iterable[str], place: Callable[[int], str]) -> Texts:
+    """Return names of classes (N,) in lower case.
+
+    Parameters
+    ----------
+    source, place
+        The file, and the place of a row as for `checked`.
+    key
+        Name of the class in the format.
+    names
+        Names as written, in any case.
+    known
+        All names that the format has.
+
+    Raises
+    ------
+    TracksError
+        A name is none of the known ones.
+    """
+    choice = list(dict.fromkeys(known))
+    lower = np.char.lower(names)
+    valid = np.isin(lower, [name.lower() for name in choice])
+    if not valid.all():
+        row = int(np.argmin(valid))
+        raise TracksError(f"{source}: {place(row)}, {key}: {names[row]:.60}: should be one of {', '.join(choice)}")
+    return lower
 
 
 def _plausible(values: Floats, largest: float = LARGEST) -> Bools:

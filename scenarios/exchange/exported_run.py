@@ -7,12 +7,11 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Floats32, Ints
+from scenarios.arrays import Floats32
 from scenarios.errors import OutputError
 from scenarios.exchange.tabular_boxes import CONFIRMED
 from scenarios.files import atomic_folder
 from scenarios.offline.recorded_run import RecordedRun
-from sensor_model.truth import ScanTruth
 from tracker.scan import Scan
 
 TRACK_HEIGHT_M = 1.5
@@ -46,13 +45,6 @@ def confirmed_tracks(run: RecordedRun) -> Mapping[int, pd.DataFrame]:
     """Return the confirmed rows of the track table by frame."""
     tracks = run.result.tables["tracks"]
     return dict(list(tracks[tracks["status"] == CONFIRMED].groupby("frame")))
-
-
-def points_of_actors(truth: ScanTruth, actor_id: Ints) -> Ints:
-    """(A,) number of points on each actor."""
-    ids, count = np.unique(truth.actor_id, return_counts=True)
-    number = dict(zip(ids.tolist(), count.tolist(), strict=True))
-    return np.array([number.get(actor, 0) for actor in actor_id.tolist()], np.int64)
 
 
 def cloud(scan: Scan, *others: Floats32) -> Floats32:

@@ -11,11 +11,13 @@ from rich.text import Text
 
 from scenarios.exchange.box_grading import BoxLimits, grade
 from scenarios.exchange.box_metric_names import AVERAGES, DEFINITIONS, ERRORS, GOSPA, SCORES
-from scenarios.exchange.file_formats import Format, in_common_axes, of_classes, read
+from scenarios.exchange.box_table import BoxTable
+from scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
+from scenarios.exchange.file_formats import Format, read
 from scenarios.exchange.ignored_boxes import leave_out
 from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
 from scenarios.grading.metric_definition import Definition
-from scenarios.report.cells import table_of, value_of
+from scenarios.report.cells import counted, table_of, value_of
 from scenarios.result import Metric
 from scenarios.run.run_folder import metric_document
 
@@ -37,6 +39,8 @@ class GradedBoxes:
     classes: tuple[str, ...]
     """Classes that were graded; empty for all."""
     metrics: dict[str, Metric]
+    unknown_classes: tuple[str, ...] = ()
+    """Classes of the tracks that the truth does not have, such as misspelt ones."""
 
     @classmethod
     def of(
@@ -54,14 +58,24 @@ class GradedBoxes:
         TracksError
             A file is not valid, or they do not belong together.
         """
-        tables = in_common_axes(read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1]))
+        found = [read(truth, "truth", formats[0]), read(tracks, "tracks", formats[1])]
+        if limits.range_max_m is not None:
+            found = [about_the_ego(of_file) for of_file in found]
+        tables = in_common_axes(found[0], found[1])
+        unknown = _unknown_classes(*tables)
         if classes:
             tables = of_classes(*tables, list(classes))
         pairs = pair_frames(*tables)
         require_common_frames(pairs)
-        if limits.points_min:
-            pairs = leave_out(pairs, limits.points_min, limits.hit_iou_min)
-        return cls(pairs, limits, classes, grade(pairs, limits))
+        pairs = leave_out(pairs, limits)
+        return cls(pairs, limits, classes, grade(pairs, limits), unknown)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the numbers do not show."""
+        left_out = "left out" if self.classes else "left out of AMOTA and AMOTP"
+        names = ", ".join(self.unknown_classes)[:300]
+        return [f"the truth has no class {names}: tracks of it are {left_out}"] if names else []
 
 
 def document(graded: GradedBoxes) -> dict[str, Any]:
@@ -75,6 +89,7 @@ def document(graded: GradedBoxes) -> dict[str, Any]:
         "track_boxes": len(pairs.tracks),
         "limits": asdict(graded.limits),
         "classes": list(graded.classes),
+        "warnings": graded.warnings,
         "metrics": {name: metric_document(metric) for name, metric in graded.metrics.items()},
     }
 
@@ -83,6 +98,7 @@ def report(graded: GradedBoxes) -> Group:
     """Return the printed grading."""
     sections: list[RenderableType] = [
         _header(graded),
+        *(Text(f"Warning: {warning}", style="yellow") for warning in graded.warnings),
         *(_table(title, definitions, graded) for title, definitions in TABLES.items()),
         _limits(graded.limits),
     ]
@@ -94,8 +110,16 @@ def _header(graded: GradedBoxes) -> Text:
     of = f", classes {', '.join(graded.classes)}" if graded.classes else ""
     return Text(
         f"{pairs.tracks.source} against {pairs.truth.source}\n"
-        f"{pairs.frames} frames, {len(pairs.truth)} true boxes, {len(pairs.tracks)} boxes of tracks{of}"
+        f"{counted(pairs.frames, 'frame')}, {counted(len(pairs.truth), 'true box', 'true boxes')}, "
+        f"{counted(len(pairs.tracks), 'box', 'boxes')} of tracks{of}"
     )
+
+
+def _unknown_classes(truth: BoxTable, tracks: BoxTable) -> tuple[str, ...]:
+    """Return the classes of tracks that the truth does not have; none if a file has no classes."""
+    if truth.kind is None or tracks.kind is None:
+        return ()
+    return tuple(sorted(set(tracks.kind.tolist()) - set(truth.kind.tolist())))
 
 
 def _table(title: str, definitions: tuple[Definition, ...], graded: GradedBoxes) -> Table:
@@ -108,6 +132,5 @@ def _table(title: str, definitions: tuple[Definition, ...], graded: GradedBoxes)
 
 
 def _limits(limits: BoxLimits) -> Text:
-    return Text(
-        "Graded with " + ", ".join(f"{name} = {value:g}" for name, value in asdict(limits).items()), style="dim"
-    )
+    given = {name: value for name, value in asdict(limits).items() if value is not None}
+    return Text("Graded with " + ", ".join(f"{name} = {value:g}" for name, value in given.items()), style="dim")

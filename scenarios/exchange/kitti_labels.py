@@ -12,15 +12,16 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Ints
 from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable, checked
+from scenarios.exchange.box_table import BoxTable, checked, lower_classes
 
 FIELDS = (
     "frame", "track_id", "type", "truncated", "occluded", "alpha", "left", "top", "right", "bottom",
     "height", "width", "length", "x", "y", "z", "rotation_y", "score",
 )  # fmt: skip
 NUMBERS = tuple(name for name in FIELDS if name not in ("track_id", "type"))
+TYPES = ("Car", "Van", "Truck", "Pedestrian", "Person", "Person_sitting", "Cyclist", "Tram", "Misc")
 IGNORED = "dontcare"
 """Type of regions without labels; they have no 3D box and are not read."""
 
@@ -41,20 +42,26 @@ def read(path: Path) -> BoxTable:
         for name, word in zip(FIELDS, words, strict=False):
             if name in values:
                 values[name][row] = _number(path, number, name, word)
-    _require_frames(path, place, values["frame"])
+
+    def line(row: int) -> str:
+        return f"line {place[row]}"
+
+    frame = _integers(path, place, "frame", values["frame"])
+    types = np.array([words[2] for _, words in rows], dtype=np.str_)
     scored = bool(rows) and len(rows[0][1]) == len(FIELDS)
     table = BoxTable(
         source=path,
         axes="camera",
-        frame=values["frame"].astype(np.int64),
+        frame=frame,
         id=np.array([words[1] for _, words in rows], dtype=np.str_),
         boxes=_boxes(values),
         z_m=0.5 * values["height"] - values["y"],
         height_m=values["height"],
         score=values["score"] if scored else None,
-        kind=np.array([words[2].lower() for _, words in rows], dtype=np.str_),
+        occluded=_integers(path, place, "occluded", values["occluded"]),
+        kind=lower_classes(path, "type", types, TYPES, line),
     )
-    return checked(table, lambda row: f"line {place[row]}")
+    return checked(table, line)
 
 
 def heading(rotation_y: Floats) -> Floats:
@@ -95,8 +102,9 @@ def _number(path: Path, line: int, name: str, word: str) -> float:
         raise TracksError(f"{path}: line {line}, {name}: {word[:60]}: should be a number") from error
 
 
-def _require_frames(path: Path, place: list[int], frame: Floats) -> None:
-    valid = (frame == np.rint(frame)) & (np.abs(frame) < 2**53)
+def _integers(path: Path, place: list[int], name: str, values: Floats) -> Ints:
+    valid = (values == np.rint(values)) & (np.abs(values) < 2**53)
     if not valid.all():
         row = int(np.argmin(valid))
-        raise TracksError(f"{path}: line {place[row]}, frame: {frame[row]:g}: should be an integer")
+        raise TracksError(f"{path}: line {place[row]}, {name}: {values[row]:g}: should be an integer")
+    return values.astype(np.int64)

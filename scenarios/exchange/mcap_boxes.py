@@ -5,10 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
+from scenarios.arrays import Ints
 from scenarios.errors import TracksError
-from scenarios.exchange.box_table import ANY_AXES, BoxTable, checked
+from scenarios.exchange.box_table import ANY_AXES, BoxTable, checked, is_count
 from scenarios.exchange.file_role import Role
 from scenarios.exchange.tabular_boxes import CONFIRMED
+from scenarios.offline.mcap.box_scenes import POINTS
 from scenarios.offline.mcap.boxes import DETECTIONS, OBJECTS, FoundBox, read_boxes, topic_types
 
 TOPICS: dict[Role, str] = {"truth": "/truth/boxes", "tracks": "/tracks"}
@@ -81,6 +83,17 @@ def _table(
         time_s=np.array([row.time_s for row in rows], np.float64),
         velocity=velocity if np.isfinite(velocity).any() else None,
         height_m=np.array([row.size[2] for row in rows], np.float64),
+        points=_points(path, rows) if kinds is not None else None,
         kind=None if kinds is None else np.array(kinds, np.str_),
     )
     return checked(table, lambda row: f"{topic}, time {rows[row].time_s:g} s, {rows[row].id}")
+
+
+def _points(path: Path, rows: list[FoundBox]) -> Ints | None:
+    """(N,) numbers of LIDAR points; None if a box has none, as those of other programs and of earlier versions."""
+    if not all(POINTS in row.metadata for row in rows):
+        return None
+    for row in rows:
+        if not is_count(row.metadata[POINTS]):
+            raise TracksError(f"{path}: {row.id}, {POINTS}: {row.metadata[POINTS]:.60}: should be a number of points")
+    return np.array([int(row.metadata[POINTS]) for row in rows], np.int64)

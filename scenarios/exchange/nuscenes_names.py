@@ -7,6 +7,15 @@ CATEGORIES = {
     Kind.TRAILER_TRUCK: "vehicle.truck", Kind.BUS: "vehicle.bus.rigid", Kind.MOTORCYCLE: "vehicle.motorcycle",
     Kind.BICYCLE: "vehicle.bicycle", Kind.PEDESTRIAN: "human.pedestrian.adult", Kind.OBSTACLE: "movable_object.debris",
 }  # fmt: skip
+CLASSES = {
+    "vehicle.bicycle": "bicycle", "vehicle.bus.bendy": "bus", "vehicle.bus.rigid": "bus", "vehicle.car": "car",
+    "vehicle.motorcycle": "motorcycle", "human.pedestrian.adult": "pedestrian", "human.pedestrian.child": "pedestrian",
+    "human.pedestrian.construction_worker": "pedestrian", "human.pedestrian.police_officer": "pedestrian",
+    "vehicle.trailer": "trailer", "vehicle.truck": "truck",
+    **{name: name for name in ("bicycle", "bus", "car", "motorcycle", "pedestrian", "trailer", "truck")},
+}  # fmt: skip
+"""Classes of the tracking task by category, from the README of its evaluation, and by the categories of T4 data sets;
+all other categories are ignored."""
 RIDDEN = (Kind.MOTORCYCLE, Kind.BICYCLE)
 ATTRIBUTES = (
     "vehicle.moving", "vehicle.stopped", "cycle.with_rider", "pedestrian.moving", "pedestrian.standing",

@@ -13,8 +13,9 @@ import numpy as np
 
 from scenarios.arrays import Floats
 from scenarios.errors import TracksError
-from scenarios.exchange.box_table import BoxTable, Texts, checked
+from scenarios.exchange.box_table import BoxTable, Texts, checked, lower_classes
 from scenarios.exchange.json_file import number, number_list, read_json, text, value
+from scenarios.exchange.nuscenes_names import CLASSES
 
 GLOBAL = "global"
 """Name of the axes of nuScenes: global coordinates of the map."""
@@ -44,6 +45,7 @@ def read(path: Path) -> BoxTable:
     place = [f"sample {sample}, box {number}" for sample, (number, _) in samples]
     rows = [row for _, (_, row) in samples]
     solids = [solid(path, where, row) for where, row in zip(place, rows, strict=True)]
+    key = "tracking_name"
     table = BoxTable(
         source=path,
         axes=GLOBAL,
@@ -55,7 +57,7 @@ def read(path: Path) -> BoxTable:
         z_m=np.array([found.z_m for found in solids]),
         height_m=np.array([found.height_m for found in solids]),
         score=_score(path, place, rows),
-        kind=np.char.lower(_texts(path, place, rows, "tracking_name")),
+        kind=lower_classes(path, key, _texts(path, place, rows, key), CLASSES.values(), place.__getitem__),
     )
     return checked(table, place.__getitem__)
 

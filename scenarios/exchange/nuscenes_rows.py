@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.exchange.exported_run import points_of_actors
 from scenarios.exchange.nuscenes_names import ATTRIBUTES, CATEGORIES, VISIBILITIES, attributes, visibility
+from scenarios.grading.ownership import points_of_actors
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.truth import ScanTruth
 from sim.world import Actors, Kind, WorldFrame
@@ -100,7 +100,7 @@ class TableWriter:
         }  # fmt: skip
 
     def _annotate(self, sample: str, frame: WorldFrame, truth: ScanTruth) -> None:
-        actors, points = frame.actors, points_of_actors(truth, frame.actors.id)
+        actors, points = frame.actors, points_of_actors(truth.actor_id, frame.actors.id)
         for a, actor in enumerate(actors.id.tolist()):
             kind = Kind(actors.kind[a])
             if kind not in self.categories:

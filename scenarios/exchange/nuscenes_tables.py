@@ -15,20 +15,12 @@ from scenarios.arrays import Bools, Floats, Ints
 from scenarios.errors import TracksError
 from scenarios.exchange.box_table import LARGEST, BoxTable, Texts, checked
 from scenarios.exchange.json_file import Row, number, number_list, read_json, text
+from scenarios.exchange.nuscenes_names import CLASSES
 from scenarios.exchange.nuscenes_results import GLOBAL, Solid, solid
 
 ANNOTATIONS = "sample_annotation.json"
 LONGEST_S = 1.5
 """Largest time between annotations for a velocity [s], twice as much for those on both sides."""
-CLASSES = {
-    "vehicle.bicycle": "bicycle", "vehicle.bus.bendy": "bus", "vehicle.bus.rigid": "bus", "vehicle.car": "car",
-    "vehicle.motorcycle": "motorcycle", "human.pedestrian.adult": "pedestrian", "human.pedestrian.child": "pedestrian",
-    "human.pedestrian.construction_worker": "pedestrian", "human.pedestrian.police_officer": "pedestrian",
-    "vehicle.trailer": "trailer", "vehicle.truck": "truck",
-    **{name: name for name in ("bicycle", "bus", "car", "motorcycle", "pedestrian", "trailer", "truck")},
-}  # fmt: skip
-"""Classes of the tracking task by category, from the README of its evaluation, and by the categories of T4 data sets;
-all other categories are ignored."""
 
 
 def folder_of_tables(path: Path) -> Path | None:

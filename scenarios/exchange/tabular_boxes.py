@@ -38,7 +38,11 @@ def read(path: Path, *, parquet: bool = False) -> list[BoxTable]:
     TracksError
         The file is not a table, lacks a column, or has an invalid cell. Rows are counted from 1, without the header.
     """
-    table = read_table(path, parquet=parquet)
+    return boxes_of(path, read_table(path, parquet=parquet))
+
+
+def boxes_of(path: Path, table: pd.DataFrame) -> list[BoxTable]:
+    """Return the boxes of the table of a file, as `read`."""
     positions = [position for axes in AXES if (position := _position(table, axes))]
     if not positions:
         raise TracksError(
@@ -107,7 +111,10 @@ def _velocity(path: Path, table: pd.DataFrame, axes: str) -> Floats | None:
     """(N, 2) velocity on the axes of the positions, NaN in empty cells; None without its columns."""
     of = f"_{axes}" if axes else ""
     names = (f"vx{of}_mps", f"vy{of}_mps")
-    if not all(name in table for name in names):
+    found = [name for name in names if name in table]
+    if len(found) == 1:
+        raise TracksError(f"{path}: column {found[0]} without the other of {names[0]} and {names[1]}; add it")
+    if not found:
         return None
     columns = []
     for name in names:

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from scenarios.arrays import Bools, Floats
+from scenarios.arrays import Bools, Floats, Ints
 from scenarios.grading.plane_geometry import (
     QUARTER,
     corner,
@@ -34,11 +34,9 @@ def measure(fits: pd.DataFrame) -> pd.DataFrame:
     """
     box, true = fits[[*BOX]].to_numpy(np.float64), fits[[*TRUE_BOX]].to_numpy(np.float64)
     turn = box[:, 2] - true[:, 2]
-    error = np.degrees(wrap(turn, QUARTER))
+    error = heading_errors(box, true)
     turn = np.where(np.isfinite(error), turn, 0.0)
-    sign = nearest_sign(box)
-    true_sign = matching_sign(sign, turn)
-    gap = corner(box, sign) - corner(true, true_sign)
+    gap, true_sign = corner_gaps(box, true, turn)
     outwards = true_sign * turned(gap, -true[:, 2])
     sideways = np.round(turn / QUARTER) % 2 == 1
     size = np.where(sideways[:, None], box[:, :2:-1], box[:, 3:])
@@ -54,6 +52,27 @@ def measure(fits: pd.DataFrame) -> pd.DataFrame:
         iou=iou(box, true),
         oracle=_oracle(fits["method"].cat.codes.to_numpy(), error),
     )
+
+
+def heading_errors(box: Floats, true: Floats) -> Floats:
+    """(N,) heading errors of rectangles (N, 5) modulo 90 degrees, in (-45, 45] [deg]."""
+    error: Floats = np.degrees(wrap(box[:, 2] - true[:, 2], QUARTER))
+    return error
+
+
+def corner_gaps(box: Floats, true: Floats, turn: Floats) -> tuple[Floats, Ints]:
+    """Return (N, 2) gaps from the true corner to the rectangle's nearest one, and (N, 2) signs of the true corner.
+
+    Parameters
+    ----------
+    box, true
+        (N, 5) rectangles and true boxes, about the ego.
+    turn
+        (N,) heading of the rectangle minus that of the true box [rad].
+    """
+    sign = nearest_sign(box)
+    true_sign = matching_sign(sign, turn)
+    return corner(box, sign) - corner(true, true_sign), true_sign
 
 
 def _oracle(method: np.ndarray[tuple[int], np.dtype[np.int8]], error: Floats) -> Bools:

@@ -20,6 +20,13 @@ def point_rows(point_actor: Ints, actor_id: Ints) -> Ints:
     return row
 
 
+def points_of_actors(point_actor: Ints, actor_id: Ints) -> Ints:
+    """(A,) number of points on each actor, of the actors (N,) of all points."""
+    ids, count = np.unique(point_actor, return_counts=True)
+    number = dict(zip(ids.tolist(), count.tolist(), strict=True))
+    return np.array([number.get(actor, 0) for actor in actor_id.tolist()], np.int64)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Ownership:
     """Point counts of one frame by actor (A) and segment (S), and the owner of each segment."""

@@ -77,5 +77,7 @@ def chosen(names: Sequence[str]) -> list[Entrant]:
     known = entrants()
     for name in names:
         if name not in known:
-            raise InputError(f"--trackers {name}: no such tracker; give some of {', '.join(known)}")
+            raise InputError(
+                f"--trackers {name or 'of an empty name'}: no such tracker; give some of {', '.join(known)}"
+            )
     return [each for name, each in known.items() if not names or name in names or name == REFERENCE]

@@ -15,6 +15,7 @@ from scenarios.arrays import Bools, Floats
 from scenarios.dataset.dataset_columns import Column
 from scenarios.errors import TracksError
 from scenarios.grading.frame_tables import LABELS
+from sim import csv_rows
 from tracker.records import Status
 
 WHEN = (
@@ -85,19 +86,20 @@ def read_table(path: Path, *, parquet: bool) -> pd.DataFrame:
     Raises
     ------
     TracksError
-        The file cannot be read as a table.
+        The file cannot be read as a table, or the rows of a CSV file have more cells than its header.
     """
     try:
         if parquet:
             return pq.read_table(path).to_pandas()
-        return pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""]).rename(
-            columns=str.strip
-        )
+        table = pd.read_csv(path, dtype=str, skipinitialspace=True, keep_default_na=False, na_values=[""])
     except (ValueError, OSError) as error:  # not Parquet, not UTF-8 and not rectangular are ValueErrors
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())
         raise TracksError(
             f"{path}: cannot be read ({reason}); give a CSV file with a header, or a .parquet file"
         ) from error
+    if fault := csv_rows.surplus(table):
+        raise TracksError(f"{path}: {fault}")
+    return table.rename(columns=str.strip)
 
 
 def numbers(path: Path, cells: pd.Series, column: Column) -> npt.NDArray[Any]:

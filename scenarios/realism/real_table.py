@@ -7,6 +7,7 @@ import pandas as pd
 
 from scenarios.errors import InputError
 from scenarios.realism.compared_figures import FIGURES
+from sim import csv_rows
 
 VIEW = ("range_m", "aspect_deg", "front_seen")
 """Columns by which vehicles are matched."""
@@ -67,6 +68,8 @@ def _csv(path: Path) -> pd.DataFrame:
     except (OSError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{path}: is not a CSV file ({reason}); see docs/realism.md for its columns") from error
+    if fault := csv_rows.surplus(table):
+        raise InputError(f"{path}: {fault}")
     if table.empty:
         raise InputError(f"{path}: has no rows; give a row per vehicle or band")
     return table

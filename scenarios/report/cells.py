@@ -79,3 +79,8 @@ def interval_of(metric: Metric, *, percent: bool = False) -> str:
         return ""
     low, high = metric.interval
     return f"{100 * low:.0f}-{100 * high:.0f}" if percent else f"{low:.3f}{'-' if low >= 0.0 else ' to '}{high:.3f}"
+
+
+def counted(number: int, one: str, many: str | None = None) -> str:
+    """Return a number and its noun; by default the plural of `one` has an s."""
+    return f"{number} {one if number == 1 else many or one + 's'}"

@@ -122,7 +122,7 @@ def read(folder: Path) -> Result:
             versions=document["versions"],
             warnings=tuple(map(str, document.get("warnings", ()))),
         )
-    except FileNotFoundError as error:
+    except (FileNotFoundError, NotADirectoryError) as error:
         raise _not_a_run(folder) from error
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         # Malformed JSON and Parquet raise a ValueError.
@@ -153,7 +153,8 @@ def recording(folder: Path) -> Path:
 
 
 def _not_a_run(folder: Path) -> OutputError:
-    return OutputError(f"{folder}: no {RESULT} of a run in it; give a folder that luxloop run wrote")
+    fault = "is a file" if folder.is_file() else f"no {RESULT} of a run in it"
+    return OutputError(f"{folder}: {fault}; give a folder that luxloop run wrote")
 
 
 def metric_document(metric: Metric) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sim import csv_rows
 from sim.arrays import Floats, Ints
 from sim.compressed import DAMAGED, open_gz
 from sim.replay.recording import Recording, ReplayType, RoadUser, kind_and_size
@@ -57,6 +58,8 @@ def _csv(path: Path) -> Any:
     with open_gz(path) if path.suffix == ".gz" else path.open("rb") as stream:
         # pandas' markers of missing values, such as "NA" and "None", are valid ids
         table = pd.read_csv(stream, dtype=text, skipinitialspace=True, keep_default_na=False, na_values=[""])
+    if fault := csv_rows.surplus(table):
+        raise TrafficInputError(fault)
     table = table.rename(columns=lambda name: str(name).strip())
     return table[_require_columns(list(table.columns))]
 

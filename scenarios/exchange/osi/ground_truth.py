@@ -7,32 +7,37 @@ because the simulation has no wheel radius.
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Ints
 from scenarios.exchange.osi.base_values import identifier, moving_base, orientation, timestamp, vector, version
-from scenarios.exchange.osi.object_types import set_type
+from scenarios.exchange.osi.object_types import set_points, set_type
 from sim.world import Actors, Kind, Obstacles, WorldFrame
 
 HOST_ID = 2**32
 """Id of the ego; ids of actors are smaller, those of obstacles follow."""
 
 
-def ground_truth(frame: WorldFrame, rear_axle_x_m: float, stationary: list[osi.StationaryObject]) -> osi.GroundTruth:
+def ground_truth(
+    frame: WorldFrame, points: Ints, rear_axle_x_m: float, stationary: list[osi.StationaryObject]
+) -> osi.GroundTruth:
     """Return the message of a frame.
 
     Parameters
     ----------
     frame
         The frame.
+    points
+        (A,) number of LIDAR points on each actor.
     rear_axle_x_m
         Position of the rear axle of the ego, from its box centre [m].
     stationary
         Obstacles, from `stationary_objects`.
     """
+    actors = [_actor(frame.actors, a, int(points[a])) for a in range(len(frame.actors))]
     return osi.GroundTruth(
         version=version(),
         timestamp=timestamp(frame.time),
         host_vehicle_id=identifier(HOST_ID),
-        moving_object=[_host(frame, rear_axle_x_m), *(_actor(frame.actors, a) for a in range(len(frame.actors)))],
+        moving_object=[_host(frame, rear_axle_x_m), *actors],
         stationary_object=stationary,
     )
 
@@ -64,12 +69,13 @@ def _host(frame: WorldFrame, rear_axle_x_m: float) -> osi.MovingObject:
     return host
 
 
-def _actor(actors: Actors, a: int) -> osi.MovingObject:
+def _actor(actors: Actors, a: int, points: int) -> osi.MovingObject:
     base = moving_base(actors.pose_world[a], actors.size[a], actors.velocity_world[a])
     base.acceleration = vector(*actors.acceleration_world[a])
     base.orientation_rate = orientation(actors.yaw_rate[a])
     moving = osi.MovingObject(id=identifier(int(actors.id[a])), base=base)
     set_type(moving, Kind(actors.kind[a]), str(actors.name[a]))
+    set_points(moving, points)
     return moving
 
 

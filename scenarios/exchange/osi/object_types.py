@@ -2,10 +2,13 @@
 
 import betterosi as osi
 
+from scenarios.exchange.box_table import is_count
 from sim.world import Kind
 
 KIND_REFERENCE = "luxloop.actor"
 """Type of the external reference with the name and the kind of an actor, since OSI has fewer types than kinds."""
+POINTS_REFERENCE = "luxloop.points"
+"""Type of the external reference with the number of LIDAR points on an actor, for which OSI has no field."""
 
 _Vehicle = osi.MovingObject.VehicleClassification.Type
 _VEHICLES = {
@@ -35,3 +38,16 @@ def kind_name(moving: osi.MovingObject) -> str:
         vehicle = moving.vehicle_classification.type
         return _KINDS[vehicle].name.lower() if vehicle in _KINDS else str(vehicle.name).lower()
     return str(moving.type.name).lower()
+
+
+def set_points(moving: osi.MovingObject, points: int) -> None:
+    """Add the number of LIDAR points to the external references."""
+    moving.source_reference.append(osi.ExternalReference(type=POINTS_REFERENCE, identifier=[str(points)]))
+
+
+def points(moving: osi.MovingObject) -> int | None:
+    """Return the number of LIDAR points; None without the reference, or with another text in it."""
+    for reference in moving.source_reference:
+        if reference.type == POINTS_REFERENCE and reference.identifier and is_count(reference.identifier[0]):
+            return int(reference.identifier[0])
+    return None

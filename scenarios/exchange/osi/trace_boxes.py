@@ -13,13 +13,14 @@ from typing import Any, NamedTuple
 import betterosi as osi
 import numpy as np
 
-from scenarios.arrays import Floats
+from scenarios.arrays import Floats, Ints
 from scenarios.errors import TracksError
 from scenarios.exchange.box_table import BoxTable, checked
 from scenarios.exchange.file_role import Role
-from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, time_of
+from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH
 from scenarios.exchange.osi.host_frame import Host, over_ground, sensor_frame
-from scenarios.exchange.osi.object_types import kind_name
+from scenarios.exchange.osi.object_types import kind_name, points
+from scenarios.exchange.osi.required_fields import object_id, timed
 from scenarios.grading.plane_geometry import into_frame, turned
 
 WORLD, EGO = "world", "ego"
@@ -37,6 +38,7 @@ class Found(NamedTuple):
     """(2,) over ground, on the axes of the box [m/s]; NaN where it is unknown."""
     height_m: float
     kind: str = ""
+    points: int | None = None
 
 
 def read(path: Path, role: Role) -> list[BoxTable]:
@@ -66,10 +68,15 @@ def _truth(path: Path, own: bool) -> Mapping[str, list[Found]]:
     world: list[Found] = []
     ego: list[Found] = []
     messages = located = 0
-    for truth in osi.read(str(path), return_ground_truth=True, mcap_topics=[TRUTH] if own else None):
-        host, time_s = Host.of(truth), time_of(truth.timestamp)
-        others = [moving for moving in truth.moving_object if host is None or moving.id.value != host.id]
-        rows = [_moving(time_s, moving.id.value, moving.base, kind_name(moving)) for moving in others]
+    found = osi.read(str(path), return_ground_truth=True, mcap_topics=[TRUTH] if own else None)
+    for time_s, truth in timed(path, found):
+        named = [(object_id(path, time_s, moving.id), moving) for moving in truth.moving_object]
+        host = Host.of(truth)
+        others = [(name, moving) for name, moving in named if host is None or name != host.id]
+        rows = [
+            _moving(time_s, name, moving.base)._replace(kind=kind_name(moving), points=points(moving))
+            for name, moving in others
+        ]
         world += rows
         ego += [_seen_from(row, host.pose_world) for row in rows] if host else []
         messages, located = messages + 1, located + bool(host)
@@ -81,17 +88,16 @@ def _truth(path: Path, own: bool) -> Mapping[str, list[Found]]:
 def _tracks(path: Path, own: bool) -> Mapping[str, list[Found]]:
     tables: dict[str, list[Found]] = {}
     hosts: dict[int, Host] = {}
-    for message in _messages(path, own):
-        time_s = time_of(message.timestamp)
+    for time_s, message in timed(path, _messages(path, own)):
         if isinstance(message, osi.GroundTruth):
             host = Host.of(message)
             hosts |= {round(1e9 * time_s): host} if host else {}
         elif isinstance(message, osi.TrafficUpdate):
             rows = tables.setdefault(WORLD, [])
-            rows += [_moving(time_s, moving.id.value, moving.base) for moving in message.update]
+            rows += [_moving(time_s, object_id(path, time_s, moving.id), moving.base) for moving in message.update]
         elif message.moving_object_header is not None or message.moving_object:
             now = hosts.get(round(1e9 * time_s))
-            tables.setdefault(EGO, []).extend(_detected(time_s, message, now))
+            tables.setdefault(EGO, []).extend(_detected(path, time_s, message, now))
     return tables
 
 
@@ -102,23 +108,24 @@ def _messages(path: Path, own: bool) -> Iterator[Any]:
     return (message for message in osi.read(str(path), mcap_topics=topics) if isinstance(message, wanted))
 
 
-def _detected(time_s: float, message: osi.SensorData, host: Host | None) -> Iterator[Found]:
+def _detected(path: Path, time_s: float, message: osi.SensorData, host: Host | None) -> Iterator[Found]:
     """Yield detected objects in the ego frame, with velocities over ground if the host is known."""
     frame = sensor_frame(message.mounting_position, host)
     for item in message.moving_object:
-        row = _moving(time_s, item.header.tracking_id.value, item.base)
+        name = object_id(path, time_s, item.header and item.header.tracking_id, "header.tracking_id")
+        row = _moving(time_s, name, item.base)
         box = frame.place(row.box)
         velocity = UNKNOWN if host is None else over_ground(frame.turn(row.velocity), np.array(box[:2]), host)
         yield row._replace(box=box, velocity=velocity)
 
 
-def _moving(time_s: float, name: int, base: osi.BaseMoving | None, kind: str = "") -> Found:
+def _moving(time_s: float, name: int, base: osi.BaseMoving | None) -> Found:
     if base is None or base.position is None or base.dimension is None:
         raise ValueError(f"time {time_s:g} s, object {name}: its base has no position or no dimension")
     at, size, turn = base.position, base.dimension, base.orientation
     velocity = UNKNOWN if base.velocity is None else np.array([base.velocity.x, base.velocity.y])
     yaw = 0.0 if turn is None else turn.yaw
-    return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height, kind)
+    return Found(time_s, name, (at.x, at.y, yaw, size.length, size.width), velocity, size.height)
 
 
 def _seen_from(row: Found, pose_world: Floats) -> Found:
@@ -128,7 +135,7 @@ def _seen_from(row: Found, pose_world: Floats) -> Found:
 
 def _frame_times(path: Path) -> Floats:
     """(F,) times of the frames of a trace of luxloop, which starts with frame 0 [s]."""
-    return np.array([time_of(truth.timestamp) for truth in osi.read(str(path), mcap_topics=[TRUTH])], np.float64)
+    return np.array([time_s for time_s, _ in timed(path, osi.read(str(path), mcap_topics=[TRUTH]))], np.float64)
 
 
 def _table(path: Path, axes: str, rows: list[Found], role: Role, frames: Floats | None) -> BoxTable:
@@ -143,6 +150,13 @@ def _table(path: Path, axes: str, rows: list[Found], role: Role, frames: Floats 
         time_s=time_s,
         velocity=velocity if np.isfinite(velocity).any() else None,
         height_m=np.array([row.height_m for row in rows], np.float64),
+        points=_points(rows) if role == "truth" else None,
         kind=np.array([row.kind for row in rows], np.str_) if role == "truth" else None,
     )
     return checked(table, lambda row: f"time {rows[row].time_s:g} s, object {rows[row].id}")
+
+
+def _points(rows: list[Found]) -> Ints | None:
+    """(N,) numbers of LIDAR points; None if an object has none."""
+    known = [row.points for row in rows if row.points is not None]
+    return np.array(known, np.int64) if len(known) == len(rows) else None

@@ -22,6 +22,7 @@ from scenarios.exchange.exported_run import confirmed_tracks
 from scenarios.exchange.osi import lidar_data, track_messages
 from scenarios.exchange.osi.base_values import SOURCE, TRACKS, TRACKS_WORLD, TRUTH, nanoseconds
 from scenarios.exchange.osi.ground_truth import ground_truth, stationary_objects
+from scenarios.grading.ownership import points_of_actors
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.rig.beams import unit_table
 
@@ -58,7 +59,8 @@ def _messages(run: RecordedRun) -> Iterator[tuple[int, Sent]]:
     tracks, none = confirmed_tracks(run), run.result.tables["tracks"].iloc[:0]
     for frame, scan, truth in scans:
         time_ns, found = nanoseconds(frame.time), tracks.get(frame.index, none)
-        yield time_ns, Sent(TRUTH, ground_truth(frame, axle, obstacles), "truth in the world frame")
+        points = points_of_actors(truth.actor_id, frame.actors.id)
+        yield time_ns, Sent(TRUTH, ground_truth(frame, points, axle, obstacles), "truth in the world frame")
         for unit, mount in enumerate(run.rig.mounts):
             seen = lidar_data.measured(frame, scan, unit, mount, units)
             yield time_ns, Sent(f"lidar/{mount.name}", seen, "points as measured")

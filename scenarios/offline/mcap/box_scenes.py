@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from scenarios.arrays import Floats
+from scenarios.grading.ownership import points_of_actors
 from scenarios.grading.plane_geometry import into_frame
 from scenarios.offline.mcap.messages import Box, Color
 from sensor_model.truth import ScanTruth
@@ -22,6 +23,8 @@ COLORS: dict[str, Color] = {
     "coasting": (0.3, 0.5, 1.0, 0.4),
 }
 """Colour of tracks by status; dead tracks are not exported."""
+POINTS = "points"
+"""Key of the number of points on an actor."""
 HEADING = "heading_rad"
 WORLD = ("x_world_m", "y_world_m", "heading_world_rad", "vx_world_mps", "vy_world_mps")
 """Keys of the exact numbers."""
@@ -32,6 +35,7 @@ POSE, VELOCITY = ["x_world_m", "y_world_m", "yaw_world_rad"], ["vx_world_mps", "
 def actor_boxes(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
     """Return the boxes of all actors."""
     actors, fraction = frame.actors, truth.visible_fraction
+    points = points_of_actors(truth.actor_id, actors.id)
     pose_ego = into_frame(actors.pose_world, frame.ego.pose_world)
     return [
         Box(
@@ -44,6 +48,7 @@ def actor_boxes(frame: WorldFrame, truth: ScanTruth) -> list[Box]:
                 "name": actors.name[a],
                 "kind": Kind(actors.kind[a]).name.lower(),
                 "visible_fraction": f"{fraction[a]:.3f}",
+                POINTS: str(points[a]),
                 **_exact(pose_ego[a], actors.pose_world[a], actors.velocity_world[a]),
             },
         )

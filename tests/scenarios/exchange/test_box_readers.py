@@ -10,7 +10,7 @@ from support.box_files import Box
 
 from scenarios.cli import main
 from scenarios.exchange import kitti_labels, nuscenes_results, nuscenes_tables
-from scenarios.exchange.file_formats import read, recognise
+from scenarios.exchange.file_formats import HEAD_BYTES, read, recognise
 
 KITTI_LINE = "0 7 Car 0 0 -1.57 599.4 156.4 629.8 189.3 1.50 1.60 3.80 -2.0 1.65 12.0 0.00"
 """A line in the layout of `label_02`: a car 12 m ahead and 2 m to the left, that faces to the right."""
@@ -151,6 +151,22 @@ def test_classes_are_filtered_and_averaged(tmp_path, capsys):
     assert amota == [0.5, 1.0, 0.0]
 
 
+def test_classes_that_the_truth_does_not_have_are_a_warning(tmp_path, capsys):
+    """Names of classes in CSV are free: `carr` is as valid as `bus`, but no true box has it."""
+    truth = [Box(0, "1", 0.0, 0.0, 0.0, 4.0, 2.0)]
+    a, b = write(tmp_path, "csv", "a", truth), write(tmp_path, "csv", "b", [truth[0]._replace(kind="carr")])
+    for options, left_out in (([], "left out of AMOTA and AMOTP"), (["--classes", "car"], "left out")):
+        assert main(["grade", "--truth", str(a), "--tracks", str(b), "--json", *options]) == 0
+        warnings = json.loads(capsys.readouterr().out)["warnings"]
+        assert warnings == [f"the truth has no class carr: tracks of it are {left_out}"]
+    assert main(["grade", "--truth", str(a), "--tracks", str(b)]) == 0
+    printed = capsys.readouterr().out
+    assert "Warning: the truth has no class carr" in printed
+    assert "1 frame, 1 true box, 1 box of tracks" in printed
+    assert main(["grade", "--truth", str(a), "--tracks", str(a), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["warnings"] == []
+
+
 def test_times_of_one_frame_may_be_rounded(tmp_path, capsys):
     head = "time_s,track_id,x_odom_m,y_odom_m,heading_odom_rad,length_m,width_m,status\n"
     a = box_files.write(tmp_path, "a.csv", head + "".join(f"{0.08 * k},1,{k},0,0,4,2,confirmed\n" for k in range(4)))
@@ -197,6 +213,27 @@ def test_boxes_of_few_points_and_their_tracks_are_left_out(tmp_path, capsys):
     assert found == [[2, 2, pytest.approx(1 - 4 / 6)], [2, 2, pytest.approx(1 - 4 / 4)]]
 
 
+def test_boxes_far_away_or_hidden_and_their_tracks_are_left_out(tmp_path, capsys):
+    """By hand: cars at 10 m (found), 20 m (level 3, found), 60 m (found) and 70 m; false tracks at 30 m and 90 m.
+
+    Beyond 50 m two true boxes, the track on one of them and the other track are left out; with level 2, one pair.
+    """
+    truth = [Box(0, f"{x}", x, 0.0, 0.0, 4.0, 2.0) for x in (10.0, 20.0, 60.0, 70.0)]
+    tracks = [Box(0, f"{x}", x, 0.0, 0.0, 4.0, 2.0) for x in (10.0, 20.0, 60.0, 30.0, 90.0)]
+    lines = box_files.kitti(truth, scored=False).splitlines()
+    lines[1] = lines[1].replace("Car 0 0", "Car 0 3")
+    a = box_files.write(tmp_path, "a.txt", "\n".join(lines))
+    b = write(tmp_path, "kitti", "b", tracks)
+    near, visible = ["--range-max", "50"], ["--occluded-max", "2"]
+    found = []
+    for options in ([], near, visible, near + visible):
+        assert main(["grade", "--truth", str(a), "--tracks", str(b), "--json", *options]) == 0
+        graded = json.loads(capsys.readouterr().out)
+        counts = [graded["metrics"][f"track.{name}"]["value"] for name in ("missed", "false")]
+        found.append([graded["true_boxes"], graded["track_boxes"], *counts])
+    assert found == [[4, 5, 1, 2], [2, 3, 0, 1], [3, 4, 1, 2], [1, 2, 0, 1]]
+
+
 HEAD = "frame,id,x_m,y_m,heading_rad,length_m,width_m"
 GOOD = f"{HEAD}\n0,1,0,0,0,4,2\n"
 BOX = {
@@ -222,6 +259,7 @@ def result(**changes):
         ("b.csv", GOOD + "1,1,0,0,east,4,2\n", "b.csv: column heading_rad, row 2: east: should be a number"),
         ("b.csv", GOOD + "1,1,0,0,0,4,0\n", "b.csv: row 2, width: 0: should be more than 0"),
         ("b.csv", GOOD + "0,1,0,0,0,4,2\n", "b.csv: row 2, id: 1: occurs twice in frame 0; give each id"),
+        ("b.csv", f"{HEAD}\n0,0,1,0.1,0.2,4,2,9\n", "b.csv: row 1: 8 cells, but the header has 7; give"),
         ("b.csv", f"{HEAD}\n9,1,0,0,0,4,2\n", "b.csv: has no frame in common with a.csv; give tracks"),
         ("b.csv", GOOD.replace("frame", "time_s"), "b.csv: has time_s, but a.csv has frame; give both files the same"),
         ("b.txt", KITTI_LINE.replace("3.80", "long"), "b.txt: line 1, length: long: should be a number"),
@@ -229,6 +267,9 @@ def result(**changes):
         ("b.txt", f"{KITTI_LINE}\n{KITTI_LINE} 0.5", "b.txt: line 2: score: only some lines have one"),
         ("b.txt", "\n" + KITTI_LINE.replace("3.80", "-1"), "b.txt: line 2, length: -1: should be more than 0"),
         ("b.txt", KITTI_LINE.replace("0 7", "0.5 7", 1), "b.txt: line 1, frame: 0.5: should be an integer"),
+        ("b.csv", f"{HEAD},vx_mps\n0,1,0,0,0,4,2,9\n", "b.csv: column vx_mps without the other of vx_mps and"),
+        ("b.txt", KITTI_LINE.replace("Car", "Carr"), "b.txt: line 1, type: Carr: should be one of Car, Van"),
+        ("b.json", result(tracking_name="Carr"), "b.json: sample s, box 1, tracking_name: Carr: should be one of bi"),
         ("b.json", "{", "b.json: cannot be read (Expecting property name"),
         ("b.json", "{}", "b.json: file: no key results; add it"),
         ("b.json", result(size=[2, 4]), "b.json: sample s, box 1, size: [2, 4]: should be a list of 3 numbers"),
@@ -238,6 +279,9 @@ def result(**changes):
         ("b.bin", "\0\0", "b.bin: no known format; name it with --truth-format or --tracks-format"),
         ("b.mcap", "\0\0", "b.mcap: cannot be read"),
         ("b.parquet", "\0\0", "b.parquet: cannot be read"),
+        ("b.mcap", "\0,\0\n", "b.mcap: cannot be read ("),
+        ("b.parquet", "\0,\0\n", "b.parquet: cannot be read (Error creating dataset"),
+        ("b.bin", "\0,\0\n", "b.bin: no known format; name it with --truth-format or --tracks-format"),
     ],
 )  # fmt: skip
 def test_an_invalid_file_is_refused_in_one_line(name, text, message, tmp_path, monkeypatch, capfd):
@@ -284,6 +328,25 @@ def test_an_invalid_table_is_refused_in_one_line(table, rows, message, tmp_path,
     refused(["--truth", "v1.0-mini", "--tracks", "b.json"], message, capfd)
 
 
+def test_a_kitti_folder_of_several_sequences_is_refused(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    labels = tmp_path / "training" / "label_02"
+    labels.mkdir(parents=True)
+    for name in ("0000.txt", "0001.txt"):
+        box_files.write(labels, name, KITTI_LINE)
+    several = "has 2 sequences; give the text file of one, e.g."
+    for folder, first in ((".", "training/label_02/0000.txt"), ("training", "training/label_02/0000.txt")):
+        refused(["--truth", folder, "--tracks", first], f"{folder}: {several} {first}", capfd)
+    refused(["--truth", "training/label_02/0000.txt", "--tracks", "."], ".: no results/0000.txt in it; give", capfd)
+
+
+def test_a_comma_in_other_bytes_than_text_is_no_csv_file(tmp_path):
+    """Latin-1 by the ending of its name; UTF-8 also where the head of the file ends within a character."""
+    (tmp_path / "a.txt").write_bytes("0,é".encode("latin-1"))
+    (tmp_path / "b.txt").write_bytes(b"," * (HEAD_BYTES - 1) + "é".encode())
+    assert [recognise(tmp_path / name) for name in ("a.txt", "b.txt")] == ["kitti", "csv"]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -299,9 +362,15 @@ def test_an_invalid_table_is_refused_in_one_line(table, rows, message, tmp_path,
         (["--truth", "a.csv", "--tracks", "a.csv", "--classes", "car"], "a.csv: has no classes; leave --classes out"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--truth-format", "kitti"], "a.csv: line 1: 1 fields; KITTI"),
         (["--truth", "a.csv", "--tracks", "a.csv", "--points-min", "1"], "a.csv: has no numbers of points; leave"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--occluded-max", "1"], "a.csv: has no levels of occlusion"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--occluded-max", "4"], "--occluded-max 4: should be a level"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--range-max", "0"], "--range-max 0: should be more than 0"),
+        (["--truth", "a.csv", "--tracks", "a.csv", "--range-max", "9"], "a.csv: its positions are in unnamed axes"),
+        (["run", "--range-max", "3"], "--range-max cannot be given with RUN; give either RUN"),
+        (["run", "--occluded-max", "3"], "--occluded-max cannot be given with RUN; give either RUN"),
         (["run", "--points-min", "3"], "--points-min cannot be given with RUN; give either RUN"),
         (["--truth", "none.csv", "--tracks", "a.csv"], "none.csv: cannot be read (No such file or directory)"),
-        (["--truth", ".", "--tracks", "a.csv"], ".: no sample_annotation.json in it or in a folder below"),
+        (["--truth", ".", "--tracks", "a.csv"], ".: a folder without sample_annotation.json of nuScenes and without"),
     ],
 )  # fmt: skip
 def test_an_invalid_request_is_refused_in_one_line(words, message, tmp_path, monkeypatch, capfd):

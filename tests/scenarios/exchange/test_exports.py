@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from support import short_run
 
@@ -232,6 +233,7 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
         metrics(
             capsys, "--truth", run / "kitti/training/label_02/0000.txt", "--tracks", run / "kitti/results/0000.txt"
         ),
+        metrics(capsys, "--truth", run / "kitti", "--tracks", run / "kitti"),
         metrics(capsys, "--truth", run / "run.mcap", "--tracks", run / "run.mcap"),
     ]
     for name in (
@@ -245,9 +247,26 @@ def test_all_exports_of_a_run_have_the_same_grades(run, capsys):
         "length_abs_mean_m",
     ):
         values = [found[f"track.{name}"] for found in graded]
-        assert values == pytest.approx([values[0]] * 4, abs=1e-3), name
+        assert values == pytest.approx([values[0]] * 5, abs=1e-3), name
     assert graded[0]["track.hota"] > 0.2
     assert graded[1]["track.velocity_abs_mean_mps"] is not None
+
+
+def test_exports_with_numbers_of_points_have_the_same_grades_of_seen_actors(run, capsys):
+    """The limit is the median of the points, so it leaves out about half of the boxes."""
+    labels = run / "run" / "scans" / "labels.parquet"
+    seen = ("--points-min", int(pd.read_parquet(labels)["points"].median()) + 1)
+    pairs = [
+        (labels, run / "run" / "tables" / "tracks.parquet"),
+        (run / "nuscenes", run / "nuscenes" / "tracking_result.json"),
+        (run / "run.mcap", run / "run.mcap"),
+    ]
+    graded = [metrics(capsys, "--truth", truth, "--tracks", tracks, *seen) for truth, tracks in pairs]
+    for name in ("hota", "missed", "false"):
+        values = [found[f"track.{name}"] for found in graded]
+        assert values == pytest.approx([values[0]] * 3, abs=1e-6), name
+    every = metrics(capsys, "--truth", run / "run.mcap", "--tracks", run / "run.mcap")
+    assert graded[0]["track.hota"] != every["track.hota"]
 
 
 def test_exports_are_reproducible(run, tmp_path):
@@ -277,3 +296,11 @@ def test_invalid_requests_are_one_line(words, message, run, tmp_path, monkeypatc
     assert message in error
     assert error.count("\n") == 1
     assert sorted(path.name for path in Path().iterdir()) == ["file", "there"]
+
+
+def test_a_file_as_run_is_named_as_such(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    Path("a.csv").write_text("frame,id\n")
+    for words in (["export", "a.csv", "--format", "kitti", "--out", "new"], ["grade", "a.csv"], ["view", "a.csv"]):
+        assert main(words) == 2
+        assert capfd.readouterr().err == "luxloop: error: a.csv: is a file; give a folder that luxloop run wrote\n"

@@ -33,7 +33,7 @@ def test_every_command_runs(tmp_path, monkeypatch, capsys):
         assert main(words) == 0, words
         printed[shlex.join(words)] = capsys.readouterr().out
     verbs = [words[1] for words in COMMANDS]
-    assert (verbs.count("grade"), verbs.count("export"), verbs.count("mcap")) == (7, 5, 1)
+    assert (verbs.count("grade"), verbs.count("export"), verbs.count("mcap")) == (8, 5, 1)
     first = next(iter(printed.values()))
     assert re.search(r"^track\.gospa_m +12\.450 ", first, re.MULTILINE)
     for title, folder in FOLDERS.items():

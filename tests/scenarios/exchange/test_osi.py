@@ -7,12 +7,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from support import exported_run, short_run
 
 from scenarios.cli import main
+from scenarios.errors import TracksError
 from scenarios.exchange import file_formats
-from scenarios.exchange.osi import trace_boxes
+from scenarios.exchange.osi import object_types, trace_boxes
 from scenarios.grading.plane_geometry import into_frame
 from scenarios.offline.recorded_run import RecordedRun
 from sensor_model.rig.beams import unit_table
@@ -177,6 +179,24 @@ def test_both_implementations_find_the_same_objects(seen, trace):
         np.testing.assert_array_equal(table.boxes, [row[1:6] for row in rows])
 
 
+def test_numbers_of_points_are_those_of_the_data_set(folder, trace):
+    labels = pd.read_parquet(folder / "run" / "scans" / "labels.parquet")
+    expected = {(row.frame, str(row.actor_id)): row.points for row in labels.itertuples()}
+    for table in trace_boxes.read(trace, "truth"):
+        assert dict(zip(zip(table.frame, table.id, strict=True), table.points, strict=True)) == expected
+    assert max(expected.values()) > 0
+
+
+@pytest.mark.parametrize("text", ["many", "-1", "9" * 30])
+def test_another_text_than_a_number_of_points_is_no_number(text):
+    import betterosi as osi
+
+    moving = osi.MovingObject(
+        source_reference=[osi.ExternalReference(type=object_types.POINTS_REFERENCE, identifier=[text])]
+    )
+    assert object_types.points(moving) is None
+
+
 def test_tracks_are_read_back_bit_for_bit(trace, run, frames):
     world, ego = trace_boxes.read(trace, "tracks")
     tracks = confirmed(run)
@@ -269,6 +289,29 @@ def test_a_damaged_trace_is_one_line(content, message, trace, tmp_path, capfd):
     assert str(path) in error
     assert message in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("role", "fields", "message"),
+    [
+        ("truth", {}, "osi3.GroundTruth 2: no timestamp; give each message its time"),
+        ("tracks", {}, "osi3.TrafficUpdate 2: no timestamp; give each message its time"),
+        ("truth", {"moving_object": True}, "time 1 s: an object without id; give each object an id"),
+        ("tracks", {"update": True}, "time 1 s: an object without id; give each object an id"),
+    ],
+)
+def test_a_missing_field_of_a_message_is_named(role, fields, message, tmp_path):
+    import betterosi as osi
+
+    kind, path = osi.GroundTruth if role == "truth" else osi.TrafficUpdate, tmp_path / "bad.mcap"
+    stamp = osi.Timestamp(seconds=1, nanos=0)
+    second = kind(timestamp=stamp, **{name: [osi.MovingObject()] for name in fields}) if fields else kind()
+    with osi.Writer(path) as writer:
+        writer.add(kind(timestamp=osi.Timestamp(seconds=0, nanos=0)), "a", 0)
+        writer.add(second, "a", 10**9)
+    with pytest.raises(TracksError) as error:
+        trace_boxes.read(path, role)
+    assert str(error.value) == f"{path}: {message}"
 
 
 def test_a_trace_of_another_program_is_placed_by_its_rear_axle(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -13,6 +14,7 @@ from scenarios.files.scenario import Scenario
 from scenarios.league import drive_scans, league_runs
 from scenarios.league.drive import drives
 from scenarios.league.entrants import REFERENCE, Entrant, entrants
+from scenarios.league.league_folder import refuse_other_files
 from scenarios.league.standings import pooled_hota
 from scenarios.offline.recorded_run import RecordedRun
 from scenarios.run import device, run_folder
@@ -138,6 +140,8 @@ def test_pooled_hota_of_one_run_is_its_metric(league):
     ("arguments", "message"),
     [
         (["--trackers", "kalman"], "--trackers kalman: no such tracker"),
+        (["--trackers", ""], "--trackers of an empty name: no such tracker; give some of shipped"),
+        (["--trackers", "paper,"], "--trackers of an empty name: no such tracker; give some of shipped"),
         (["--seeds", "1;2"], "--seeds 1;2: give seeds as 11,12,13"),
         (["cruise-on-tracks"], "control: the ego drives by its tracks"),
         (["truck-shadow", "truck-shadow"], "given twice"),
@@ -150,3 +154,33 @@ def test_bad_input_is_one_line(arguments, message, tmp_path, capsys, monkeypatch
     assert message in error
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        (["out/notes.txt"], "out: holds other files than those of a league; choose another folder with --out"),
+        (["out/runs/mine"], "out: holds other files than those of a league; choose another folder with --out"),
+        (["out"], "out: is a file; choose another folder with --out"),
+        (["out/rows"], "out/rows: is a file, but a league has a folder there; choose another with --out"),
+    ],
+)
+def test_a_folder_of_other_files_is_refused_and_left_as_it_is(files, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for file in files:
+        Path(file).parent.mkdir(parents=True, exist_ok=True)
+        Path(file).write_text("mine")
+    before = sorted(tmp_path.rglob("*"))
+    assert main(["league", "sumo-crossing", "--seeds", "1", "--duration", "0.3", "--out", "out", "-q"]) == 2
+    assert capsys.readouterr().err == f"luxloop: error: {message}\n"
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_league_that_was_killed_while_it_recorded_is_continued(tmp_path):
+    for names in ((), ("scans",), ("scans", "rows")):
+        for name in names:
+            (tmp_path / name).mkdir(exist_ok=True)
+        refuse_other_files(tmp_path)
+    (tmp_path / "rows" / "scans-left-seed3.json").write_text("{}")
+    (tmp_path / "runs").mkdir()
+    refuse_other_files(tmp_path)

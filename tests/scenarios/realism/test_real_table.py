@@ -49,6 +49,7 @@ def test_bands_are_read(tmp_path):
         ("False", "rear", "column front_seen, row 2: 'rear'; give True or False"),
         ("12.5", "", "column range_m, row 1: ''; give a number"),
         ("12.5", "-3", "column range_m, row 1: '-3'; give a positive distance"),
+        ("12.5", "12.5,3", "row 1: 7 cells, but the header has 6; give each row as many"),
         ("bow_end_m,best_error_deg", "width_m,colour", "has no figure to compare"),
         (TABLE[TABLE.index("car,") :], "", "has no rows"),
         (TABLE, "", "is not a CSV file"),

@@ -116,6 +116,12 @@ def test_invalid_tables_are_errors_of_one_line(csv, old, new, message):
     assert "\n" not in str(error.value)
 
 
+def test_a_row_of_more_cells_than_the_header_is_not_read_shifted(csv):
+    """pandas would take `time_s` for the index: a car at time 7, named 0."""
+    with pytest.raises(TrafficInputError, match=r"^row 1: 6 cells, but the header has 4; give each row as many"):
+        read_table(csv("time_s,id,x_m,y_m\n0,7,0,1,2,3\n0,7,0,1,2,3\n"), {})
+
+
 @pytest.mark.parametrize("name", ["a.csv", "a.csv.gz", "a.parquet"])
 def test_a_file_that_is_not_a_table_is_an_error(tmp_path, name):
     (tmp_path / name).write_bytes(b"\xff\xfe\x00PAR1 nonsense")

@@ -1,0 +1,135 @@
+"""Grading of a file of fitted rectangles against true boxes, with the definitions of `fit.*` of runs."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from scenarios.arrays import Bools, Ints
+from scenarios.exchange import fit_table
+from scenarios.exchange.box_grading import BoxLimits
+from scenarios.exchange.box_table import ANY_AXES, EGO_AXES, BoxTable
+from scenarios.exchange.comparable_tables import about_the_ego, in_common_axes, of_classes
+from scenarios.exchange.file_formats import Format, read
+from scenarios.exchange.ignored_boxes import outside
+from scenarios.exchange.paired_frames import FramePairs, pair_frames, require_common_frames
+from scenarios.grading.fit_errors import corner_gaps, heading_errors
+from scenarios.grading.plane_geometry import iou, iou_table
+from scenarios.report.cells import counted, table_of, value_of
+from scenarios.result import Metric
+from scenarios.run.run_folder import metric_document
+
+UNITS = {
+    "heading_mean_deg": "deg", "heading_std_deg": "deg", "heading_abs_mean_deg": "deg", "position_abs_mean_m": "m",
+    "iou_mean": "1",
+}  # fmt: skip
+"""Figures of each method, with the names and meanings of `fit.<method>.*` of runs."""
+NO_EGO = "the positions are not about the ego, so the nearest corner is unknown"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GradedFits:
+    """Figures of a file of fits by method."""
+
+    pairs: FramePairs
+    on_none: int
+    """Number of rectangles that overlap no true box."""
+    methods: dict[str, dict[str, Metric]]
+
+    @classmethod
+    def of(
+        cls, truth: Path, fits: Path, truth_format: Format | None, classes: tuple[str, ...], limits: BoxLimits
+    ) -> "GradedFits":
+        """Read both files and compare each rectangle with the true box of the largest overlap.
+
+        Raises
+        ------
+        TracksError
+            A file is not valid, or they do not belong together.
+        """
+        rectangles, method = fit_table.read(fits)
+        pairs = _paired(read(truth, "truth", truth_format), rectangles, classes, limits)
+        true, fit = _matches(pairs)
+        graded = ~outside(pairs.truth, limits)[true]
+        of_fit = method[pairs.tracks.id[fit].astype(np.int64)]
+        about_ego = all(_is_about_the_ego(table) for table in (pairs.truth, pairs.tracks))
+        found = {
+            name: _figures(pairs, true, fit, graded & (of_fit == name), about_ego)
+            for name in dict.fromkeys(method.tolist())
+        }
+        return cls(pairs, len(pairs.tracks) - len(fit), found)
+
+
+def document(graded: GradedFits) -> dict[str, Any]:
+    """Return the figures as JSON."""
+    return {
+        "file": str(graded.pairs.tracks.source),
+        "fits": len(graded.pairs.tracks),
+        "on_no_true_box": graded.on_none,
+        "methods": {
+            name: {figure: metric_document(metric) for figure, metric in figures.items()}
+            for name, figures in graded.methods.items()
+        },
+    }
+
+
+def report(graded: GradedFits) -> Group:
+    """Return the printed figures."""
+    pairs = graded.pairs
+    head = Text(
+        f"{pairs.tracks.source} against {pairs.truth.source}\n"
+        f"{counted(len(pairs.tracks), 'fit')}, {graded.on_none} of them on no true box"
+    )
+    table = table_of("Fits", "method", "figure", "value", "n")
+    table.add_column("", style="dim")
+    for method, figures in graded.methods.items():
+        for name, metric in figures.items():
+            table.add_row(method, name, value_of(metric), str(metric.n), metric.reason or "")
+    sections: list[RenderableType] = [head, table]
+    return Group(*sections)
+
+
+def _paired(truth: list[BoxTable], fits: list[BoxTable], classes: tuple[str, ...], limits: BoxLimits) -> FramePairs:
+    boxes = truth if limits.range_max_m is None else about_the_ego(truth)
+    tables = in_common_axes(_preferred(boxes), _preferred(fits))
+    pairs = pair_frames(*(of_classes(*tables, list(classes)) if classes else tables))
+    require_common_frames(pairs)
+    return pairs
+
+
+def _preferred(tables: list[BoxTable]) -> list[BoxTable]:
+    """Return the tables about the ego, where a file has one."""
+    return [table for table in tables if _is_about_the_ego(table)] or tables
+
+
+def _is_about_the_ego(table: BoxTable) -> bool:
+    """Return True also for axes without a name: rectangles of single frames are in those of the sensor."""
+    return table.axes in (*EGO_AXES, ANY_AXES)
+
+
+def _matches(pairs: FramePairs) -> tuple[Ints, Ints]:
+    """Return the rows of true boxes and of the rectangles on them; several may be on one box."""
+    found: list[tuple[Ints, Ints]] = [(np.empty(0, np.int64), np.empty(0, np.int64))]
+    for true, fit in pairs.steps():
+        if len(true):
+            overlap = iou_table(pairs.truth.boxes[true], pairs.tracks.boxes[fit])
+            on = overlap.max(axis=0) > 0.0
+            found.append((true[overlap.argmax(axis=0)[on]], fit[on]))
+    return np.concatenate([rows for rows, _ in found]), np.concatenate([rows for _, rows in found])
+
+
+def _figures(pairs: FramePairs, true: Ints, fit: Ints, chosen: Bools, about_ego: bool) -> dict[str, Metric]:
+    """Return the figures of the chosen matches."""
+    box, truth = pairs.tracks.boxes[fit[chosen]], pairs.truth.boxes[true[chosen]]
+    error = heading_errors(box, truth)
+    gap, _ = corner_gaps(box, truth, box[:, 2] - truth[:, 2])
+    values = (error.mean, error.std, np.abs(error).mean, np.hypot(*gap.T).mean, iou(box, truth).mean)
+    why = "no fit is on a graded true box"
+    found = {
+        name: Metric(float(value()), unit, len(box)) if len(box) else Metric(None, unit, 0, why)
+        for (name, unit), value in zip(UNITS.items(), values, strict=True)
+    }
+    return found if about_ego else {**found, "position_abs_mean_m": Metric(None, "m", len(box), NO_EGO)}

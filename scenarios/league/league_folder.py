@@ -1,0 +1,25 @@
+"""The folder of a league, which a second start continues."""
+
+from pathlib import Path
+
+from scenarios.errors import OutputError
+from scenarios.league.drive_scans import ROWS, SCANS
+from scenarios.league.league_page import DOCUMENT
+
+
+def refuse_other_files(out: Path) -> None:
+    """Raise an OutputError if `out` is a file, or holds other files than those of a league.
+
+    A league that was killed early has scans, and maybe an empty folder of rows, and nothing else.
+    """
+    if not out.exists():
+        return
+    if not out.is_dir():
+        raise OutputError(f"{out}: is a file; choose another folder with --out")
+    names = {path.name for path in out.iterdir()}
+    begun = any((out / ROWS).glob("*.json")) or (out / DOCUMENT).is_file()
+    if not begun and not names <= {SCANS, ROWS}:
+        raise OutputError(f"{out}: holds other files than those of a league; choose another folder with --out")
+    for name in (SCANS, ROWS):
+        if (out / name).is_file():
+            raise OutputError(f"{out / name}: is a file, but a league has a folder there; choose another with --out")
