@@ -174,6 +174,24 @@ def test_the_file_says_what_was_chosen_and_that_limits_are_defaults(written):
     assert scenario.expect["track.id_switches_in_view"].max == 1
 
 
+def test_an_ego_that_a_car_hits_fails_the_limits_of_a_new_file(written, tmp_path, capfd):
+    """A car that can hardly brake drives into an ego that waits at the side of its lane."""
+    steady = 'sigma="0" speedDev="0"'
+    (tmp_path / "hit.rou.xml").write_text(f"""<routes><vType id="steady" {steady}/>
+        <vType id="blind" {steady} decel="0.2" emergencyDecel="0.2" apparentDecel="0.2"
+            lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="-1"/>
+        <vehicle id="ego" type="steady" depart="0" departPos="stop" departLane="1"><route edges="east_in"/>
+            <stop lane="east_in_1" startPos="60" endPos="90" duration="20"/></vehicle>
+        <vehicle id="other" type="steady" depart="0" departPos="base" departLane="2" departSpeed="1">
+            <route edges="west_in east_out"/></vehicle>
+        <vehicle id="hitter" type="blind" depart="0.5" departPos="60" departLane="1" departSpeed="10"
+            insertionChecks="none"><route edges="east_in west_out"/></vehicle></routes>""")
+    shutil.copy(CROSSING / "crossing.net.xml", tmp_path)
+    scenario, _ = written(tmp_path / "crossing.net.xml", "--ego", "ego", "--begin", "0", "--window", "8")
+    assert main(["run", str(scenario.path), "--json", "--no-recording", "--out", str(tmp_path / "run")]) == 1
+    assert "sim.ego_collisions" in json.loads(capfd.readouterr().out)["failed"]
+
+
 def test_the_window_has_as_many_neighbours_as_it_says(written):
     scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60")
     from scenarios.authoring.rehearsal import rehearse
