@@ -51,7 +51,7 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     InputError
         The source is unknown, or has no window with vehicles around an ego.
     OutputError
-        The file exists already, or its folder does not.
+        The file exists already or is a folder, or its folder does not exist.
     TrafficError
         The traffic cannot start, or fails.
     """
@@ -90,6 +90,8 @@ def _require_new(out: Path, force: bool) -> None:
         raise OutputError(f"--out {out}: a scenario file must end in .toml")
     if not out.parent.is_dir():
         raise OutputError(f"--out {out}: its folder does not exist")
+    if out.is_dir():
+        raise OutputError(f"--out {out}: is a folder; name the file to write")
     if out.exists() and not force:
         raise OutputError(f"--out {out}: exists already; give another name, or --force")
 

@@ -43,7 +43,7 @@ def grade_files(
     if not 0.0 < hit_iou < 1.0:
         raise InputError(f"--hit-iou {hit_iou:g}: should lie between 0 and 1")
     if not 0.0 < gospa_cutoff_m < 1e6:
-        raise InputError(f"--gospa-cutoff {gospa_cutoff_m:g}: should be more than 0")
+        raise InputError(f"--gospa-cutoff {gospa_cutoff_m:g}: should be more than 0 and less than 1e6")
     from scenarios.exchange import graded_boxes
     from scenarios.exchange.box_grading import BoxLimits
     from scenarios.report import text
