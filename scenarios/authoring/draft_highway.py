@@ -5,7 +5,6 @@ from typing import Any
 
 from scenarios.authoring.draft import Draft
 from scenarios.authoring.draft_options import DraftOptions
-from scenarios.errors import InputError
 from sim.highway.environment import make
 
 MOTORIST = "sim.highway.motorist.Motorist"
@@ -19,14 +18,14 @@ def highway_drafts(env: str, options: DraftOptions) -> Iterator[Draft]:
     Raises
     ------
     InputError
-        An ego was asked for.
+        An ego or a window was asked for.
     TrafficInputError
         There is no such environment.
     """
-    if options.ego or options.begin_s is not None:
-        raise InputError(
-            "--ego and --begin: an environment of highway-env has its first agent as ego, from its start on"
-        )
+    options.refuse(
+        "an environment of highway-env has its first agent as ego, from its start on; leave it out",
+        *("--ego", "--begin", "--want", "--window"),
+    )
     environment = make(env, {})
     limited = "other_vehicles_type" in environment.config
     environment.close()

@@ -12,7 +12,7 @@ from scenarios.authoring.draft_recording import recording_drafts
 from scenarios.authoring.draft_sumo import sumo_drafts
 from scenarios.authoring.rehearsal import Rehearsal, rehearse
 from scenarios.authoring.scenario_text import scenario_text
-from scenarios.authoring.traffic_input import read_input
+from scenarios.authoring.traffic_input import read_input, refuse_scenario
 from scenarios.errors import InputError, OutputError
 from scenarios.files import atomic_file
 from scenarios.files.scenario import Scenario
@@ -98,6 +98,7 @@ def _require_new(out: Path, force: bool) -> None:
 
 def _drafts(source: str, routes: Sequence[Path], options: DraftOptions) -> Iterator[Draft]:
     """Yield drafts of any kind of traffic, the best first."""
+    refuse_scenario(source)
     given = read_input(source, routes)
     match given.traffic:
         case SumoTraffic() as traffic:

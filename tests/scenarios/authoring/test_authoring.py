@@ -280,6 +280,64 @@ def test_a_net_without_routes(tmp_path, capfd):
     assert "no route file beside this net; give one with --routes" in capfd.readouterr().err
 
 
+def test_names_of_nothing_are_refused_as_such(capfd):
+    assert main(["egos", "sumo-crosing", "--routes", "x"]) == 2
+    error = capfd.readouterr().err
+    assert "sumo-crosing: no such file, scenario or environment of highway-env; did you mean sumo-crossing" in error
+
+
+@pytest.mark.parametrize(
+    ("source", "why"),
+    [
+        ("sumo-crossing", "sumo-crossing: is a scenario already; start it with luxloop run sumo-crossing"),
+        (str(CATALOG / "urban/sumo-crossing.toml"), "sumo-crossing.toml: is a scenario file already; start it"),
+        ("missing.toml", "missing.toml: no such file"),
+    ],
+)
+def test_a_scenario_in_place_of_traffic_is_recognised(tmp_path, capfd, source, why):
+    assert main(["new", source, "--out", str(tmp_path / "o.toml")]) == 2
+    assert why in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["crossing.net.xml", "buildings.add.xml", ".."])
+def test_routes_that_are_no_route_file_are_named(capfd, tmp_path, name):
+    given = CROSSING / name if name != ".." else tmp_path
+    assert main(["egos", str(CROSSING / "crossing.net.xml"), "--routes", str(given)]) == 2
+    error = capfd.readouterr().err
+    assert f"--routes {given}: " in error
+    assert "<routes>" in error
+
+
+SUMOCFG = '<configuration><input><net-file value="crossing.net.xml"/></input></configuration>'
+TRACKS = "time_s,id,type,x_m,y_m,yaw_deg\n0,a,car,0,0,0\n"
+UNUSED = "--routes x: {} is no net and has its own traffic"
+FIRST_AGENT = "an environment of highway-env has its first agent as ego, from its start on"
+
+
+@pytest.mark.parametrize(
+    ("command", "source", "options", "why"),
+    [
+        ("egos", "a.sumocfg", "--routes x", UNUSED),
+        ("egos", "sumo-crossing", "--routes x", "--routes x: sumo-crossing is a scenario and names its own routes"),
+        ("new", "a.sumocfg", "--routes x", UNUSED),
+        ("new", "a.csv", "--routes x", UNUSED),
+        ("new", "roundabout-v0", "--routes x", UNUSED),
+        ("new", "roundabout-v0", "--want turns --window 20", f"--want and --window: {FIRST_AGENT}"),
+        ("new", "roundabout-v0", "--begin 5 --ego 1", f"--ego and --begin: {FIRST_AGENT}"),
+        ("new", "a.csv", "--begin 5", "--begin: a recording is surveyed as a whole; leave it out"),
+        ("new", "a.csv", "--window 5", "--window: a recording is surveyed as a whole; leave it out"),
+    ],
+)
+def test_options_without_an_effect_are_refused(tmp_path, monkeypatch, capfd, command, source, options, why):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.sumocfg").write_text(SUMOCFG)
+    (tmp_path / "a.csv").write_text(TRACKS)
+    out = ["--out", "o.toml"] if command == "new" else []
+    assert main([command, source, *out, *options.split()]) == 2
+    assert why.format(source) in capfd.readouterr().err
+    assert not (tmp_path / "o.toml").exists()
+
+
 def test_egos_of_highway_env_are_refused(capfd):
     assert main(["egos", "merge-v0"]) == 2
     assert "only SUMO's traffic has candidates for the ego, this is highway-env" in capfd.readouterr().err
