@@ -6,8 +6,8 @@ from typing import Any
 from scenarios.authoring.draft import Draft
 from scenarios.authoring.draft_options import DraftOptions
 from sim.highway.environment import make
+from sim.highway.highway_config import MOTORIST
 
-MOTORIST = "sim.highway.motorist.Motorist"
 SEEDS = 8
 """Seeds that are tried: in some, the ego crashes soon."""
 
