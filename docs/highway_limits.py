@@ -13,22 +13,14 @@ import numpy as np
 from scenarios.grading.truth_events.bodies import Bodies
 from scenarios.grading.truth_events.body_motion import MotionHistory
 from scenarios.grading.truth_events.event_limits import ACCELERATION_MPS2, JERK_MPS3
-from sim.highway.highway_config import HighwayTraffic
+from sim.highway.environment import environments
+from sim.highway.highway_config import MOTORIST, HighwayTraffic
 from sim.highway.highway_source import HighwaySource
 from sim.source import TrafficEndedError, TrafficInputError
 
-MOTORIST = "sim.highway.motorist.Motorist"
 RANGE_M, DURATION_S = 200.0, 20.0
 SEEDS = {None: (1,), MOTORIST: (1, 11, 12)}
 """Seeds by the drivers; those of highway-env exceed the limits in the first already."""
-
-
-def environments() -> list[str]:
-    """Return the ids of the environments that highway-env registers, sorted."""
-    import gymnasium
-    import highway_env  # noqa: F401  registers its environments
-
-    return sorted(name for name, spec in gymnasium.registry.items() if str(spec.entry_point).startswith("highway_env."))
 
 
 def frames(env: str, drivers: str | None, seed: int) -> Iterator[Bodies]:

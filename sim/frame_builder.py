@@ -81,7 +81,7 @@ class FrameBuilder:
             attitude=attitude[0],
         )
         index, self._next = self._next, self._next + 1
-        return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors)
+        return WorldFrame(index=index, time=index * self._dt, ego=ego, actors=actors, collisions=motion.collisions)
 
     def _contacts(
         self, ego: Member, appearance: "_Appearance", motion: Kinematics, near: Ints

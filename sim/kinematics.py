@@ -6,7 +6,7 @@ import numpy as np
 
 from sim.arrays import Bools, Floats
 from sim.roster import Member
-from sim.world import JOINTS, no_angles
+from sim.world import JOINTS, Collision, no_angles
 
 
 def wrap_angle(angle: Floats) -> Floats:
@@ -26,6 +26,8 @@ class RawFrame:
     road: Floats | None = None
     """(N, 2) height of the road under the pose [m] and its slope along the body [rad], positive uphill, in the
     simulator; None if it has no heights, NaN where it has none. Used on bridges only, see `sim.frame_builder`."""
+    collisions: tuple[Collision, ...] = ()
+    """See `sim.world.WorldFrame`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +52,8 @@ class Kinematics:
     """(N, 2) see `RawFrame`."""
     further_articulation: Floats = field(default_factory=no_angles)
     """(N, JOINTS - 1) [rad] see `sim.world.Actors`."""
+    collisions: tuple[Collision, ...] = ()
+    """See `sim.world.WorldFrame`."""
 
     def __post_init__(self) -> None:
         if not len(self.further_articulation):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from sim.arrays import Floats
-from sim.world import Obstacles, WorldFrame
+from sim.world import Collision, Obstacles, WorldFrame
 
 
 class TrafficError(Exception):
@@ -21,7 +21,19 @@ class SimulatorFailedError(TrafficError):
 
 
 class TrafficEndedError(TrafficError):
-    """The run ended early: the ego arrived, was teleported or crashed."""
+    """The run ended early: the ego arrived, was teleported or crashed.
+
+    Parameters
+    ----------
+    message
+        The reason.
+    collisions
+        Collisions of the ego since the last frame.
+    """
+
+    def __init__(self, message: str, collisions: tuple[Collision, ...] = ()):
+        super().__init__(message)
+        self.collisions = collisions
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,8 @@ from sim.arrays import Bools, Floats, Ints
 
 JOINTS = 7
 """Most joints of a vehicle."""
+RARE = "rare"
+"""Mark of a field that most records leave empty; then it has no part in hashes of records."""
 
 
 class Kind(IntEnum):
@@ -132,6 +134,18 @@ class Actors:
         return np.column_stack([self.articulation, self.further_articulation])
 
 
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """A collision of the ego that the simulator reports and that no frame shows: it moves or halts those involved."""
+
+    id: int
+    """Id of the other road user, -1 if it was in no frame."""
+    name: str
+    """Its name in the simulator."""
+    speed_mps: float
+    """Speed of the one that drove into the other [m/s]."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class WorldFrame:
     """Ground truth of one instant."""
@@ -142,6 +156,8 @@ class WorldFrame:
     """[s] since the start of the run."""
     ego: Ego
     actors: Actors
+    collisions: tuple[Collision, ...] = field(default=(), metadata={RARE: True})
+    """Collisions since the last frame, of simulators that report them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,11 @@ SWITCH_PERIOD_S = 5.0
 def default_limits(duration_s: float) -> dict[str, dict[str, Any]]:
     """Return the table `[expect]` for a duration [s]."""
     return {
+        "sim.ego_collisions": {
+            "max": 0,
+            "unit": "count",
+            "need": "the ground truth is possible: no tracker is right about a vehicle inside the ego",
+        },
         "dataset.observations": {
             "min": round(0.5 * SCAN_RATE_HZ * duration_s),
             "unit": "count",

@@ -5,10 +5,9 @@ from typing import Any
 
 from scenarios.authoring.draft import Draft
 from scenarios.authoring.draft_options import DraftOptions
-from scenarios.errors import InputError
 from sim.highway.environment import make
+from sim.highway.highway_config import MOTORIST
 
-MOTORIST = "sim.highway.motorist.Motorist"
 SEEDS = 8
 """Seeds that are tried: in some, the ego crashes soon."""
 
@@ -19,14 +18,14 @@ def highway_drafts(env: str, options: DraftOptions) -> Iterator[Draft]:
     Raises
     ------
     InputError
-        An ego was asked for.
+        An ego or a window was asked for.
     TrafficInputError
         There is no such environment.
     """
-    if options.ego or options.begin_s is not None:
-        raise InputError(
-            "--ego and --begin: an environment of highway-env has its first agent as ego, from its start on"
-        )
+    options.refuse(
+        "an environment of highway-env has its first agent as ego, from its start on; leave it out",
+        *("--ego", "--begin", "--want", "--window"),
+    )
     environment = make(env, {})
     limited = "other_vehicles_type" in environment.config
     environment.close()

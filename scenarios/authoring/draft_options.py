@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
+from scenarios.authoring.sumo_survey import WINDOW_S
+from scenarios.errors import InputError
 from sim.candidates.want import Want
 
 _Paths = TypeVar("_Paths", str, list[str])
@@ -25,6 +27,31 @@ class DraftOptions:
     """[s] Start of SUMO's clock."""
     window_s: float
     """[s] Time that is surveyed."""
+
+    def refuse(self, why: str, *names: str) -> None:
+        """Refuse options that some traffic has no use for.
+
+        Parameters
+        ----------
+        why
+            End of the message.
+        names
+            The options: `--ego`, `--begin`, `--want`, `--window`.
+
+        Raises
+        ------
+        InputError
+            One of them is not at its default.
+        """
+        changed = {
+            "--ego": bool(self.ego),
+            "--begin": self.begin_s is not None,
+            "--want": self.want is not Want.NEIGHBOURS,
+            "--window": self.window_s != WINDOW_S,
+        }
+        given = [name for name in names if changed[name]]
+        if given:
+            raise InputError(f"{' and '.join(given)}: {why}")
 
     def moved(self, names: _Paths, folder: Path) -> _Paths:
         """Return file names relative to `folder` as names relative to the scenario file."""

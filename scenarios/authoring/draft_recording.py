@@ -23,8 +23,9 @@ def recording_drafts(given: TrafficInput, traffic: ReplayTraffic, options: Draft
     Raises
     ------
     InputError
-        The recording has no vehicle that can carry the rig, or not the one that was asked for.
+        The recording has no vehicle that can carry the rig, or not the one that was asked for, or a window was given.
     """
+    options.refuse("a recording is surveyed as a whole; leave it out", "--begin", "--window")
     guesses, near_m = TypeGuesses(), GradingConfig().range_max_m
     try:
         recording = read_recording(given.folder / traffic.file, guesses)

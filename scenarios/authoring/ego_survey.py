@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 
 from scenarios.authoring.sumo_survey import survey
@@ -12,6 +13,8 @@ from scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
 from scenarios.grading.grading_config import GradingConfig
 from sensor_model.rig.rig import load_rig
 from sim.candidates.candidates import Candidates
+from sim.highway.environment import environments
+from sim.highway.highway_config import HighwayTraffic
 from sim.sumo.sumo_config import SumoTraffic
 
 DEFAULT_RIG = RigChoice(name="srx_six_lux")
@@ -54,6 +57,8 @@ def survey_source(
         The input is invalid, or SUMO failed.
     """
     if source.endswith(".toml") or source in shipped.paths():
+        if routes:
+            raise InputError(f"--routes {routes[0]}: {source} is a scenario and names its own routes; leave it out")
         scenario = Scenario.load(shipped.find(source))
         traffic, folder, name = scenario.traffic, scenario.folder, scenario.name
         ranges = sensor_range(scenario.rig, folder), scenario.grading.range_max_m
@@ -62,6 +67,10 @@ def survey_source(
         found = read_input(source, routes)
         traffic, folder, name = found.traffic, found.folder, found.name
         ranges = sensor_range(), GradingConfig().range_max_m
+    if isinstance(traffic, HighwayTraffic) and traffic.env not in environments():
+        close = get_close_matches(source, [*shipped.paths(), *environments()], n=3, cutoff=0.4)
+        hint = f"did you mean {', '.join(close)}?" if close else "luxloop list has the scenarios"
+        raise InputError(f"{source}: no such file, scenario or environment of highway-env; {hint}")
     if not isinstance(traffic, SumoTraffic):
         raise InputError(
             f"{name}: only SUMO's traffic has candidates for the ego, this is {traffic.kind}; the ego of highway-env "

@@ -45,7 +45,7 @@ def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
     Raises
     ------
     InputError
-        One of `routes` does not exist.
+        One of `routes` does not exist, or is no route file.
     """
     found = RouteFiles()
     kinds: dict[str, tuple[str, str]] = {}
@@ -53,6 +53,10 @@ def files_beside(net: Path, routes: Sequence[Path] = ()) -> RouteFiles:
         text = _text(path)
         head = _ROOT.search(text)
         kinds[os.path.relpath(path, net.parent)] = (head[1] if head else "", text)
+    for path in routes:
+        root, _ = kinds.get(os.path.relpath(path, net.parent), ("routes", ""))
+        if root != "routes":
+            raise InputError(f"--routes {path}: its root is <{root}>; give a file with the root <routes>")
     taken = [name for name, (root, _) in kinds.items() if root == "routes" and ".rou.alt." not in name]
     stems = {_stem(name) for name in taken if ".rou." in name}
     for name in sorted(taken, key=lambda name: (bool(_TRAFFIC.search(kinds[name][1])), name)):

@@ -12,7 +12,7 @@ from scenarios.authoring.draft_recording import recording_drafts
 from scenarios.authoring.draft_sumo import sumo_drafts
 from scenarios.authoring.rehearsal import Rehearsal, rehearse
 from scenarios.authoring.scenario_text import scenario_text
-from scenarios.authoring.traffic_input import read_input
+from scenarios.authoring.traffic_input import read_input, refuse_scenario
 from scenarios.errors import InputError, OutputError
 from scenarios.files import atomic_file
 from scenarios.files.scenario import Scenario
@@ -51,7 +51,7 @@ def write_scenario(source: str, routes: Sequence[Path], options: DraftOptions, *
     InputError
         The source is unknown, or has no window with vehicles around an ego.
     OutputError
-        The file exists already, or its folder does not.
+        The file exists already or is a folder, or its folder does not exist.
     TrafficError
         The traffic cannot start, or fails.
     """
@@ -90,12 +90,15 @@ def _require_new(out: Path, force: bool) -> None:
         raise OutputError(f"--out {out}: a scenario file must end in .toml")
     if not out.parent.is_dir():
         raise OutputError(f"--out {out}: its folder does not exist")
+    if out.is_dir():
+        raise OutputError(f"--out {out}: is a folder; name the file to write")
     if out.exists() and not force:
         raise OutputError(f"--out {out}: exists already; give another name, or --force")
 
 
 def _drafts(source: str, routes: Sequence[Path], options: DraftOptions) -> Iterator[Draft]:
     """Yield drafts of any kind of traffic, the best first."""
+    refuse_scenario(source)
     given = read_input(source, routes)
     match given.traffic:
         case SumoTraffic() as traffic:

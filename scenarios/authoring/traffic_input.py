@@ -7,6 +7,8 @@ from pathlib import Path
 
 from scenarios.authoring.net_folder import RouteFiles, files_beside
 from scenarios.errors import InputError
+from scenarios.files import shipped
+from sim.highway.environment import environments
 from sim.highway.highway_config import HighwayTraffic
 from sim.replay.replay_config import ENDINGS, ReplayTraffic
 from sim.source import TrafficInputError
@@ -43,13 +45,39 @@ def read_input(source: str, routes: Sequence[Path] = ()) -> TrafficInput:
     Raises
     ------
     InputError
-        The source is unknown, or a net has no routes.
+        The source is unknown, a net has no routes, or other traffic is given some.
     """
+    found = _read(source, routes)
+    is_net = isinstance(found.traffic, SumoTraffic) and found.traffic.net
+    unknown = isinstance(found.traffic, HighwayTraffic) and found.traffic.env not in environments()
+    if routes and not is_net and not unknown:
+        raise InputError(f"--routes {routes[0]}: {source} is no net and has its own traffic; leave it out")
+    return found
+
+
+def refuse_scenario(source: str) -> None:
+    """Refuse a scenario, which has its traffic already.
+
+    Raises
+    ------
+    InputError
+        The source is a scenario file, or the name of a shipped scenario and not of an environment.
+    """
+    is_name = source in shipped.paths() and source not in environments()
+    if is_name or (source.endswith(".toml") and os.path.isfile(source)):  # noqa: PTH113  raises for long names
+        raise InputError(
+            f"{source}: is a scenario {'' if is_name else 'file '}already; start it with luxloop run {source}, or give "
+            "the net, configuration or recording that it names"
+        )
+
+
+def _read(source: str, routes: Sequence[Path]) -> TrafficInput:
+    """Return the traffic of a source; only a net takes the routes."""
     path = Path(source)
     if os.path.isdir(source):  # noqa: PTH112  Path.is_dir raises for a name that is too long
         path = _only_simulation(path)
     elif not os.path.isfile(source):  # noqa: PTH113  as above
-        if os.sep in source or path.suffix in (".xml", ".gz", ".sumocfg", ".csv", ".parquet"):
+        if os.sep in source or path.suffix in (".xml", ".gz", ".sumocfg", ".csv", ".parquet", ".toml"):
             raise InputError(f"{source}: no such file")
         return TrafficInput(HighwayTraffic(env=source), Path(), source)
     name = path.name.split(".")[0]
@@ -66,6 +94,10 @@ def read_input(source: str, routes: Sequence[Path] = ()) -> TrafficInput:
             "or the id of an environment of highway-env"
         )
     found = files_beside(path, routes)
+    if not found.routes and routes:
+        raise InputError(
+            f"--routes {routes[0]}: has no routes; give a file with the root <routes>, or a folder of such"
+        )
     if not found.routes:
         raise InputError(
             f"{source}: no route file beside this net; give one with --routes, or make one with SUMO's randomTrips.py"

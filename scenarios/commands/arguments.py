@@ -1,5 +1,6 @@
 """Arguments and options shared by several commands."""
 
+import math
 import os
 from pathlib import Path
 from typing import Annotated
@@ -21,6 +22,19 @@ def _studies(incomplete: str) -> list[str]:
     return [name for name in shipped.studies() if name.startswith(incomplete)]
 
 
+def finite(value: float | None) -> float | None:
+    """Return the number of an option; the callback of every option that takes one.
+
+    Raises
+    ------
+    typer.BadParameter
+        It is infinite, or no number.
+    """
+    if value is not None and not math.isfinite(value):
+        raise typer.BadParameter(f"{value:g}: should be a finite number")
+    return value
+
+
 ScenarioName = Annotated[
     str,
     typer.Argument(
@@ -31,7 +45,7 @@ ScenarioName = Annotated[
 ]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="A folder that `luxloop run` wrote.")]
 Seed = Annotated[int | None, typer.Option(help="Seed of traffic and noise, instead of the scenario's.")]
-Duration = Annotated[float | None, typer.Option(help="Simulated seconds, instead of the scenario's.")]
+Duration = Annotated[float | None, typer.Option(callback=finite, help="Simulated seconds, instead of the scenario's.")]
 StudyName = Annotated[
     str,
     typer.Argument(
@@ -48,7 +62,7 @@ Tracker = Annotated[
     ),
 ]
 StepTimeout = Annotated[
-    float, typer.Option(metavar="SECONDS", min=0.001, help="Time limit of one step of the tracker.")
+    float, typer.Option(metavar="SECONDS", min=0.001, callback=finite, help="Time limit of one step of the tracker.")
 ]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes of this computer; one per core if left out.")]
 Scheduler = Annotated[

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet
+from scenarios.commands.arguments import AsJson, Quiet, finite
 
 WORSE, CANNOT_TELL = 1, 5
 """Exit codes; 2 to 4 have the same meaning in all commands."""
@@ -17,7 +17,9 @@ def compare(
     head: Annotated[Path, typer.Argument(metavar="HEAD", help="The same: the runs to judge.")],
     loss: Annotated[
         float,
-        typer.Option(metavar="PERCENT", min=0.0, max=100.0, help="Loss to exclude for an exit code of 0 [%]."),
+        typer.Option(
+            metavar="PERCENT", min=0.0, max=100.0, callback=finite, help="Loss to exclude for an exit code of 0 [%]."
+        ),
     ] = 2.0,
     report: Annotated[
         Path | None,

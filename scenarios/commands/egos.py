@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet
+from scenarios.commands.arguments import AsJson, Quiet, finite
 from sim.candidates.want import Want
 
 Source = Annotated[
@@ -20,8 +20,10 @@ Routes = Annotated[
     list[Path] | None,
     typer.Option(help="Route file of a net, or a folder of them; may be repeated. Else those beside it."),
 ]
-Begin = Annotated[float | None, typer.Option(help="Start of SUMO's clock [s], as the key begin_s.")]
-Window = Annotated[float, typer.Option(min=1.0, help="Simulated time of the survey [s].")]
+Begin = Annotated[
+    float | None, typer.Option(min=0.0, callback=finite, help="Start of SUMO's clock [s], as the key begin_s.")
+]
+Window = Annotated[float, typer.Option(min=1.0, callback=finite, help="Simulated time of the survey [s].")]
 
 
 def egos(
@@ -30,12 +32,12 @@ def egos(
     routes: Routes = None,
     begin: Begin = None,
     window: Window = 300.0,
-    stay: Annotated[float, typer.Option(min=0.0, help="Shorter stays [s] come last.")] = 30.0,
+    stay: Annotated[float, typer.Option(min=0.0, callback=finite, help="Shorter stays [s] come last.")] = 30.0,
     top: Annotated[int, typer.Option(min=1, help="Largest number of candidates.")] = 20,
     any_class: Annotated[
         bool, typer.Option("--any-class", help="Also list what cannot carry the rig: trams, trains, bicycles.")
     ] = False,
-    seed: Annotated[int | None, typer.Option(help="Seed of the traffic.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the traffic.")] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout
+from scenarios.commands.arguments import DEFAULT_STEP_TIMEOUT_S, AsJson, StepTimeout, finite
 from scenarios.commands.grade_files import (
     GOSPA_CUTOFF_M,
     HIT_IOU_MIN,
@@ -43,10 +43,13 @@ def grade(
         str | None, typer.Option(metavar="NAME,...", help="Classes of the truth to grade; only with --truth.")
     ] = None,
     hit_iou: Annotated[
-        float, typer.Option(metavar="IOU", help="Least overlap of a hit of MOTA and IDF1; only with --truth.")
+        float,
+        typer.Option(
+            metavar="IOU", callback=finite, help="Least overlap of a hit of MOTA and IDF1; only with --truth."
+        ),
     ] = HIT_IOU_MIN,
     gospa_cutoff: Annotated[
-        float, typer.Option(metavar="M", help="Cut-off distance c of GOSPA; only with --truth.")
+        float, typer.Option(metavar="M", callback=finite, help="Cut-off distance c of GOSPA; only with --truth.")
     ] = GOSPA_CUTOFF_M,
     points_min: Annotated[
         int, typer.Option(metavar="N", min=0, help="Leave out true boxes of fewer points; only with --truth.")

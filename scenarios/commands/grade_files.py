@@ -79,11 +79,12 @@ def _limits(given: Limits) -> "BoxLimits":
     if not 0.0 < hit_iou < 1.0:
         raise InputError(f"--hit-iou {hit_iou:g}: should lie between 0 and 1")
     if not 0.0 < gospa_cutoff_m < 1e6:
-        raise InputError(f"--gospa-cutoff {gospa_cutoff_m:g}: should be more than 0")
+        raise InputError(f"--gospa-cutoff {gospa_cutoff_m:g}: should be more than 0 and less than 1e6")
     if range_max_m is not None and not 0.0 < range_max_m < 1e6:
-        raise InputError(f"--range-max {range_max_m:g}: should be more than 0")
+        raise InputError(f"--range-max {range_max_m:g}: should be more than 0 and less than 1e6")
     if occluded_max is not None and not 0 <= occluded_max <= 3:
         raise InputError(f"--occluded-max {occluded_max}: should be a level of KITTI, 0 to 3")
+
     from scenarios.exchange.box_grading import BoxLimits
 
     return BoxLimits(

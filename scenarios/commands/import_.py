@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scenarios.commands.arguments import finite
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
@@ -51,23 +52,32 @@ def import_(
         str | None,
         typer.Option(metavar="M,M,...", help="Keep the points nearest to these heights above the ground [m]."),
     ] = None,
-    height_tolerance: Annotated[float, typer.Option(min=0.001, help="Largest distance from --heights [m].")] = 0.08,
-    azimuth_step: Annotated[float, typer.Option(min=0.001, help="Azimuth step of --heights [degrees].")] = 0.5,
+    height_tolerance: Annotated[
+        float, typer.Option(min=0.001, callback=finite, help="Largest distance from --heights [m].")
+    ] = 0.08,
+    azimuth_step: Annotated[
+        float, typer.Option(min=0.001, callback=finite, help="Azimuth step of --heights [degrees].")
+    ] = 0.5,
     keep_heights: Annotated[
         str | None,
         typer.Option(metavar="LOW,HIGH", help="Keep only points between these heights above the ground [m]."),
     ] = None,
     sweep_time: Annotated[
-        float | None, typer.Option(min=0.0, help="Duration of a sweep [s], where points have no times or wrong ones.")
+        float | None,
+        typer.Option(
+            min=0.0, callback=finite, help="Duration of a sweep [s], where points have no times or wrong ones."
+        ),
     ] = None,
-    rate: Annotated[float, typer.Option(min=0.001, help="Sweeps per second, where files have no times.")] = 10.0,
+    rate: Annotated[
+        float, typer.Option(min=0.001, callback=finite, help="Sweeps per second, where files have no times.")
+    ] = 10.0,
     metadata: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Metadata of an Ouster sensor (JSON), if not beside the capture."),
     ] = None,
-    scale_length: Annotated[float, typer.Option(help="Factor on all lengths, for model cars.")] = 1.0,
+    scale_length: Annotated[float, typer.Option(callback=finite, help="Factor on all lengths, for model cars.")] = 1.0,
     scale_time: Annotated[
-        float, typer.Option(help="Factor on all times; the root of the other keeps accelerations.")
+        float, typer.Option(callback=finite, help="Factor on all times; the root of the other keeps accelerations.")
     ] = 1.0,
 ) -> None:
     """Make recorded scans of a recording: ROS bags, MCAP, PCD, KITTI .bin, Ouster captures, LUX streams."""

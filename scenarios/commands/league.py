@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet, Workers, worker_count
+from scenarios.commands.arguments import AsJson, Quiet, Workers, finite, worker_count
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
@@ -28,7 +28,9 @@ def league(
     seeds: Annotated[
         str, typer.Option(metavar="SEED,...", help="Seeds, separated by commas, or the first and the last, e.g. 1-6.")
     ] = "11,12,13",
-    duration: Annotated[float, typer.Option(min=0.1, help="Simulated seconds of each run at most.")] = DURATION_S,
+    duration: Annotated[
+        float, typer.Option(min=0.1, callback=finite, help="Simulated seconds of each run at most.")
+    ] = DURATION_S,
     trackers: Annotated[
         str | None, typer.Option(metavar="NAME,...", help="Some of the trackers; the shipped one always takes part.")
     ] = None,

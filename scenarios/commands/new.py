@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson, Quiet
+from scenarios.commands.arguments import AsJson, Quiet, finite
 from scenarios.commands.egos import Begin, Routes, Window
 from sim.candidates.want import Want
 
@@ -20,7 +20,9 @@ def new(
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE.toml", help="The scenario file to write.")],
-    duration: Annotated[float, typer.Option(min=3.0, help="Simulated seconds of the scenario.")] = 30.0,
+    duration: Annotated[
+        float, typer.Option(min=3.0, callback=finite, help="Simulated seconds of the scenario.")
+    ] = 30.0,
     want: Annotated[Want, typer.Option(help="What the ego has most of, see luxloop egos.")] = Want.NEIGHBOURS,
     ego: Annotated[str, typer.Option(help="Id of the ego; chosen if left out.")] = "",
     routes: Routes = None,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scenarios.commands.arguments import AsJson
+from scenarios.commands.arguments import AsJson, finite
 
 
 def realism(
@@ -17,7 +17,10 @@ def realism(
         Path | None, typer.Option(metavar="BANDS.csv", help="Table of the bow of real vehicles by height.")
     ] = None,
     label_sigma_deg: Annotated[
-        float, typer.Option(min=0.0, max=10.0, help="Error added to the simulated headings, as real labels have.")
+        float,
+        typer.Option(
+            min=0.0, max=10.0, callback=finite, help="Error added to the simulated headings, as real labels have."
+        ),
     ] = 1.5,
     seed: Annotated[int, typer.Option(min=0, help="Seed of these errors.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder of the table, figures and matched vehicles.")] = None,

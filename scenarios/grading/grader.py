@@ -45,7 +45,7 @@ from scenarios.grading.vulnerable import vulnerable_metrics
 from scenarios.result import NOT_REPORTED, Metric
 from sensor_model.truth import NO_ACTOR, ScanTruth
 from sim.sections import bend
-from sim.world import WorldFrame
+from sim.world import Collision, WorldFrame
 from tracker.records import StepTrace, Tracks
 from tracker.scan import Scan
 
@@ -157,6 +157,11 @@ class Grader:
         self._fits.add(frame_truth.frame, fit_rows.rows(frame_truth, ownership, trace, self._ranging))
         segments, largest_share = segmentation_metrics.actor_shares(ownership, frame_truth.points, share_min)
         return segments, np.where(frame_truth.bent, np.nan, largest_share)
+
+    def end(self, collisions: tuple[Collision, ...]) -> None:
+        """Add the collisions of the ego by which the traffic ended after the last frame."""
+        if self._events is not None:
+            self._events.end(collisions)
 
     def finish(self) -> tuple[dict[str, Metric], dict[str, pd.DataFrame]]:
         """Return every metric of `metric_names.GRADED` by name, and the tables they are computed from."""

@@ -7,6 +7,7 @@ from rich.text import Text
 
 from scenarios.grading.truth_events.event_names import COUNTS, MASKED, EventKind
 from scenarios.result import Result
+from sim.highway.highway_config import MOTORIST
 
 WORDS = {
     EventKind.EGO_COLLISION: ("collision of the ego", "collisions of the ego"),
@@ -18,6 +19,9 @@ WORDS = {
     EventKind.LIMIT_VIOLATION: ("violation of limits", "violations of limits"),
 }
 """Singular and plural of each kind."""
+
+DRIVERS, OWN_DRIVERS = "other_vehicles_type", "highway_env"
+"""Key of highway-env's configuration that chooses the drivers, and the package of its own."""
 
 VALUES = {
     "overlap_m2": "{:.2g} m²",
@@ -40,7 +44,19 @@ def truth_events(result: Result) -> list[Text]:
     masked = result.metrics[MASKED].value
     if masked:
         line += f"; {masked:.0f} observations are not graded because of them"
-    return [*warnings, Text(line, style="yellow")]
+    return [*warnings, Text(line + _remedy(result, events), style="yellow")]
+
+
+def _remedy(result: Result, events: pd.DataFrame) -> str:
+    """Return the remedy for limits that highway-env's own drivers exceed; nothing for other drivers."""
+    traffic = result.config.get("traffic", {})
+    drivers = traffic.get("config") if traffic.get("kind") == "highway-env" else None
+    violated = (events["kind"] == EventKind.LIMIT_VIOLATION.name.lower()).any()
+    if drivers is None or not violated or str(drivers.get(DRIVERS, OWN_DRIVERS)).partition(".")[0] != OWN_DRIVERS:
+        return ""
+    return (
+        f'; highway-env\'s own drivers turn and brake harder than cars can: set traffic.config.{DRIVERS} = "{MOTORIST}"'
+    )
 
 
 def _kinds(events: pd.DataFrame) -> Iterator[str]:

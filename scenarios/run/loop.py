@@ -111,6 +111,8 @@ def run(
                 if not frames:
                     raise
                 end = error
+                if isinstance(error, TrafficEndedError):
+                    grader.end(error.collisions)
             recorder.finish()
     metrics, tables = grader.finish()
     own = own_metrics.grade(scenario.metric, tables, scenario.grading, frames)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sim.world import RARE
+
 
 class TraceHash:
     """Incremental hash of records; equal hashes mean bit-identical records in the same order."""
@@ -15,7 +17,9 @@ class TraceHash:
         self._hash = hashlib.blake2b(digest_size=16)
 
     def add(self, *records: Any) -> None:
-        """Hash dataclasses of arrays, numbers, tuples of names, None and further dataclasses, field by field.
+        """Hash dataclasses of arrays, numbers, names, tuples of names, None and further dataclasses, field by field.
+
+        An empty field marked `RARE` is left out: a run without such values keeps the hash it had before the field.
 
         Raises
         ------
@@ -24,7 +28,9 @@ class TraceHash:
         """
         for record in records:
             for field in fields(record):
-                self._add_value(field.name, getattr(record, field.name))
+                value = getattr(record, field.name)
+                if not field.metadata.get(RARE) or value:
+                    self._add_value(field.name, value)
 
     def hexdigest(self) -> str:
         """Return the hash as 32 hexadecimal digits."""
@@ -41,6 +47,10 @@ class TraceHash:
             self._hash.update(f"{name}{type(value).__name__}".encode() + struct.pack("<d", value))
         elif isinstance(value, tuple) and all(isinstance(entry, str) for entry in value):
             self._hash.update(f"{name}{value}".encode())
+        elif isinstance(value, tuple) and all(is_dataclass(entry) for entry in value):
+            self.add(*value)
+        elif isinstance(value, str):
+            self._hash.update(f"{name}{value!r}".encode())
         elif value is None:
             self._hash.update(f"{name}None".encode())
         else:

@@ -36,6 +36,18 @@ def translated_errors(where: str, failure: type[TrafficError]) -> Iterator[None]
         raise failure(f"{where}: {type(error).__name__}: {' '.join(str(error).split())}") from error
 
 
+def environments() -> dict[str, str]:
+    """Return the entry points of highway-env's environments by id."""
+    import gymnasium
+    import highway_env  # noqa: F401  registers its environments
+
+    return {
+        id: spec.entry_point
+        for id, spec in sorted(gymnasium.registry.items())
+        if isinstance(spec.entry_point, str) and spec.entry_point.startswith("highway_env.")
+    }
+
+
 def make(name: str, overrides: dict[str, Any]) -> Any:
     """Build an environment without gymnasium's wrappers, which would check, warn and truncate episodes.
 
@@ -46,15 +58,9 @@ def make(name: str, overrides: dict[str, Any]) -> Any:
     TrafficInputError
         highway-env registers no such environment, or the environment has no such key.
     """
-    import gymnasium
-    import highway_env  # noqa: F401  registers its environments
     from gymnasium.envs.registration import load_env_creator
 
-    known = {
-        id: spec.entry_point
-        for id, spec in sorted(gymnasium.registry.items())
-        if isinstance(spec.entry_point, str) and spec.entry_point.startswith("highway_env.")
-    }
+    known = environments()
     if name not in known:
         raise TrafficInputError(f'env = "{name[:_LONGEST_NAME]}" is unknown; {_did_you_mean(name, list(known))}')
     env: Any = load_env_creator(known[name])()

@@ -9,6 +9,9 @@ from sim.physical.physical_config import PhysicalConfig
 _LARGEST = 10_000
 """Maximum of numbers in an environment's configuration: more lanes or vehicles take minutes to build."""
 
+MOTORIST = "sim.highway.motorist.Motorist"
+"""Drivers within the limits of cars, as a value of `other_vehicles_type`."""
+
 SMOOTHING_S = 0.32
 """[s] highway-env steers and brakes without delay: rates jump, but poses do not."""
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from sim.frame_builder import FrameBuilder
 from sim.kinematics import RawFrame, wrap_angle
+from sim.missing_file import missing_file
 from sim.opendrive.road_network import RoadNetwork, read_network
 from sim.openscenario.openscenario_config import OpenScenarioTraffic
 from sim.openscenario.storyboard import Storyboard
@@ -87,9 +88,7 @@ class OpenScenarioSource:
     def _read(self) -> tuple[Storyboard, RoadNetwork]:
         path = self._folder / self._config.file
         if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
-            raise TrafficInputError(
-                f"{self._config.file}: no such file in {path.parent}; paths are relative to the scenario file"
-            )
+            raise TrafficInputError(f"{self._config.file}: {missing_file(path)}")
         board, roads = read_storyboard(path, self._config.parameters)
         return board, read_network(roads)
 

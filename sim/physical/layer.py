@@ -48,7 +48,7 @@ class PhysicalTruth:
         self._lane_changes: list[SpreadLaneChange] = []
         self._chains: dict[tuple[int, int], SectionChain] = {}
         """Trams and trains of the last final frame, by id and stretch."""
-        self._waiting: deque[tuple[list[Member], Ints, Floats | None]] = deque()
+        self._waiting: deque[tuple[RawFrame, Ints]] = deque()
         self._pushed = 0
         self._ended = False
 
@@ -62,7 +62,7 @@ class PhysicalTruth:
         self._continue_lane_changes(frame)
         for n in np.flatnonzero(jump):
             self._begin_lane_change(frame, int(body[n]), float(jump[n]))
-        self._waiting.append((raw.members, body, raw.road))
+        self._waiting.append((raw, body))
         self._pushed += 1
         if frame % self._window == 0:
             tables.release(frame - self._window)
@@ -76,7 +76,8 @@ class PhysicalTruth:
         if not self._waiting or (len(self._waiting) <= self._ahead and not self._ended):
             return None
         frame, tables = self._pushed - len(self._waiting), self._tables
-        members, body, road = self._waiting.popleft()
+        raw, body = self._waiting.popleft()
+        members = raw.members
         motion = frame_motions(
             frame,
             self._pushed,
@@ -97,8 +98,9 @@ class PhysicalTruth:
             articulation=motion[:, 8],
             changes_lane=tables.history.changes_lane[body, frame % tables.history.frame.shape[1]],
             deviation=motion[:, 9:],
-            road=road,
+            road=raw.road,
             further_articulation=further,
+            collisions=raw.collisions,
         )
 
     def next(self, advance: Callable[[], None]) -> tuple[list[Member], Kinematics] | None:

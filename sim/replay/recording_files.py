@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from sim.missing_file import missing_file
 from sim.replay import commonroad, fcd
 from sim.replay.plausible import require_plausible
 from sim.replay.recording import Recording, ReplayType
@@ -36,7 +37,7 @@ def read_recording(path: Path, types: Mapping[str, ReplayType]) -> Recording:
         The file is missing or invalid. The message does not name the file.
     """
     if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
-        raise TrafficInputError(f"no such file in {path.parent}; paths are relative to the scenario file")
+        raise TrafficInputError(missing_file(path))
     reader = _xml_reader(path) if path.name.endswith((".xml", ".xml.gz")) else read_table
     recording = reader(path, types)
     require_plausible(recording)

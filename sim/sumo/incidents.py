@@ -24,13 +24,21 @@ def has_internal_lanes(sumo: Any) -> bool:
     return any(lane.startswith(":") for lane in lanes) or not any(sumo.lane.getLinkNumber(lane) for lane in lanes)
 
 
-def collision_partner(collisions: Iterable[Any], name: str) -> str | None:
-    """Return the other vehicle in the first collision of a vehicle, None without one.
+def keeps_collided(sumo: Any) -> bool:
+    """Return True if vehicles that collide drive on (`collision.action` is `warn`): frames then show their overlap.
+
+    SUMO also reports gaps below `minGap` as collisions, so that its report is not needed there, and often wrong.
+    """
+    return str(sumo.simulation.getOption("collision.action")) == "warn"
+
+
+def collision_partners(collisions: Iterable[Any], name: str) -> list[tuple[str, float]]:
+    """Return the other road user in each collision of a vehicle, and the speed of the collider [m/s].
 
     Parameters
     ----------
     collisions
         Collisions of a step, as libsumo reports them.
     """
-    pairs = ((str(collision.collider), str(collision.victim)) for collision in collisions)
-    return next((pair[pair[0] == name] for pair in pairs if name in pair), None)
+    pairs = (((str(one.collider), str(one.victim)), float(one.colliderSpeed)) for one in collisions)
+    return [(pair[pair[0] == name], speed) for pair, speed in pairs if name in pair]

@@ -187,5 +187,7 @@ def _resolved(folder: Path, option: str, name: str) -> Path:
 
 def _require_file(path: Path) -> Path:
     if not os.path.isfile(path):  # noqa: PTH113  Path.is_file raises for a name that is too long
+        if os.path.isdir(path):  # noqa: PTH112  as above
+            raise TrafficInputError(f"{path}: is a folder; name a file in it")
         raise TrafficInputError(f"{path}: no such file; paths are relative to the file that contains them")
     return path

@@ -5,8 +5,10 @@ import shutil
 import subprocess
 from collections.abc import Mapping
 from importlib.util import find_spec
+from itertools import takewhile
 from pathlib import Path
 
+from sim.missing_file import missing_file
 from sim.source import TrafficInputError
 from sim.sumo.input_checks import scratch_file
 from sim.sumo.options import is_rejected
@@ -38,7 +40,7 @@ def converted(folder: Path, name: str, options: Mapping[str, str]) -> str:
     """
     source = folder / name
     if not os.path.isfile(source):  # noqa: PTH113  Path.is_file raises for a name that is too long
-        raise TrafficInputError(f'net = "{name}": no such file in {folder}; paths are relative to the scenario file')
+        raise TrafficInputError(f'net = "{name}": {missing_file(source)}')
     for option in options:
         if is_rejected(option) or option.endswith(("-file", "-files")):
             raise TrafficInputError(f"netconvert.{option}: options that name files are not supported; remove it")
@@ -78,6 +80,9 @@ def _netconvert() -> tuple[str, str]:
 
 
 def _reason(stderr: str) -> str:
-    """Return netconvert's first error as one line."""
-    errors = [line.removeprefix("Error: ") for line in stderr.splitlines() if line.startswith("Error: ")]
-    return " ".join((errors or stderr.split("\n") or ["no message"])[0].split())
+    """Return netconvert's first error as one line, with the indented lines after it: often they have the cause."""
+    lines = stderr.splitlines()
+    first = next((row for row, line in enumerate(lines) if line.startswith("Error: ")), 0)
+    more = takewhile(lambda line: line.startswith(" "), lines[first + 1 :])
+    message = " ".join([*lines[first : first + 1], *more])
+    return " ".join(message.removeprefix("Error: ").split()) or "no message"

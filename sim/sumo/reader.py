@@ -14,14 +14,20 @@ from sim.arrays import Floats
 from sim.kinematics import RawFrame
 from sim.origin import origin_near
 from sim.roster import EGO_ID, Member, Roster
-from sim.sumo.incidents import NO_INTERNAL_LINKS, WARNING, collision_partner, has_internal_lanes
+from sim.sumo.incidents import (
+    NO_INTERNAL_LINKS,
+    WARNING,
+    collision_partners,
+    has_internal_lanes,
+    keeps_collided,
+)
 from sim.sumo.parked_cars import ParkedCars, Pose
 from sim.sumo.parking import ParkedCar
 from sim.sumo.roadside_stops import RoadsideStops
 from sim.sumo.sumo_angle import yaw_of
 from sim.sumo.teleports import Body, MemberNames, ParkingManoeuvres, Point
 from sim.sumo.vehicle_kinds import kind_of_shape
-from sim.world import Kind
+from sim.world import Collision, Kind
 
 MARGIN = 60.0
 """[m] Margin beyond the delivery range: the distance of two vehicles approaching each other in a city within half the
@@ -31,6 +37,8 @@ _OFF_ROAD_M = -1e8
 """[m] SUMO reports -2^30 for road users that are not on the road."""
 _NO_ROAD = math.nan, math.nan  # of a parked car
 _EGO_POI = "luxloop: around the ego"
+
+_UNSEEN = -1  # id in a collision of a road user that was in no frame
 
 _Row = tuple[Member, Pose, float]
 """Member, pose and speed [m/s]."""
@@ -78,6 +86,9 @@ class SumoReader:
         self.origin: Floats = origin_near(np.array(sumo.vehicle.getPosition(ego)))
         self._east, self._north = self.origin.tolist()
         self._parked = ParkedCars(roster, parked, self.origin, range_m + MARGIN)
+        self.collisions: tuple[Collision, ...] = ()
+        """Collisions of the ego in the last step that was read, and that no frame shows."""
+        self._shows_collisions = keeps_collided(sumo)
         self.end_reason = ""
         crossed = has_internal_lanes(sumo)
         self.warnings = () if crossed else (WARNING,)
@@ -101,6 +112,7 @@ class SumoReader:
         vehicles: _Results = self._sumo.vehicle.getContextSubscriptionResults(self._ego)
         people: _Results = self._sumo.poi.getContextSubscriptionResults(_EGO_POI)
         teleported = self._sumo.simulation.getStartingTeleportIDList()
+        self.collisions = self._ego_collisions()
         if self._ego in teleported or self._ego not in vehicles:
             self.end_reason = self._reason_of_absence(teleported)
             return None
@@ -126,15 +138,28 @@ class SumoReader:
             pose_world=np.array([pose for _, pose, _ in rows]),
             speed=np.array([speed for _, _, speed in rows]),
             road=np.array([self._road.get(member.id, _NO_ROAD) for member, _, _ in rows]) if self._bridges else None,
+            collisions=self.collisions,
         )
+
+    def _ego_collisions(self) -> tuple[Collision, ...]:
+        """Return the collisions of the ego in this step. Call it before those that teleport become new members."""
+        if self._shows_collisions:
+            return ()
+        found = collision_partners(self._sumo.simulation.getCollisions(), self._ego)
+        return tuple(Collision(self._id_of(name), name, speed) for name, speed in found)
+
+    def _id_of(self, name: str) -> int:
+        """Return the id of a vehicle or person of this SUMO name."""
+        ids = (names.id_of(name) for names in (self._vehicles, self._people))
+        return next((id for id in ids if id is not None), _UNSEEN)
 
     def _reason_of_absence(self, teleported: tuple[str, ...]) -> str:
         """Return why the ego is gone: SUMO removes or teleports vehicles that collide, without `collision.action`."""
-        other = collision_partner(self._sumo.simulation.getCollisions(), self._ego)
-        if other is not None:
+        others = collision_partners(self._sumo.simulation.getCollisions(), self._ego)
+        if others:
             what = "teleported" if self._ego in teleported else "removed"
             return (
-                f'it collided with "{other}", and SUMO {what} it; let drivers keep their distance, or set '
+                f'it collided with "{others[0][0]}", and SUMO {what} it; let drivers keep their distance, or set '
                 'options."collision.action" = "warn" to keep both on the road'
             )
         if self._ego in teleported:

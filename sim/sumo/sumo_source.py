@@ -88,7 +88,7 @@ class SumoSource:
         if self._sumo is None:
             raise SimulatorFailedError("SUMO is not running: call reset before step")
         if (settled := self._layer.next(self._advance)) is None:
-            raise TrafficEndedError(self._end)
+            raise TrafficEndedError(self._end, self._reader.collisions)
         return self._frame_builder.frame(*settled)
 
     def apply(self, command: EgoCommand) -> None:

@@ -59,6 +59,11 @@ class MemberNames:
         """Return True if the name has a member."""
         return name in self._members
 
+    def id_of(self, name: str) -> int | None:
+        """Return the id of the name's current member, None without one."""
+        member = self._members.get(name)
+        return None if member is None else member.id
+
     def member(self, name: str) -> Member:
         """Return the current member of the name; add one if necessary."""
         member = self._members.get(name)

@@ -14,7 +14,7 @@ from scenarios.grading.truth_events.event_limits import FRINGE_M
 from scenarios.grading.truth_events.presence import Presence
 from scenarios.grading.truth_events.truth_event import TruthEvent, event_table
 from sensor_model.truth import ScanTruth
-from sim.world import WorldFrame
+from sim.world import Collision, WorldFrame
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +51,7 @@ class EventLog:
         self._episodes = Episodes()
         self._presence = Presence()
         self._events: list[TruthEvent] = []
+        self._last: tuple[WorldFrame, Bodies] | None = None
 
     def add(self, frame: WorldFrame, truth: ScanTruth) -> FrameEvents:
         """Find the events of one frame."""
@@ -60,9 +61,12 @@ class EventLog:
         jumps = np.flatnonzero(is_jump(motion)).tolist()
         began = [self._presence.jumped(frame, bodies, row, float(motion.jump_m[row])) for row in jumps]
         began += self._presence.add(frame, bodies, self._in_view(bodies, truth))
+        before = self._last[1] if self._last else bodies
+        began += self._episodes.collisions(frame, bodies, before, frame.collisions)
         began += self._episodes.overlaps(frame, bodies, pairs)
         began += self._episodes.violations(frame, bodies, motion)
         self._events += began
+        self._last = frame, bodies
         masked = self._presence.masked(bodies)
         masked[pairs.first] = masked[pairs.second] = True
         acceleration, jerk, _ = motion.quantities.max(axis=0).tolist()
@@ -76,6 +80,12 @@ class EventLog:
                 "overlap_max_m2": _largest(pairs),
             },
         )
+
+    def end(self, collisions: tuple[Collision, ...]) -> None:
+        """Add the collisions of the ego by which the run ended, to the last frame."""
+        if self._last:
+            frame, bodies = self._last
+            self._events += self._episodes.collisions(frame, bodies, bodies, collisions)
 
     def table(self) -> pd.DataFrame:
         """Return the table `events`."""

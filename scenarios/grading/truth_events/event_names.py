@@ -10,7 +10,7 @@ class EventKind(IntEnum):
     """Kind of a truth event."""
 
     EGO_COLLISION = 0
-    """The body of an actor overlaps the ego's."""
+    """The body of an actor overlaps the ego's, or the simulator reports a collision and shows none of it."""
     OVERLAP = 1
     """The bodies of two actors overlap."""
     TELEPORT = 2
@@ -26,7 +26,10 @@ class EventKind(IntEnum):
 
 
 COUNTS = {
-    "ego_collisions": (EventKind.EGO_COLLISION, "overlaps of an actor's body with the ego's"),
+    "ego_collisions": (
+        EventKind.EGO_COLLISION,
+        "overlaps of an actor's body with the ego's, and collisions by which SUMO moves one of both",
+    ),
     "overlaps": (EventKind.OVERLAP, "overlaps of the bodies of two actors"),
     "teleports": (EventKind.TELEPORT, "road users that continue at a place that their velocity does not lead to"),
     "insertions_in_view": (EventKind.INSERTION, "actors that appear in view of the LIDARs, in the graded range"),

@@ -59,9 +59,9 @@ class TruthEvent:
     """Quantity of `value`, one of `UNITS`."""
     value: float
     range_m: float
-    """Distance from the ego's centre in the first frame [m]."""
+    """Distance from the ego's centre in the first frame [m]; NaN for an actor that was in no frame."""
     speed_mps: float
-    """Speed of the actor in the first frame [m/s]."""
+    """Speed of the actor in the first frame [m/s]; NaN as above."""
     badness: float = 0.0
     """Size of `value` among those of the event, whose quantities may differ."""
     withdrawn: bool = False
@@ -71,7 +71,8 @@ class TruthEvent:
     def text(self) -> str:
         """The event in one line."""
         phrase = PHRASES[self.kind].format(name=self.name, other=self.other)
-        return f"{phrase} ({self.value:.3g} {UNITS[self.quantity]}, {self.range_m:.0f} m from the ego)"
+        place = "" if np.isnan(self.range_m) else f", {self.range_m:.0f} m from the ego"
+        return f"{phrase} ({self.value:.3g} {UNITS[self.quantity]}{place})"
 
 
 def event_table(events: list[TruthEvent]) -> pd.DataFrame:

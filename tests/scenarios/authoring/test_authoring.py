@@ -174,6 +174,24 @@ def test_the_file_says_what_was_chosen_and_that_limits_are_defaults(written):
     assert scenario.expect["track.id_switches_in_view"].max == 1
 
 
+def test_an_ego_that_a_car_hits_fails_the_limits_of_a_new_file(written, tmp_path, capfd):
+    """A car that can hardly brake drives into an ego that waits at the side of its lane."""
+    steady = 'sigma="0" speedDev="0"'
+    (tmp_path / "hit.rou.xml").write_text(f"""<routes><vType id="steady" {steady}/>
+        <vType id="blind" {steady} decel="0.2" emergencyDecel="0.2" apparentDecel="0.2"
+            lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="-1"/>
+        <vehicle id="ego" type="steady" depart="0" departPos="stop" departLane="1"><route edges="east_in"/>
+            <stop lane="east_in_1" startPos="60" endPos="90" duration="20"/></vehicle>
+        <vehicle id="other" type="steady" depart="0" departPos="base" departLane="2" departSpeed="1">
+            <route edges="west_in east_out"/></vehicle>
+        <vehicle id="hitter" type="blind" depart="0.5" departPos="60" departLane="1" departSpeed="10"
+            insertionChecks="none"><route edges="east_in west_out"/></vehicle></routes>""")
+    shutil.copy(CROSSING / "crossing.net.xml", tmp_path)
+    scenario, _ = written(tmp_path / "crossing.net.xml", "--ego", "ego", "--begin", "0", "--window", "8")
+    assert main(["run", str(scenario.path), "--json", "--no-recording", "--out", str(tmp_path / "run")]) == 1
+    assert "sim.ego_collisions" in json.loads(capfd.readouterr().out)["failed"]
+
+
 def test_the_window_has_as_many_neighbours_as_it_says(written):
     scenario, choices = written(CROSSING / "crossing.net.xml", "--window", "60")
     from scenarios.authoring.rehearsal import rehearse
@@ -260,6 +278,64 @@ def test_a_net_without_routes(tmp_path, capfd):
     shutil.copy(CROSSING / "crossing.net.xml", tmp_path / "x.net.xml")
     assert main(["egos", str(tmp_path / "x.net.xml")]) == 2
     assert "no route file beside this net; give one with --routes" in capfd.readouterr().err
+
+
+def test_names_of_nothing_are_refused_as_such(capfd):
+    assert main(["egos", "sumo-crosing", "--routes", "x"]) == 2
+    error = capfd.readouterr().err
+    assert "sumo-crosing: no such file, scenario or environment of highway-env; did you mean sumo-crossing" in error
+
+
+@pytest.mark.parametrize(
+    ("source", "why"),
+    [
+        ("sumo-crossing", "sumo-crossing: is a scenario already; start it with luxloop run sumo-crossing"),
+        (str(CATALOG / "urban/sumo-crossing.toml"), "sumo-crossing.toml: is a scenario file already; start it"),
+        ("missing.toml", "missing.toml: no such file"),
+    ],
+)
+def test_a_scenario_in_place_of_traffic_is_recognised(tmp_path, capfd, source, why):
+    assert main(["new", source, "--out", str(tmp_path / "o.toml")]) == 2
+    assert why in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["crossing.net.xml", "buildings.add.xml", ".."])
+def test_routes_that_are_no_route_file_are_named(capfd, tmp_path, name):
+    given = CROSSING / name if name != ".." else tmp_path
+    assert main(["egos", str(CROSSING / "crossing.net.xml"), "--routes", str(given)]) == 2
+    error = capfd.readouterr().err
+    assert f"--routes {given}: " in error
+    assert "<routes>" in error
+
+
+SUMOCFG = '<configuration><input><net-file value="crossing.net.xml"/></input></configuration>'
+TRACKS = "time_s,id,type,x_m,y_m,yaw_deg\n0,a,car,0,0,0\n"
+UNUSED = "--routes x: {} is no net and has its own traffic"
+FIRST_AGENT = "an environment of highway-env has its first agent as ego, from its start on"
+
+
+@pytest.mark.parametrize(
+    ("command", "source", "options", "why"),
+    [
+        ("egos", "a.sumocfg", "--routes x", UNUSED),
+        ("egos", "sumo-crossing", "--routes x", "--routes x: sumo-crossing is a scenario and names its own routes"),
+        ("new", "a.sumocfg", "--routes x", UNUSED),
+        ("new", "a.csv", "--routes x", UNUSED),
+        ("new", "roundabout-v0", "--routes x", UNUSED),
+        ("new", "roundabout-v0", "--want turns --window 20", f"--want and --window: {FIRST_AGENT}"),
+        ("new", "roundabout-v0", "--begin 5 --ego 1", f"--ego and --begin: {FIRST_AGENT}"),
+        ("new", "a.csv", "--begin 5", "--begin: a recording is surveyed as a whole; leave it out"),
+        ("new", "a.csv", "--window 5", "--window: a recording is surveyed as a whole; leave it out"),
+    ],
+)
+def test_options_without_an_effect_are_refused(tmp_path, monkeypatch, capfd, command, source, options, why):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.sumocfg").write_text(SUMOCFG)
+    (tmp_path / "a.csv").write_text(TRACKS)
+    out = ["--out", "o.toml"] if command == "new" else []
+    assert main([command, source, *out, *options.split()]) == 2
+    assert why.format(source) in capfd.readouterr().err
+    assert not (tmp_path / "o.toml").exists()
 
 
 def test_egos_of_highway_env_are_refused(capfd):

@@ -1,6 +1,6 @@
 """The run loop: its results, bit-identical repetition, and the interface of a tracker."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -9,9 +9,11 @@ from support import short_run
 from scenarios.errors import ContractError
 from scenarios.files import shipped
 from scenarios.grading.metric_names import METRICS, TURNING
+from scenarios.report.truth_event_line import truth_events
 from scenarios.run import car_ahead, device
 from scenarios.run.stopwatch import RECORDING, Stopwatch
 from scenarios.run.trace_hash import TraceHash
+from sim.world import Actors, Collision, Ego
 from tracker.tracker import Tracker
 
 CROSSING = shipped.CATALOG / "urban" / "sumo-crossing"
@@ -87,6 +89,21 @@ def test_traffic_that_ends_after_its_first_frame_is_graded(tmp_path):
     assert result.metrics.keys() == METRICS.keys() - TURNING.keys()
 
 
+def test_a_car_that_hits_the_ego_is_counted_and_named_by_the_report(tmp_path):
+    """SUMO teleports it by default, before the bodies overlap."""
+    (tmp_path / "hit.rou.xml").write_text("""<routes>
+        <vType id="blind" sigma="0" speedDev="0" decel="0.2" emergencyDecel="0.2" apparentDecel="0.2"
+            lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="-1"/>
+        <vehicle id="ego" depart="0" departPos="stop" departLane="1"><route edges="north_out"/>
+            <stop lane="north_out_1" startPos="60" endPos="80" duration="99"/></vehicle>
+        <vehicle id="hitter" type="blind" depart="0.4" departPos="60" departLane="1" departSpeed="9"
+            insertionChecks="none"><route edges="north_out"/></vehicle></routes>""")
+    text = arriving_ego(tmp_path, "").replace("ego.rou.xml", "hit.rou.xml").replace("= 60", "= 2.4")
+    result = short_run.run(text)
+    assert result.metrics["sim.ego_collisions"].value == 1.0
+    assert "1 collision of the ego (hitter, at 8.7 m/s at " in str(truth_events(result)[0])
+
+
 class WithoutTrace:
     """The shipped tracker, without its trace."""
 
@@ -143,6 +160,16 @@ class Record:
     time: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class Before:
+    """A frame of the world without collisions."""
+
+    index: int
+    time: float
+    ego: Ego
+    actors: Actors
+
+
 def hash_of(*records):
     trace = TraceHash()
     trace.add(*records)
@@ -173,6 +200,13 @@ def test_the_trace_hash_does_not_depend_on_memory_layout():
 
 def test_the_trace_hash_distinguishes_none_from_an_empty_array():
     assert len({hash_of(Record(np.zeros(1), other)) for other in (None, np.empty(0))}) == 2
+
+
+def test_the_trace_hash_contains_collisions_and_is_that_of_a_frame_without_the_field_if_there_are_none():
+    frame, hit = car_ahead.car_ahead(0), Collision(id=1, name="car", speed_mps=9.0)
+    hashes = [hash_of(replace(frame, collisions=hits)) for hits in ((), (hit,), (hit, hit), (replace(hit, name="x"),))]
+    assert len(set(hashes)) == 4
+    assert hashes[0] == hash_of(Before(frame.index, frame.time, frame.ego, frame.actors))
 
 
 def test_the_trace_hash_refuses_other_types():

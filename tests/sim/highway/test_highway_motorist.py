@@ -7,6 +7,10 @@ import numpy as np
 import pytest
 from support.traffic import frames
 
+from scenarios.grading.truth_events.bodies import Bodies
+from scenarios.grading.truth_events.body_motion import MotionHistory
+from scenarios.grading.truth_events.event_limits import exceedance
+from sim.highway.environment import environments
 from sim.highway.highway_config import HighwayTraffic
 from sim.highway.highway_source import HighwaySource
 
@@ -52,6 +56,19 @@ def test_motions_are_feasible_for_cars(highway, env):
         _, old, new = np.intersect1d(before.actors.id, after.actors.id, return_indices=True)
         jerk = (after.actors.acceleration_world[new] - before.actors.acceleration_world[old]) / 0.08
         assert np.hypot(*jerk.T).max(initial=0.0) <= 60.0
+
+
+@pytest.mark.parametrize("env", environments())
+def test_every_environment_stays_within_the_limits_of_truth_events(highway, env):
+    """docs/highway_limits.py measures 20 s of three seeds."""
+    source, history, peaks = highway(env, **MOTORIST), MotionHistory(), np.zeros(3)
+    for frame in frames(source, 35, seed=1):
+        peaks = np.maximum(peaks, history.add(Bodies.of(frame)).quantities.max(axis=0))
+    assert (exceedance(peaks[None]) <= 1.0).all(), f"m/s^2, m/s^3, rad/s: {peaks}"
+
+
+def test_highway_env_has_the_number_of_environments_that_the_page_names():
+    assert len(environments()) == 31
 
 
 @pytest.mark.parametrize(("env", "count"), [("intersection-multi-agent-v0", 105), ("intersection-v0", 249)])

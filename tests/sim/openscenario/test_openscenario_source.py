@@ -85,12 +85,15 @@ def test_the_run_ends_with_the_road_of_the_ego(tmp_path):
             source.step()
 
 
-def test_errors_of_the_source():
+def test_errors_of_the_source(tmp_path):
     source = source_of(EXAMPLES / "cut-in.xosc", "Absent")
     with pytest.raises(TrafficInputError, match='ego = "Absent" is no entity; use one of Ego, Overtaker, Bus'):
         source.reset(1)
     with pytest.raises(TrafficInputError, match=r"absent\.xosc: no such file in"):
         source_of(Path("absent.xosc")).reset(1)
+    (tmp_path / "folder.xosc").mkdir()
+    with pytest.raises(TrafficInputError, match=r"folder\.xosc: is a folder; name a file in it"):
+        source_of(tmp_path / "folder.xosc").reset(1)
     with pytest.raises(TrafficInputError, match="accepts no"):
         source.apply(EgoCommand(speed_mps=1.0))
     with pytest.raises(SimulatorFailedError, match="call reset"):

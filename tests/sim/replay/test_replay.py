@@ -200,12 +200,14 @@ def test_the_run_ends_with_the_ego_s_samples(replay):
         ({"begin_s": 3.0}, 'ego "ego" has no motion at 3 s, only 10 to 14 s; choose another begin_s'),
         ({"gap_s": 0.03}, "or raise gap_s = 0.03"),
         ({"file": "missing.csv"}, "missing.csv: no such file in "),
+        ({"file": "folder.csv"}, "folder.csv: is a folder; name a file in it"),
         ({"file": "odd.xml"}, "odd.xml: its root is <net>; it should be one of fcd-export, commonRoad"),
         ({"file": "broken.xml.gz"}, "broken.xml.gz: not valid XML: "),
     ],
 )
 def test_errors_name_file_and_remedy_in_one_line(replay, tmp_path, keys, message):
     (tmp_path / "odd.xml").write_text("<net></net>")
+    (tmp_path / "folder.csv").mkdir()
     (tmp_path / "broken.xml.gz").write_bytes(b"no gzip")
     times = clock(10.0, 14.0)
     source = replay(*(track(name, STRAIGHT, times) for name in ("ego", "b", "a")), **keys)

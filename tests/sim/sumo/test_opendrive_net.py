@@ -13,7 +13,7 @@ from scenarios.errors import ScenarioError
 from scenarios.files.scenario import Scenario
 from sim.source import TrafficInputError
 from sim.sumo.input_checks import clean_up
-from sim.sumo.opendrive_net import _netconvert, converted
+from sim.sumo.opendrive_net import _netconvert, _reason, converted
 from sim.sumo.sumo_config import SumoTraffic
 from sim.sumo.sumo_source import SumoSource
 
@@ -68,6 +68,28 @@ def test_a_broken_file_is_refused_in_one_line(folder):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("stderr", "reason"),
+    [
+        (
+            "Error: While processing option 'tls.cycle.time':\n 'abc' is not a valid integer.\n"
+            "Error: Could not parse commandline options.\nQuitting (on error).\n",
+            "While processing option 'tls.cycle.time': 'abc' is not a valid integer.",
+        ),
+        (
+            "Warning: no header\nError: unexpected end of input\n In file 'a.xodr'\n At line/column 2/52.\n\n"
+            "Error: No nodes loaded.\n",
+            "unexpected end of input In file 'a.xodr' At line/column 2/52.",
+        ),
+        ("Error: No nodes loaded.\nQuitting (on error).\n", "No nodes loaded."),
+        ("Segmentation fault\n", "Segmentation fault"),
+        ("", "no message"),
+    ],
+)
+def test_the_reason_of_netconvert_contains_the_cause(stderr, reason):
+    assert _reason(stderr) == reason
+
+
 def test_a_missing_netconvert_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "a.xodr").write_text("<OpenDRIVE/>", encoding="utf-8")
     monkeypatch.setitem(sys.modules, "sumo", None)
@@ -79,6 +101,9 @@ def test_a_missing_netconvert_names_the_extra(tmp_path, monkeypatch):
 def test_a_missing_file_and_options_that_write_files_are_refused(tmp_path):
     with pytest.raises(TrafficInputError, match=r'net = "a\.xodr": no such file'):
         converted(tmp_path, "a.xodr", {})
+    (tmp_path / "folder.xodr").mkdir()
+    with pytest.raises(TrafficInputError, match=r'net = "folder\.xodr": is a folder; name a file in it'):
+        converted(tmp_path, "folder.xodr", {})
     (tmp_path / "a.xodr").write_text("<OpenDRIVE/>", encoding="utf-8")
     for option in ("output-prefix", "opendrive-output", "osm-files", "save-configuration"):
         with pytest.raises(TrafficInputError, match=rf"netconvert\.{option}: options that name files"):

@@ -1,6 +1,7 @@
 """Grading of vehicles that appear, vanish or overlap in view, and the report of their events."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -117,6 +118,39 @@ def test_a_run_in_which_the_ego_drives_through_a_car_fails_and_says_so(tmp_path)
     run_folder.write(tmp_path, result, scenario_checks, "")
     (event,) = run_folder.read(tmp_path).tables["events"].to_dict("records")
     assert (event["kind"], event["name"]) == ("ego_collision", "parked")
+
+
+ROUNDABOUT = """\
+description = "A roundabout by highway-env."
+seed = 2
+duration_s = 3.2
+[traffic]
+kind = "highway-env"
+env = "roundabout-v1"
+"""
+CHOSEN = '[traffic.config]\nother_vehicles_type = "highway_env.vehicle.behavior.AggressiveVehicle"\n'
+REMEDY = 'set traffic.config.other_vehicles_type = "sim.highway.motorist.Motorist"'
+
+
+@pytest.mark.parametrize("config", ["", CHOSEN])
+def test_violations_by_drivers_of_highway_env_point_to_the_motorist(config):
+    line = truth_events(short_run.run(ROUNDABOUT + config))[-1].plain
+    assert "of limits (" in line
+    assert line.endswith(REMEDY)
+
+
+def test_violations_by_other_drivers_and_other_events_do_not():
+    result = short_run.run(ROUNDABOUT)
+    events = result.tables["events"]
+    others = events.assign(kind="overlap")
+    traffic = result.config["traffic"] | {"config": {"other_vehicles_type": "mine.Driver"}}
+    for changed in (
+        replace(result, tables={"events": others}),
+        replace(result, config={"traffic": traffic}),
+        replace(result, config={"traffic": {"kind": "sumo", "config": "a.sumocfg"}}),
+        replace(result, config={}),
+    ):
+        assert REMEDY not in truth_events(changed)[-1].plain
 
 
 def test_a_run_without_events_has_no_line():
