@@ -8,9 +8,10 @@ from support import short_run
 
 from scenarios.errors import ContractError
 from scenarios.files import shipped
+from scenarios.files.scenario import Scenario
 from scenarios.grading.metric_names import METRICS, TURNING
 from scenarios.report.truth_event_line import truth_events
-from scenarios.run import car_ahead, device
+from scenarios.run import car_ahead, device, loop
 from scenarios.run.stopwatch import RECORDING, Stopwatch
 from scenarios.run.trace_hash import TraceHash
 from sim.world import Actors, Collision, Ego
@@ -102,6 +103,25 @@ def test_a_car_that_hits_the_ego_is_counted_and_named_by_the_report(tmp_path):
     result = short_run.run(text)
     assert result.metrics["sim.ego_collisions"].value == 1.0
     assert "1 collision of the ego (hitter, at 8.7 m/s at " in str(truth_events(result)[0])
+
+
+@pytest.mark.parametrize("ahead", [False, True])
+def test_an_ego_that_hits_a_car_is_counted_in_a_run_that_ends_by_it(tmp_path, ahead):
+    """The collision comes with the end, out of one or two processes."""
+    (tmp_path / "hit.rou.xml").write_text("""<routes>
+        <vType id="blind" sigma="0" speedDev="0" decel="0.2" emergencyDecel="0.2" apparentDecel="0.2"
+            lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="-1"/>
+        <vehicle id="halted" depart="0" departPos="stop" departLane="1"><route edges="north_out"/>
+            <stop lane="north_out_1" startPos="60" endPos="80" duration="99"/></vehicle>
+        <vehicle id="ego" type="blind" depart="0.4" departPos="60" departLane="1" departSpeed="9"
+            insertionChecks="none"><route edges="north_out"/></vehicle></routes>""")
+    text = arriving_ego(tmp_path, "").replace("ego.rou.xml", "hit.rou.xml") + 'ego = "vehicle:ego"\n'
+    scenario = Scenario.load(short_run.write(tmp_path, text))
+    result = loop.run(scenario, device.load(device.SHIPPED), ahead=ahead)
+    assert 'it collided with "halted"' in result.ended_early
+    assert result.metrics["sim.ego_collisions"].value == 1.0
+    (event,) = result.tables["events"].to_dict("records")
+    assert (event["kind"], event["name"], event["frame"]) == ("ego_collision", "halted", result.frames - 1)
 
 
 class WithoutTrace:
