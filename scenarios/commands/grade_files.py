@@ -49,6 +49,8 @@ def grade_files(
 
     if truth is None or (tracks is None and fits is None):
         raise InputError("give RUN, or both of --truth FILE and --tracks FILE (or --fits FILE)")
+    if formats[1] and tracks is None:
+        raise InputError("--tracks-format: there are no tracks; give --tracks FILE, or leave it out")
     limits = _limits(given)
     from scenarios.exchange import graded_boxes, graded_fits
     from scenarios.report import text
