@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scenarios.commands.arguments import finite
 from scenarios.commands.extras import require
 
 if TYPE_CHECKING:
@@ -15,7 +16,8 @@ FORMAT_HELP = "Its format: csv, parquet, kitti, nuscenes, mcap, osi; recognised 
 TruthFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 TracksFormat = Annotated[str | None, typer.Option(metavar="FORMAT", help=FORMAT_HELP)]
 RangeMax = Annotated[
-    float | None, typer.Option(metavar="M", help="Leave out boxes farther from the ego; only with --truth.")
+    float | None,
+    typer.Option(metavar="M", callback=finite, help="Leave out boxes farther from the ego; only with --truth."),
 ]
 OccludedMax = Annotated[
     int | None,
