@@ -1,5 +1,7 @@
 """Weights for smoothing evenly sampled positions with a cubic B-spline kernel, and for the derivatives."""
 
+import math
+
 import numpy as np
 
 from sim.arrays import Floats
@@ -15,7 +17,7 @@ def velocity_weights(half: int, dt: float) -> Floats:
     """Return weights (2 half + 1,) of the smoothed path's first derivative [1/s]; exact for constant speed."""
     time = dt * np.arange(-half, half + 1)
     weight = -_cubic_slope(_grid(half)) if half > 1 else np.array([-1.0, 0.0, 1.0])
-    return weight / (weight @ time)
+    return weight / math.fsum(weight * time)
 
 
 def acceleration_weights(half: int, dt: float) -> Floats:
@@ -23,7 +25,7 @@ def acceleration_weights(half: int, dt: float) -> Floats:
     time = dt * np.arange(-half, half + 1)
     weight = _cubic_bend(_grid(half)) if half > 1 else np.array([1.0, -2.0, 1.0])
     weight -= weight.mean()
-    return weight / (weight @ time**2 / 2)
+    return weight / math.fsum(weight * time**2 / 2)
 
 
 def _grid(half: int) -> Floats:
