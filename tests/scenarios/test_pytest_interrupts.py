@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from support import short_run
+from support.processes import heed_hangups
 
 TRACKER = """
 import signal
@@ -63,7 +64,7 @@ def assert_ends(folder: Path, code: int, *options: str) -> None:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(["", *filter(None, sys.path)])}
     done = subprocess.run(
         [*command, *options],
-        cwd=folder, env=environment, capture_output=True, text=True, check=False,
+        cwd=folder, env=environment, capture_output=True, text=True, check=False, preexec_fn=heed_hangups,
     )  # fmt: skip
     assert done.returncode == code, done.stdout + done.stderr
     assert "failed" not in done.stdout
