@@ -90,15 +90,20 @@ def test_traffic_that_ends_after_its_first_frame_is_graded(tmp_path):
     assert result.metrics.keys() == METRICS.keys() - TURNING.keys()
 
 
-def test_a_car_that_hits_the_ego_is_counted_and_named_by_the_report(tmp_path):
-    """SUMO teleports it by default, before the bodies overlap."""
-    (tmp_path / "hit.rou.xml").write_text("""<routes>
+def write_collision(folder, standing, driving):
+    """Write routes of a vehicle that cannot brake for another one, hit.rou.xml."""
+    (folder / "hit.rou.xml").write_text(f"""<routes>
         <vType id="blind" sigma="0" speedDev="0" decel="0.2" emergencyDecel="0.2" apparentDecel="0.2"
             lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="-1"/>
-        <vehicle id="ego" depart="0" departPos="stop" departLane="1"><route edges="north_out"/>
+        <vehicle id="{standing}" depart="0" departPos="stop" departLane="1"><route edges="north_out"/>
             <stop lane="north_out_1" startPos="60" endPos="80" duration="99"/></vehicle>
-        <vehicle id="hitter" type="blind" depart="0.4" departPos="60" departLane="1" departSpeed="9"
+        <vehicle id="{driving}" type="blind" depart="0.4" departPos="60" departLane="1" departSpeed="9"
             insertionChecks="none"><route edges="north_out"/></vehicle></routes>""")
+
+
+def test_a_car_that_hits_the_ego_is_counted_and_named_by_the_report(tmp_path):
+    """SUMO teleports it by default, before the bodies overlap."""
+    write_collision(tmp_path, standing="ego", driving="hitter")
     text = arriving_ego(tmp_path, "").replace("ego.rou.xml", "hit.rou.xml").replace("= 60", "= 2.4")
     result = short_run.run(text)
     assert result.metrics["sim.ego_collisions"].value == 1.0
@@ -108,13 +113,7 @@ def test_a_car_that_hits_the_ego_is_counted_and_named_by_the_report(tmp_path):
 @pytest.mark.parametrize("ahead", [False, True])
 def test_an_ego_that_hits_a_car_is_counted_in_a_run_that_ends_by_it(tmp_path, ahead):
     """The collision comes with the end, out of one or two processes."""
-    (tmp_path / "hit.rou.xml").write_text("""<routes>
-        <vType id="blind" sigma="0" speedDev="0" decel="0.2" emergencyDecel="0.2" apparentDecel="0.2"
-            lcStrategic="-1" lcSpeedGain="0" lcKeepRight="0" lcCooperative="-1"/>
-        <vehicle id="halted" depart="0" departPos="stop" departLane="1"><route edges="north_out"/>
-            <stop lane="north_out_1" startPos="60" endPos="80" duration="99"/></vehicle>
-        <vehicle id="ego" type="blind" depart="0.4" departPos="60" departLane="1" departSpeed="9"
-            insertionChecks="none"><route edges="north_out"/></vehicle></routes>""")
+    write_collision(tmp_path, standing="halted", driving="ego")
     text = arriving_ego(tmp_path, "").replace("ego.rou.xml", "hit.rou.xml") + 'ego = "vehicle:ego"\n'
     scenario = Scenario.load(short_run.write(tmp_path, text))
     result = loop.run(scenario, device.load(device.SHIPPED), ahead=ahead)
