@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from scenarios.authoring.sumo_survey import survey
-from scenarios.authoring.traffic_input import read_input
+from scenarios.authoring.traffic_input import is_unknown, read_input
 from scenarios.errors import InputError
 from scenarios.files import shipped
 from scenarios.files.scenario import DEFAULT_SEED, RigChoice, Scenario
@@ -14,7 +14,6 @@ from scenarios.grading.grading_config import GradingConfig
 from sensor_model.rig.rig import load_rig
 from sim.candidates.candidates import Candidates
 from sim.highway.environment import environments
-from sim.highway.highway_config import HighwayTraffic
 from sim.sumo.sumo_config import SumoTraffic
 
 DEFAULT_RIG = RigChoice(name="srx_six_lux")
@@ -67,7 +66,7 @@ def survey_source(
         found = read_input(source, routes)
         traffic, folder, name = found.traffic, found.folder, found.name
         ranges = sensor_range(), GradingConfig().range_max_m
-    if isinstance(traffic, HighwayTraffic) and traffic.env not in environments():
+    if is_unknown(traffic):
         close = get_close_matches(source, [*shipped.paths(), *environments()], n=3, cutoff=0.4)
         hint = f"did you mean {', '.join(close)}?" if close else "luxloop list has the scenarios"
         raise InputError(f"{source}: no such file, scenario or environment of highway-env; {hint}")

@@ -49,10 +49,14 @@ def read_input(source: str, routes: Sequence[Path] = ()) -> TrafficInput:
     """
     found = _read(source, routes)
     is_net = isinstance(found.traffic, SumoTraffic) and found.traffic.net
-    unknown = isinstance(found.traffic, HighwayTraffic) and found.traffic.env not in environments()
-    if routes and not is_net and not unknown:
+    if routes and not is_net and not is_unknown(found.traffic):
         raise InputError(f"--routes {routes[0]}: {source} is no net and has its own traffic; leave it out")
     return found
+
+
+def is_unknown(traffic: object) -> bool:
+    """Return True for an environment that highway-env does not have: any word is read as the id of one."""
+    return isinstance(traffic, HighwayTraffic) and traffic.env not in environments()
 
 
 def refuse_scenario(source: str) -> None:
