@@ -44,9 +44,9 @@ class Returns:
     @property
     def echo(self) -> Bytes:
         """(N,) index of the return in its beam, 0 for the nearest."""
-        number = np.arange(len(self.beam))
-        first = np.flatnonzero(np.diff(self.beam, prepend=-1))
-        return (number - np.repeat(first, np.diff(first, append=len(self.beam)))).astype(np.uint8)
+        number, begins = np.arange(len(self.beam)), np.ones(len(self.beam), dtype=np.bool_)
+        np.not_equal(self.beam[1:], self.beam[:-1], out=begins[1:])
+        return (number - np.maximum.accumulate(np.where(begins, number, 0))).astype(np.uint8)
 
     @property
     def transparent(self) -> npt.NDArray[np.uint16]:

@@ -242,6 +242,7 @@ def relative_pose(pose_world: Floats, ego_pose_world: Floats) -> Floats:
 
 def relative_positions(positions: Floats, poses: Floats) -> Floats:
     """Transform positions (..., 2) to the frame of a pose (3,), or each to that of its pose (..., 3) [m]."""
-    x, y = np.moveaxis(positions - poses[..., :2], -1, 0)
+    offset = positions - poses[..., :2]
+    x, y = offset[..., 0], offset[..., 1]
     cos, sin = np.cos(poses[..., 2]), np.sin(poses[..., 2])
     return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)

@@ -95,16 +95,42 @@ def enter_through(
 @kernel(error_model="numpy", inline="always")
 def enter_solid(
     facing: int, hidden: int, entry: Floats, entry_plane: Ints, leave: Floats, k: int, layer: int, side: Floats,
-    slope: Floats, depth: Floats, plane: Ints,
+    slope: Floats, depth: Floats, plane: Ints, enter: Floats, through: Ints,
 ) -> None:  # fmt: skip
-    """End the rays of the beam of a layer at azimuth k on the solid of these planes where it is nearest."""
+    """End the rays of the beam of a layer at azimuth k on the solid of these planes where it is nearest.
+
+    `enter` (2, R) and `through` (R,) are work space.
+    """
     for r in range(side.shape[1]):
-        c, s, t = side[0, r], side[1, r], slope[k, layer, r]
-        enter, through, leaves = math.inf, NONE, depth[layer, r]
-        for p in range(facing):
-            at = c * entry[p, 0] + s * entry[p, 1] + t * entry[p, 2]
-            through, enter = p if at < enter else through, min(at, enter)
-        for p in range(hidden):
-            leaves = max(leaves, c * leave[p, 0] + s * leave[p, 1] + t * leave[p, 2])
-        if leaves < enter < math.inf:
-            depth[layer, r], plane[layer, r] = enter, entry_plane[through]
+        enter[0, r], enter[1, r], through[r] = math.inf, depth[layer, r], NONE
+    for p in range(facing):
+        per_cos, per_sin, per_slope, q = entry[p, 0], entry[p, 1], entry[p, 2], entry_plane[p]
+        for r in range(side.shape[1]):
+            at = side[0, r] * per_cos + side[1, r] * per_sin + slope[k, layer, r] * per_slope
+            through[r] = q if at < enter[0, r] else through[r]
+            enter[0, r] = min(at, enter[0, r])
+    for p in range(hidden):
+        per_cos, per_sin, per_slope = leave[p, 0], leave[p, 1], leave[p, 2]
+        for r in range(side.shape[1]):
+            at = side[0, r] * per_cos + side[1, r] * per_sin + slope[k, layer, r] * per_slope
+            enter[1, r] = max(enter[1, r], at)
+    for r in range(side.shape[1]):
+        hits = enter[1, r] < enter[0, r] < math.inf
+        depth[layer, r] = enter[0, r] if hits else depth[layer, r]
+        plane[layer, r] = through[r] if hits else plane[layer, r]
+
+
+@kernel(error_model="numpy", inline="always")
+def enter_by_ray(
+    facing: int, hidden: int, entry: Floats, entry_plane: Ints, leave: Floats, k: int, layer: int, slope: Floats,
+    depth: Floats, plane: Ints,
+) -> None:  # fmt: skip
+    """End the ray of a beam of one ray on the solid where it is nearest, in registers; its azimuth is the beam's."""
+    enter, through, leaves, t = math.inf, 0, depth[layer, 0], slope[k, layer, 0]
+    for p in range(facing):
+        at = entry[p, 0] + t * entry[p, 2]
+        through, enter = p if at < enter else through, min(at, enter)
+    for p in range(hidden):
+        leaves = max(leaves, leave[p, 0] + t * leave[p, 2])
+    if leaves < enter < math.inf:
+        depth[layer, 0], plane[layer, 0] = enter, entry_plane[through]

@@ -14,8 +14,8 @@ from sensor_model.kernels.body_frame import (
 )
 from sensor_model.kernels.corner_rays import MISSED, depth_bounds, entry_of_corners, keep_relevant
 from sensor_model.kernels.nearest_hits import HIDDEN, PASSED, find_panes, keep_nearer, look_inside
-from sensor_model.kernels.records import NONE, Rays, Solids
-from sensor_model.kernels.slab_entry import enter_solid, enter_through, split_planes, start_rays
+from sensor_model.kernels.records import INVERSE_DEPTH, NONE, Rays, Solids
+from sensor_model.kernels.slab_entry import enter_by_ray, enter_solid, enter_through, split_planes, start_rays
 
 
 @kernel(error_model="numpy")
@@ -45,6 +45,7 @@ def intersect_bodies(
     in_view, views = np.empty((2, _largest_group(body_solid) + 1), np.int64), np.empty(2, np.int64)
     span, room = np.empty((2, len(solid_inner)), np.int64), _largest_group(solid_plane)
     entry, leave, entry_plane = np.empty((room, 3)), np.empty((room, 3)), np.empty(room, np.int64)
+    enter, through = np.empty((2, per_beam)), np.empty(per_beam, np.int64)
     depth, plane = np.empty((layers, per_beam)), np.empty((layers, per_beam), np.int64)
     on_pane, farthest, covered = np.empty((layers, per_beam), np.bool_), np.empty(layers), np.zeros((azimuths, layers))
     for row in range(len(rows)):
@@ -53,8 +54,8 @@ def intersect_bodies(
         azimuth_limits(local, extremes, first, end - first, half_width, limits)
         _list_solids(a, body_solid, solid_inner, solid_bounds, local, end - first, limits, span, in_view, views)
         hits_alone[a] += _cast_body(
-            a, first, end, refine, rays, bodies, local, longest, span, in_view, views, entry, leave, entry_plane, depth,
-            plane, on_pane, farthest, covered,
+            a, first, end, refine, rays, bodies, local, longest, span, in_view, views, entry, leave, entry_plane,
+            depth, plane, enter, through, on_pane, farthest, covered,
         )  # fmt: skip
 
 
@@ -84,7 +85,7 @@ def _list_solids(
 def _cast_body(
     a: int, first: int, end: int, refine: bool, rays: Rays, bodies: Solids, local: Floats, longest: Floats, span: Ints,
     in_view: Ints, views: Ints, entry: Floats, leave: Floats, entry_plane: Ints, depth: Floats, plane: Ints,
-    on_pane: Bools, farthest: Floats, covered: Floats,
+    enter: Floats, through: Ints, on_pane: Bools, farthest: Floats, covered: Floats,
 ) -> int:  # fmt: skip
     """End the rays of azimuths [first, end) on body a; return the rays that would if it were alone on the ground.
 
@@ -94,6 +95,8 @@ def _cast_body(
         (K,) largest length of a ray per length in plan.
     depth, plane, on_pane
         (L, R) work space: inverse depth, plane, and mask of the rays on panes.
+    enter, through
+        (2, R), (R,) work space of `enter_solid`.
     farthest
         (L,) work space: inverse depth that no ray of each beam falls below, or PASSED or HIDDEN [1/m].
     covered
@@ -101,7 +104,7 @@ def _cast_body(
     """
     line, side, slope, cos, far, hit, hit_id, on_ground = rays
     bounds, solid_plane, solid_bounds, planes = bodies.bounds, bodies.solid_plane, bodies.solid_bounds, bodies.planes
-    transmission, layers, alone = bodies.transmission, slope.shape[1], 0
+    transmission, alone, (_, layers, per_beam) = bodies.transmission, 0, slope.shape
     edge_cos, edge_sin = side[0, 0], abs(side[1, 0])
     flat, reach = len(on_ground) == 0, 1.0 / (far[first, 0, 0] * cos[first, 0, 0])
     for c in range(end - first):
@@ -142,12 +145,21 @@ def _cast_body(
                         )
                         farthest[layer] = max(farthest[layer], far_edge)
                         continue
+                    if per_beam == 1:
+                        enter_by_ray(facing, hidden, entry, entry_plane, leave, k, layer, slope, depth, plane)
+                        farthest[layer] = depth[layer, 0]
+                        if plane[layer, 0] != NONE and nearest < hit[INVERSE_DEPTH, k, layer, 0]:
+                            farthest[layer] = HIDDEN  # whatever solid it hits
+                        continue
                     if refine:
                         entries, exits, most = keep_relevant(
                             facing, hidden, entry, entry_plane, leave, edge_cos, edge_sin, low, high
                         )
                     if most > farthest[layer]:
-                        enter_solid(entries, exits, entry, entry_plane, leave, k, layer, side, slope, depth, plane)
+                        enter_solid(
+                            entries, exits, entry, entry_plane, leave, k, layer, side, slope, depth, plane, enter,
+                            through,
+                        )  # fmt: skip
                 least = HIDDEN
                 for layer in range(layers):
                     least = min(least, farthest[layer])
@@ -161,7 +173,8 @@ def _cast_body(
                 )
                 alone += met
                 covered[k, layer] = max(covered[k, layer], farthest[layer] if nearer > 0 else 0.0)
-                panes = find_panes(a, nearer, k, layer, transmission, hit_id, on_pane) or panes
+                if views[1] > 0:
+                    panes = find_panes(a, nearer, k, layer, transmission, hit_id, on_pane) or panes
             if not panes:
                 break
     return alone

@@ -106,13 +106,13 @@ def loss_causes(thresholds: Thresholds, beam: Ints, peak_power: Floats, dry_powe
     -------
     (L,) `Loss`
     """
-    nominal, blind = thresholds.nominal[beam], thresholds.blind[beam]
-    gain, transmission = thresholds.gain[beam], thresholds.transmission[beam]
+    nominal, blind = thresholds.nominal.take(beam), thresholds.blind.take(beam)
+    gain, transmission = thresholds.gain.take(beam), thresholds.transmission.take(beam)
     with np.errstate(divide="ignore"):  # zero transmission: infinite threshold
         in_shade = peak_power >= nominal / transmission
     cleaned = peak_power >= nominal / gain
     loss = np.where(cleaned | (~in_shade & (transmission <= gain)), np.uint8(Loss.DIRT), np.uint8(Loss.SUN))
-    loss = np.where(dry_power >= thresholds.threshold[beam], np.uint8(Loss.RAIN), loss)
+    loss = np.where(dry_power >= thresholds.threshold.take(beam), np.uint8(Loss.RAIN), loss)
     loss = np.where(blind != Loss.THRESHOLD, blind, loss)
     return np.where(dry_power < nominal, np.uint8(Loss.THRESHOLD), loss)
 
