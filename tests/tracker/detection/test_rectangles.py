@@ -35,7 +35,7 @@ def criteria(points, angle, floor=0.01):
 
 
 def headings(points, halvings=5):
-    return kernels.best_headings(points, np.array([0, len(points)]), by_x(points), GRID, 0.01, halvings)[0]
+    return kernels.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
 
 
 def test_criteria_by_hand():

@@ -11,6 +11,7 @@ import numpy as np
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
 from tracker.detection.kernels.hull import convex_hull
+from tracker.detection.kernels.ordering import by_key
 
 LANES = 8
 """Headings that are scored together."""
@@ -88,12 +89,13 @@ def keep_better(score: Floats, angle: Floats, first: int, last: int, highest: Fl
 
 
 @kernel()
-def best_headings(points: Floats, offset: Ints, order: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
+def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
     """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it.
 
-    Segment s has points offset[s] to offset[s + 1], and order[offset[s]] to order[offset[s + 1]] are these by their x.
+    Segment s has points offset[s] to offset[s + 1].
     """
     best, angle, score = np.empty((len(offset) - 1, 3)), np.empty(LANES), np.empty((3, LANES))
+    order = by_key(points[:, 0].copy(), offset)
     for s in range(len(offset) - 1):
         segment, highest, width = points[offset[s] : offset[s + 1]], np.full(3, -np.inf), grid[1] - grid[0]
         outline = convex_hull(points, order[offset[s] : offset[s + 1]])
