@@ -33,7 +33,7 @@ def test_order_by_group_equals_the_reference(label):
 @settings(max_examples=40)
 @given(seeds)
 def test_order_by_key_within_groups_equals_that_of_numpy(seed):
-    """Half of the items are a few ascending runs, as the layers of a scan, and others are equal; groups may be empty."""
+    """Keys are equal or in ascending runs, as those of the layers of a scan; groups may be empty."""
     rng = np.random.default_rng(seed)
     offset = np.append(0, np.cumsum(rng.integers(0, 60, 6) * rng.integers(0, 2, 6)))
     group = np.repeat(np.arange(6), np.diff(offset))
