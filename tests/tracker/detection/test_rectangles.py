@@ -30,7 +30,9 @@ def convex_hull(points):
 
 def criteria(points, angle, floor=0.01):
     score = np.empty((3, kernels.LANES))
-    kernels.criteria(points, convex_hull(points), np.linspace(angle, angle + 1.0, kernels.LANES), floor, score)
+    angles = np.linspace(angle, angle + 1.0, kernels.LANES)
+    direction = np.array([np.cos(angles), np.sin(angles)])
+    kernels.criteria(points, kernels.mean_of(points), convex_hull(points), direction, floor, score)
     return score[:, 0]
 
 
