@@ -86,13 +86,13 @@ def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewC
     """
     if not len(movers.heading) or not segments.count:
         return scan
-    points, tau, yaw = np.asarray(scan.points_ego, np.float64, order="C"), scan.time_offset, scan.ego_pose_odom[2]
-    middle = means(points, segments.label, segments.count)
-    owner = _owner(rotate(middle, yaw) + scan.ego_pose_odom[:2], movers, config)
+    points, tau, yaw = scan.points_ego, scan.time_offset, scan.ego_pose_odom[2]
+    places = np.asarray(points, dtype=np.float64, order="C")
+    owner = _owner(rotate(means(places, segments.label, segments.count), yaw) + scan.ego_pose_odom[:2], movers, config)
     mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
-    still = without_motion(points, np.asarray(tau, dtype=np.float64), mover, rotate(movers.velocity, -yaw))
-    points, tau = still.astype(scan.points_ego.dtype), np.where(mover == NO_TRACK, tau, tau.dtype.type(0))
-    return replace(scan, points_ego=points, time_offset=tau)
+    still = without_motion(places, np.asarray(tau, dtype=np.float64), mover, rotate(movers.velocity, -yaw))
+    left = np.where(mover == NO_TRACK, tau, tau.dtype.type(0))
+    return replace(scan, points_ego=still.astype(points.dtype), time_offset=left)
 
 
 def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:

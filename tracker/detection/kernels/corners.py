@@ -81,7 +81,7 @@ def measure(
 ) -> tuple[int, int]:
     """Write depth behind a face, place along it, gates of the depth behind it and behind a perpendicular one (2, N).
 
-    Return the number of points deeper than the gate, of which depth, place and second gate are written to `deep` (3, N),
+    Return the number of points deeper than the gate, whose depth, place and second gate are written to `deep` (3, N),
     and the number of those as far in front.
     """
     behind, before = 0, 0

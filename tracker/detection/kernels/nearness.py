@@ -5,7 +5,6 @@ import numpy as np
 from tracker.arrays import Bools, Floats
 from tracker.compiled import kernel
 
-
 BLOCK = 64
 """Points that are compared at once, without branches: the compiler vectorises this."""
 
