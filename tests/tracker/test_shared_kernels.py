@@ -7,6 +7,7 @@ from support import naive_boxes
 from tracker.geometry import inside
 from tracker.kernels import boxes
 from tracker.kernels.free_space import turned_returns
+from tracker.kernels.odometry import placed
 from tracker.merging import MergeConfig, Pieces, fits, gap, hull, may_be_one
 from tracker.seen_through import seen_through
 
@@ -78,3 +79,9 @@ def test_free_places_equal_the_reference(seed):
 def test_turned_returns_are_finite_and_rotated():
     points = np.array([[1.0, 2.0, 0.5], [np.nan, 0.0, 0.0], [3.0, 0.0, np.inf], [0.0, -4.0, 0.0]], dtype=np.float32)
     np.testing.assert_allclose(turned_returns(points, np.pi / 2), [[-2.0, 1.0], [4.0, 0.0]], atol=1e-15)
+
+
+def test_points_are_placed_in_the_odometry_frame():
+    points, pose = np.random.default_rng(6).normal(0.0, 20.0, (30, 3)), np.array([100.0, -50.0, 2.5])
+    turn = np.array([[np.cos(pose[2]), -np.sin(pose[2])], [np.sin(pose[2]), np.cos(pose[2])]])
+    np.testing.assert_allclose(placed(points, pose), points[:, :2] @ turn.T + pose[:2], atol=1e-12)

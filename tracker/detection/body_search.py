@@ -3,7 +3,7 @@
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.detection.even_subset import even_subset
+from tracker.detection.kernels.bearings import even_subset
 from tracker.detection.kernels.body_starts import COST, STATE, directions, first_hypotheses
 from tracker.detection.kernels.bowed_faces import BodyShape
 from tracker.detection.kernels.groups import by_group, means
@@ -67,7 +67,7 @@ def plausible_fits(
     Faces are flat at first, behind a small share of the points.
     """
     center = means(points, segment, len(heading))
-    chosen, first = even_subset(points, segment, offset, SAMPLE_MAX)
+    chosen, first = even_subset(points, offset, SAMPLE_MAX)
     chosen = chosen[by_line(line[chosen], segment[chosen])]
     sample, candidates = points.take(chosen, axis=0), np.repeat(np.arange(len(heading)), heading.shape[1])
     aligned = misalignments(sample, first, heading.ravel(), candidates, directions(center), alignment)

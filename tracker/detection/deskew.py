@@ -13,6 +13,7 @@ import numpy as np
 
 from tracker.arrays import Floats, Floats32, Ints
 from tracker.detection.kernels.groups import means
+from tracker.detection.kernels.sweep import without_ego_motion, without_motion
 from tracker.geometry import inside, rotate, wrap
 from tracker.records import NO_TRACK, Segments
 from tracker.scan import Scan
@@ -74,15 +75,8 @@ def twist(then: Floats, now: Floats, dt: float) -> tuple[Floats, float]:
 
 def moved(points: Floats32, tau: Floats, velocity: Floats, yaw_rate: float) -> Floats32:
     """(N, 3) points measured `tau` (N,) [s] later by a body with that twist, in its current frame [m]."""
-    half = 0.5 * yaw_rate * tau
-    cos, sin = np.cos(half), np.sin(half)
-    chord = 2.0 * sin / yaw_rate if yaw_rate else tau
-    # Rotate by half the angle, move along the chord, and rotate by the other half.
-    x = cos * points[:, 0] - sin * points[:, 1] + chord * velocity[0]
-    y = sin * points[:, 0] + cos * points[:, 1] + chord * velocity[1]
-    still = points.copy()
-    still[:, 0], still[:, 1] = cos * x - sin * y, sin * x + cos * y
-    return still
+    still = without_ego_motion(np.asarray(points, dtype=np.float64, order="C"), tau, velocity, yaw_rate)
+    return still.astype(points.dtype)
 
 
 def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewConfig) -> Scan:
@@ -92,16 +86,13 @@ def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewC
     """
     if not len(movers.heading) or not segments.count:
         return scan
-    middle = means(np.asarray(scan.points_ego[:, :2], dtype=np.float64, order="C"), segments.label, segments.count)
-    owner = _owner(rotate(middle, scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2], movers, config)
+    points, tau, yaw = scan.points_ego, scan.time_offset, scan.ego_pose_odom[2]
+    places = np.asarray(points, dtype=np.float64, order="C")
+    owner = _owner(rotate(means(places, segments.label, segments.count), yaw) + scan.ego_pose_odom[:2], movers, config)
     mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
-    followed = np.flatnonzero(mover != NO_TRACK)
-    velocity = rotate(movers.velocity, -scan.ego_pose_odom[2]).take(mover[followed], axis=0)
-    points, tau = scan.points_ego.copy(), scan.time_offset.copy()
-    for axis in range(2):
-        points[followed, axis] -= velocity[:, axis] * tau[followed]
-    tau[followed] = 0.0
-    return replace(scan, points_ego=points, time_offset=tau)
+    still = without_motion(places, np.asarray(tau, dtype=np.float64), mover, rotate(movers.velocity, -yaw))
+    left = np.where(mover == NO_TRACK, tau, tau.dtype.type(0))
+    return replace(scan, points_ego=still.astype(points.dtype), time_offset=left)
 
 
 def _owner(middle: Floats, movers: Movers, config: DeskewConfig) -> Ints:

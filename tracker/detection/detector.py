@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import numpy as np
+
 from tracker import merging
 from tracker.arrays import Bools, Floats
 from tracker.detection import body_fit, boxes, preprocess, rectangles, segmentation, selection, tlinkage, truncation
@@ -21,7 +23,7 @@ from tracker.detection.straight_runs import WallConfig
 from tracker.detection.suppression import SuppressionConfig, in_shadow
 from tracker.detection.tlinkage import LinkageConfig
 from tracker.detection.truncation import TruncationConfig
-from tracker.geometry import rotate
+from tracker.kernels.odometry import placed
 from tracker.merging import MergeConfig, Pieces
 from tracker.records import Boxes, Candidates, Detection, Linkage, Segments
 from tracker.scan import Scan
@@ -148,7 +150,7 @@ class Detector:
     def box(self, scan: Scan, segments: Segments, linkage: Linkage, candidates: Candidates, cut_off: Bools) -> Boxes:
         """Make boxes of the best rectangles of vehicle size; `cut_off` (N,) is the mask of points at truncated ends."""
         units = scan.unit_positions_ego
-        viewpoints = None if units is None else units[scan.unit]
+        viewpoints = None if units is None else units.take(scan.unit, axis=0)
         fitted = boxes.build(
             scan.points_ego, scan.time_offset, segments, linkage, candidates, cut_off, self.config.boxes, viewpoints
         )
@@ -157,4 +159,5 @@ class Detector:
 
 def into_odom(scan: Scan) -> Floats:
     """(N, 2) points of the scan in the odometry frame [m]."""
-    return rotate(scan.points_ego[:, :2], scan.ego_pose_odom[2]) + scan.ego_pose_odom[:2]
+    points = np.asarray(scan.points_ego, dtype=np.float64, order="C")
+    return np.asarray(placed(points, np.asarray(scan.ego_pose_odom, dtype=np.float64)))

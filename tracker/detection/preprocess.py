@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tracker.arrays import Bools, Floats
+from tracker.detection.kernels.groups import positions
 from tracker.detection.kernels.kept import kept_points
 from tracker.detection.kernels.nearness import any_within
 from tracker.scan import PointFlag, Scan
@@ -54,7 +55,7 @@ class PreprocessConfig:
 
 def keep(scan: Scan, config: PreprocessConfig) -> Bools:
     """(N,) mask of points to keep; points with a non-finite position or time are always dropped."""
-    points = np.asarray(scan.points_ego, dtype=np.float64)
+    points = np.asarray(scan.points_ego, dtype=np.float64, order="C")
     kept = kept_points(
         points,
         np.asarray(scan.time_offset, dtype=np.float64),
@@ -72,10 +73,10 @@ def keep(scan: Scan, config: PreprocessConfig) -> Bools:
 def on_ground(points: Floats, kept: Bools, z_max_m: float, upright_m: float) -> Bools:
     """(N,) mask of low points (N, 3) without a higher one near them, both of the `kept` (N,) points."""
     low = points[:, 2] < z_max_m
-    higher = points[kept & ~low, :2]
-    row = np.flatnonzero(kept & low)
-    found = np.zeros(len(points), dtype=np.bool_)
-    found[row] = ~any_within(points[row, :2], higher, np.full(len(row), upright_m)) if upright_m > 0.0 else True
+    found = kept & low
+    if upright_m > 0.0:
+        row, higher = np.flatnonzero(found), positions(points, np.flatnonzero(kept & ~low))
+        found[row] = ~any_within(positions(points, row), higher, np.full(len(row), upright_m))
     return found
 
 

@@ -1,18 +1,14 @@
 """Adaptive segmentation (Zhang 2017): connect points within a radius that grows with range."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from tracker.arrays import Bools, Floats, Ints
+from tracker.detection.kernels import groups
 from tracker.detection.kernels.chains import connected
-from tracker.detection.kernels.groups import by_group
 from tracker.records import NOT_USED, Segments
-
-ROWS = 1 << 32
-"""More than the rows of a grid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,24 +50,20 @@ def segment(points_ego: npt.NDArray[np.floating], keep: Bools, config: Segmentat
 
 def positions(points_ego: npt.NDArray[np.floating], index: Ints) -> Floats:
     """(K, 2) x and y of the points of `index` (K,) [m], for kernels."""
-    return np.asarray(points_ego.take(index, axis=0)[:, :2], dtype=np.float64, order="C")
+    found: Floats = groups.positions(np.asarray(points_ego, dtype=np.float64, order="C"), index)
+    return found
 
 
 def connect(points: Floats, config: SegmentationConfig) -> Ints:
     """(N,) index of the first point of each point's component."""
     if not len(points):
         return np.empty(0, dtype=np.int64)
-    radius = config.radius_m + config.radius_per_m * np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2)
-    pitch = radius.min() / math.sqrt(2.0)
-    column, row = np.floor(points / pitch).astype(np.int64).T
-    order = np.argsort(column * ROWS + row, kind="stable")  # one sort is faster than one by each
-    window = math.ceil(radius.max() / pitch)
-    return connected(points.take(order, axis=0), radius.take(order), order, column.take(order), row.take(order), window)
+    return connected(points, config.radius_m, config.radius_per_m)
 
 
 def by_segment(segments: Segments) -> tuple[Ints, Ints]:
     """Return the indices of used points by segment and in scan order, and the start (S + 1,) of each segment."""
-    return by_group(segments.label, segments.count)
+    return groups.by_group(segments.label, segments.count)
 
 
 def keep_only(segments: Segments, kept: Bools) -> Segments:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tracker.arrays import Floats
 from tracker.bounds import require_within
-from tracker.detection.even_subset import even_subset
+from tracker.detection.kernels.bearings import even_subset
 from tracker.detection.kernels.line_labels import label_lines
 from tracker.detection.kernels.linkage import link_samples
 from tracker.detection.linked_faces import label_faces
@@ -97,7 +97,7 @@ def link(points_ego: npt.NDArray[np.floating], segments: Segments, config: Linka
     """
     order, offset = by_segment(segments)
     points = np.asarray(points_ego.take(order, axis=0)[:, :3], dtype=np.float64, order="C")
-    chosen, first = even_subset(points, segments.label[order], offset, config.points_max)
+    chosen, first = even_subset(points, offset, config.points_max)
     sample, numbers = points[chosen], uniforms(config.seed, config.points_max, config.samples_per_point)
     cluster = link_samples(sample, first, numbers, config.locality, config.tau_m)
     if config.variant == "faces":

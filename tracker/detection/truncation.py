@@ -12,6 +12,7 @@ import numpy as np
 
 from tracker.arrays import Bools
 from tracker.detection.kernels.groups import by_group
+from tracker.detection.kernels.ordering import by_key
 from tracker.detection.kernels.truncation import truncated_points
 from tracker.records import Segments
 from tracker.scan import Scan
@@ -46,11 +47,13 @@ def cut_off(scan: Scan, keep: Bools, segments: Segments, range_max_m: float, con
     layers = 256 if scan.sweep_limits is None else scan.sweep_limits.shape[1]
     channel = scan.unit.astype(np.int64) * layers + scan.layer
     range_m = np.hypot(scan.points_ego[:, 0], scan.points_ego[:, 1])
-    first = first[np.argsort(scan.time_offset[first], kind="stable")]
+    time = np.asarray(scan.time_offset, dtype=np.float64)
+    in_channels, start = by_group(channel[first], int(channel.max(initial=-1)) + 1)
+    first = first.take(in_channels)
     cut = truncated_points(
-        first[by_group(channel[first], int(channel.max(initial=-1)) + 1)[0]],
+        first.take(by_key(time.take(first), start)),
         channel,
-        np.asarray(scan.time_offset, dtype=np.float64),
+        time,
         np.asarray(range_m, dtype=np.float64),
         segments.label,
         np.asarray(limits, dtype=np.float64),

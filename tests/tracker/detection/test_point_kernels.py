@@ -9,6 +9,7 @@ from tracker.detection.kernels.box_points import box_points
 from tracker.detection.kernels.cells import contained
 from tracker.detection.kernels.groups import by_group, extents_along, means
 from tracker.detection.kernels.kept import kept_points
+from tracker.detection.kernels.ordering import by_key, by_number
 from tracker.detection.kernels.truncation import truncated_points
 
 seeds = st.integers(0, 10_000)
@@ -27,6 +28,26 @@ def test_order_by_group_equals_the_reference(label):
     """Groups may be empty."""
     for ours, twin in zip(by_group(np.array(label, int), 5), naive.by_group(np.array(label, int), 5), strict=True):
         np.testing.assert_array_equal(ours, twin)
+
+
+@settings(max_examples=40)
+@given(seeds)
+def test_order_by_key_within_groups_equals_that_of_numpy(seed):
+    """Keys are equal or in ascending runs, as those of the layers of a scan; groups may be empty."""
+    rng = np.random.default_rng(seed)
+    offset = np.append(0, np.cumsum(rng.integers(0, 60, 6) * rng.integers(0, 2, 6)))
+    group = np.repeat(np.arange(6), np.diff(offset))
+    key = np.where(group % 2, rng.integers(0, 9, len(group)), np.arange(len(group)) % 13).astype(float)
+    np.testing.assert_array_equal(by_key(key, offset), np.lexsort((key, group)))
+
+
+@settings(max_examples=40)
+@given(st.lists(st.integers(-4, 4) | st.integers(-(10**15), 10**15)), st.randoms())
+def test_order_by_number_is_stable(number, random):
+    order = random.sample(range(len(number)), len(number))
+    assert by_number(np.array(number, np.int64), np.array(order, np.int64)).tolist() == sorted(
+        order, key=lambda i: number[i]
+    )
 
 
 @settings(max_examples=40)

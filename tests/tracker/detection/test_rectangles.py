@@ -30,12 +30,14 @@ def convex_hull(points):
 
 def criteria(points, angle, floor=0.01):
     score = np.empty((3, kernels.LANES))
-    kernels.criteria(points, convex_hull(points), np.linspace(angle, angle + 1.0, kernels.LANES), floor, score)
+    angles = np.linspace(angle, angle + 1.0, kernels.LANES)
+    direction = np.array([np.cos(angles), np.sin(angles)])
+    kernels.criteria(points, kernels.mean_of(points), convex_hull(points), direction, floor, score)
     return score[:, 0]
 
 
 def headings(points, halvings=5):
-    return kernels.best_headings(points, np.array([0, len(points)]), by_x(points), GRID, 0.01, halvings)[0]
+    return kernels.best_headings(points, np.array([0, len(points)]), GRID, 0.01, halvings)[0]
 
 
 def test_criteria_by_hand():

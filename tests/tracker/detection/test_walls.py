@@ -178,7 +178,7 @@ def test_straight_runs_have_no_gaps_and_are_longer_than_a_van():
 
 def test_nearness_equals_all_distances():
     rng = np.random.default_rng(4)
-    points, others, radius = rng.uniform(0, 9, (60, 2)), rng.uniform(0, 9, (40, 2)), rng.uniform(0, 1, 60)
+    points, others, radius = rng.uniform(0, 9, (60, 2)), rng.uniform(0, 9, (200, 2)), rng.uniform(0, 0.5, 60)
     distance = np.linalg.norm(points[:, None] - others[None], axis=2)
     expected = (distance <= radius[:, None]).any(axis=1)
     assert 5 < expected.sum() < 55

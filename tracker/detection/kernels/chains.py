@@ -1,9 +1,12 @@
 """Kernels of segmentation: connected components of points."""
 
+import math
+
 import numpy as np
 
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
+from tracker.detection.kernels.ordering import by_number
 
 
 @kernel()
@@ -62,12 +65,30 @@ def first_of_each(parent: Ints, order: Ints) -> Ints:
 
 
 @kernel()
-def connected(points: Floats, radius: Floats, order: Ints, column: Ints, row: Ints, window: int) -> Ints:
-    """Return the first point of the set of each point, connected by pairs within either point's radius.
+def connected(points: Floats, radius_m: float, radius_per_m: float) -> Ints:
+    """(N,) index of the first point of the component of each point, connected by pairs within either point's radius.
 
-    Points (N, 2), radii (N,), columns (N,) and rows (N,) are sorted by grid cell, by `column`, then by `row`; `order`
-    (N,) are their places in the result. Columns and rows are overwritten. A cell's diagonal is at most the
-    smallest radius, so that a cell is one set from the start; pairs are at most `window` cells apart.
+    The radius of points (N, 2) grows with range, see `SegmentationConfig`. They are sorted by grid cells, by column and
+    then by row. The diagonal of a cell is at most the smallest radius, so that a cell is one set from the start.
+    """
+    radius, least, largest = np.empty(len(points)), np.inf, 0.0
+    for i in range(len(points)):
+        radius[i] = radius_m + radius_per_m * math.sqrt(points[i, 0] ** 2 + points[i, 1] ** 2)
+        least, largest = min(least, radius[i]), max(largest, radius[i])
+    column, row = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+    pitch = least / math.sqrt(2.0)
+    for i in range(len(points)):
+        column[i], row[i] = math.floor(points[i, 0] / pitch), math.floor(points[i, 1] / pitch)
+    order = by_number(column, by_number(row, np.arange(len(points))))
+    parent = united(points[order], radius[order], column[order], row[order], math.ceil(largest / pitch))
+    return first_of_each(parent, order)
+
+
+@kernel()
+def united(points: Floats, radius: Floats, column: Ints, row: Ints, window: int) -> Ints:
+    """(N,) a member of the set of each point, for points sorted by the `column` (N,) and the `row` (N,) of their cell.
+
+    Columns and rows are overwritten. Pairs within either point's radius are at most `window` cells apart.
     """
     parent, cell = np.empty(len(points), np.int64), cell_starts(column, row)
     cells = len(cell) - 1
@@ -87,4 +108,4 @@ def connected(points: Floats, radius: Floats, order: Ints, column: Ints, row: In
             while b < cells and column[b] == column[a] + shift and row[b] <= row[a] + window:
                 connect_cells(points, radius, parent, cell[a], cell[a + 1], cell[b], cell[b + 1])
                 b += 1
-    return first_of_each(parent, order)
+    return parent

@@ -66,24 +66,23 @@ def explained(
     face, on rounded parts, do not count.
     """
     score = 0
-    for i in range(len(depth)):
+    for i in range(len(depth)):  # no branch: the compiler vectorises it
         second = sign * (place[i] - start)
-        if depth[i] < -gates[0, i] or second < -gates[1, i]:
-            score -= 1
-        elif depth[i] < gates[0, i] or second < gates[1, i]:
-            score += 1
-        elif not (aside[i] == 1 and depth[i] < depth_max) and second >= depth_max:
-            score -= 1
+        outside = (depth[i] < -gates[0, i]) | (second < -gates[1, i])
+        on_face = (depth[i] < gates[0, i]) | (second < gates[1, i])
+        deep = (second >= depth_max) & ((aside[i] != 1) | (depth[i] >= depth_max))
+        score += -1 if outside else (1 if on_face else (-1 if deep else 0))
     return score
 
 
 @kernel(error_model="numpy")
 def measure(
-    points: Floats, face: Floats, noise: Floats, gate: float, depth: Floats, place: Floats, gates: Floats, deep: Ints
+    points: Floats, face: Floats, noise: Floats, gate: float, depth: Floats, place: Floats, gates: Floats, deep: Floats
 ) -> tuple[int, int]:
     """Write depth behind a face, place along it, gates of the depth behind it and behind a perpendicular one (2, N).
 
-    Return the number of points deeper than the gate, which are written to `deep`, and of those as far in front.
+    Return the number of points deeper than the gate, whose depth, place and second gate are written to `deep` (3, N),
+    and the number of those as far in front.
     """
     behind, before = 0, 0
     for i in range(len(points)):
@@ -92,9 +91,8 @@ def measure(
         depth[i] = normal + face[2]
         gates[0, i], gates[1, i] = gate * depth_std(normal, x, y, noise), gate * depth_std(place[i], x, y, noise)
         before += depth[i] < -gates[0, i]
-        if depth[i] > gates[0, i]:
-            deep[behind] = i
-            behind += 1
+        deep[0, behind], deep[1, behind], deep[2, behind] = depth[i], place[i], gates[1, i]
+        behind += depth[i] > gates[0, i]
     return behind, before
 
 
@@ -110,20 +108,24 @@ def across(
     """
     count = len(points)
     depth, place, gates = np.empty(count), np.empty(count), np.empty((2, count))
-    aside, deep, other[:] = np.empty(count, np.int64), np.empty(count, np.int64), 0.0
+    aside, deep, other[:] = np.empty(count, np.int64), np.empty((3, count)), 0.0
     behind, before = measure(points, face, noise, gate, depth, place, gates, deep)
     beside(depth, place, gates, beyond_max, aside)
     best = explained(depth, aside, place, -np.inf, 1.0, gates, depth_max)  # no other face: infinitely far away
     for c in chosen:
         if depth[c] < gates[0, c]:
             continue
-        nearest, farthest, support, total = np.inf, -np.inf, 0, 0.0
-        for i in deep[:behind]:
-            if abs(place[i] - place[c]) < gates[1, i]:
-                nearest, farthest = min(nearest, depth[i]), max(farthest, depth[i])
-                support, total = support + 1, total + place[i]
+        support, at = 0, place[c]
+        for i in range(behind):  # no branch: the compiler vectorises it
+            support += abs(deep[1, i] - at) < deep[2, i]
         most = count - behind - 2 * before + support  # the score if no other point contradicts
-        if support < MINIMAL_SAMPLE or farthest - nearest < length_min or most <= best:
+        if support < MINIMAL_SAMPLE or most <= best:
+            continue
+        nearest, farthest, total = np.inf, -np.inf, 0.0
+        for i in range(behind):
+            if abs(deep[1, i] - at) < deep[2, i]:
+                nearest, farthest, total = min(nearest, deep[0, i]), max(farthest, deep[0, i]), total + deep[1, i]
+        if farthest - nearest < length_min:
             continue
         for sign in (1.0, -1.0):
             score = explained(depth, aside, place, place[c], sign, gates, depth_max)

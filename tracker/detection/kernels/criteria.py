@@ -11,6 +11,7 @@ import numpy as np
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
 from tracker.detection.kernels.hull import convex_hull
+from tracker.detection.kernels.ordering import by_key
 
 LANES = 8
 """Headings that are scored together."""
@@ -18,18 +19,28 @@ COS, SIN, EDGE_1, INWARD_1, EDGE_2, INWARD_2, CLOSENESS, COUNT_1, SUM_1, SQUARE_
 """Rows of the work array: direction; edge and its inward direction (1 or -1) along and across it; sums of points."""
 
 
-@kernel()
-def nearer_edge(outline: Floats, x: float, y: float, a: float, b: float) -> tuple[float, float, float]:
-    """Return the edge along direction (a, b) that is nearer to the mean (x, y), 1 or -1 for inward, and the extent.
+@kernel(inline="always")
+def nearer_edges(outline: Floats, mean: tuple[float, float], work: Floats, score: Floats) -> None:
+    """Write the edges nearer to the mean along and across each direction, 1 or -1 for inward, and minus the area.
 
     The nearer edge is chosen once for all points: of the distances to the two edges it is the one of smaller
     norm (Zhang 2017, algorithms 4 and 5), which is the edge closer to the mean.
     """
-    low, high, middle = np.inf, -np.inf, a * x + b * y
+    x, y = mean
+    low, high = np.empty((2, LANES)), np.empty((2, LANES))
+    low[:], high[:] = np.inf, -np.inf
     for i in range(len(outline)):
-        place = a * outline[i, 0] + b * outline[i, 1]
-        low, high = min(low, place), max(high, place)
-    return (high, -1.0, high - low) if high - middle <= middle - low else (low, 1.0, high - low)
+        for k in range(LANES):
+            along = work[COS, k] * outline[i, 0] + work[SIN, k] * outline[i, 1]
+            across = work[COS, k] * outline[i, 1] - work[SIN, k] * outline[i, 0]
+            low[0, k], high[0, k] = min(low[0, k], along), max(high[0, k], along)
+            low[1, k], high[1, k] = min(low[1, k], across), max(high[1, k], across)
+    for k in range(LANES):
+        along, across = work[COS, k] * x + work[SIN, k] * y, work[COS, k] * y - work[SIN, k] * x
+        beyond_1, beyond_2 = high[0, k] - along <= along - low[0, k], high[1, k] - across <= across - low[1, k]
+        work[EDGE_1, k], work[INWARD_1, k] = high[0, k] if beyond_1 else low[0, k], -1.0 if beyond_1 else 1.0
+        work[EDGE_2, k], work[INWARD_2, k] = high[1, k] if beyond_2 else low[1, k], -1.0 if beyond_2 else 1.0
+        score[0, k] = -(high[0, k] - low[0, k]) * (high[1, k] - low[1, k])
 
 
 @kernel(inline="always")
@@ -56,22 +67,34 @@ def variance(count: float, total: float, square: float) -> float:
     return max(0.0, square / count - (total / count) ** 2) if count > 0.0 else 0.0
 
 
-@kernel(error_model="numpy")
-def criteria(points: Floats, outline: Floats, angle: Floats, floor: float, score: Floats) -> None:
-    """Write area, closeness and variance (Zhang 2017, algorithms 3 to 5) of headings (LANES,) to (3, LANES).
+@kernel()
+def write_directions(angle: Floats, direction: Floats) -> None:
+    """Write cosine and sine of headings (LANES,) to (2, LANES)."""
+    for k in range(LANES):
+        direction[0, k], direction[1, k] = math.cos(angle[k]), math.sin(angle[k])
 
-    Higher is better. `outline` (H, 2) is the convex hull of the points (N, 2).
-    """
-    work, x, y = np.zeros((13, LANES)), 0.0, 0.0
+
+@kernel(error_model="numpy")
+def mean_of(points: Floats) -> tuple[float, float]:
+    """Mean of points (N, 2)."""
+    x, y = 0.0, 0.0
     for i in range(len(points)):
         x, y = x + points[i, 0], y + points[i, 1]
-    x, y = x / len(points), y / len(points)
+    return x / len(points), y / len(points)
+
+
+@kernel(error_model="numpy")
+def criteria(
+    points: Floats, mean: tuple[float, float], outline: Floats, direction: Floats, floor: float, score: Floats
+) -> None:
+    """Write area, closeness and variance (Zhang 2017, algorithms 3 to 5) of headings to (3, LANES); higher is better.
+
+    Headings are given by cosine and sine (2, LANES). `outline` (H, 2) is the convex hull of the points (N, 2).
+    """
+    work = np.zeros((13, LANES))
     for k in range(LANES):
-        cos, sin = math.cos(angle[k]), math.sin(angle[k])
-        work[COS, k], work[SIN, k] = cos, sin
-        work[EDGE_1, k], work[INWARD_1, k], length = nearer_edge(outline, x, y, cos, sin)
-        work[EDGE_2, k], work[INWARD_2, k], width = nearer_edge(outline, x, y, -sin, cos)
-        score[0, k] = -length * width
+        work[COS, k], work[SIN, k] = direction[0, k], direction[1, k]
+    nearer_edges(outline, mean, work, score)
     add_distances(points, floor, work)
     for k in range(LANES):
         score[1, k] = work[CLOSENESS, k]
@@ -88,26 +111,31 @@ def keep_better(score: Floats, angle: Floats, first: int, last: int, highest: Fl
 
 
 @kernel()
-def best_headings(points: Floats, offset: Ints, order: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
+def best_headings(points: Floats, offset: Ints, grid: Floats, floor: float, halvings: int) -> Floats:
     """Headings (S, 3) that maximise each criterion: the best of the grid, then halvings of its step around it.
 
-    Segment s has points offset[s] to offset[s + 1], and order[offset[s]] to order[offset[s + 1]] are these by their x.
+    Segment s has points offset[s] to offset[s + 1].
     """
-    best, angle, score = np.empty((len(offset) - 1, 3)), np.empty(LANES), np.empty((3, LANES))
+    best, score, batches = np.empty((len(offset) - 1, 3)), np.empty((3, LANES)), (len(grid) + LANES - 1) // LANES
+    angle, direction = np.zeros((batches + 1, LANES)), np.empty((batches + 1, 2, LANES))  # the last ones for halvings
+    for b in range(batches):
+        for k in range(LANES):
+            angle[b, k] = grid[min(b * LANES + k, len(grid) - 1)]
+        write_directions(angle[b], direction[b])
+    order = by_key(points[:, 0].copy(), offset)
     for s in range(len(offset) - 1):
         segment, highest, width = points[offset[s] : offset[s + 1]], np.full(3, -np.inf), grid[1] - grid[0]
-        outline = convex_hull(points, order[offset[s] : offset[s + 1]])
-        for start in range(0, len(grid), LANES):
-            for k in range(LANES):
-                angle[k] = grid[min(start + k, len(grid) - 1)]
-            criteria(segment, outline, angle, floor, score)
+        outline, mean = convex_hull(points, order[offset[s] : offset[s + 1]]), mean_of(segment)
+        for b in range(batches):
+            criteria(segment, mean, outline, direction[b], floor, score)
             for c in range(3):
-                keep_better(score, angle, 0, LANES, highest, best[s], c)
+                keep_better(score, angle[b], 0, LANES, highest, best[s], c)
         for _ in range(halvings):
             width /= 2.0
             for c in range(3):
-                angle[2 * c], angle[2 * c + 1] = best[s, c] - width, best[s, c] + width
-            criteria(segment, outline, angle, floor, score)
+                angle[batches, 2 * c], angle[batches, 2 * c + 1] = best[s, c] - width, best[s, c] + width
+            write_directions(angle[batches], direction[batches])
+            criteria(segment, mean, outline, direction[batches], floor, score)
             for c in range(3):
-                keep_better(score, angle, 2 * c, 2 * c + 2, highest, best[s], c)
+                keep_better(score, angle[batches], 2 * c, 2 * c + 2, highest, best[s], c)
     return best

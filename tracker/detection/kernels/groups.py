@@ -1,4 +1,4 @@
-"""Kernels of points in groups: order by group, means and extents."""
+"""Kernels of points in groups: order by group, positions, means and extents."""
 
 import numpy as np
 
@@ -26,9 +26,18 @@ def by_group(label: Ints, count: int) -> tuple[Ints, Ints]:
     return order, start
 
 
+@kernel()
+def positions(points: Floats, index: Ints) -> Floats:
+    """(K, 2) x and y of the points (N, 2 or more) of `index` (K,) [m]."""
+    found = np.empty((len(index), 2))
+    for k in range(len(index)):
+        found[k, 0], found[k, 1] = points[index[k], 0], points[index[k], 1]
+    return found
+
+
 @kernel(error_model="numpy")
 def means(points: Floats, label: Ints, count: int) -> Floats:
-    """(count, 2) mean of each group of points (N, 2); points with a negative label belong to no group."""
+    """(count, 2) mean of each group of points (N, 2 or more); points with a negative label belong to no group."""
     mean, size = np.zeros((count, 2)), np.zeros(count)
     for i in range(len(points)):
         g = label[i]

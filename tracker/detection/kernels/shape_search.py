@@ -50,11 +50,13 @@ def fit_bodies(
     for s in range(len(center)):
         for i in range(offset[s], offset[s + 1]):
             centred[i, 0], centred[i, 1] = points[i, 0] - center[s, 0], points[i, 1] - center[s, 1]
+    start = np.empty(0, np.int64)
     for h in range(len(found)):
         first, end = offset[owner[h]], offset[owner[h] + 1]
+        start = line_starts(line[first:end]) if h == 0 or owner[h] != owner[h - 1] else start
         found[h, COST] = fit_body(
-            centred[first:end], ray[first:end], line_starts(line[first:end]), found[h, STATE:],
-            found[h, SIDE : SIDE + 2], int(found[h, FLANK]), rounds, scale, shape, triangle[h],
+            centred[first:end], ray[first:end], start, found[h, STATE:], found[h, SIDE : SIDE + 2],
+            int(found[h, FLANK]), rounds, scale, shape, triangle[h],
         )  # fmt: skip
     return triangle
 

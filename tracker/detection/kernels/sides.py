@@ -9,22 +9,23 @@ from tracker.compiled import kernel
 
 
 @kernel(error_model="numpy")
-def outermost(place: Floats, reach: Floats, sign: float) -> float:
-    """Mean of the places (N,) on the outermost side in the direction of `sign`.
+def outermost(place: Floats, reach: Floats) -> tuple[float, float]:
+    """Mean of the places (N,) on the lowest side, and on the highest one.
 
-    Points of the side are within `reach` (N,) of its mean. The first iteration takes the points within `reach` of the
+    Points of a side are within `reach` (N,) of its mean. The first iteration takes the points within `reach` of the
     outermost point, the outer half of the side; the second takes those within `reach` of their mean.
     """
-    side = -np.inf
+    low, high = np.inf, -np.inf
     for i in range(len(place)):
-        side = max(side, sign * place[i])
+        low, high = min(low, place[i]), max(high, place[i])
     for _ in range(2):
-        total, count = 0.0, 0
-        for i in range(len(place)):
-            if sign * place[i] >= side - reach[i]:
-                total, count = total + sign * place[i], count + 1
-        side = total / count
-    return sign * side
+        low_sum, low_count, high_sum, high_count = 0.0, 0, 0.0, 0
+        for i in range(len(place)):  # no branch: which points are on a side is hard to predict
+            on_low, on_high = place[i] <= low + reach[i], place[i] >= high - reach[i]
+            low_sum, low_count = low_sum + (place[i] if on_low else 0.0), low_count + on_low
+            high_sum, high_count = high_sum + (place[i] if on_high else 0.0), high_count + on_high
+        low, high = low_sum / low_count, high_sum / high_count
+    return low, high
 
 
 @kernel(error_model="numpy")
@@ -44,6 +45,5 @@ def extents(
                 for i in range(len(own)):
                     place[i] = cos * own[i, 0] + sin * own[i, 1]
                     reach[i] = sigma * math.sqrt((place[i] * spread[i]) ** 2 + flatness**2)
-                low[s, m, axis] = outermost(place, reach, -1.0)
-                high[s, m, axis] = outermost(place, reach, 1.0)
+                low[s, m, axis], high[s, m, axis] = outermost(place, reach)
     return low, high
