@@ -70,11 +70,12 @@ class SmallObjects:
         config, large = self._config, self._large(vehicles)
         living = self._tracks.status != Status.DEAD
         tracks = self._tracks if living.all() else self._tracks.subset(living)
-        tracks = small_tracks.predict(tracks, dt, config) if len(tracks) else tracks
+        if len(tracks):
+            small_tracks.predict(tracks, dt, config)
         boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, config.vehicle_margin_m).any(axis=1)))
         row, box = self._pairs(tracks, boxes)
         if len(row):
-            tracks = small_tracks.update(tracks, boxes, row, box, config)
+            small_tracks.update(tracks, boxes, row, box, config)
         free = np.ones(len(boxes), dtype=np.bool_)
         free[box] = False
         if free.any():
@@ -82,8 +83,8 @@ class SmallObjects:
             self._next_id += int(np.count_nonzero(free))
         self._tracks = tracks
         if len(tracks):
-            self._tracks = small_tracks.settle(tracks, config)
-            self._tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
+            small_tracks.settle(tracks, config)
+            tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
         """Return the record of the `vehicles` with the confirmed and coasting small road users, and the classes of all.
@@ -200,6 +201,8 @@ def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]
     Confirmed tracks come first. A second row of an id gets its `own` one, if that is free.
     """
     ids, names, unique, used = reported.tolist(), own.tolist(), np.ones(len(reported), dtype=np.bool_), set[int]()
+    if len(set(ids)) == len(ids):
+        return reported, unique
     for t in np.argsort(~confirmed, kind="stable").tolist():
         if ids[t] in used:
             ids[t] = names[t]
