@@ -205,7 +205,8 @@ class Track:
             self._heading.shift(offset)
         self._confirmation.count(seen)
         course, position = self._course, self.corner.position
-        self._confirmation.check_motion(seen, self._footprint(position), position, moving=course is not None)
+        if not self._confirmation.left:
+            self._confirmation.check_motion(seen, self._footprint(position), position, moving=course is not None)
         self._turn(self._heading.turns_to_front(course, position, self.seen_size))
 
     def orient(self, flow: TrafficFlow) -> None:
@@ -259,8 +260,10 @@ class Track:
 
     def _bank_motion(self, motion: Motion) -> Motion:
         """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
-        filters, velocity = self._config.filters, complex(*self.corner.velocity.tolist())
-        if filters.heading == "paper" or straight(self._heading.yaw_rate[0], velocity, filters.jerk_std_mps3):
+        filters, yaw_rate = self._config.filters, self._heading.yaw_rate[0]
+        if filters.heading == "paper" or self.corner.stationary:
+            return motion
+        if straight(yaw_rate, complex(*self.corner.velocity.tolist()), filters.jerk_std_mps3):
             return motion
         return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
 
@@ -272,6 +275,8 @@ class Track:
     @property
     def _course(self) -> Course | None:
         """Direction of motion, None for a vehicle that may be stationary."""
+        if self.corner.stationary:
+            return None
         return self.corner.course(-self._axle_to_corner, *self._heading.yaw_rate)
 
     @property
