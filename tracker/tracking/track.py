@@ -24,7 +24,6 @@ from tracker.tracking.turning import (
     Turn,
     axle_to_corner,
     motion_direction,
-    straight,
     turning_among,
     with_turn,
     with_turning_acceleration,
@@ -260,12 +259,11 @@ class Track:
 
     def _bank_motion(self, motion: Motion) -> Motion:
         """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
-        filters, yaw_rate = self._config.filters, self._heading.yaw_rate[0]
+        filters = self._config.filters
         if filters.heading == "paper" or self.corner.stationary:
             return motion
-        if straight(yaw_rate, complex(*self.corner.velocity.tolist()), filters.jerk_std_mps3):
-            return motion
-        return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
+        velocity = complex(*self.corner.velocity.tolist())
+        return with_turning_acceleration(motion, *self._heading.yaw_rate, velocity, filters.jerk_std_mps3)
 
     @property
     def _unseen_size(self) -> Floats:
