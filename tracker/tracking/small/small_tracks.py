@@ -157,7 +157,7 @@ def settle(tracks: SmallTracks, config: SmallConfig) -> None:
     left = (speed > config.speed_min_mps) & (moved > config.left_m) & (moved > config.straight_min * tracks.way_m)
     fits = (tracks.longer <= config.longer_max_m) & (tracks.extent[:, 1] <= config.wider_max_m)
     shown = left & (tracks.hits >= config.confirm_hits) & (tracks.unseen_s == 0.0)
-    confirmed = fits & ((tracks.status != Status.TENTATIVE) | shown)
+    confirmed = fits & ((tracks.status != Status.TENTATIVE.value) | shown)
     tracks.status[:] = np.where(confirmed, int(Status.CONFIRMED), int(Status.TENTATIVE))
     tracks.status[confirmed & (tracks.unseen_s > config.gap_s)] = int(Status.COASTING)
     tracks.status[tracks.unseen_s > np.where(confirmed, config.coast_s, config.tentative_coast_s)] = int(Status.DEAD)
