@@ -108,7 +108,7 @@ class Confirmation:
         self._ends.clear()
 
     def check_motion(self, seen: TrackObservation, footprint: Footprint, corner: Floats, moving: bool) -> None:
-        """Check if an object has `left` its first place, or is `moving` on as before it was hidden; not called after it has.
+        """Check if an object leaves its first place, or is `moving` on as before it was hidden.
 
         Its tracked corner is at (2,) [m]. A single truncated face seems to slide along itself when its occluder moves,
         so only its motion across counts.
