@@ -73,13 +73,6 @@ def pieces(tracks: Sequence[Track]) -> Pieces:
     return Pieces(center, heading, size, velocities(tracks), np.array([track.hits for track in tracks]))
 
 
-def reordered(pieces: Pieces, order: Sequence[int]) -> Pieces:
-    """Return the pieces in another order, a permutation of their indices."""
-    rows = np.array(order, dtype=np.int64)
-    moved = pieces.center[rows], pieces.heading[rows], pieces.size[rows], pieces.velocity[rows]
-    return Pieces(*moved, pieces.hits[rows])
-
-
 def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
     """Return positions and directions of the tracks whose direction is known, beside an ego of heading `forward`."""
     known = [track for track in tracks if track.shows_direction]

@@ -15,7 +15,7 @@ from tracker.tracking.observations import Observations
 from tracker.tracking.rigid_pairs import RigidPairs
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import from_corners, pieces, reordered, seen_sizes, within
+from tracker.tracking.track_arrays import from_corners, pieces, seen_sizes, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 from tracker.tracking.traffic_flow import TrafficFlow
@@ -66,6 +66,7 @@ class DefaultTrackManagement:
         flow = self.flow(tracks, forward)
         self.orient(tracks, flow)
         self.settle(tracks)
+        self.couple(tracks)
         self.merge(tracks)
         self.remove_duplicates(tracks)
         return [*tracks, *self.start(self.newcomers(tracks, seen, track_id), seen, track_id, flow, models)]
@@ -85,13 +86,15 @@ class DefaultTrackManagement:
         for track in tracks:
             track.settle()
 
+    def couple(self, tracks: Sequence[Track]) -> None:
+        """Observe which tracks move as one rigid body."""
+        visible = [track for track in tracks if track.seen]
+        self._rigid.observe([track.id for track in visible], pieces(visible))
+
     def merge(self, tracks: Sequence[Track]) -> None:
         """Merge tracks that follow pieces of one vehicle; the track with more observations stays."""
-        visible = [track for track in tracks if track.seen]
-        seen = pieces(visible)
-        self._rigid.observe([track.id for track in visible], seen)
-        order = sorted(range(len(visible)), key=lambda t: (not visible[t].confirmed_now, -visible[t].hits))
-        ranked, seen = [visible[t] for t in order], reordered(seen, order)
+        ranked = sorted((t for t in tracks if t.seen), key=lambda track: (not track.confirmed_now, -track.hits))
+        seen = pieces(ranked)
         for a, b in may_be_one(seen, self._merging):
             alive = Status.DEAD not in (ranked[a].status, ranked[b].status)
             together = one_vehicle(seen, a, b, self._merging) or self._rigid.rigid(ranked[a].id, ranked[b].id)

@@ -25,6 +25,7 @@ def test_a_piece_takes_one_neighbour_but_not_both():
     """The middle one is the oldest and fits either of the others."""
     tracks = [piece(0, 0.0, 30), piece(1, PITCH_M, 20), piece(2, -PITCH_M, 20)]
     management = DefaultTrackManagement(MergeConfig(), HypothesisConfig(), CONFIG)
+    management.couple(tracks)
     management.merge(tracks)
     assert [track.status for track in tracks].count(Status.DEAD) == 1
     assert tracks[0].status is Status.CONFIRMED
