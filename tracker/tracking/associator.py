@@ -68,7 +68,8 @@ class LikelihoodScore:
         """Return the cost (T, B) of each pair, and a mask (T, B) of admissible pairs."""
         coasting = np.array([track.status is Status.COASTING for track in tracks], dtype=np.bool_)
         cost, admissible = score(predictions, hypotheses, seen, self._config, coasting)
-        admissible &= ~_of_another(tracks, cost, admissible)
+        if coasting.any():
+            admissible[coasting] &= ~_of_another(tracks, coasting, cost, admissible)
         new = np.array([track.hits == 1 for track in tracks], dtype=np.bool_)
         if new.any():
             age = np.array([track.unseen_s for track in tracks])
@@ -109,17 +110,14 @@ def round_of(track: Track) -> int:
     return len(ROUNDS) if track.hits == 1 else ROUNDS.index(track.status)
 
 
-def _of_another(tracks: Sequence[Track], cost: Floats, admissible: Bools) -> Bools:
-    """(T, B) mask of boxes of another object than a coasting track.
+def _of_another(tracks: Sequence[Track], coasting: Bools, cost: Floats, admissible: Bools) -> Bools:
+    """(C, B) mask of boxes of another object than each of the C `coasting` (T,) tracks.
 
     A tentative track that started before the coasting one was seen last follows another object: both were visible
     together. A box that fits it better is not the lost vehicle.
     """
-    coasting = np.array([track.status is Status.COASTING for track in tracks], dtype=np.bool_)
-    if not coasting.any():
-        return np.zeros_like(admissible)
-    tentative = np.array([track.status is Status.TENTATIVE for track in tracks])
+    tentative = np.array([track.status is Status.TENTATIVE for track in tracks], dtype=np.bool_)
     age, unseen = np.array([track.age_s for track in tracks]), np.array([track.unseen_s for track in tracks])
-    rival = tentative & (age > unseen[:, None]) & coasting[:, None]
-    own = np.where(admissible, cost, np.inf)
-    return np.asarray(np.any(rival[:, :, None] & (own < cost[:, None]), axis=1))
+    rival = age[tentative] > unseen[coasting, None]
+    own = np.where(admissible[tentative], cost[tentative], np.inf)
+    return np.asarray(np.any(rival[:, :, None] & (own < cost[coasting, None]), axis=1))

@@ -64,7 +64,8 @@ class Confirmation:
         """Tracked corner x + iy [m] when the end of an axis and a sign was first visible."""
         self._moved_views = 0
         """Successive observations in which a visible end was away from its first place."""
-        self._left = False
+        self.left = False
+        """True once the object has left its first place, or moved on after it was hidden."""
         self._moved_before_hidden = False
         self._moving_views = 0
         """Successive observations with a speed, since the vehicle was hidden."""
@@ -74,7 +75,7 @@ class Confirmation:
     def log_odds(self) -> float:
         """Log-odds of a vehicle."""
         shape = correlated_sum(self._shape_sum, self._views, self._config.view_correlation)
-        return self._prior + shape + self._left * self._config.motion_log_odds
+        return self._prior + shape + self.left * self._config.motion_log_odds
 
     def confirms(self, hits: int) -> bool:
         """Return True if the track is a vehicle, after `hits` observations."""
@@ -101,13 +102,13 @@ class Confirmation:
         vehicle = same / (1.0 + math.exp(-self.log_odds)) + (1.0 - same) * self._config.vehicle_prior
         vehicle = min(vehicle, CERTAIN)
         self._prior = math.log(vehicle / (1.0 - vehicle))
-        self._moved_before_hidden |= self._left
-        self._left, self._moved_views, self._moving_views, self._birthplace = False, 0, 0, None
+        self._moved_before_hidden |= self.left
+        self.left, self._moved_views, self._moving_views, self._birthplace = False, 0, 0, None
         self._shape_sum, self._views = 0.0, 0
         self._ends.clear()
 
     def check_motion(self, seen: TrackObservation, footprint: Footprint, corner: Floats, moving: bool) -> None:
-        """Check if the object has left its first place, or is `moving` on as before it was hidden.
+        """Check if an object leaves its first place, or is `moving` on as before it was hidden.
 
         Its tracked corner is at (2,) [m]. A single truncated face seems to slide along itself when its occluder moves,
         so only its motion across counts.
@@ -116,9 +117,8 @@ class Confirmation:
         self._birthplace = self._birthplace or footprint
         length, width = seen.size.tolist()
         faces = width > FACE_MIN_M, length > FACE_MIN_M
-        if not self._left:
-            sides = zip(seen.whole.tolist(), faces, footprint.clear_of(self._birthplace), strict=True)
-            self._left = any((whole or face) and clear for whole, face, clear in sides)
+        sides = zip(seen.whole.tolist(), faces, footprint.clear_of(self._birthplace), strict=True)
+        self.left |= any((whole or face) and clear for whole, face, clear in sides)
         moves, place, back = False, complex(*corner.tolist()), cmath.rect(1.0, -footprint.heading)
         for axis, (exact, face, sign) in enumerate(
             zip(seen.exact.tolist(), faces, seen.corner_sign.tolist(), strict=True)
@@ -128,8 +128,8 @@ class Confirmation:
                 moves |= abs(shift.imag if axis else shift.real) > LEFT_MARGIN_M
         self._moved_views = self._moved_views + 1 if moves else 0
         self._moving_views = self._moving_views + 1 if moving else 0
-        self._left |= self._moved_views >= config.moved_views_min
-        self._left |= self._moved_before_hidden and self._moving_views >= config.moved_views_min
+        self.left |= self._moved_views >= config.moved_views_min
+        self.left |= self._moved_before_hidden and self._moving_views >= config.moved_views_min
 
     def turn(self) -> None:
         """Forget the ends of the object, whose names change when its heading is turned by quarters."""

@@ -65,6 +65,11 @@ class CornerEstimator:
         return self._models[self.model]
 
     @property
+    def stationary(self) -> bool:
+        """True if the stationary model is selected."""
+        return self.model_name == "stationary"
+
+    @property
     def selected(self) -> Floats:
         """(2,) position by the selected model [m]."""
         return self.bank.filters.mean[self.model, :2]
@@ -77,17 +82,17 @@ class CornerEstimator:
     @property
     def velocity(self) -> Floats:
         """(2,) velocity [m/s], zero if the stationary model is selected."""
-        return np.zeros(2) if self.model_name == "stationary" else self.bank.estimate[0][2:4]
+        return np.zeros(2) if self.stationary else self.bank.estimate[0][2:4]
 
     @property
     def speed(self) -> float:
         """Root mean square of the speed [m/s], which includes its uncertainty."""
         mean, covariance = self.bank.estimate
-        x, y = (0.0, 0.0) if self.model_name == "stationary" else mean[2:4].tolist()
+        x, y = (0.0, 0.0) if self.stationary else mean[2:4].tolist()
         return math.sqrt(x * x + y * y + 0.5 * (covariance.item(2, 2) + covariance.item(3, 3)))
 
     def course(self, to_axle: complex, yaw_rate: float, variance: float) -> Course | None:
-        """Direction of motion of the rear axle, None for a vehicle that may be stationary.
+        """Direction of motion of the rear axle of a moving vehicle, None for one that may be stationary.
 
         The corners of a turning vehicle move across its heading, the rear axle does not.
 
@@ -98,8 +103,6 @@ class CornerEstimator:
         yaw_rate, variance
             [rad/s], [rad^2/s^2].
         """
-        if self.model_name == "stationary":
-            return None
         mean, covariance = self.bank.estimate
         lever, ((xx, xy), (_, yy)) = 1j * to_axle, covariance[2:4, 2:4].tolist()
         x, y = lever.real, lever.imag

@@ -87,7 +87,8 @@ class ScoredFilters:
 
     @probability.setter
     def probability(self, probability: Floats) -> None:
-        self._probability, self.model = probability, int(probability.argmax())
+        values = probability.tolist()
+        self._probability, self.model = probability, values.index(max(values))
 
     @property
     def weights(self) -> Floats:

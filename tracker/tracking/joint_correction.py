@@ -57,7 +57,8 @@ def _observe_together(updates: Sequence[Update], tail_dof: float, floor: float) 
     """Update corners whose banks have equal settings, in the order of `CornerEstimator.observe`."""
     corners, seen = [each.corner for each in updates], [each.seen for each in updates]
     misfit, noise = np.array([one.misfit for one in seen]), np.array([one.covariance for one in seen])
-    measured = np.array([corner.selected + one.misfit[corner.model] for corner, one in zip(corners, seen, strict=True)])
+    selected = np.arange(len(updates)), [corner.model for corner in corners]
+    measured = np.array([each.bank.filters.mean for each in updates])[selected][:, :2] + misfit[selected]
     errors = np.array([corner.error.variance for corner in corners]), np.array([one.exact for one in seen])
     heading = np.array([each.heading for each in updates])
     released = corner_error.released(*errors, noise, heading)

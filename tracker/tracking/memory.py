@@ -20,18 +20,21 @@ def terminate_lost(tracks: Sequence[Track], scan: Scan, config: MemoryConfig) ->
     coasting = [track for track in tracks if track.status is Status.COASTING and not track.seen]
     if not coasting:
         return
-    places = predicted_places(coasting) - scan.ego_pose_odom[:2]
+    covariance = np.array([track.covariance for track in coasting])
+    places = predicted_places(coasting, covariance) - scan.ego_pose_odom[:2]
     returns = turned_returns(scan.points_ego, scan.ego_pose_odom[2])
     free = seen_through(places.reshape(-1, 2), returns, config.unit_offset_m, config.free_margin_m)
     share = 1.0 - free.reshape(places.shape[:-1]).any(axis=2).mean(axis=1)
-    for track, hidden in zip(coasting, share.tolist(), strict=True):
-        vague = np.trace(track.covariance) > 2.0 * config.std_max_m**2
-        if vague or existence(track.unseen_s, hidden, config) < config.existence_min:
+    vague = covariance[:, 0, 0] + covariance[:, 1, 1] > 2.0 * config.std_max_m**2
+    for track, hidden, lost in zip(coasting, share.tolist(), vague.tolist(), strict=True):
+        if lost or existence(track.unseen_s, hidden, config) < config.existence_min:
             track.status = Status.DEAD
 
 
-def predicted_places(tracks: Sequence[Track]) -> Floats:
-    """(T, K, A, 2) places along each of the T vehicles at K equally likely positions, odometry frame [m]."""
+def predicted_places(tracks: Sequence[Track], covariance: Floats) -> Floats:
+    """(T, K, A, 2) places along each of the T vehicles at K equally likely positions, odometry frame [m].
+
+    Their positions have covariances (T, 2, 2) [m^2].
+    """
     center, heading, size = boxes(tracks)
-    covariance = np.array([track.covariance for track in tracks]).reshape(-1, 2, 2)
     return np.asarray(kernel.predicted_places(center, heading, size[:, 0].copy(), covariance))

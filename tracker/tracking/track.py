@@ -24,7 +24,6 @@ from tracker.tracking.turning import (
     Turn,
     axle_to_corner,
     motion_direction,
-    straight,
     turning_among,
     with_turn,
     with_turning_acceleration,
@@ -205,7 +204,8 @@ class Track:
             self._heading.shift(offset)
         self._confirmation.count(seen)
         course, position = self._course, self.corner.position
-        self._confirmation.check_motion(seen, self._footprint(position), position, moving=course is not None)
+        if not self._confirmation.left:
+            self._confirmation.check_motion(seen, self._footprint(position), position, moving=course is not None)
         self._turn(self._heading.turns_to_front(course, position, self.seen_size))
 
     def orient(self, flow: TrafficFlow) -> None:
@@ -259,10 +259,11 @@ class Track:
 
     def _bank_motion(self, motion: Motion) -> Motion:
         """Return the motion of the bank, in which `ca` turns with the vehicle; independent filters go straight on."""
-        filters, velocity = self._config.filters, complex(*self.corner.velocity.tolist())
-        if filters.heading == "paper" or straight(self._heading.yaw_rate[0], velocity, filters.jerk_std_mps3):
+        filters = self._config.filters
+        if filters.heading == "paper" or self.corner.stationary:
             return motion
-        return with_turning_acceleration(motion, self.turn, filters.jerk_std_mps3)
+        velocity = complex(*self.corner.velocity.tolist())
+        return with_turning_acceleration(motion, *self._heading.yaw_rate, velocity, filters.jerk_std_mps3)
 
     @property
     def _unseen_size(self) -> Floats:
@@ -272,6 +273,8 @@ class Track:
     @property
     def _course(self) -> Course | None:
         """Direction of motion, None for a vehicle that may be stationary."""
+        if self.corner.stationary:
+            return None
         return self.corner.course(-self._axle_to_corner, *self._heading.yaw_rate)
 
     @property

@@ -109,10 +109,9 @@ class DefaultTrackManagement:
         confirmed = [track for track in tracks if track.confirmed_now]
         ranked = confirmed + [track for track in tracks if not track.confirmed_now]
         center, *_ = from_corners(ranked, seen_sizes(ranked))
-        taken = within(center, confirmed)
-        for rank, track in enumerate(ranked):
-            if taken[rank, :rank].any():
-                track.status = Status.DEAD
+        taken = np.tril(within(center, confirmed), k=-1).any(axis=1)  # only those before a track take its place
+        for rank in np.flatnonzero(taken).tolist():
+            ranked[rank].status = Status.DEAD
 
     def newcomers(self, tracks: Sequence[Track], seen: Observations, track_id: Ints) -> Bools:
         """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""

@@ -5,6 +5,7 @@ that the filters remain linear. A velocity v that turns at the rate w and change
 v(t) = exp(iwt) (v + bt); the acceleration of the state is a = b + iwv (Schubert, Richter and Wanielik 2008).
 """
 
+import cmath
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,38 +80,55 @@ def straight(yaw_rate: float, velocity: complex, jerk_std_mps3: float) -> bool:
     return yaw_rate**2 * abs(velocity) < NEGLIGIBLE_SHARE * jerk_std_mps3
 
 
-def with_turning_acceleration(motion: Motion, turn: Turn, jerk_std_mps3: float) -> Motion:
-    """Return the motion with the acceleration of the model `ca` turning at the known yaw rate.
+def with_turning_acceleration(
+    motion: Motion, yaw_rate: float, variance: float, velocity: complex, jerk_std_mps3: float
+) -> Motion:
+    """Return the motion with the acceleration of the model `ca` turning at a known yaw rate.
 
     In a turn the acceleration towards the centre changes by a jerk w^2 v. The transition is that of `ctra`, and the
     noise that of the jerk by the error of the yaw rate. Far below the jerk of the model the turn has no effect.
+
+    Parameters
+    ----------
+    yaw_rate, variance
+        [rad/s], [rad^2/s^2].
+    velocity
+        Velocity of the tracked corner [m/s].
+    jerk_std_mps3
+        Jerk of the model [m/s^3].
     """
-    if "ca" not in motion.names or straight(turn.yaw_rate, turn.velocity, jerk_std_mps3):
+    if "ca" not in motion.names or straight(yaw_rate, velocity, jerk_std_mps3):
         return motion
     m, dt = motion.names.index("ca"), motion.dt
     transition, noise = motion.models.transition.copy(), motion.models.noise.copy()
-    transition[m] = transition_of("ctra", turn, dt)
-    by_rate = 2.0 * turn.yaw_rate * turn.velocity * np.array([dt**3 / 6, dt**2 / 2, dt], dtype=np.complex128)
-    noise[m] += turn.yaw_rate_variance * outer(by_rate)
-    return replace(motion, models=Step(transition, noise))
+    transition[m] = accelerated_turn(yaw_rate, dt)
+    by_rate = 2.0 * yaw_rate * velocity * np.array([dt**3 / 6, dt**2 / 2, dt], dtype=np.complex128)
+    noise[m] += variance * outer(by_rate)
+    return Motion(dt, motion.names, Step(transition, noise), motion.heading)
 
 
 def transition_of(name: str, turn: Turn, dt: float) -> Floats:
     """(6, 6) transition matrix of a turning model."""
-    rate = np.complex128(1j * turn.yaw_rate)
-    first, second = turned_integrals(turn.yaw_rate, dt)
-    end = np.exp(rate * dt)
     if name == "ctrv":
+        rate, (first, _) = 1j * turn.yaw_rate, turned_integrals(turn.yaw_rate, dt)
+        end = cmath.exp(rate * dt)
         return real(np.array([[1.0, first, 0.0], [0.0, end, 0.0], [0.0, rate * end, 0.0]]))
+    moved = accelerated_turn(turn.yaw_rate, dt)
+    return moved @ along(turn.direction, turn.yaw_rate) if name == "two-axle" else moved
+
+
+def accelerated_turn(yaw_rate: float, dt: float) -> Floats:
+    """(6, 6) transition matrix of a turn [rad/s] with a constant change of speed, the model `ctra`."""
+    rate, (first, second) = 1j * yaw_rate, turned_integrals(yaw_rate, dt)
+    end = cmath.exp(rate * dt)
     by_speed = np.array(
         [
             [1.0, first - rate * second, second],
             [0.0, end * (1.0 - rate * dt), end * dt],
-            [0.0, -(rate**2) * dt * end, end * (1.0 + rate * dt)],
+            [0.0, -(rate * rate) * dt * end, end * (1.0 + rate * dt)],
         ]
     )
-    moved = real(by_speed)
-    return moved @ along(turn.direction, turn.yaw_rate) if name == "two-axle" else moved
+    return real(by_speed)
 
 
 def along(direction: complex, yaw_rate: float) -> Floats:

@@ -70,7 +70,7 @@ def test_a_box_is_the_hidden_vehicle_with_even_odds_at_the_density_of_clutter():
 def test_predicted_places_have_the_spread_of_the_prediction_and_the_length_of_the_vehicle():
     """Five equally likely parts of a normal distribution have a variance of 0.77."""
     track = coasting(2.0, (20.0, 5.0, 0.7))
-    places = predicted_places([track])[0]
+    places = predicted_places([track], track.covariance[None])[0]
     center, heading, size = boxes([track])
     assert places.mean(axis=(0, 1)) == pytest.approx(center[0])
     assert np.cov(places[:, 1].T, bias=True) == pytest.approx(0.767 * track.covariance, rel=0.01)

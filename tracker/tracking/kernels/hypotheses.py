@@ -114,6 +114,18 @@ def moves_corner(
 
 
 @kernel()
+def axis_errors(
+    offset: float, half_box: float, axis: int, box: tuple[Floats, Ints, Bools], track: tuple[Floats, Floats, Ints]
+) -> Pair:
+    """Return the misfit and the reach on an axis [m]; see `set_misfits`."""
+    (size, near, exact), (whole, known, tracked) = box, track
+    if exact[axis]:
+        return end_errors(offset, half_box, near[axis], size[axis], whole[axis])
+    error = protrusion(offset, size[axis], tracked[axis], whole[axis], known[axis])
+    return error, protrusion(offset, size[axis], tracked[axis], whole[axis], whole[axis])
+
+
+@kernel()
 def set_misfits(
     misfit: Floats,
     reach: Floats,
@@ -128,19 +140,13 @@ def set_misfits(
     The box has a size, near signs and a mask of exact axes, each (2,); its centre is at the `offset` from that of the
     vehicle, and its near corner is `half` a box away. The track has a size, a known size and tracked signs, each (2,).
     """
-    (size, near, exact), (whole, known, tracked) = box, track
-    error, reached = np.empty(2), np.empty(2)
-    for axis in range(2):
-        at, half_box = (offset.imag, half.imag) if axis else (offset.real, half.real)
-        if exact[axis]:
-            error[axis], reached[axis] = end_errors(at, half_box, near[axis], size[axis], whole[axis])
-        else:
-            error[axis] = protrusion(at, size[axis], tracked[axis], whole[axis], known[axis])
-            reached[axis] = protrusion(at, size[axis], tracked[axis], whole[axis], whole[axis])
-    turned, turned_reach = heading * complex(error[0], error[1]), heading * complex(reached[0], reached[1])
+    exact = box[2]
+    along, reached_along = axis_errors(offset.real, half.real, 0, box, track)
+    across, reached_across = axis_errors(offset.imag, half.imag, 1, box, track)
+    turned, turned_reach = heading * complex(along, across), heading * complex(reached_along, reached_across)
     misfit[0], misfit[1] = turned.real, turned.imag
     reach[0], reach[1] = turned_reach.real, turned_reach.imag
-    return not exact[0] and error[0] == 0.0, not exact[1] and error[1] == 0.0
+    return not exact[0] and along == 0.0, not exact[1] and across == 0.0
 
 
 @kernel()

@@ -68,13 +68,14 @@ class SmallObjects:
             All tracks of the vehicle stages after their updates.
         """
         config, large = self._config, self._large(vehicles)
-        living = self._tracks.status != Status.DEAD
+        living = self._tracks.status != Status.DEAD.value  # numpy compares members of an enumeration ten times slower
         tracks = self._tracks if living.all() else self._tracks.subset(living)
-        tracks = small_tracks.predict(tracks, dt, config) if len(tracks) else tracks
+        if len(tracks):
+            small_tracks.predict(tracks, dt, config)
         boxes = boxes.subset(np.flatnonzero(~large.cover(boxes.center, config.vehicle_margin_m).any(axis=1)))
         row, box = self._pairs(tracks, boxes)
         if len(row):
-            tracks = small_tracks.update(tracks, boxes, row, box, config)
+            small_tracks.update(tracks, boxes, row, box, config)
         free = np.ones(len(boxes), dtype=np.bool_)
         free[box] = False
         if free.any():
@@ -82,8 +83,8 @@ class SmallObjects:
             self._next_id += int(np.count_nonzero(free))
         self._tracks = tracks
         if len(tracks):
-            self._tracks = small_tracks.settle(tracks, config)
-            self._tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
+            small_tracks.settle(tracks, config)
+            tracks.status[self._of_vehicles(large.confirmed())] = int(Status.DEAD)
 
     def report(self, vehicles: Sequence[Track], tracks: Tracks, ego_odom: Floats) -> Tracks:
         """Return the record of the `vehicles` with the confirmed and coasting small road users, and the classes of all.
@@ -99,10 +100,10 @@ class SmallObjects:
         """
         small = np.array([self.is_small(one) for one in vehicles], dtype=np.bool_)
         status = self._tracks.status
-        reported = (status == Status.CONFIRMED) | (status == Status.COASTING)
+        reported = (status == Status.CONFIRMED.value) | (status == Status.COASTING.value)
         shown = self._tracks.subset(reported)
         kept, hidden = self._without_doubles(vehicles, small, shown)
-        confirmed = tracks.status == Status.CONFIRMED
+        confirmed = tracks.status == Status.CONFIRMED.value
         own, unique = _distinct(self._ids(tracks.id), tracks.id, confirmed)
         kept &= unique
         fresh, others = np.flatnonzero(~hidden), np.zeros(0, dtype=np.int64)
@@ -123,8 +124,10 @@ class SmallObjects:
         kept, hidden = np.ones(len(vehicles), dtype=np.bool_), np.zeros(len(shown), dtype=np.bool_)
         for t, vehicle in enumerate(vehicles if len(shown) else ()):
             near = self._same_object(vehicle, shown)
+            if not near.any():
+                continue
             whole = bool((vehicle.whole_views >= self._config.whole_views_min).all())
-            if near.any() and whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
+            if whole and not small[t]:  # its size is the prior: all of it was seen, and that is small
                 kept[t] = False
             else:
                 hidden |= near
@@ -200,6 +203,8 @@ def _distinct(reported: Ints, own: Ints, confirmed: Bools) -> tuple[Ints, Bools]
     Confirmed tracks come first. A second row of an id gets its `own` one, if that is free.
     """
     ids, names, unique, used = reported.tolist(), own.tolist(), np.ones(len(reported), dtype=np.bool_), set[int]()
+    if len(set(ids)) == len(ids):
+        return reported, unique
     for t in np.argsort(~confirmed, kind="stable").tolist():
         if ids[t] in used:
             ids[t] = names[t]

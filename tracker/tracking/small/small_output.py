@@ -37,6 +37,8 @@ def appended(
     ego_odom
         (2,) position of the ego [m].
     """
+    if kept.all() and not len(added):
+        return replace(tracks, id=own_id, small=small)
     own: dict[str, Any] = {name: values for name in _COLUMNS if isinstance(values := getattr(tracks, name), np.ndarray)}
     own |= {"id": own_id, "small": small}
     if not kept.all():

@@ -1,7 +1,8 @@
 """Tracks of small road users as arrays: constant velocity filters, size memory and confirmation by motion."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 
@@ -17,9 +18,9 @@ RIDER_EXTENT_M = 1.0
 """Visible extent from which a small road user is a bicycle [m]: people are narrower."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class SmallTracks:
-    """K tracks in the odometry frame."""
+    """K tracks in the odometry frame: one table of arrays, which the stages change in place."""
 
     id: Ints
     """(K,)."""
@@ -49,7 +50,7 @@ class SmallTracks:
 
     def subset(self, index: Ints | Bools) -> "SmallTracks":
         """Return the tracks of `index`."""
-        return SmallTracks(*(getattr(self, field.name)[index] for field in fields(self)))
+        return SmallTracks(*[column[index] for column in _columns(self)])
 
     @property
     def speed(self) -> Floats:
@@ -67,6 +68,10 @@ class SmallTracks:
         return np.where(self.rides[:, None] > 0.5, RIDER_M, PERSON_M)
 
 
+_columns = attrgetter(*[field.name for field in fields(SmallTracks)])
+"""Arrays of a table, in the order of its fields."""
+
+
 def empty() -> SmallTracks:
     """Return no tracks."""
     none, places = np.zeros(0), np.zeros((0, 2))
@@ -77,16 +82,17 @@ def start(boxes: SmallBoxes, first_id: int, config: SmallConfig) -> SmallTracks:
     """Return a tentative track for each box, with ids from `first_id` on."""
     count = len(boxes)
     variance = np.square([*[config.position_std_m] * 2, *[config.initial_speed_std_mps] * 2])
-    longer = boxes.size.max(axis=1, initial=0.0)
+    mean, extent, longer = np.zeros((count, 4)), np.empty((count, 2)), boxes.size.max(axis=1, initial=0.0)
+    mean[:, :2], extent[:, 0], extent[:, 1] = boxes.center, longer, boxes.size.min(axis=1, initial=np.inf)
     return SmallTracks(
         id=first_id + np.arange(count),
-        mean=np.hstack([boxes.center, np.zeros((count, 2))]),
+        mean=mean,
         covariance=np.tile(np.diag(variance), (count, 1, 1)),
         birthplace=boxes.center.copy(),
         way_m=np.zeros(count),
         hits=np.ones(count, dtype=np.int64),
         unseen_s=np.zeros(count),
-        extent=np.column_stack([longer, boxes.size.min(axis=1, initial=np.inf)]) if count else np.zeros((0, 2)),
+        extent=extent,
         longer=longer,
         rides=(longer > RIDER_EXTENT_M).astype(np.float64),
         status=np.full(count, int(Status.TENTATIVE)),
@@ -95,20 +101,15 @@ def start(boxes: SmallBoxes, first_id: int, config: SmallConfig) -> SmallTracks:
 
 def join(first: SmallTracks, second: SmallTracks) -> SmallTracks:
     """Return the tracks of both."""
-    return SmallTracks(
-        *(np.concatenate([getattr(first, field.name), getattr(second, field.name)]) for field in fields(first))
-    )
+    return SmallTracks(*[np.concatenate(pair) for pair in zip(_columns(first), _columns(second), strict=True)])
 
 
-def predict(tracks: SmallTracks, dt: float, config: SmallConfig) -> SmallTracks:
+def predict(tracks: SmallTracks, dt: float, config: SmallConfig) -> None:
     """Move on by `dt` [s]: constant velocity, with white acceleration (Bar-Shalom, Li, Kirubarajan 2001, 6.2.2)."""
     transition, noise = _motion(dt, 2.0 * config.acceleration_std_mps2**2 * config.acceleration_time_s)
-    return replace(
-        tracks,
-        mean=tracks.mean @ transition.T,
-        covariance=transition @ tracks.covariance @ transition.T + noise,
-        unseen_s=tracks.unseen_s + dt,
-    )
+    tracks.mean = tracks.mean @ transition.T
+    tracks.covariance = transition @ tracks.covariance @ transition.T + noise
+    tracks.unseen_s += dt
 
 
 @lru_cache(maxsize=8)
@@ -124,62 +125,55 @@ def _motion(dt: float, density: float) -> tuple[Floats, Floats]:
 
 def distances(tracks: SmallTracks, boxes: SmallBoxes, config: SmallConfig) -> Floats:
     """(K, B) squared Mahalanobis distances of boxes from tracks."""
-    residual = _residual(tracks, boxes)
+    residual = _residual(tracks.mean[:, None], boxes.center, boxes.time_offset)
     spread = tracks.covariance[:, :2, :2] + config.position_std_m**2 * np.eye(2)
     return np.asarray(np.einsum("kbi,kij,kbj->kb", residual, np.linalg.inv(spread), residual))
 
 
-def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints, config: SmallConfig) -> SmallTracks:
+def update(tracks: SmallTracks, boxes: SmallBoxes, row: Ints, box: Ints, config: SmallConfig) -> None:
     """Update the tracks `row` (P,) by the boxes `box` (P,)."""
-    old, seen = tracks.subset(row), boxes.subset(box)
-    residual = _residual(old, seen)[np.arange(len(row)), np.arange(len(row))]
-    spread = old.covariance[:, :2, :2] + config.position_std_m**2 * np.eye(2)
-    gain = old.covariance[:, :, :2] @ np.linalg.inv(spread)
-    mean = old.mean + (gain @ residual[:, :, None])[:, :, 0]
-    covariance = old.covariance - gain @ spread @ gain.swapaxes(1, 2)
-    turn = np.abs(seen.heading - np.arctan2(mean[:, 3], mean[:, 2]))
-    share = np.abs(np.column_stack([np.cos(turn), np.sin(turn)]))
-    along = np.column_stack([(share * seen.size).sum(axis=1), (share[:, ::-1] * seen.size).sum(axis=1)])
-    longer = seen.size.max(axis=1, initial=0.0)
-    rides = (longer > RIDER_EXTENT_M) | (np.hypot(mean[:, 2], mean[:, 3]) > config.rider_speed_mps)
-    new = replace(
-        old,
-        mean=mean,
-        covariance=0.5 * (covariance + covariance.swapaxes(1, 2)),
-        way_m=old.way_m + np.hypot(*(mean[:, :2] - old.mean[:, :2] + _step(old)).T),
-        hits=old.hits + 1,
-        unseen_s=np.zeros(len(row)),
-        extent=old.extent + config.size_gain * (along - old.extent),
-        longer=old.longer + config.size_gain * (longer - old.longer),
-        rides=old.rides + config.size_gain * (rides - old.rides),
-    )
-    merged = {}
-    for field in fields(tracks):
-        merged[field.name] = getattr(tracks, field.name).copy()
-        merged[field.name][row] = getattr(new, field.name)
-    return SmallTracks(**merged)
+    old, covariance, size = tracks.mean[row], tracks.covariance[row], boxes.size[box]
+    residual = _residual(old, boxes.center[box], boxes.time_offset[box])
+    spread = covariance[:, :2, :2] + config.position_std_m**2 * np.eye(2)
+    gain = covariance[:, :, :2] @ np.linalg.inv(spread)
+    mean = old + (gain @ residual[:, :, None])[:, :, 0]
+    covariance = covariance - gain @ spread @ gain.swapaxes(1, 2)
+    since = mean[:, :2] - old[:, :2] + tracks.unseen_s[row, None] * old[:, 2:]
+    tracks.mean[row], tracks.covariance[row] = mean, 0.5 * (covariance + covariance.swapaxes(1, 2))
+    tracks.way_m[row] += np.hypot(since[:, 0], since[:, 1])
+    tracks.hits[row] += 1
+    tracks.unseen_s[row] = 0.0
+    longer, rider = size.max(axis=1, initial=0.0), np.hypot(mean[:, 2], mean[:, 3]) > config.rider_speed_mps
+    extent = _extents(size, boxes.heading[box] - np.arctan2(mean[:, 3], mean[:, 2]))
+    new = (tracks.extent, extent), (tracks.longer, longer), (tracks.rides, (longer > RIDER_EXTENT_M) | rider)
+    for column, seen in new:
+        column[row] += config.size_gain * (seen - column[row])
 
 
-def settle(tracks: SmallTracks, config: SmallConfig) -> SmallTracks:
-    """Return the tracks with the status of this frame."""
-    moved = np.hypot(*(tracks.mean[:, :2] - tracks.birthplace).T)
-    left = tracks.speed > config.speed_min_mps
-    left &= (moved > config.left_m) & (moved > config.straight_min * tracks.way_m)
+def settle(tracks: SmallTracks, config: SmallConfig) -> None:
+    """Update the status of the tracks at the end of a frame."""
+    way, speed = tracks.mean[:, :2] - tracks.birthplace, tracks.speed
+    moved = np.hypot(way[:, 0], way[:, 1])
+    left = (speed > config.speed_min_mps) & (moved > config.left_m) & (moved > config.straight_min * tracks.way_m)
     fits = (tracks.longer <= config.longer_max_m) & (tracks.extent[:, 1] <= config.wider_max_m)
-    confirmed = (tracks.status != Status.TENTATIVE) & fits
-    confirmed |= left & fits & (tracks.hits >= config.confirm_hits) & (tracks.unseen_s == 0.0)
-    limit = np.where(confirmed, config.coast_s, config.tentative_coast_s)
-    status = np.where(confirmed, int(Status.CONFIRMED), int(Status.TENTATIVE))
-    status = np.where(confirmed & (tracks.unseen_s > config.gap_s), int(Status.COASTING), status)
-    return replace(tracks, status=np.where(tracks.unseen_s > limit, int(Status.DEAD), status))
+    shown = left & (tracks.hits >= config.confirm_hits) & (tracks.unseen_s == 0.0)
+    confirmed = fits & ((tracks.status != Status.TENTATIVE.value) | shown)
+    tracks.status[:] = np.where(confirmed, int(Status.CONFIRMED), int(Status.TENTATIVE))
+    tracks.status[confirmed & (tracks.unseen_s > config.gap_s)] = int(Status.COASTING)
+    tracks.status[tracks.unseen_s > np.where(confirmed, config.coast_s, config.tentative_coast_s)] = int(Status.DEAD)
 
 
-def _residual(tracks: SmallTracks, boxes: SmallBoxes) -> Floats:
-    """(K, B, 2) boxes minus tracks, each box moved to the scan's time by the velocity of the track [m]."""
-    late = boxes.time_offset[None, :, None] * tracks.mean[:, None, 2:]
-    return np.asarray(boxes.center[None] - late - tracks.mean[:, None, :2])
+def _extents(size: Floats, turn: Floats) -> Floats:
+    """(P, 2) extents along and across the velocity of boxes of sizes (P, 2), whose headings are `turn` (P,) from it."""
+    cos, sin, (length, width) = np.abs(np.cos(turn)), np.abs(np.sin(turn)), size.T
+    extents = np.empty_like(size)
+    extents[:, 0], extents[:, 1] = cos * length + sin * width, sin * length + cos * width
+    return extents
 
 
-def _step(tracks: SmallTracks) -> Floats:
-    """(K, 2) way of the predictions since the last observation [m]."""
-    return tracks.unseen_s[:, None] * tracks.mean[:, 2:]
+def _residual(mean: Floats, center: Floats, time_offset: Floats) -> Floats:
+    """(..., 2) centres of boxes minus those of tracks with states (..., 4) [m].
+
+    Each box is moved to the scan's time, `time_offset` before its own [s], by the velocity of the track.
+    """
+    return np.asarray(center - time_offset[:, None] * mean[..., 2:] - mean[..., :2])
