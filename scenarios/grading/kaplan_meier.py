@@ -25,7 +25,8 @@ def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
     distinct, index = np.unique(times, return_inverse=True)
     ended = np.bincount(index)
     at_risk = len(times) - np.cumsum(ended) + ended
-    return distinct, np.cumprod((at_risk - np.bincount(index, reached)) / at_risk)
+    share: Floats = np.cumprod((at_risk - np.bincount(index, reached)) / at_risk)
+    return distinct, share
 
 
 def median(times: Floats, reached: Bools) -> float:
