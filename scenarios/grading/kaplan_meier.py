@@ -25,7 +25,7 @@ def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
     distinct, index = np.unique(times, return_inverse=True)
     ended = np.bincount(index)
     at_risk = len(times) - np.cumsum(ended) + ended
-    share: Floats = np.cumprod((at_risk - np.bincount(index, reached)) / at_risk)
+    share = np.cumprod((at_risk - np.bincount(index, reached)) / at_risk, dtype=np.float64)
     return distinct, share
 
 
