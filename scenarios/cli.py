@@ -41,6 +41,7 @@ from scenarios.commands.plain_help import PlainHelp
 from scenarios.errors import Interrupted
 from scenarios.files import completed
 from scenarios.run import termination, versions
+from sim.rare_collection import collect_rarely
 
 app = typer.Typer(
     help="Simulation in the loop for LIDAR vehicle tracking: traffic in, graded tracks out.",
@@ -76,6 +77,8 @@ def main(arguments: list[str] | None = None) -> int:
 
     Known errors are printed as one line on standard error. Others keep their traceback: they are defects of luxloop.
     """
+    if arguments is None:
+        collect_rarely()
     completed.forget()
     with termination.as_interrupts() as received:
         code = _carry_out(arguments)

@@ -81,6 +81,9 @@ class RunRequest:
         Exception
             As `scenarios.execute.execute`.
         """
+        ahead = cores() > 1 if self.ahead is None else self.ahead
+        if ahead:
+            self._start_ahead()
         scenario = self.load(seed)
         from scenarios.execute import default_folder, execute
 
@@ -94,5 +97,14 @@ class RunRequest:
             record_scans=self.record_scans,
             dataset_to=self.dataset_to,
             step_timeout_s=self.step_timeout_s,
-            ahead=cores() > 1 if self.ahead is None else self.ahead,
+            ahead=ahead,
         )
+
+    def _start_ahead(self) -> None:
+        """Let the process of traffic and LIDARs import its modules, which take a second, while this one does."""
+        from scenarios.files import shipped, toml_file
+
+        toml_file.read(shipped.find(self.scenario))  # a misspelt name needs no process
+        from sim.process.process_source import start_early
+
+        start_early("scenarios.run.scan_source")

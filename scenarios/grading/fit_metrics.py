@@ -16,6 +16,12 @@ NO_BASELINES = "the tracker fitted no baselines: [tracker.baselines] enabled = t
 NO_BOX = "no fitted rectangle became a box of vehicle size"
 NO_BOUND = "no observation has a bound: range noise or rig are unknown, or no points hold information on the heading"
 NO_EXTENT = "the visible extents are unknown: the grader has no rig"
+USED = (
+    *("frame", "actor_id", "method", "view", "range_m", "points", "best", "oracle"),
+    *("heading_error_deg", "heading_bound_deg", "box_heading_error_deg", "box_heading_std_deg"),
+    *("position_error_m", "iou", *(f"{figure}_error_m" for figure in CORNER_FIGURES)),
+)
+"""Columns that the metrics need: rows of fewer columns are selected faster, a hundred times."""
 ROUNDED_DEG = 0.5
 """Errors below this are zero in whole degrees [deg]."""
 
@@ -32,7 +38,7 @@ def grade(sheet: MetricSheet, fits: pd.DataFrame, observations: int, why_none: s
     why_none
         Reason of missing values.
     """
-    fitted = with_regret(fits[np.isfinite(fits["heading_error_deg"])])
+    fitted = with_regret(fits.loc[np.isfinite(fits["heading_error_deg"]), [*USED]]).copy()  # joins columns of a type
     sheet.rate("fit.best.coverage", int(fitted["best"].sum()), observations, why_none)
     for scope in (None, *VIEWS.values()):
         seen = fitted if scope is None else fitted[fitted["view"] == scope]

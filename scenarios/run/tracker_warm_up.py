@@ -11,6 +11,7 @@ from scenarios.run.guard import guarded
 from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from sensor_model.rig.beams import beam_table, sweep_limits
 from sensor_model.rig.rig import Rig
+from sim.rare_collection import collect_rarely
 from tracker.records import Tracks
 from tracker.scan import Scan
 from tracker.tracker import Tracker, TrackerConfig
@@ -43,6 +44,7 @@ def tracker_beside(config: TrackerConfig, rig: Rig) -> Iterator[None]:
 
 def _compile(config: TrackerConfig, rig: Rig) -> None:
     """Run the shipped tracker for a few scans of one car."""
+    collect_rarely()
     with guarded(Tracker, config, START_FACTOR * STEP_TIMEOUT_S, "warm-up, ") as tracker:
         for index in range(FRAMES):
             scan = _car_ahead(index, rig)

@@ -25,7 +25,7 @@ import numpy as np
 
 from sim.arrays import Floats
 from sim.process.reply_pipe import PATIENCE_S, ReplyPipe, StoppedError
-from sim.process.worker import Request, StartRun
+from sim.process.worker import Preload, Request, StartRun
 from sim.source import (
     EgoCommand,
     SimulatorFailedError,
@@ -293,6 +293,14 @@ class _Process:
 def _terminate_idle() -> None:
     while _Process.idle:
         _Process.idle.pop().terminate()
+
+
+def start_early(module: str) -> None:
+    """Start the process of the next run, unless there is one, and let it import a module meanwhile."""
+    with suppress(OSError):  # the run reports it
+        if not _Process.idle:
+            _Process.idle.append(_Process())
+            _Process.idle[-1].send(Preload(module))
 
 
 atexit.register(_terminate_idle)

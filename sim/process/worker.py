@@ -4,6 +4,7 @@ Requests arrive on standard input, replies leave on the original standard output
 the source loads its simulator.
 """
 
+import importlib
 import os
 import pickle
 import shutil
@@ -14,6 +15,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -21,6 +23,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NoReturn
 
+from sim.rare_collection import collect_rarely
 from sim.source import StartStatus, TrafficError, TrafficSource
 
 REPORT_INTERVAL_S = 0.2
@@ -47,6 +50,13 @@ class StartRun:
     """The parent's `sys.path`."""
 
 
+@dataclass(frozen=True, slots=True)
+class Preload:
+    """Request to import a module that the next run will need. It has no reply; a failure is left to that run."""
+
+    module: str
+
+
 class Request(Enum):
     """Requests without arguments. An `EgoCommand` is a request, too; its reply is None."""
 
@@ -63,6 +73,7 @@ def serve(scratch: str) -> NoReturn:
 
     Temporary files go to a new folder `scratch`. The parent removes it; if the parent dies, this process does.
     """
+    collect_rarely()
     Path(scratch).mkdir(mode=0o700)
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # a terminal or a job scheduler signals all; the parent handles it
         if hasattr(signal, name):
@@ -84,6 +95,9 @@ def serve(scratch: str) -> NoReturn:
         request = requests.get()
         if request is Request.PING:
             send(request)
+        elif isinstance(request, Preload):
+            with suppress(Exception):
+                importlib.import_module(request.module)
         else:
             _serve_run(request, requests, send)
 

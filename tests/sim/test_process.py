@@ -22,7 +22,7 @@ from scenarios.files import shipped
 from scenarios.files.scenario import Scenario
 from sim.physical.physical_config import PhysicalConfig
 from sim.process import process_source
-from sim.process.process_source import AHEAD, ProcessSource, _Process
+from sim.process.process_source import AHEAD, ProcessSource, _Process, start_early
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, WorldFrame
@@ -311,6 +311,22 @@ def test_an_idle_process_that_died_is_replaced(tmp_path):
         os.kill(processes(report)[0], signal.SIGKILL)
         until(lambda: is_gone(processes(report)[0]))
         assert_same_run(remote, ToyTraffic(), 1)
+
+
+@pytest.mark.parametrize("module", ["support.preloaded_traffic", "no_such_module"])
+def test_a_process_started_early_imports_a_module_and_serves_the_next_run(module, tmp_path, monkeypatch):
+    report, imported = str(tmp_path / "report"), tmp_path / "imported"
+    monkeypatch.setenv("PRELOADED_REPORT", str(imported))
+    monkeypatch.setattr(_Process, "idle", [])
+    start_early(module)
+    start_early(module)  # there is one already
+    started = [process.number for process in _Process.idle]
+    if module != "no_such_module":
+        until(imported.exists)
+    with closing(ProcessSource(ToyTraffic(report=report), "toy")) as remote:
+        assert_same_run(remote, ToyTraffic(), 1)
+    assert started == processes(report)[:1]
+    _Process.idle.pop().terminate()
 
 
 def program(text, **options):
