@@ -6,9 +6,9 @@ import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
 from tracker.geometry import rotate
+from tracker.kernels.odometry import placed, turned_covariances
 from tracker.records import Boxes
 from tracker.tracking.filters import FilterConfig
-from tracker.tracking.kernels import odometry_frame as kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,13 +57,13 @@ def observe(boxes: Boxes, ego_pose_odom: Floats, config: FilterConfig) -> Observ
     """Transform boxes from the ego frame to the odometry frame and add the noise floors to their covariance."""
     floors = config.position_std_floor_m**2, config.heading_std_floor_rad**2
     return Observations(
-        center=kernel.moved(boxes.center_ego, ego_pose_odom),
+        center=placed(boxes.center_ego, ego_pose_odom),
         heading=boxes.heading + ego_pose_odom[2],
         size=boxes.size,
         corner_sign=boxes.corner_sign,
-        covariance=kernel.turned_covariances(boxes.covariance, ego_pose_odom[2], floors),
+        covariance=turned_covariances(boxes.covariance, ego_pose_odom[2], floors),
         cut=np.concatenate([boxes.cut[:, :, 1], boxes.cut[:, :, 0]], axis=1),
         flat=boxes.flat,
         time_offset=boxes.time_offset,
-        sensor=kernel.moved(boxes.viewpoint_ego, ego_pose_odom),
+        sensor=placed(boxes.viewpoint_ego, ego_pose_odom),
     )

@@ -8,6 +8,7 @@ from support import naive_filters, naive_hypotheses, naive_sizes
 from support.one_track import DT
 
 from tracker.geometry import rotated_covariance, variance_along
+from tracker.kernels import odometry
 from tracker.records import MODEL_NAMES, MODELS, PREDICTION_S
 from tracker.tracking.association import AssociationConfig, score
 from tracker.tracking.extent import ExtentConfig
@@ -18,7 +19,6 @@ from tracker.tracking.kernels import (
     filter_banks,
     kalman,
     multiple_models,
-    odometry_frame,
     prediction,
     side_lengths,
     size_posterior,
@@ -180,9 +180,9 @@ def test_boxes_are_turned_and_moved_by_the_pose_of_the_ego(rng):
     pose, points, covariance = np.array([3.0, -2.0, 0.7]), rng.normal(size=(BOXES, 2)), covariances(rng, BOXES, 3, 3)
     cos, sin = np.cos(0.7), np.sin(0.7)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    np.testing.assert_allclose(odometry_frame.moved(points, pose), points @ turn[:2, :2].T + pose[:2], atol=1e-12)
+    np.testing.assert_allclose(odometry.placed(points, pose), points @ turn[:2, :2].T + pose[:2], atol=1e-12)
     expected = turn @ covariance @ turn.T + np.diag([0.1, 0.1, 0.2])
-    np.testing.assert_allclose(odometry_frame.turned_covariances(covariance, 0.7, (0.1, 0.2)), expected, atol=1e-12)
+    np.testing.assert_allclose(odometry.turned_covariances(covariance, 0.7, (0.1, 0.2)), expected, atol=1e-12)
 
 
 def test_hypotheses_and_their_scores_equal_the_reference(rng):
