@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import scipy
 
 from scenarios.arrays import Bools, Floats
 
@@ -22,11 +23,9 @@ def survival(times: Floats, reached: Bools) -> tuple[Floats, Floats]:
     tuple of arrays
         (K,) distinct times in ascending order, and the share of events that come later (K,).
     """
-    distinct, index = np.unique(times, return_inverse=True)
-    ended = np.bincount(index)
-    at_risk = len(times) - np.cumsum(ended) + ended
-    share = np.cumprod((at_risk - np.bincount(index, reached)) / at_risk, dtype=np.float64)
-    return distinct, share
+    data = scipy.stats.CensoredData.right_censored(times, ~reached)
+    curve = scipy.stats.ecdf(data).sf
+    return np.asarray(curve.quantiles, np.float64), np.asarray(curve.probabilities, np.float64)
 
 
 def median(times: Floats, reached: Bools) -> float:

@@ -27,6 +27,6 @@ def effective_number(share: Floats, variance: Floats, few: Floats | float) -> Fl
 def binomial_interval(share: Floats, number: Floats) -> tuple[Floats, Floats]:
     """Return the limits (K,) of shares (K,) of a number of observations (K,), which need not be whole."""
     count = share * number
-    low = scipy.special.betaincinv(count, number - count + 1.0, TAIL)
-    high = scipy.special.betaincinv(count + 1.0, number - count, 1.0 - TAIL)
+    low = scipy.stats.beta.ppf(TAIL, count, number - count + 1.0)
+    high = scipy.stats.beta.ppf(1.0 - TAIL, count + 1.0, number - count)
     return np.where(share <= 0.0, 0.0 * number, low), np.where(share >= 1.0, 1.0 + 0.0 * number, high)

@@ -134,15 +134,11 @@ def process_noise(order: int, dt: float, spectral_density: float) -> Floats:
 
     Bar-Shalom, Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation" (2001), 6.2.
     """
-    block = np.array(
-        [
-            [dt**5 / 20, dt**4 / 8, dt**3 / 6],
-            [dt**4 / 8, dt**3 / 3, dt**2 / 2],
-            [dt**3 / 6, dt**2 / 2, dt],
-        ]
-    )
-    noise: Floats = block[3 - order :, 3 - order :] * spectral_density
-    return noise
+    from filterpy.common import Q_continuous_white_noise  # imports scipy.stats, which takes half a second
+
+    if order == 1:
+        return np.array([[spectral_density * dt]])
+    return np.asarray(Q_continuous_white_noise(dim=order, dt=dt, spectral_density=spectral_density))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import scipy
 from support.remission import PLACEBO, REACHED, TREATED
 
 from scenarios.grading import kaplan_meier
@@ -18,16 +17,6 @@ def test_it_equals_the_published_estimate():
     assert {week: by_week[week] for week in expected} == pytest.approx(expected, abs=0.0006)
     assert kaplan_meier.median(TREATED, REACHED) == 23
     assert kaplan_meier.median(PLACEBO, np.ones(21, np.bool_)) == 8
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_it_equals_scipy_with_ties_and_without_censored_times(seed):
-    rng = np.random.default_rng(seed)
-    times, reached = np.round(rng.uniform(0.0, 9.0, 50), 1), rng.random(50) < 0.3 * seed
-    at, share = kaplan_meier.survival(times, reached)
-    expected = scipy.stats.ecdf(scipy.stats.CensoredData.right_censored(times, ~reached)).sf
-    np.testing.assert_array_equal(at, expected.quantiles)
-    assert share == pytest.approx(expected.probabilities)
 
 
 def test_a_median_is_the_time_at_which_exactly_half_have_happened():

@@ -58,14 +58,6 @@ def test_process_noise_of_constant_velocity_equals_the_textbook():
     assert process_noise(2, dt, q) == pytest.approx(q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]))
 
 
-@pytest.mark.parametrize("order", [2, 3])
-def test_process_noise_equals_filterpy(order):
-    from filterpy.common import Q_continuous_white_noise
-
-    expected = Q_continuous_white_noise(dim=order, dt=0.08, spectral_density=0.7)
-    np.testing.assert_array_equal(process_noise(order, 0.08, 0.7), expected)
-
-
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_process_noise_does_not_depend_on_the_step_size(order):
     """Ten short steps equal a long one, unlike with noise that is white from step to step."""
