@@ -15,6 +15,7 @@ from tracker.arrays import Floats, Floats32, Ints
 from tracker.detection.kernels.groups import means
 from tracker.detection.kernels.sweep import without_ego_motion, without_motion
 from tracker.geometry import inside, rotate, wrap
+from tracker.kernels.odometry import placed
 from tracker.records import NO_TRACK, Segments
 from tracker.scan import Scan
 
@@ -88,7 +89,8 @@ def undo_targets(scan: Scan, segments: Segments, movers: Movers, config: DeskewC
         return scan
     points, tau, yaw = scan.points_ego, scan.time_offset, scan.ego_pose_odom[2]
     places = np.asarray(points, dtype=np.float64, order="C")
-    owner = _owner(rotate(means(places, segments.label, segments.count), yaw) + scan.ego_pose_odom[:2], movers, config)
+    pose = np.asarray(scan.ego_pose_odom, dtype=np.float64)
+    owner = _owner(placed(means(places, segments.label, segments.count), pose), movers, config)
     mover = np.append(owner, NO_TRACK)[segments.label]  # points in no segment have label -1
     still = without_motion(places, np.asarray(tau, dtype=np.float64), mover, rotate(movers.velocity, -yaw))
     left = np.where(mover == NO_TRACK, tau, tau.dtype.type(0))
