@@ -105,14 +105,14 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
     A face begins at the other one and ends at its last point. The middle of a whole face is between both; that of a
     face that is visible in part follows from the usual length.
     """
-    prior[0, 0], prior[1, 0], prior[0, 1], prior[1, 1] = np.inf, np.inf, -np.inf, -np.inf  # first and last place
-    for i in range(found.shape[1]):
-        depth, k = found[DEPTH, i], 0 if found[FACE, i] == 0.0 else 1
-        if depth < 2.0 * shape.line_std and (depth > 0.0 or depth * depth < 9.0 * found[VARIANCE, i]):
-            place = side[1 - k] * found[PLACE, i]
-            prior[k, 0], prior[k, 1] = min(prior[k, 0], place), max(prior[k, 1], place)
     for k in range(2):
-        near, far = prior[k, 0], prior[k, 1]
+        near, far, sign = np.inf, -np.inf, side[1 - k]
+        for i in range(found.shape[1]):  # no branch: which points are near is hard to predict
+            depth = found[DEPTH, i]
+            is_near = (depth < 2.0 * shape.line_std) & ((depth > 0.0) | (depth * depth < 9.0 * found[VARIANCE, i]))
+            is_near &= found[FACE, i] == k
+            place = sign * found[PLACE, i]
+            near, far = min(near, place if is_near else np.inf), max(far, place if is_near else -np.inf)
         corner, kind = state[4 - 3 * k], 0 if k == flank else 1
         whole = far - corner > shape.whole_min[kind]
         length = far - corner if whole else shape.length[kind]
