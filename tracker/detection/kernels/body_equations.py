@@ -18,6 +18,7 @@ from tracker.detection.kernels.bowed_faces import (
     STATES,
     VARIANCE,
     WEIGHT,
+    Beams,
     BodyShape,
     cost,
     face_priors,
@@ -118,8 +119,7 @@ def normal_equations(
 
 @kernel(error_model="numpy")
 def fit_body(
-    points: Floats,
-    ray: Floats,
+    beams: Beams,
     start: Ints,
     state: Floats,
     side: Floats,
@@ -139,9 +139,9 @@ def fit_body(
         Factor of the noise in the first round, halved from round to round down to 1: a narrow start finds local
         minima. Above 1, curvature and middle of the faces start at their priors.
     """
-    found, prior, step = np.empty((RESIDUALS, len(points))), np.empty((2, 5)), np.empty(STATES)
+    found, prior, step = np.empty((RESIDUALS, len(beams.x))), np.empty((2, 5)), np.empty(STATES)
     for turn in range(rounds + 1):  # the last one only writes what the cost needs
-        residuals(points, ray, state, side, shape, found)
+        residuals(beams, state, side, shape, found)
         face_priors(found, state, side, flank, shape, prior)
         if turn == rounds:
             break
