@@ -57,7 +57,7 @@ def scattered(seed):
 def test_residuals_equal_the_reference(seed):
     points, ray, _, state, side = scattered(seed)
     found = np.empty((RESIDUALS, len(points)))
-    bowed_faces.residuals(points, ray, state, side, SHAPE, found)
+    bowed_faces.residuals(bowed_faces.Beams(*points.T.copy(), *ray.T.copy()), state, side, SHAPE, found)
     face, every = naive_bodies.faces(points, ray, state, side, SHAPE), np.arange(len(points))
     np.testing.assert_array_equal(found[FACE], face)
     np.testing.assert_allclose(found[DEPTH], naive_bodies.depths(points, state, side)[face, every], atol=1e-12)
@@ -78,7 +78,7 @@ def test_normal_equations_equal_the_reference(seed, scale):
     points, ray, line = points[order], ray[order], line[order]
     found, ours = np.empty((RESIDUALS, len(points))), (np.empty((7, 7)), np.empty(7))
     prior = np.random.default_rng(seed).uniform(0.1, 0.5, (2, 5))
-    bowed_faces.residuals(points, ray, state, side, SHAPE, found)
+    bowed_faces.residuals(bowed_faces.Beams(*points.T.copy(), *ray.T.copy()), state, side, SHAPE, found)
     start = body_starts.line_starts(line)
     body_equations.normal_equations(start, state, side, prior, scale, SHAPE, found, *ours)
     information, gradient = naive_bodies.normal_equations(points, ray, line, state, side, prior, scale, SHAPE)

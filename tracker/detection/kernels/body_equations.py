@@ -18,6 +18,7 @@ from tracker.detection.kernels.bowed_faces import (
     STATES,
     VARIANCE,
     WEIGHT,
+    Beams,
     BodyShape,
     cost,
     face_priors,
@@ -46,57 +47,47 @@ def weigh(found: Floats, scale: float, shape: BodyShape) -> None:
 
 
 @kernel(inline="always", error_model="numpy")
-def add_points(found: Floats, first: int, last: int, state: Floats, side: Floats, sums: Floats) -> None:
-    """Add the points `first` to `last` to the weighted sums (2, 14) of their faces.
+def add_line(
+    found: Floats, first: int, last: int, k: int, state: Floats, side: Floats, line_std: float, information: Floats,
+    gradient: Floats,
+) -> None:  # fmt: skip
+    """Add the points `first` to `last` on face k, a scan line, to the normal equations, without the line's offset.
 
-    The Jacobian of the depth d is (r, -1, s, t) by heading, depth, curvature and middle. Sums are those of 1, r, s, t,
-    of d, rd, sd, td, and of rr, rs, rt, ss, st, tt.
+    The Jacobian of the depth d is (r, -1, s, t) by heading, depth, curvature and middle.
     """
-    for i in range(first, last):
-        k = 0 if found[FACE, i] == 0.0 else 1
-        d, w, offset = found[DEPTH, i], found[WEIGHT, i], found[PLACE, i] - state[3 + 3 * k]
-        s, t = -offset * offset, 2.0 * state[2 + 3 * k] * offset
-        r = t * found[ASIDE, i] + side[k] * found[PLACE, i]
-        r = -r if k == 0 else r
-        wr, ws, wt = w * r, w * s, w * t
-        sums[k, 0] += w
-        sums[k, 1] += wr
-        sums[k, 2] += ws
-        sums[k, 3] += wt
-        sums[k, 4] += w * d
-        sums[k, 5] += wr * d
-        sums[k, 6] += ws * d
-        sums[k, 7] += wt * d
-        sums[k, 8] += wr * r
-        sums[k, 9] += wr * s
-        sums[k, 10] += wr * t
-        sums[k, 11] += ws * s
-        sums[k, 12] += ws * t
-        sums[k, 13] += wt * t
-
-
-@kernel(inline="always", error_model="numpy")
-def add_line(sums: Floats, k: int, line_std: float, information: Floats, gradient: Floats) -> None:
-    """Add a scan line on face k to the normal equations, without its offset, and clear its sums."""
     f = 1 + 3 * k
-    kept = 1.0 / (1.0 + sums[k, 0] * line_std**2)  # the offset takes the rest
+    bow, middle, sign = 2.0 * state[f + 1], state[f + 2], side[k]
+    sum_1, sum_r, sum_s, sum_t, sum_d, sum_rd, sum_sd, sum_td = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    sum_rr, sum_rs, sum_rt, sum_ss, sum_st, sum_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0  # all are weighted
+    for i in range(first, last):
+        if found[FACE, i] == k:
+            d, w, offset = found[DEPTH, i], found[WEIGHT, i], found[PLACE, i] - middle
+            s, t = -offset * offset, bow * offset
+            r = t * found[ASIDE, i] + sign * found[PLACE, i]
+            r = -r if k == 0 else r
+            wr, ws, wt = w * r, w * s, w * t
+            sum_1, sum_r, sum_s, sum_t = sum_1 + w, sum_r + wr, sum_s + ws, sum_t + wt
+            sum_d, sum_rd, sum_sd, sum_td = sum_d + w * d, sum_rd + wr * d, sum_sd + ws * d, sum_td + wt * d
+            sum_rr, sum_rs, sum_rt = sum_rr + wr * r, sum_rs + wr * s, sum_rt + wr * t
+            sum_ss, sum_st, sum_tt = sum_ss + ws * s, sum_st + ws * t, sum_tt + wt * t
+    if sum_1 <= 0.0:
+        return
+    kept = 1.0 / (1.0 + sum_1 * line_std**2)  # the offset takes the rest
     share = kept * line_std**2
-    information[0, 0] += sums[k, 8] - share * sums[k, 1] * sums[k, 1]
-    information[f, 0] -= kept * sums[k, 1]
-    information[f + 1, 0] += sums[k, 9] - share * sums[k, 1] * sums[k, 2]
-    information[f + 2, 0] += sums[k, 10] - share * sums[k, 1] * sums[k, 3]
-    information[f, f] += kept * sums[k, 0]
-    information[f + 1, f] -= kept * sums[k, 2]
-    information[f + 2, f] -= kept * sums[k, 3]
-    information[f + 1, f + 1] += sums[k, 11] - share * sums[k, 2] * sums[k, 2]
-    information[f + 2, f + 1] += sums[k, 12] - share * sums[k, 2] * sums[k, 3]
-    information[f + 2, f + 2] += sums[k, 13] - share * sums[k, 3] * sums[k, 3]
-    gradient[0] -= sums[k, 5] - share * sums[k, 1] * sums[k, 4]
-    gradient[f] += kept * sums[k, 4]
-    gradient[f + 1] -= sums[k, 6] - share * sums[k, 2] * sums[k, 4]
-    gradient[f + 2] -= sums[k, 7] - share * sums[k, 3] * sums[k, 4]
-    for a in range(sums.shape[1]):
-        sums[k, a] = 0.0
+    information[0, 0] += sum_rr - share * sum_r * sum_r
+    information[f, 0] -= kept * sum_r
+    information[f + 1, 0] += sum_rs - share * sum_r * sum_s
+    information[f + 2, 0] += sum_rt - share * sum_r * sum_t
+    information[f, f] += kept * sum_1
+    information[f + 1, f] -= kept * sum_s
+    information[f + 2, f] -= kept * sum_t
+    information[f + 1, f + 1] += sum_ss - share * sum_s * sum_s
+    information[f + 2, f + 1] += sum_st - share * sum_s * sum_t
+    information[f + 2, f + 2] += sum_tt - share * sum_t * sum_t
+    gradient[0] -= sum_rd - share * sum_r * sum_d
+    gradient[f] += kept * sum_d
+    gradient[f + 1] -= sum_sd - share * sum_s * sum_d
+    gradient[f + 2] -= sum_td - share * sum_t * sum_d
 
 
 @kernel(error_model="numpy")
@@ -113,13 +104,10 @@ def normal_equations(
 ) -> None:
     """Write information matrix (7, 7), lower triangle, and gradient (7,) of the state, with priors, without offsets."""
     information[:], gradient[:] = 0.0, 0.0
-    sums = np.zeros((2, 14))
     weigh(found, scale, shape)
     for g in range(len(start) - 1):
-        add_points(found, start[g], start[g + 1], state, side, sums)
         for k in range(2):
-            if sums[k, 0] > 0.0:
-                add_line(sums, k, shape.line_std, information, gradient)
+            add_line(found, start[g], start[g + 1], k, state, side, shape.line_std, information, gradient)
     information[0, 0] += 1.0 / HEADING_STD**2
     for k in range(2):
         information[1 + 3 * k, 1 + 3 * k] += 1.0 / DEPTH_STD**2
@@ -131,8 +119,7 @@ def normal_equations(
 
 @kernel(error_model="numpy")
 def fit_body(
-    points: Floats,
-    ray: Floats,
+    beams: Beams,
     start: Ints,
     state: Floats,
     side: Floats,
@@ -152,9 +139,9 @@ def fit_body(
         Factor of the noise in the first round, halved from round to round down to 1: a narrow start finds local
         minima. Above 1, curvature and middle of the faces start at their priors.
     """
-    found, prior, step = np.empty((RESIDUALS, len(points))), np.empty((2, 5)), np.empty(STATES)
+    found, prior, step = np.empty((RESIDUALS, len(beams.x))), np.empty((2, 5)), np.empty(STATES)
     for turn in range(rounds + 1):  # the last one only writes what the cost needs
-        residuals(points, ray, state, side, shape, found)
+        residuals(beams, state, side, shape, found)
         face_priors(found, state, side, flank, shape, prior)
         if turn == rounds:
             break

@@ -57,14 +57,21 @@ class BodyShape(NamedTuple):
     """Maximum length of an end [m]."""
 
 
+class Beams(NamedTuple):
+    """Points (N,) about their mean, and unit vectors of their beams (N,), each contiguous."""
+
+    x: Floats
+    y: Floats
+    ray_x: Floats
+    ray_y: Floats
+
+
 @kernel(error_model="numpy")
-def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: BodyShape, found: Floats) -> None:
+def residuals(beams: Beams, state: Floats, side: Floats, shape: BodyShape, found: Floats) -> None:
     """Assign each point to the face that it is less deep behind, in standard deviations: a body is convex.
 
     Parameters
     ----------
-    points, ray
-        (N, 2) about their mean [m], and unit vectors of their beams.
     side
         (2,) 1 for a face on the low side of its axis, -1 on the high one.
     found
@@ -74,9 +81,10 @@ def residuals(points: Floats, ray: Floats, state: Floats, side: Floats, shape: B
     start_0, curve_0, middle_0 = state[1], state[2], state[3]  # read before the loop, which then vectorises
     start_1, curve_1, middle_1 = state[4], state[5], state[6]
     sign_0, sign_1 = side[0], side[1]
-    for i in range(len(points)):
-        along, across = cos * points[i, 0] + sin * points[i, 1], cos * points[i, 1] - sin * points[i, 0]
-        ray_along, ray_across = cos * ray[i, 0] + sin * ray[i, 1], cos * ray[i, 1] - sin * ray[i, 0]
+    x, y, ray_x, ray_y = beams
+    for i in range(len(x)):
+        along, across = cos * x[i] + sin * y[i], cos * y[i] - sin * x[i]
+        ray_along, ray_across = cos * ray_x[i] + sin * ray_y[i], cos * ray_y[i] - sin * ray_x[i]
         variance_0, variance_1 = noise * ray_across * ray_across + flat, noise * ray_along * ray_along + flat
         bow_0, bow_1 = along - middle_0, across - middle_1
         depth_0 = sign_0 * across - start_0 - curve_0 * bow_0 * bow_0
@@ -105,14 +113,14 @@ def face_priors(found: Floats, state: Floats, side: Floats, flank: int, shape: B
     A face begins at the other one and ends at its last point. The middle of a whole face is between both; that of a
     face that is visible in part follows from the usual length.
     """
-    prior[0, 0], prior[1, 0], prior[0, 1], prior[1, 1] = np.inf, np.inf, -np.inf, -np.inf  # first and last place
-    for i in range(found.shape[1]):
-        depth, k = found[DEPTH, i], 0 if found[FACE, i] == 0.0 else 1
-        if depth < 2.0 * shape.line_std and (depth > 0.0 or depth * depth < 9.0 * found[VARIANCE, i]):
-            place = side[1 - k] * found[PLACE, i]
-            prior[k, 0], prior[k, 1] = min(prior[k, 0], place), max(prior[k, 1], place)
     for k in range(2):
-        near, far = prior[k, 0], prior[k, 1]
+        near, far, sign = np.inf, -np.inf, side[1 - k]
+        for i in range(found.shape[1]):  # no branch: which points are near is hard to predict
+            depth = found[DEPTH, i]
+            is_near = (depth < 2.0 * shape.line_std) & ((depth > 0.0) | (depth * depth < 9.0 * found[VARIANCE, i]))
+            is_near &= found[FACE, i] == k
+            place = sign * found[PLACE, i]
+            near, far = min(near, place if is_near else np.inf), max(far, place if is_near else -np.inf)
         corner, kind = state[4 - 3 * k], 0 if k == flank else 1
         whole = far - corner > shape.whole_min[kind]
         length = far - corner if whole else shape.length[kind]

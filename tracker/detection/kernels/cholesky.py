@@ -21,10 +21,12 @@ def factor(matrix: Floats) -> None:
 def solve(triangle: Floats, vector: Floats) -> None:
     """Replace a vector (n,) by the solution x of L L^T x = vector, with the Cholesky factor L in `triangle`."""
     for i in range(len(vector)):
+        rest = vector[i]
         for k in range(i):
-            vector[i] -= triangle[i, k] * vector[k]
-        vector[i] /= triangle[i, i]
+            rest -= triangle[i, k] * vector[k]
+        vector[i] = rest / triangle[i, i]
     for i in range(len(vector) - 1, -1, -1):
+        rest = vector[i]
         for k in range(i + 1, len(vector)):
-            vector[i] -= triangle[k, i] * vector[k]
-        vector[i] /= triangle[i, i]
+            rest -= triangle[k, i] * vector[k]
+        vector[i] = rest / triangle[i, i]

@@ -5,6 +5,7 @@ import numpy as np
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
 from tracker.detection.kernels.faces import depth_std, faces_away
+from tracker.detection.kernels.groups import columns
 from tracker.detection.kernels.lines import extent, fit_line, near
 from tracker.detection.kernels.linkage import MINIMAL_SAMPLE
 
@@ -77,19 +78,21 @@ def explained(
 
 @kernel(error_model="numpy")
 def measure(
-    points: Floats, face: Floats, noise: Floats, gate: float, depth: Floats, place: Floats, gates: Floats, deep: Floats
-) -> tuple[int, int]:
+    x: Floats, y: Floats, face: Floats, noise: tuple[float, float], gate: float, depth: Floats, place: Floats,
+    gates: Floats, deep: Floats,
+) -> tuple[int, int]:  # fmt: skip
     """Write depth behind a face, place along it, gates of the depth behind it and behind a perpendicular one (2, N).
 
     Return the number of points deeper than the gate, whose depth, place and second gate are written to `deep` (3, N),
     and the number of those as far in front.
     """
-    behind, before = 0, 0
-    for i in range(len(points)):
-        x, y = points[i, 0], points[i, 1]
-        normal, place[i] = face[0] * x + face[1] * y, face[1] * x - face[0] * y
-        depth[i] = normal + face[2]
-        gates[0, i], gates[1, i] = gate * depth_std(normal, x, y, noise), gate * depth_std(place[i], x, y, noise)
+    a, b, c, behind, before = face[0], face[1], face[2], 0, 0
+    for i in range(len(x)):  # no branch: the compiler vectorises it
+        normal, place[i] = a * x[i] + b * y[i], b * x[i] - a * y[i]
+        depth[i] = normal + c
+        gates[0, i] = gate * depth_std(normal, x[i], y[i], noise)
+        gates[1, i] = gate * depth_std(b * x[i] - a * y[i], x[i], y[i], noise)
+    for i in range(len(x)):
         before += depth[i] < -gates[0, i]
         deep[0, behind], deep[1, behind], deep[2, behind] = depth[i], place[i], gates[1, i]
         behind += depth[i] > gates[0, i]
@@ -98,18 +101,18 @@ def measure(
 
 @kernel(error_model="numpy")
 def across(
-    points: Floats, chosen: Ints, face: Floats, noise: Floats, gate: float, depth_max: float, beyond_max: float,
-    length_min: float, other: Floats,
+    x: Floats, y: Floats, chosen: Ints, face: Floats, noise: tuple[float, float], gate: float, depth_max: float,
+    beyond_max: float, length_min: float, other: Floats,
 ) -> int:  # fmt: skip
     """Return the score of a face, single or with the best perpendicular face at either end; write that one or zeros.
 
     Every `chosen` point off the face is a candidate for the other face (3,), which has at least two points, farther
     apart than the length of a mirror. All points score.
     """
-    count = len(points)
+    count = len(x)
     depth, place, gates = np.empty(count), np.empty(count), np.empty((2, count))
     aside, deep, other[:] = np.empty(count, np.int64), np.empty((3, count)), 0.0
-    behind, before = measure(points, face, noise, gate, depth, place, gates, deep)
+    behind, before = measure(x, y, face, noise, gate, depth, place, gates, deep)
     beside(depth, place, gates, beyond_max, aside)
     best = explained(depth, aside, place, -np.inf, 1.0, gates, depth_max)  # no other face: infinitely far away
     for c in chosen:
@@ -143,11 +146,12 @@ def scores(
 
     `chosen` (K,) are indices of points, and first[s] to first[s + 1] of them are in segment s; see `across`.
     """
-    score, other = np.empty(len(face), np.int64), np.empty((len(face), 3))
+    score, other, (x, y) = np.empty(len(face), np.int64), np.empty((len(face), 3)), columns(points)
     for c in range(len(face)):
         s = owner[c]
+        own = slice(offset[s], offset[s + 1])
         score[c] = across(
-            points[offset[s] : offset[s + 1]], chosen[first[s] : first[s + 1]] - offset[s], face[c], noise, gate,
-            depth_max, beyond_max, length_min, other[c],
+            x[own], y[own], chosen[first[s] : first[s + 1]] - offset[s], face[c], (noise[0], noise[1]), gate, depth_max,
+            beyond_max, length_min, other[c],
         )  # fmt: skip
     return score, other

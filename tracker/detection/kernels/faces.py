@@ -10,6 +10,7 @@ import numpy as np
 
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
+from tracker.detection.kernels.groups import columns
 
 EGO_REACH = 2.5
 """Distance from the ego's centre to its farthest unit [m]."""
@@ -44,7 +45,7 @@ def exists(corner: Floats, k: int) -> bool:
 
 
 @kernel(error_model="numpy")
-def depth_std(across: float, x: float, y: float, noise: Floats) -> float:
+def depth_std(across: float, x: float, y: float, noise: tuple[float, float]) -> float:
     """Return the standard deviation of the depth of a point behind a face [m]; `across` is normal . (x, y).
 
     Range noise noise[0] is along the beam; the flatness of sides is noise[1]. At grazing incidence the range noise has
@@ -55,40 +56,43 @@ def depth_std(across: float, x: float, y: float, noise: Floats) -> float:
 
 
 @kernel(error_model="numpy")
-def nearest_face(points: Floats, corner: Floats, noise: Floats, gate: float, member: Ints, weight: Floats) -> None:
+def nearest_face(
+    x: Floats, y: Floats, corner: Floats, noise: tuple[float, float], gate: float, member: Ints, weight: Floats
+) -> None:
     """Write the face (N,) of each point that lies within `gate` standard deviations of one, or -1.
 
     The other result is the weight (N,) of a point on a face, 1 / variance [1/m^2].
     """
-    for i in range(len(points)):
-        x, y, least = points[i, 0], points[i, 1], gate
-        member[i] = -1
-        for k in range(2):
-            if exists(corner, k):
-                across = corner[k, 0] * x + corner[k, 1] * y
-                std, distance = depth_std(across, x, y, noise), abs(across + corner[k, 2])
-                if distance < least * std:
-                    least, member[i], weight[i] = distance / std, k, 1.0 / std**2
+    a_0, b_0, c_0, gate_0 = corner[0, 0], corner[0, 1], corner[0, 2], gate if exists(corner, 0) else 0.0
+    a_1, b_1, c_1, gate_1 = corner[1, 0], corner[1, 1], corner[1, 2], gate if exists(corner, 1) else 0.0
+    for i in range(len(x)):  # no branch: the compiler vectorises it
+        across_0, across_1 = a_0 * x[i] + b_0 * y[i], a_1 * x[i] + b_1 * y[i]
+        std_0, std_1 = depth_std(across_0, x[i], y[i], noise), depth_std(across_1, x[i], y[i], noise)
+        distance_0, distance_1 = abs(across_0 + c_0), abs(across_1 + c_1)
+        on_0 = distance_0 < gate_0 * std_0
+        on_1 = distance_1 < (min(distance_0 / std_0, gate_1) if on_0 else gate_1) * std_1
+        std = std_1 if on_1 else std_0
+        member[i], weight[i] = 1 if on_1 else (0 if on_0 else -1), 1.0 / std**2
 
 
 @kernel(error_model="numpy")
-def moments(points: Floats, member: Ints, k: int, weights: Floats, moment: Floats) -> None:
+def moments(x: Floats, y: Floats, member: Ints, k: int, weights: Floats, moment: Floats) -> None:
     """Write total weight, mean x, mean y, and weighted sums of xx, xy and yy about the mean, of face k to row k."""
-    total, x, y = 0.0, 0.0, 0.0
-    for i in range(len(points)):
+    total, mean_x, mean_y = 0.0, 0.0, 0.0
+    for i in range(len(x)):
         if member[i] == k:
             weight = weights[i]
-            total, x, y = total + weight, x + weight * points[i, 0], y + weight * points[i, 1]
+            total, mean_x, mean_y = total + weight, mean_x + weight * x[i], mean_y + weight * y[i]
     moment[k] = 0.0
     if total == 0.0:
         return
-    x, y = x / total, y / total
+    mean_x, mean_y = mean_x / total, mean_y / total
     xx, xy, yy = 0.0, 0.0, 0.0
-    for i in range(len(points)):
+    for i in range(len(x)):
         if member[i] == k:
-            weight, dx, dy = weights[i], points[i, 0] - x, points[i, 1] - y
+            weight, dx, dy = weights[i], x[i] - mean_x, y[i] - mean_y
             xx, xy, yy = xx + weight * dx * dx, xy + weight * dx * dy, yy + weight * dy * dy
-    moment[k, 0], moment[k, 1], moment[k, 2] = total, x, y
+    moment[k, 0], moment[k, 1], moment[k, 2] = total, mean_x, mean_y
     moment[k, 3], moment[k, 4], moment[k, 5] = xx, xy, yy
 
 
@@ -103,8 +107,9 @@ def set_face(corner: Floats, k: int, normal_angle: float, x: float, y: float) ->
 
 @kernel(error_model="numpy")
 def fit_corner(
-    points: Floats, corner: Floats, noise: Floats, gate: float, uncertainty: Floats, information: Floats
-) -> None:
+    x: Floats, y: Floats, corner: Floats, noise: tuple[float, float], gate: float, uncertainty: Floats,
+    information: Floats,
+) -> None:  # fmt: skip
     """Fit one heading and the place of each face to the points on them, by weighted total least squares, in place.
 
     Rotating the points of one face by a right angle adds their moments to those of the other.
@@ -119,11 +124,11 @@ def fit_corner(
     information
         (2,) out: that of each face on the heading, sum((place - mean)^2 / variance) [1/rad^2].
     """
-    moment, member, weight = np.zeros((2, 6)), np.empty(len(points), np.int64), np.empty(len(points))
+    moment, member, weight = np.zeros((2, 6)), np.empty(len(x), np.int64), np.empty(len(x))
     for _ in range(ROUNDS):
-        nearest_face(points, corner, noise, gate, member, weight)
+        nearest_face(x, y, corner, noise, gate, member, weight)
         for k in range(2):
-            moments(points, member, k, weight, moment)
+            moments(x, y, member, k, weight, moment)
         if moment[0, 0] == 0.0:
             break
         xx, yy = moment[0, 3] + moment[1, 5], moment[0, 5] + moment[1, 3]
@@ -148,9 +153,10 @@ def fit_corners(points: Floats, offset: Ints, corner: Floats, noise: Floats, gat
     Segment s has points offset[s] to offset[s + 1]; its faces have the points within gate[s] standard deviations.
     """
     uncertainty, information = np.empty((len(corner), 2, 3)), np.empty((len(corner), 2))
+    x, y = columns(points)
     for s in range(len(corner)):
-        own = points[offset[s] : offset[s + 1]]
-        fit_corner(own, corner[s], noise, gate[s], uncertainty[s], information[s])
+        own = slice(offset[s], offset[s + 1])
+        fit_corner(x[own], y[own], corner[s], (noise[0], noise[1]), gate[s], uncertainty[s], information[s])
     return uncertainty, information
 
 
@@ -170,7 +176,7 @@ def excesses(points: Floats, offset: Ints, corner: Floats, noise: Floats, tau: f
                 across = corner[s, k, 0] * x + corner[s, k, 1] * y
                 distance = abs(across + corner[s, k, 2])
                 if exists(corner[s], k) and distance < tau:
-                    least = min(least, distance / depth_std(across, x, y, noise))
+                    least = min(least, distance / depth_std(across, x, y, (noise[0], noise[1])))
             if least < np.inf:
                 ratio[count] = least
                 count += 1

@@ -35,6 +35,12 @@ def positions(points: Floats, index: Ints) -> Floats:
     return found
 
 
+@kernel()
+def columns(points: Floats) -> tuple[Floats, Floats]:
+    """x and y (N,) of points (N, 2 or more), each contiguous: a loop over rows of unknown length is not vectorised."""
+    return points[:, 0].copy(), points[:, 1].copy()
+
+
 @kernel(error_model="numpy")
 def means(points: Floats, label: Ints, count: int) -> Floats:
     """(count, 2) mean of each group of points (N, 2 or more); points with a negative label belong to no group."""

@@ -113,17 +113,18 @@ def tanimoto(product: float, norm_p: float, norm_q: float) -> float:
 
 
 @kernel()
-def nearest(distance: Floats, i: int, alive: Ints, count: int) -> int:
-    """Column of the smallest distance in row i other than i among the first `count` of `alive`, the first of equals.
+def nearest(distance: Floats, i: int) -> int:
+    """Column of the smallest distance in row i, the first of equals; that of i to itself is infinite.
 
-    The least distance is held in a register: the compiler would read it again for each column.
+    The least of four distances at a time is kept, without branches: which is less is hard to predict.
     """
-    best = 1 if i == 0 else 0
-    least = distance[i, best]
-    for k in range(count):
-        j = alive[k]
-        if distance[i, j] < least and j != i:
-            best, least = int(j), distance[i, j]
+    row = distance[i]
+    a, b, c, d = row[0], row[1], row[2], row[3]
+    for j in range(4, len(row), 4):
+        a, b, c, d = min(a, row[j]), min(b, row[j + 1]), min(c, row[j + 2]), min(d, row[j + 3])
+    least, best = min(min(a, b), min(c, d)), 0
+    while row[best] > least:
+        best += 1
     return best
 
 
@@ -143,6 +144,7 @@ def merge(
         j = alive[k]
         distance[p, j] = distance[j, p] = tanimoto(row[j], norm[p], norm[j])
         distance[q, j] = distance[j, q] = 1.0
+    distance[p, p] = np.inf
 
 
 @kernel()
@@ -166,16 +168,16 @@ def agglomerate(table: Floats) -> Ints:
     """
     count = table.shape[1]
     label, alive = np.arange(count), np.arange(count)
-    distance, norm, row = np.ones((count, count)), np.empty(count), np.empty(count)
+    distance, norm, row = np.ones((count, (count + 3) // 4 * 4)), np.empty(count), np.empty(count)
     used = np.empty(table.shape[0] + 3, np.int64)
     for i in range(count):
         products(table, i, i + 1, used, row)
-        norm[i] = row[i]
+        norm[i], distance[i, i] = row[i], np.inf
         for j in range(i):
             distance[i, j] = distance[j, i] = tanimoto(row[j], norm[i], norm[j])
     neighbour, least = np.zeros(count, np.int64), np.ones(count)
     for i in range(count if count > 1 else 0):
-        neighbour[i] = nearest(distance, i, alive, count)
+        neighbour[i] = nearest(distance, i)
         least[i] = distance[i, neighbour[i]]
     rest = count
     while count > 1:
@@ -192,7 +194,7 @@ def agglomerate(table: Floats) -> Ints:
         for k in range(rest):
             c = alive[k]
             if c == p or neighbour[c] == p or neighbour[c] == q:
-                neighbour[c] = nearest(distance, c, alive, rest)
+                neighbour[c] = nearest(distance, c)
                 least[c] = distance[c, neighbour[c]]
         for i in range(count):
             label[i] = p if label[i] == q else label[i]

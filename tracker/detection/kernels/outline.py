@@ -7,6 +7,7 @@ import numpy as np
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
 from tracker.detection.kernels.faces import depth_std, exists
+from tracker.detection.kernels.groups import columns
 
 WIDTH_MAX = 2.8
 """Maximum width of a vehicle [m]; a longer face is a flank. Mirrors protrude from flanks only: points in front of a
@@ -30,20 +31,22 @@ MIRROR_GATE = 4.0
 
 
 @kernel(error_model="numpy")
-def face_depths(points: Floats, corner: Floats, uncertainty: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+def face_depths(
+    x: Floats, y: Floats, corner: Floats, uncertainty: Floats, noise: tuple[float, float]
+) -> tuple[Floats, Floats, Floats]:
     """Return depths behind both faces, places along them, and standard deviations that include those of the faces.
 
     All are (2, N). The depth of a face is most certain at its centre. Depths behind a missing face are infinite.
     """
-    depth, place, std = np.empty((2, len(points))), np.empty((2, len(points))), np.empty((2, len(points)))
+    depth, place, std = np.empty((2, len(x))), np.empty((2, len(x))), np.empty((2, len(x)))
     for k in range(2):
-        real = exists(corner, k)
-        for i in range(len(points)):
-            x, y = points[i, 0], points[i, 1]
-            across, place[k, i] = corner[k, 0] * x + corner[k, 1] * y, corner[k, 1] * x - corner[k, 0] * y
-            depth[k, i] = across + corner[k, 2] if real else np.inf
-            away, own = place[k, i] - uncertainty[k, 0], depth_std(across, x, y, noise)
-            std[k, i] = math.sqrt(own * own + uncertainty[k, 1] + away * away * uncertainty[k, 2]) if real else 1.0
+        a, b, c, real = corner[k, 0], corner[k, 1], corner[k, 2], exists(corner, k)
+        middle, variance, turn = uncertainty[k, 0], uncertainty[k, 1], uncertainty[k, 2]
+        for i in range(len(x)):  # no branch: the compiler vectorises it
+            across, along = a * x[i] + b * y[i], b * x[i] - a * y[i]
+            away, own = along - middle, depth_std(across, x[i], y[i], noise)
+            place[k, i], depth[k, i] = along, across + c if real else np.inf
+            std[k, i] = math.sqrt(own * own + variance + away * away * turn) if real else 1.0
     return depth, place, std
 
 
@@ -180,7 +183,7 @@ def label_bodies(
     label, heading = np.empty(len(points), np.int64), np.empty(len(corner))
     for s in range(len(corner)):
         own, faces = points[offset[s] : offset[s + 1]], corner[s]
-        depth, place, std = face_depths(own, faces, uncertainty[s], noise)
+        depth, place, std = face_depths(*columns(own), faces, uncertainty[s], (noise[0], noise[1]))
         member, outside = on_faces(depth, place, std, gate[s], depth_max, beyond_max)
         unseen_sides(own, faces, depth, place, member, outside, gate[s] * noise[1], pitch, depth_max)
         for i in range(len(own)):

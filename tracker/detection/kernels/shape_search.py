@@ -17,8 +17,9 @@ from tracker.detection.kernels.body_starts import (
     line_starts,
     quarter_difference,
 )
-from tracker.detection.kernels.bowed_faces import STATES, BodyShape
+from tracker.detection.kernels.bowed_faces import STATES, Beams, BodyShape
 from tracker.detection.kernels.cholesky import solve
+from tracker.detection.kernels.groups import columns
 
 
 @kernel(error_model="numpy")
@@ -46,16 +47,18 @@ def fit_bodies(
     owner
         (H,) segment of each hypothesis.
     """
-    triangle, centred, ray = np.empty((len(found), STATES, STATES)), np.empty((len(points), 2)), directions(points)
+    triangle, (ray_x, ray_y) = np.empty((len(found), STATES, STATES)), columns(directions(points))
+    x, y = columns(points)
     for s in range(len(center)):
         for i in range(offset[s], offset[s + 1]):
-            centred[i, 0], centred[i, 1] = points[i, 0] - center[s, 0], points[i, 1] - center[s, 1]
+            x[i], y[i] = x[i] - center[s, 0], y[i] - center[s, 1]
     start = np.empty(0, np.int64)
     for h in range(len(found)):
         first, end = offset[owner[h]], offset[owner[h] + 1]
         start = line_starts(line[first:end]) if h == 0 or owner[h] != owner[h - 1] else start
+        beams = Beams(x[first:end], y[first:end], ray_x[first:end], ray_y[first:end])
         found[h, COST] = fit_body(
-            centred[first:end], ray[first:end], start, found[h, STATE:], found[h, SIDE : SIDE + 2],
+            beams, start, found[h, STATE:], found[h, SIDE : SIDE + 2],
             int(found[h, FLANK]), rounds, scale, shape, triangle[h],
         )  # fmt: skip
     return triangle

@@ -6,6 +6,7 @@ import numpy as np
 
 from tracker.arrays import Floats, Ints
 from tracker.compiled import kernel
+from tracker.detection.kernels.groups import columns
 
 
 @kernel(error_model="numpy")
@@ -33,17 +34,17 @@ def extents(
     points: Floats, offset: Ints, heading: Floats, range_std: float, flatness: float, sigma: float
 ) -> tuple[Floats, Floats]:
     """Lowest and highest places (S, M, 2) of segments' sides along and across headings (S, M)."""
-    low, high = np.empty((*heading.shape, 2)), np.empty((*heading.shape, 2))
+    low, high, (all_x, all_y) = np.empty((*heading.shape, 2)), np.empty((*heading.shape, 2)), columns(points)
     for s in range(len(heading)):
-        own = points[offset[s] : offset[s + 1]]
-        place, reach, spread = np.empty(len(own)), np.empty(len(own)), np.empty(len(own))
-        for i in range(len(own)):
-            spread[i] = range_std / max(math.sqrt(own[i, 0] * own[i, 0] + own[i, 1] * own[i, 1]), flatness)
+        x, y = all_x[offset[s] : offset[s + 1]], all_y[offset[s] : offset[s + 1]]
+        place, reach, spread = np.empty(len(x)), np.empty(len(x)), np.empty(len(x))
+        for i in range(len(x)):
+            spread[i] = range_std / max(math.sqrt(x[i] * x[i] + y[i] * y[i]), flatness)
         for m in range(heading.shape[1]):
             for axis in range(2):
                 cos, sin = math.cos(heading[s, m] + axis * math.pi / 2), math.sin(heading[s, m] + axis * math.pi / 2)
-                for i in range(len(own)):
-                    place[i] = cos * own[i, 0] + sin * own[i, 1]
+                for i in range(len(x)):
+                    place[i] = cos * x[i] + sin * y[i]
                     reach[i] = sigma * math.sqrt((place[i] * spread[i]) ** 2 + flatness**2)
                 low[s, m, axis], high[s, m, axis] = outermost(place, reach)
     return low, high
