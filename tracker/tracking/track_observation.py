@@ -62,7 +62,7 @@ def first_observation(
     """
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
-    cut = np.roll(seen.cut[b], -turns)
+    cut = np.concatenate([seen.cut[b, turns:], seen.cut[b, :turns]])
     first = TrackObservation(
         misfit=np.zeros((0, 2)),
         covariance=seen.covariance[b, :2, :2],
