@@ -11,7 +11,7 @@ from tracker.kernels import boxes as kernel
 from tracker.merging import Pieces
 from tracker.records import MODELS
 from tracker.tracking import extent
-from tracker.tracking.filters import STATE_DIM
+from tracker.tracking.filters import STATE_DIM, stacked
 from tracker.tracking.hypotheses import Predictions
 from tracker.tracking.kernels.corner_error import rotated
 from tracker.tracking.track import Track
@@ -96,8 +96,9 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
     count = len(tracks)
     filters = [track.corner.bank.filters for track in tracks]
     models = len(filters[0].mean) if filters else len(MODELS)
-    mean = np.array([bank.mean for bank in filters]).reshape(count, models, STATE_DIM)
-    covariance = np.array([bank.covariance[:, :2, :2] for bank in filters]).reshape(count, models, 2, 2)
+    mean, covariance = stacked(filters)
+    mean = mean.reshape(count, models, STATE_DIM)
+    covariance = covariance.reshape(count, models, STATE_DIM, STATE_DIM)[:, :, :2, :2]
     return Predictions(
         position=mean[:, :, :2].copy(),
         velocity=mean[:, :, 2:4].copy(),

@@ -67,6 +67,8 @@ class SmallObjects:
         vehicles
             All tracks of the vehicle stages after their updates.
         """
+        if not len(self._tracks) and not len(boxes):
+            return
         config, large = self._config, self._large(vehicles)
         living = self._tracks.status != Status.DEAD.value  # numpy compares members of an enumeration ten times slower
         tracks = self._tracks if living.all() else self._tracks.subset(living)
