@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker.arrays import Bools, Ints
+from tracker.geometry import inside
 from tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
 from tracker.records import NO_TRACK, Status
 from tracker.tracking import orientation, track_arrays
@@ -15,7 +16,7 @@ from tracker.tracking.observations import Observations
 from tracker.tracking.rigid_pairs import RigidPairs
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import pieces, seen_sizes, tracked_corners, within
+from tracker.tracking.track_arrays import TrackedCorners, likely_sizes, pieces, seen_sizes, tracked_corners, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 from tracker.tracking.traffic_flow import TrafficFlow
@@ -108,8 +109,10 @@ class DefaultTrackManagement:
         """Terminate every track inside the box of a confirmed one; of two confirmed tracks the older stays."""
         confirmed = [track for track in tracks if track.confirmed_now]
         ranked = confirmed + [track for track in tracks if not track.confirmed_now]
-        center, *_ = tracked_corners(ranked).boxes(seen_sizes(ranked))
-        rank, taken_by = np.nonzero(within(center, confirmed))
+        corners = tracked_corners(ranked)
+        center, *_ = corners.boxes(seen_sizes(ranked))
+        of_confirmed = TrackedCorners(*[column[: len(confirmed)] for column in corners])
+        rank, taken_by = np.nonzero(inside(center, *of_confirmed.boxes(likely_sizes(confirmed))))
         for taken in rank[taken_by < rank].tolist():  # only those before a track take its place
             ranked[taken].status = Status.DEAD
 
