@@ -155,7 +155,8 @@ class Tracker:
 
 def movers(tracks: Sequence[Track]) -> Movers:
     """Return boxes and velocities of tracks, for deskewing."""
-    return Movers(*track_arrays.boxes(tracks), track_arrays.velocities(tracks))
+    corners = track_arrays.tracked_corners(tracks)
+    return Movers(*corners.boxes(track_arrays.sizes(tracks)), corners.velocity)
 
 
 def long_vehicles(tracks: Sequence[Track]) -> list[Track]:

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tracker.arrays import Bools
-from tracker.geometry import rotate
-from tracker.records import Detection, SmallBoxes
+from tracker.arrays import Floats
+from tracker.kernels.odometry import placed
+from tracker.records import Detection, Segments, SmallBoxes
 from tracker.scan import Scan
 
 MARGIN_M = 0.3
@@ -23,21 +23,22 @@ def small_boxes(found: Detection, scan: Scan, longer_max_m: float, wider_max_m: 
     longer_max_m, wider_max_m
         Maximum length and width of a small road user [m].
     """
-    each = np.arange(found.segments.count)
-    best = found.candidates.best
-    center, heading, size = (
-        field[each, best] for field in (found.candidates.center_ego, found.candidates.heading, found.candidates.size)
-    )
-    fits: Bools = (size.max(axis=1) <= longer_max_m + MARGIN_M) & (size.min(axis=1) <= wider_max_m + MARGIN_M)
-    kept = np.flatnonzero(fits)
-    yaw = float(scan.ego_pose_odom[2])
-    used = found.segments.label >= 0
-    label, count = found.segments.label[used], found.segments.count
-    time = np.bincount(label, scan.time_offset[used], count) / np.maximum(np.bincount(label, minlength=count), 1)
+    candidates, segments = found.candidates, found.segments
+    length, width = candidates.size[np.arange(segments.count), candidates.best].T
+    longer, shorter = np.maximum(length, width), np.minimum(length, width)
+    kept = np.flatnonzero((longer <= longer_max_m + MARGIN_M) & (shorter <= wider_max_m + MARGIN_M))
+    best = kept, candidates.best[kept]
     return SmallBoxes(
         segment=kept,
-        center=rotate(center[kept], yaw) + scan.ego_pose_odom[:2],
-        heading=heading[kept] + yaw,
-        size=size[kept],
-        time_offset=time[kept],
+        center=placed(candidates.center_ego[best], scan.ego_pose_odom),
+        heading=candidates.heading[best] + scan.ego_pose_odom[2],
+        size=candidates.size[best],
+        time_offset=mean_times(segments, scan.time_offset)[kept] if len(kept) else np.zeros(0),
     )
+
+
+def mean_times(segments: Segments, time_offset: Floats) -> Floats:
+    """(S,) mean time of the points of each segment, relative to that of the scan [s]; 0 for an empty one."""
+    bins = segments.label + 1  # the first one is that of points in no segment
+    total, points = np.bincount(bins, time_offset, segments.count + 1), np.bincount(bins, None, segments.count + 1)
+    return np.asarray(total[1:] / np.maximum(points[1:], 1))

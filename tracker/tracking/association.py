@@ -86,8 +86,9 @@ def shape_difference(
 
 def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[tuple[int, int]]:
     """Return pairs (track, box) among the admissible ones: as many as possible at least total cost (4), or greedily."""
-    if not admissible.any():
-        return []
+    tracks, boxes = (index.tolist() for index in np.nonzero(admissible))
+    if len(set(tracks)) == len(tracks) and len(set(boxes)) == len(boxes):  # no pair excludes another one
+        return list(zip(tracks, boxes, strict=True))
     if method == "greedy":
         return assign_greedily(cost, admissible)
     low = cost[admissible].min()

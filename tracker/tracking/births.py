@@ -44,7 +44,7 @@ class BirthConfig:
 
 def nearby(hypotheses: Hypotheses, config: BirthConfig) -> Bools:
     """(T, B) mask of boxes that are at the place of the track."""
-    return np.asarray(np.hypot(*np.moveaxis(hypotheses.misfit[:, :, 0], 2, 0)) < config.nearby_m)
+    return np.asarray(np.hypot(hypotheses.misfit[:, :, 0, 0], hypotheses.misfit[:, :, 0, 1]) < config.nearby_m)
 
 
 def second_views(
@@ -64,9 +64,9 @@ def second_views(
     seen_size
         (T, 2) extent of the first view along and across the heading [m].
     """
-    moved = rotate(hypotheses.misfit[:, :, 0], -tracks.heading[:, None])
+    moved = np.abs(rotate(hypotheses.misfit[:, :, 0], -tracks.heading[:, None]))
     # The box of a new track has a quarter-turn ambiguity: either axis may be the length.
-    along, across = np.abs(moved).max(axis=2), np.abs(moved).min(axis=2)
+    along, across = np.maximum(moved[:, :, 0], moved[:, :, 1]), np.minimum(moved[:, :, 0], moved[:, :, 1])
     straight = across < config.sideways_m + config.sideways_share * along
     variance = tracks.heading_variance[:, None] + seen.covariance[:, 2, 2] + config.heading_std_rad**2
     turn = np.abs(hypotheses.heading - tracks.heading[:, None]) / np.sqrt(variance)

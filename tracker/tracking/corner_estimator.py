@@ -7,6 +7,7 @@ import numpy as np
 
 from tracker.arrays import Floats, Ints
 from tracker.geometry import mahalanobis, rotate_one
+from tracker.records import NO_MODEL
 from tracker.tracking import orientation
 from tracker.tracking.corner_error import CornerError
 from tracker.tracking.filter_bank import FilterBank
@@ -51,6 +52,7 @@ class CornerEstimator:
         """Time-correlated error of the position."""
         self._orientation = config.orientation
         self._models = config.filters.models
+        self._stationary = self._models.index("stationary") if "stationary" in self._models else NO_MODEL
         self._filters = config.filters
         self._first_offset = first.time_offset
 
@@ -67,7 +69,7 @@ class CornerEstimator:
     @property
     def stationary(self) -> bool:
         """True if the stationary model is selected."""
-        return self.model_name == "stationary"
+        return self.model == self._stationary
 
     @property
     def selected(self) -> Floats:

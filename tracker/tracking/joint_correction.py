@@ -55,14 +55,14 @@ def observe_corners(
 
 def _observe_together(updates: Sequence[Update], tail_dof: float, floor: float) -> None:
     """Update corners whose banks have equal settings, in the order of `CornerEstimator.observe`."""
-    corners, seen = [each.corner for each in updates], [each.seen for each in updates]
+    corners, banks, seen, headings = zip(*updates, strict=True)
     misfit, noise = np.array([one.misfit for one in seen]), np.array([one.covariance for one in seen])
-    selected = np.arange(len(updates)), [corner.model for corner in corners]
-    measured = np.array([each.bank.filters.mean for each in updates])[selected][:, :2] + misfit[selected]
+    selected = np.arange(len(updates)), [bank.model for bank in banks]
+    measured = np.array([corner.selected for corner in corners]) + misfit[selected]
     errors = np.array([corner.error.variance for corner in corners]), np.array([one.exact for one in seen])
-    heading = np.array([each.heading for each in updates])
+    heading = np.array(headings)
     released = corner_error.released(*errors, noise, heading)
-    noise = _observe_banks([each.bank for each in updates], misfit, noise, released, (tail_dof, floor))
+    noise = _observe_banks(banks, misfit, noise, released, (tail_dof, floor))
     observed = corner_error.observe(*errors, noise, heading, corners[0].error.least)
     for corner, variance in zip(corners, observed, strict=True):
         corner.error.variance = variance

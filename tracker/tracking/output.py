@@ -6,7 +6,7 @@ import numpy as np
 
 from tracker.arrays import Floats
 from tracker.records import MODEL_NAMES, MODELS, PREDICTION_S, Tracks
-from tracker.tracking.filters import STATE_DIM
+from tracker.tracking.filters import STATE_DIM, stacked
 from tracker.tracking.kernels import prediction as kernel
 from tracker.tracking.kernels.turns import Complexes
 from tracker.tracking.track import Track
@@ -24,20 +24,26 @@ def states(tracks: Sequence[Track], offset: Floats) -> tuple[Floats, Floats]:
     """
     count, turned = len(tracks), slice(STATE_DIM, None)
     mean, covariance = np.zeros((count, REPORTED_DIM)), np.zeros((count, REPORTED_DIM, REPORTED_DIM))
-    for t, track in enumerate(tracks):
-        mean[t, :STATE_DIM], covariance[t, :STATE_DIM, :STATE_DIM] = track.corner.bank.estimate
-        mean[t, turned], covariance[t, turned, turned] = track.yaw_state
+    if tracks:
+        mean[:, :STATE_DIM], covariance[:, :STATE_DIM, :STATE_DIM] = _stacked([t.corner.bank.estimate for t in tracks])
+        mean[:, turned], covariance[:, turned, turned] = _stacked([track.yaw_state for track in tracks])
     covariance[:, :2, :2] += offset
     return mean, covariance
+
+
+def _stacked(states: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """Return means (T, n) and covariances (T, n, n) of T states."""
+    means, covariances = zip(*states, strict=True)
+    return np.array(means), np.array(covariances)
 
 
 def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
     """Return one row per track, oldest first; `models` are the names of their filters."""
     count, m = len(tracks), len(models)
-    independent = [track.corner.independent.filters for track in tracks]
+    independent = [track.corner.independent for track in tracks]
+    position, of_corner = stacked([own.filters for own in independent])
     offset = offset_covariances(tracks)
     mean, covariance = states(tracks, offset)
-    corner_covariance = np.array([own.covariance[:, :2, :2] for own in independent]).reshape(count, m, 2, 2)
     return Tracks(
         id=np.array([track.id for track in tracks], dtype=np.int64),
         status=np.array([track.status for track in tracks], dtype=np.uint8),
@@ -45,11 +51,11 @@ def report(tracks: Sequence[Track], models: tuple[str, ...] = MODELS) -> Tracks:
         covariance=covariance,
         model_probability=np.array([track.corner.bank.probability for track in tracks]).reshape(count, m),
         model=np.array([track.corner.model for track in tracks], dtype=np.int64),
-        model_position_odom=np.array([own.mean[:, :2] for own in independent]).reshape(count, m, 2),
+        model_position_odom=position.reshape(count, m, STATE_DIM)[:, :, :2].copy(),
         corner_sign=np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(count, 2),
         size=np.array([track.size for track in tracks]).reshape(count, 2),
-        model_covariance_odom=corner_covariance + offset[:, None],
-        model_nis=np.array([track.corner.independent.nis for track in tracks]).reshape(count, m),
+        model_covariance_odom=of_corner.reshape(count, m, STATE_DIM, STATE_DIM)[:, :, :2, :2] + offset[:, None],
+        model_nis=np.array([own.nis for own in independent]).reshape(count, m),
         prediction_odom=predictions(tracks, models),
         models=models,
     )

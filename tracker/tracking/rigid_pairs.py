@@ -31,11 +31,11 @@ class RigidPairs:
     def observe(self, ids: Sequence[int], pieces: Pieces) -> None:
         """Add one frame of the tracks `ids`, in the order of `pieces`; forget pairs that are not seen together."""
         history: dict[tuple[int, int], PairHistory] = {}
+        speed = [math.hypot(x, y) for x, y in pieces.velocity.tolist()]
         for a, b in may_be_one(pieces, self._config):
             key = (min(ids[a], ids[b]), max(ids[a], ids[b]))
-            speed_a, speed_b = (math.hypot(*pieces.velocity[piece].tolist()) for piece in (a, b))
-            now, mean = gap(pieces, a, b), 0.5 * (speed_a + speed_b)
-            history[key] = self._extended(self._history.get(key), now, mean)
+            mean = 0.5 * (speed[a] + speed[b])
+            history[key] = self._extended(self._history.get(key), gap(pieces, a, b), mean)
         self._history = history
 
     def rigid(self, a: int, b: int) -> bool:

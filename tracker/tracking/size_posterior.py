@@ -13,7 +13,7 @@ from tracker.tracking.vehicle_sizes import GRID_M
 
 
 class SizePosterior:
-    """Log-likelihoods and posterior probabilities of the sides of `GRID_M`.
+    """Log-likelihoods and posterior probabilities of the sides of `GRID_M`, estimated from the first view on.
 
     Parameters
     ----------
@@ -36,7 +36,6 @@ class SizePosterior:
         """Mean log-likelihoods of the truncated views: all of them together have the evidence of one."""
         self._views = np.zeros((2, 2), dtype=np.int64)
         """Numbers of all views and of truncated ones, by side."""
-        self._estimate()
 
     def observe(self, observed: Floats, whole: Bools, visible_min_m: float) -> None:
         """Add a view of extents (2,) [m], with a mask (2,) of sides truncated at neither end.

@@ -1,6 +1,7 @@
 """Lists of tracks as arrays."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,18 +11,38 @@ from tracker.kernels import boxes as kernel
 from tracker.merging import Pieces
 from tracker.records import MODELS
 from tracker.tracking import extent
-from tracker.tracking.filters import STATE_DIM
+from tracker.tracking.filters import STATE_DIM, stacked
 from tracker.tracking.hypotheses import Predictions
 from tracker.tracking.kernels.corner_error import rotated
 from tracker.tracking.track import Track
 from tracker.tracking.traffic_flow import FlowConfig, TrafficFlow
 
 
-def tracked_corners(tracks: Sequence[Track]) -> tuple[Floats, Floats, Ints]:
-    """Return tracked corners (T, 2) [m], headings (T,) [rad] and the signs (T, 2) of these corners."""
-    corner = np.array([track.corner.bank.estimate[0] for track in tracks]).reshape(-1, STATE_DIM)[:, :2].copy()
-    heading = np.array([track.heading for track in tracks])
-    return corner, heading, np.array([track.corner.sign for track in tracks], dtype=np.int64).reshape(-1, 2)
+class TrackedCorners(NamedTuple):
+    """Tracked corners of T vehicles, odometry frame."""
+
+    corner: Floats
+    """(T, 2) [m]."""
+    heading: Floats
+    """(T,) of the vehicles [rad]."""
+    sign: Ints
+    """(T, 2) signs of the corners in the vehicles' frames."""
+    velocity: Floats
+    """(T, 2) [m/s], zero if the stationary model is selected."""
+
+    def boxes(self, size: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return centres (T, 2) [m], headings (T,) [rad] and sizes of boxes of `size` (T, 2) [m] at these corners."""
+        return kernel.centers(self.corner, self.sign, self.heading, size), self.heading, size
+
+
+def tracked_corners(tracks: Sequence[Track]) -> TrackedCorners:
+    """Return the tracked corners of tracks."""
+    corners = [track.corner for track in tracks]
+    state = np.array([corner.bank.estimate[0] for corner in corners]).reshape(-1, STATE_DIM)
+    velocity = state[:, 2:4].copy()
+    velocity[[corner.stationary for corner in corners]] = 0.0
+    sign = np.array([corner.sign for corner in corners], dtype=np.int64).reshape(-1, 2)
+    return TrackedCorners(state[:, :2].copy(), np.array([track.heading for track in tracks]), sign, velocity)
 
 
 def sizes(tracks: Sequence[Track]) -> Floats:
@@ -42,13 +63,7 @@ def likely_sizes(tracks: Sequence[Track]) -> Floats:
 
 def boxes(tracks: Sequence[Track]) -> tuple[Floats, Floats, Floats]:
     """Return centres (T, 2) [m], headings (T,) [rad] and sizes (T, 2) [m] of tracks, odometry frame."""
-    return from_corners(tracks, sizes(tracks))
-
-
-def from_corners(tracks: Sequence[Track], size: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return centres (T, 2) [m], headings (T,) [rad] and sizes of boxes of `size` (T, 2) [m] at the tracked corners."""
-    corner, heading, sign = tracked_corners(tracks)
-    return kernel.centers(corner, sign, heading, size), heading, size
+    return tracked_corners(tracks).boxes(sizes(tracks))
 
 
 def offset_covariances(tracks: Sequence[Track]) -> Floats:
@@ -57,27 +72,23 @@ def offset_covariances(tracks: Sequence[Track]) -> Floats:
     return np.asarray(rotated(variance, np.array([track.heading for track in tracks])))
 
 
-def velocities(tracks: Sequence[Track]) -> Floats:
-    """(T, 2) velocities [m/s]."""
-    return np.array([track.corner.velocity for track in tracks]).reshape(-1, 2)
-
-
 def within(points: Floats, tracks: Sequence[Track]) -> Bools:
     """(P, T) mask of points (P, 2) inside the likely parts of tracks."""
-    return inside(points, *from_corners(tracks, likely_sizes(tracks)))
+    return inside(points, *tracked_corners(tracks).boxes(likely_sizes(tracks)))
 
 
 def pieces(tracks: Sequence[Track]) -> Pieces:
     """Return the seen parts of tracks."""
-    center, heading, size = from_corners(tracks, seen_sizes(tracks))
-    return Pieces(center, heading, size, velocities(tracks), np.array([track.hits for track in tracks]))
+    corners = tracked_corners(tracks)
+    seen = corners.boxes(seen_sizes(tracks))
+    return Pieces(*seen, corners.velocity, np.array([track.hits for track in tracks]))
 
 
 def flow(tracks: Sequence[Track], forward: float, config: FlowConfig) -> TrafficFlow:
     """Return positions and directions of the tracks whose direction is known, beside an ego of heading `forward`."""
     known = [track for track in tracks if track.shows_direction]
-    corner, heading, _ = tracked_corners(known)
-    return TrafficFlow(np.array([track.id for track in known], dtype=np.int64), corner, heading, forward, config)
+    corners, ids = tracked_corners(known), np.array([track.id for track in known], dtype=np.int64)
+    return TrafficFlow(ids, corners.corner, corners.heading, forward, config)
 
 
 def predictions(tracks: Sequence[Track]) -> Predictions:
@@ -85,8 +96,9 @@ def predictions(tracks: Sequence[Track]) -> Predictions:
     count = len(tracks)
     filters = [track.corner.bank.filters for track in tracks]
     models = len(filters[0].mean) if filters else len(MODELS)
-    mean = np.array([bank.mean for bank in filters]).reshape(count, models, STATE_DIM)
-    covariance = np.array([bank.covariance[:, :2, :2] for bank in filters]).reshape(count, models, 2, 2)
+    mean, covariance = stacked(filters)
+    mean = mean.reshape(count, models, STATE_DIM)
+    covariance = covariance.reshape(count, models, STATE_DIM, STATE_DIM)[:, :, :2, :2]
     return Predictions(
         position=mean[:, :, :2].copy(),
         velocity=mean[:, :, 2:4].copy(),

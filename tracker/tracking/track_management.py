@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from tracker.arrays import Bools, Ints
+from tracker.geometry import inside
 from tracker.merging import MergeConfig, fits, hull, may_be_one, one_vehicle
 from tracker.records import NO_TRACK, Status
 from tracker.tracking import orientation, track_arrays
@@ -15,7 +16,7 @@ from tracker.tracking.observations import Observations
 from tracker.tracking.rigid_pairs import RigidPairs
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import from_corners, pieces, seen_sizes, within
+from tracker.tracking.track_arrays import TrackedCorners, likely_sizes, pieces, seen_sizes, tracked_corners, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 from tracker.tracking.traffic_flow import TrafficFlow
@@ -108,10 +109,12 @@ class DefaultTrackManagement:
         """Terminate every track inside the box of a confirmed one; of two confirmed tracks the older stays."""
         confirmed = [track for track in tracks if track.confirmed_now]
         ranked = confirmed + [track for track in tracks if not track.confirmed_now]
-        center, *_ = from_corners(ranked, seen_sizes(ranked))
-        taken = np.tril(within(center, confirmed), k=-1).any(axis=1)  # only those before a track take its place
-        for rank in np.flatnonzero(taken).tolist():
-            ranked[rank].status = Status.DEAD
+        corners = tracked_corners(ranked)
+        center, *_ = corners.boxes(seen_sizes(ranked))
+        of_confirmed = TrackedCorners(*[column[: len(confirmed)] for column in corners])
+        rank, taken_by = np.nonzero(inside(center, *of_confirmed.boxes(likely_sizes(confirmed))))
+        for taken in rank[taken_by < rank].tolist():  # only those before a track take its place
+            ranked[taken].status = Status.DEAD
 
     def newcomers(self, tracks: Sequence[Track], seen: Observations, track_id: Ints) -> Bools:
         """(B,) mask of boxes that start a track: assigned to none, and outside the boxes of confirmed tracks."""

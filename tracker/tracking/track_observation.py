@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tracker.arrays import Bools, Floats, Ints
-from tracker.geometry import QUARTER, wrap
+from tracker.geometry import QUARTER, rotate_one, wrap
 from tracker.tracking.hypotheses import Hypotheses, HypothesisConfig, shows_end
 from tracker.tracking.observations import Observations, uncut
 from tracker.tracking.orientation import turn_sign, turn_size
@@ -42,14 +42,14 @@ def track_observation(hypotheses: Hypotheses, seen: Observations, t: int, b: int
     return TrackObservation(
         misfit=hypotheses.misfit[t, b],
         covariance=hypotheses.covariance[t, b] + hypotheses.ambiguity[t, b],
-        heading=float(hypotheses.heading[t, b]),
-        heading_variance=float(seen.covariance[b, 2, 2]),
+        heading=hypotheses.heading.item(t, b),
+        heading_variance=seen.covariance.item(b, 2, 2),
         size=hypotheses.size[t, b],
         exact=hypotheses.exact[t, b],
         whole=hypotheses.whole[t, b],
-        flat=bool(seen.flat[b]),
+        flat=seen.flat.item(b),
         corner_sign=hypotheses.corner_sign[t, b],
-        time_offset=float(seen.time_offset[b]),
+        time_offset=seen.time_offset.item(b),
     )
 
 
@@ -62,7 +62,7 @@ def first_observation(
     """
     heading = wrap(float(seen.heading[b]) + turns * QUARTER)
     size, near = turn_size(seen.size[b], turns), turn_sign(seen.corner_sign[b], turns)
-    cut = np.roll(seen.cut[b], -turns)
+    cut = np.concatenate([seen.cut[b, turns:], seen.cut[b, :turns]])
     first = TrackObservation(
         misfit=np.zeros((0, 2)),
         covariance=seen.covariance[b, :2, :2],
@@ -75,4 +75,5 @@ def first_observation(
         corner_sign=near,
         time_offset=float(seen.time_offset[b]),
     )
-    return first, seen.corner[b]
+    to_corner = rotate_one(0.5 * seen.corner_sign[b] * seen.size[b], seen.heading.item(b))
+    return first, seen.center[b] + to_corner

@@ -220,12 +220,11 @@ def hypothesise(
             ends(center, along, track, view, place, eye, settings, exact[t, b], corner[t, b])
             half = 0.5 * complex(near[t, b, 0] * own[0], near[t, b, 1] * own[1])
             half *= cmath.rect(1.0, box_heading[t, b] - heading[t])
-            free_along, free_across = True, True
+            free_along, free_across, seen = True, True, (own, view[1], exact[t, b])
             for m in range(count):
                 moved = complex(velocity[t, m, 0], velocity[t, m, 1]) * time_offset[b]
                 offset = place - (complex(position[t, m, 0], position[t, m, 1]) - to_corner) - moved
                 offset *= along.conjugate()
-                seen = (own, near[t, b], exact[t, b])
                 free = set_misfits(misfit[t, b, m], reach[t, b, m], offset, half, along, seen, track)
                 free_along, free_across = free_along and free[0], free_across and free[1]
             end_variance, face_min_m = settings[3] ** 2, settings[1]

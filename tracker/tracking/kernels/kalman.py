@@ -28,9 +28,10 @@ def predict(mean: Floats, covariance: Floats, transition: Floats, noise: Floats)
         for i in range(n):
             for j in range(n):
                 spread[k, i, j] = q[i, j]
-            for j in range(n):
-                for m in range(n):
-                    if f[j, m] != 0.0:
+        for j in range(n):
+            for m in range(n):
+                if f[j, m] != 0.0:
+                    for i in range(n):
                         spread[k, i, j] += half[i, m] * f[j, m]
     return moved, spread
 

@@ -67,6 +67,8 @@ class SmallObjects:
         vehicles
             All tracks of the vehicle stages after their updates.
         """
+        if not len(self._tracks) and not len(boxes):
+            return
         config, large = self._config, self._large(vehicles)
         living = self._tracks.status != Status.DEAD.value  # numpy compares members of an enumeration ten times slower
         tracks = self._tracks if living.all() else self._tracks.subset(living)
@@ -172,9 +174,9 @@ class SmallObjects:
     def _large(self, vehicles: Sequence[Track]) -> LargeVehicles:
         """Return the likely parts of those of the vehicles that are not small."""
         large = [one for one in vehicles if self._is_large(one)]
-        places = track_arrays.from_corners(large, track_arrays.likely_sizes(large))
+        corners = track_arrays.tracked_corners(large)
         confirmed = np.array([one.status is Status.CONFIRMED for one in large], dtype=np.bool_)
-        return LargeVehicles(*places, track_arrays.velocities(large), confirmed)
+        return LargeVehicles(*corners.boxes(track_arrays.likely_sizes(large)), corners.velocity, confirmed)
 
     def _is_large(self, vehicle: Track) -> bool:
         """Return True for a track of this frame that is probably of a vehicle, because it was seen to be larger."""
