@@ -258,7 +258,7 @@ def fields_of(record: Any) -> tuple[str, ...]:
 
 
 @cache
-def _fields_of_class(record: type[Any]) -> tuple[str, ...]:
+def _fields_of_class(record: Any) -> tuple[str, ...]:
     return tuple(field.name for field in fields(record))
 
 
