@@ -7,7 +7,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
-from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -252,14 +251,9 @@ def read_only(scan: Scan) -> Scan:
     return Scan(**copies)
 
 
-def fields_of(record: Any) -> tuple[str, ...]:
+def fields_of(record: Any) -> list[str]:
     """Return the names of the fields of a record."""
-    return _fields_of_class(type(record))
-
-
-@cache
-def _fields_of_class(record: Any) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(record))
+    return [field.name for field in fields(record)]
 
 
 def _converted(name: str, array: Any) -> Any:
@@ -273,5 +267,5 @@ def _copied(value: Any) -> Any:
         return np.array(value)
     for record in RECORDS:
         if isinstance(value, record):
-            return record(**{name: _copied(getattr(value, name)) for name in _fields_of_class(record)})
+            return record(**{name: _copied(getattr(value, name)) for name in fields_of(record)})
     return value
