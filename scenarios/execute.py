@@ -35,6 +35,8 @@ class ExecutedRun:
     checks: list[Check]
     report: RenderableType
     """The printed report."""
+    text: str
+    """The same as text, without colours."""
     out: Path
     """Folder of the run."""
 
@@ -118,5 +120,6 @@ def execute(
         printed = report.report(result, checks)
         for writer in writers:
             writer.finish(result)
-        run_folder.write(folder, result, checks, report.as_text(printed))
-    return ExecutedRun(result, checks, printed, out)
+        text = report.as_text(printed)
+        run_folder.write(folder, result, checks, text)
+    return ExecutedRun(result, checks, printed, text, out)

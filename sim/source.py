@@ -68,6 +68,12 @@ def ignore_status(_: StartStatus) -> None:
     """Show nothing."""
 
 
+def watch_start(source: object, report: StartReport) -> None:
+    """Let a source report the progress of its `reset`; those that start at once report nothing."""
+    if hasattr(source, "report_start"):
+        source.report_start = report
+
+
 class TrafficSource(Protocol):
     """A stream of `WorldFrame`s at a fixed rate.
 

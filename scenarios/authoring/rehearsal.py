@@ -8,8 +8,8 @@ import numpy as np
 from scenarios.authoring.ego_survey import sensor_range
 from scenarios.files.scenario import Scenario
 from scenarios.run import progress
-from sim.factory import make_source, watch_start
-from sim.source import TrafficEndedError
+from sim.factory import make_source
+from sim.source import TrafficEndedError, watch_start
 from sim.world import VEHICLE_KINDS, WorldFrame
 
 _KINDS = np.array(sorted(VEHICLE_KINDS))

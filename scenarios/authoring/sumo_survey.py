@@ -8,9 +8,9 @@ from scenarios.run import progress
 from sim.candidates.candidate_log import CandidateLog
 from sim.candidates.candidates import Candidates
 from sim.candidates.moment import Moment
-from sim.factory import make_survey, watch_start
+from sim.factory import make_survey
 from sim.process.process_source import ProcessSource
-from sim.source import TrafficEndedError
+from sim.source import TrafficEndedError, watch_start
 from sim.sumo.sumo_config import SumoTraffic
 
 WINDOW_S = 300.0

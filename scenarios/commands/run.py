@@ -94,7 +94,7 @@ def _run_one(request: "RunRequest", seed: int | None, as_json: bool, quiet: bool
         document = run_folder.document(outcome.result, outcome.checks)
         print(json.dumps({**document, "out": str(outcome.out)}, allow_nan=False))
     elif not quiet:
-        text.show(outcome.report)
+        text.show(outcome.report, outcome.text)
         view = f"; to view them: luxloop view {outcome.out}" if request.record else ""
         print(f"Results are in {outcome.out}{view}")
         if request.dataset_to:

@@ -69,9 +69,13 @@ def report(result: Result, checks: list[Check]) -> Group:
     return Group(*(Padding(section, (0, 0, 1, 0), expand=False) for section in sections))
 
 
-def show(report: RenderableType) -> None:
-    """Print on standard output, in colour on a terminal; texts are printed as they are written."""
-    Console(width=None if sys.stdout.isatty() else _width(report), markup=False, emoji=False).print(report)
+def show(report: RenderableType, text: str | None = None) -> None:
+    """Print on standard output, in colour on a terminal, else the text of `as_text` if it is known already."""
+    console = Console(markup=False, emoji=False)
+    if text is not None and not console.is_terminal and console.encoding == "utf-8":
+        console.out(text, end="", highlight=False)
+    else:
+        Console(width=None if sys.stdout.isatty() else _width(report), markup=False, emoji=False).print(report)
 
 
 def as_text(report: RenderableType) -> str:

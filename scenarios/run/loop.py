@@ -24,7 +24,7 @@ from scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanSt
 from scenarios.run.stopwatch import RECORDING, SCANNED, Stopwatch
 from scenarios.run.time_limit import START_FACTOR, STEP_TIMEOUT_S
 from scenarios.run.trace_hash import TraceHash
-from scenarios.run.warm_up import warm_up
+from scenarios.run.warm_up import imports_beside, warm_up
 from sensor_model.rig.rig import Rig, RigError, load_rig
 from sensor_model.truth import ScanTruth
 from sim.factory import make_source, run_ahead
@@ -82,7 +82,8 @@ def run(
     scans = ScanSource(traffic, rig, scenario.noise, scenario.sensor)
     with closing(run_ahead(scans, scenario.traffic) if ahead else scans) as source:
         _require_scan_period(scenario, rig, source.dt)
-        started = _reset(source, scenario)
+        with imports_beside(scenario.tracker.filters, source.dt):
+            started = _reset(source, scenario)
         if start:
             start(started.obstacles)
         with guarded(make_device, scenario.tracker, START_FACTOR * step_timeout_s, "warm-up, ") as unused:

@@ -15,8 +15,7 @@ from sensor_model.noise.noise_config import NoiseConfig
 from sensor_model.rig.rig import Rig
 from sensor_model.sensor_config import SensorConfig
 from sensor_model.truth import ScanTruth
-from sim.factory import watch_start
-from sim.source import EgoCommand, StartReport, TrafficInputError, TrafficSource, ignore_status
+from sim.source import EgoCommand, StartReport, TrafficInputError, TrafficSource, ignore_status, watch_start
 from sim.world import Obstacles, WorldFrame
 from tracker.scan import Scan
 

@@ -24,7 +24,7 @@ from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from sim.rare_collection import collect_rarely
-from sim.source import StartStatus, TrafficError, TrafficSource
+from sim.source import StartStatus, TrafficError, TrafficSource, watch_start
 
 REPORT_INTERVAL_S = 0.2
 """[s] Least time between two reports of one activity."""
@@ -133,8 +133,7 @@ def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[ob
     os.chdir(start.folder)
     sys.path[:] = start.path
     source: TrafficSource = pickle.loads(start.source)
-    if hasattr(source, "report_start"):  # only sources whose start takes long have it
-        source.report_start = _throttled(send)
+    watch_start(source, _throttled(send))
     start_reply = _attempt(lambda: (source.reset(start.seed), source.origin, source.warnings, source.ego_name))
     send(start_reply)
     frames = _frames(source)

@@ -60,3 +60,10 @@ def test_brackets_and_colons_in_cells_are_printed_as_written(capsys):
     text.show(found)
     assert f"{need}     [1]" in capsys.readouterr().out
     assert f"{need}     [1]" in text.as_text(found)
+
+
+def test_a_text_that_is_known_is_printed_as_it_is_except_on_a_terminal(capsys, monkeypatch):
+    text.show(Text("report"), "report as text\n")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    text.show(Text("report"), "report as text\n")
+    assert capsys.readouterr().out == "report as text\nreport\n"
