@@ -93,8 +93,8 @@ def follow(command: list[str]) -> int:
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
     if verb in ("sweep", "search"):
-        shortened = [cut_short(rest[0]), *rest[1:]]
-    elif verb == "run" and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
+        shortened = [cut_short(rest[0]), *rest[1:], "--workers", "1"]
+    elif verb in ("run", "blame") and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
         shortened = [*rest, "--duration", SHORT_S]
     else:
         shortened = rest
