@@ -37,13 +37,14 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, subprocess.Popen[
     file = folder / "scheduler.json"
     with ExitStack() as stack:
         scheduler = stack.enter_context(
-            dask_command("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
-        )
+            dask_command("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                         "--scheduler-file", str(file))
+        )  # fmt: skip
         until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"))
         for _ in range(workers):
             stack.enter_context(
                 dask_command("worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-dashboard",
-                     "--local-directory", str(folder))
+                             "--local-directory", str(folder))
             )  # fmt: skip
         yield json.loads(file.read_text())["address"], scheduler
 

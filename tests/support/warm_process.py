@@ -148,6 +148,7 @@ def _become(request: dict) -> None:
         os.close(file)
     os.environ.clear()
     os.environ.update(request["environment"])
+    tempfile.tempdir = None  # that of TMPDIR
     sys.path[0], sys.argv = request["cwd"], [request["module"], *request["arguments"]]
     try:
         runpy.run_module(request["module"], run_name="__main__", alter_sys=True)
