@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from support import short_run
+from support import short_run, warm_process
 from support.breaking_traffic import BreakingTraffic
-from support.processes import children_of, heed_hangups, is_dead, until
+from support.processes import children_of, is_dead, until
 
 from scenarios.cli import main
 from scenarios.files import shipped
@@ -248,7 +248,7 @@ def assert_kept(folder, document, frames):
     assert written == {key: value for key, value in document.items() if key != "out"}
     assert "INCOMPLETE" in (folder / "report.txt").read_text()
     assert (run_folder.read(folder).tables["truth"]["frame"] < frames).all()
-    rerun = [sys.executable, "-m", "rerun", "rrd", "verify", str(run_folder.recording(folder))]
+    rerun = [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(run_folder.recording(folder))]
     assert subprocess.run(rerun, capture_output=True, check=False).returncode == 0
 
 
@@ -304,9 +304,7 @@ def test_ctrl_c_inside_a_string_of_exec_keeps_the_exit_code():
     """CPython would end the process by SIGINT, without its exit code; `dataclass` uses such strings."""
     short_run.write(Path())
     Path("making.py").write_text(INTERRUPTED.replace("signal.raise_signal(signal.SIGINT)", INSIDE_EXEC))
-    command = [sys.executable, "-m", "scenarios", "run", "short.toml", "--tracker", "making:Tracker"]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(["", *filter(None, sys.path)])}
-    ended = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    ended = warm_process.luxloop("run", "short.toml", "--tracker", "making:Tracker", delete_modules=True)
     assert (ended.returncode, ended.stderr) == (130, "luxloop: error: interrupted; nothing was written\n")
 
 
@@ -376,33 +374,33 @@ def luxloop(*arguments, **environment):
     return subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=False)
 
 
-LATE = '<vehicle id="late" depart="10"><route edges="south_in north_out"/></vehicle>'
+LATE = '<vehicle id="late" depart="4"><route edges="south_in north_out"/></vehicle>'
 
 
-def test_a_sumo_error_during_the_run_ends_it_early(tmp_path):
+def test_a_sumo_error_during_the_run_ends_it_early(tmp_path, capfd):
     """SUMO reads routes step by step: it meets the unknown edge when the previous vehicle departs."""
     (tmp_path / "ego.rou.xml").write_text(f"<routes>{EGO}{LATE}{LOST}</routes>")
     (tmp_path / "a.toml").write_text(SUMO.replace("= 1\n", "= 20\n") + 'options = { route-steps = "1" }')
-    run = luxloop("run", "a.toml", "--json")
-    assert run.returncode == 3
-    assert_kept(tmp_path / "runs" / "a-seed1", json.loads(run.stdout), json.loads(run.stdout)["frames"])
-    assert json.loads(run.stdout)["frames"] * 0.08 > 5.0
-    assert run.stderr.startswith("luxloop: error: SUMO")
-    assert "edge 'nowhere'" in run.stderr
-    assert "marked incomplete" in run.stderr
-    assert run.stderr.count("\n") == 1
+    assert main(["run", "a.toml", "--json"]) == 3
+    out, err = capfd.readouterr()
+    assert_kept(tmp_path / "runs" / "a-seed1", json.loads(out), json.loads(out)["frames"])
+    assert json.loads(out)["frames"] * 0.08 > 0.5
+    assert err.startswith("luxloop: error: SUMO")
+    assert "edge 'nowhere'" in err
+    assert "marked incomplete" in err
+    assert err.count("\n") == 1
 
 
-def test_an_ego_that_arrives_early_is_an_error_line(tmp_path):
-    """The ego starts 30 m before the end of its only edge."""
-    ego = '<vehicle id="ego" depart="0" departPos="-30" departSpeed="10"><route edges="north_out"/></vehicle>'
+def test_an_ego_that_arrives_early_is_an_error_line(tmp_path, capfd):
+    """The ego starts 10 m before the end of its only edge."""
+    ego = '<vehicle id="ego" depart="0" departPos="-10" departSpeed="10"><route edges="north_out"/></vehicle>'
     (tmp_path / "ego.rou.xml").write_text(f"<routes>{ego}</routes>")
     (tmp_path / "a.toml").write_text(SUMO.replace("= 1\n", "= 20\n"))
-    run = luxloop("run", "a.toml", "--json")
-    assert run.returncode == 1
-    assert_kept(tmp_path / "runs" / "a-seed1", json.loads(run.stdout), json.loads(run.stdout)["frames"])
-    assert run.stderr.startswith('luxloop: error: ego "ego" left the net at ')
-    assert run.stderr.count("\n") == 1
+    assert main(["run", "a.toml", "--json"]) == 1
+    out, err = capfd.readouterr()
+    assert_kept(tmp_path / "runs" / "a-seed1", json.loads(out), json.loads(out)["frames"])
+    assert err.startswith('luxloop: error: ego "ego" left the net at ')
+    assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize("scenario", ["sumo-crossing", "cruise-on-tracks"])
@@ -444,15 +442,10 @@ def test_the_simulator_of_a_killed_run_ends_and_no_result_is_left(tmp_path):
 
 @contextmanager
 def running(*arguments):
-    """Yield the installed command in a process group of its own, once it has recorded frames."""
-    command = [str(Path(sys.executable).with_name("luxloop")), "run", *arguments]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, start_new_session=True, preexec_fn=heed_hangups, **pipes) as run:
-        try:
-            until(lambda: any(path.stat().st_size > 300_000 for path in Path().glob(".*.partial/recording.rrd")))
-            yield run
-        finally:
-            run.kill()
+    """Yield `luxloop run` in a process group of its own, once it has recorded frames."""
+    with warm_process.started("scenarios", "run", *arguments) as run:
+        until(lambda: any(path.stat().st_size > 300_000 for path in Path().glob(".*.partial/recording.rrd")))
+        yield run
 
 
 def test_list_imports_no_slow_package():
@@ -472,10 +465,13 @@ def test_a_misspelt_scenario_is_reported_before_slow_packages_are_imported(scena
     assert {"pandas", "numba", "scipy", "matplotlib", "rerun", "trackeval"}.isdisjoint(modules.split())
 
 
-def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd):
+def test_the_trace_is_the_same_in_any_process_under_any_hash_seed(capfd, monkeypatch):
     """SUMO returns its vehicles in dicts and sets keyed by their names."""
     arguments = ("run", "sumo-crossing", "--duration", "1", "--no-recording", "--json")
-    runs = [luxloop(*arguments, PYTHONHASHSEED=seed) for seed in ("1", "2")]
+    assert warm_process.HASH_SEED != "1"
+    with monkeypatch.context() as patch:
+        patch.setenv("PYTHONHASHSEED", warm_process.HASH_SEED)  # of the simulator's process
+        runs = [luxloop(*arguments, PYTHONHASHSEED="1"), warm_process.luxloop(*arguments)]
     assert main(list(arguments)) in (0, 1)
     documents = [json.loads(run.stdout) for run in runs] + [json.loads(capfd.readouterr().out)]
     assert [run.stderr for run in runs] == ["", ""]

@@ -13,6 +13,7 @@ import pytest
 import tomli_w
 import typer
 from support import short_run
+from support.dask_cluster import worker_thread
 from support.paths import ROOT
 from support.scripts import load_script
 
@@ -90,11 +91,14 @@ def section_tree(page: Path, title: str) -> str:
 def follow(command: list[str]) -> int:
     """Execute a `luxloop` command, with shipped scenarios shortened. `view` only checks that a recording exists."""
     _, verb, *rest = command
+    if verb == "sweep":
+        with worker_thread() as scheduler:
+            return int(main([verb, cut_short(rest[0]), *rest[1:], "--scheduler", scheduler]) not in (0, 1))
     if verb == "view":
         return 0 if run_folder.recording(Path(rest[0])).stat().st_size else 1
-    if verb in ("sweep", "search"):
-        shortened = [cut_short(rest[0]), *rest[1:]]
-    elif verb == "run" and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
+    if verb == "search":
+        shortened = [cut_short(rest[0]), *rest[1:], "--workers", "1"]
+    elif verb in ("run", "blame") and (rest[0] in listing.paths() or rest[0].endswith(VARIANT.name)):
         shortened = [*rest, "--duration", SHORT_S]
     else:
         shortened = rest

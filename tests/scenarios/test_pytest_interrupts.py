@@ -1,14 +1,10 @@
 """Signals while pytest runs a scenario: its exit code, at whatever place of a tracker they arrive."""
 
-import os
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from support import short_run
-from support.processes import heed_hangups
+from support import short_run, warm_process
 
 TRACKER = """
 import signal
@@ -60,12 +56,8 @@ def assert_ends(folder: Path, code: int, *options: str) -> None:
     (folder / "suite").mkdir()
     for name in ("first", "second"):
         short_run.write(folder / "suite", name=name)
-    command = [sys.executable, "-m", "pytest", "suite", "-q", "-p", "no:cacheprovider"]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(["", *filter(None, sys.path)])}
-    done = subprocess.run(
-        [*command, *options],
-        cwd=folder, env=environment, capture_output=True, text=True, check=False, preexec_fn=heed_hangups,
-    )  # fmt: skip
+    command = ["pytest", "suite", "-q", "-p", "no:cacheprovider", *options]
+    done = warm_process.run(*command, cwd=folder, delete_modules=True)
     assert done.returncode == code, done.stdout + done.stderr
     assert "failed" not in done.stdout
     assert list((folder / "runs").rglob("*")) == []

@@ -1,16 +1,13 @@
 """pytest on a folder of scenarios: messages, JUnit file, run folders, and equal results on all workers."""
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from support import short_run
+from support import short_run, warm_process
 
 from scenarios.cli import main
 from scenarios.files import shipped
@@ -78,9 +75,7 @@ class Session(NamedTuple):
 def session(folder: Path, *arguments: str) -> Session:
     """Run pytest in a process of its own, in a folder that is its root."""
     junit = folder / "junit.xml"
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--junitxml={junit}", *arguments]
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
-    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    run = warm_process.run("pytest", "-p", "no:cacheprovider", f"--junitxml={junit}", *arguments, cwd=folder)
     cases = ET.parse(junit).getroot().iter("testcase") if junit.exists() else ()
     found = {f"{case.get('classname')}/{case.get('name')}": case for case in cases}
     return Session(run.returncode, run.stdout + run.stderr, found)
@@ -107,7 +102,8 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def suite(folder):
-    return session(folder, "-n", "1", "-rxX")
+    """Results of two workers."""
+    return session(folder, "-n", "2", "-rxX")
 
 
 def test_every_scenario_is_a_case_with_its_outcome(suite):
@@ -180,10 +176,10 @@ def test_files_of_one_name_have_folders_of_their_own(suite, folder):
 
 
 def test_workers_and_order_change_no_trace(suite, tmp_path):
-    """Two workers, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
+    """One process, shuffled, in another folder: SUMO, highway-env and scripted traffic are bit-identical."""
     (write_suite(tmp_path) / "conftest.py").write_text(SHUFFLE)
-    other = session(tmp_path, "-n", "2", "-v")
-    order = re.findall(r"\] (?:PASSED|FAILED|XFAIL|XPASS) (\S+)::", other.out)
+    other = session(tmp_path, "-v")
+    order = re.findall(r"^(\S+)::\S+ (?:PASSED|FAILED|XFAIL|XPASS) ", other.out, re.MULTILINE)
     assert len(order) == len(SUITE)
     assert order != sorted(order)
     hashes = {name: properties(case).get("trace_hash") for name, case in suite.cases.items()}

@@ -70,6 +70,6 @@ def scenario(text: str = TEXT) -> Scenario:
 
 
 @cache
-def blamed() -> stage_blame.Blame:
-    """Return the blame for the shipped tracker on the street, computed once for all tests that only read it."""
-    return stage_blame.find_out(scenario())
+def blamed(text: str = TEXT) -> stage_blame.Blame:
+    """Return the blame for the shipped tracker on a street, computed once for all tests that only read it."""
+    return stage_blame.find_out(scenario(text))

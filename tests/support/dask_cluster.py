@@ -1,6 +1,7 @@
-"""A Dask scheduler and its workers as subprocesses on this computer."""
+"""Dask clusters on this computer: a scheduler and its workers as subprocesses, and a worker in this process."""
 
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -8,12 +9,16 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import dask.config
+from distributed import LocalCluster
 from support.processes import until
 from support.sweeps import end
 
+from scenarios.study.dask_runs import DASK_CONFIG
+
 
 @contextmanager
-def dask(*arguments: str) -> Iterator[subprocess.Popen[str]]:
+def dask_command(*arguments: str) -> Iterator[subprocess.Popen[str]]:
     """Run a `dask` command as a subprocess."""
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     process = subprocess.Popen(
@@ -32,12 +37,29 @@ def cluster(folder: Path, workers: int) -> Iterator[tuple[str, subprocess.Popen[
     file = folder / "scheduler.json"
     with ExitStack() as stack:
         scheduler = stack.enter_context(
-            dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
-        )
+            dask_command("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                         "--scheduler-file", str(file))
+        )  # fmt: skip
         until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"))
         for _ in range(workers):
             stack.enter_context(
-                dask("worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-dashboard",
-                     "--local-directory", str(folder))
+                dask_command("worker", "--scheduler-file", str(file), "--nthreads", "1", "--no-dashboard",
+                             "--local-directory", str(folder))
             )  # fmt: skip
         yield json.loads(file.read_text())["address"], scheduler
+
+
+@contextmanager
+def worker_thread() -> Iterator[str]:
+    """Start a worker as a thread of this process, which has loaded luxloop; yield the address of its scheduler.
+
+    For sweeps by `scenarios.cli.main` whose tests are not about processes: a worker process takes five seconds to load.
+    """
+    with (
+        dask.config.set(DASK_CONFIG),
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, memory_limit=0,
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+    ):  # fmt: skip
+        yield cluster.scheduler_address

@@ -165,7 +165,7 @@ def test_track_boxes_agree_with_the_tracker(run, messages):
 
 def test_rerun_accepts_the_file(run):
     """The text output is checked, because the exit code is always 0."""
-    command = [sys.executable, "-m", "rerun", "mcap", "check", "--full", str(run[1])]
+    command = [sys.executable, "-m", "rerun_cli", "mcap", "check", "--full", str(run[1])]
     checked = subprocess.run(command, capture_output=True, text=True, check=True)
     topics = [line.split() for line in checked.stdout.splitlines() if " /" in line]
     own = {"/clock", "/tf", "/tf_static", "/lidar/points", "/truth/points", "/truth/boxes", "/tracks"}

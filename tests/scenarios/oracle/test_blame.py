@@ -47,9 +47,9 @@ SCENES = {
 def test_a_planted_fault_is_blamed_on_its_stage(stage):
     """The fault changes its metrics, and no other oracle compensates half as much of it."""
     fault, caught_by = FAULTS[stage]
-    scene = busy_street.scenario(SCENES.get(stage, busy_street.TEXT))
-    faulty = find_out(scene, *faulty_stages.plant(fault))
-    healthy = find_out(scene) if stage in SCENES else busy_street.blamed()
+    text = SCENES.get(stage, busy_street.TEXT)
+    faulty = find_out(busy_street.scenario(text), *faulty_stages.plant(fault))
+    healthy = busy_street.blamed(text)
     for name in caught_by:
         metric = METRIC[name]
         first, *others = faulty.ranking(metric)

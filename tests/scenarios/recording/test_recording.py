@@ -67,7 +67,7 @@ def recording(steps: list[Step], tmp_path_factory: pytest.TempPathFactory) -> Pa
 def test_rerun_verifies_the_closed_file(recording: Path) -> None:
     # Fails when the file is left without its footer, or before the last batch is flushed.
     verify = subprocess.run(
-        [sys.executable, "-m", "rerun", "rrd", "verify", str(recording)], capture_output=True, text=True
+        [sys.executable, "-m", "rerun_cli", "rrd", "verify", str(recording)], capture_output=True, text=True
     )
     assert verify.returncode == 0, verify.stderr
     assert "1 file verified without error" in verify.stdout + verify.stderr

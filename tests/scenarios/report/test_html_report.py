@@ -1,9 +1,6 @@
 """HTML reports: contents, and display in a real browser, on a phone and on paper, without network requests."""
 
-import os
 import re
-import subprocess
-import sys
 from contextlib import ExitStack
 from dataclasses import replace
 
@@ -11,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from markupsafe import escape
-from support import browser, short_run
+from support import browser, short_run, warm_process
 
 from scenarios.cli import main
 from scenarios.execute import execute
@@ -249,9 +246,8 @@ def test_pytest_writes_the_report_of_all_workers(tmp_path):
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     short_run.write(tmp_path, short_run.TEXT + EXPECT, "bad")
     short_run.write(tmp_path, short_run.TEXT.replace("seed = 4", 'seed = "four"'), "broken")
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-n", "1", "--luxloop-report", "all.html"]
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
-    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    command = ["pytest", "-p", "no:cacheprovider", "-n", "1", "--luxloop-report", "all.html"]
+    run = warm_process.run(*command, cwd=tmp_path)
     assert "The report is in all.html" in run.stdout, run.stdout + run.stderr
     text = (tmp_path / "all.html").read_text(encoding="utf-8")
     assert "<strong>0 of 2 runs passed</strong>, 1 failed, 1 could not be run" in text

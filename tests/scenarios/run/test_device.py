@@ -126,7 +126,7 @@ values = [0.1]
 COMMANDS = {
     "run": ["-m", "scenarios", "run", "short.toml", "--no-recording", "--record-scans", "--out", "ran"],
     "check": ["-m", "scenarios", "check-tracker"],
-    "sweep": ["-m", "scenarios", "sweep", "study.toml", "--workers", "2", "--out", "swept"],
+    "sweep": ["-m", "scenarios", "sweep", "study.toml", "--workers", "1", "--out", "swept"],
     "pytest": ["-m", "pytest", "short.toml", "-q", "-p", "no:cacheprovider"],
     "xdist": ["-m", "pytest", "short.toml", "-q", "-p", "no:cacheprovider", "-n", "1"],
 }

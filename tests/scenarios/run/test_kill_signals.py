@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from support import short_run
+from support import short_run, warm_process
 from support.processes import children_of, files_of, heed_hangups, is_dead, until
 
 from scenarios.errors import OutputError
@@ -87,9 +87,8 @@ def test_nothing_is_lost_or_half_written(name, kills, folder):
         assert_kept(complete, now)
         assert owners(folder) <= killed, (number_of, pids, temporary(folder))
         complete = now
-    with ended(start(name, folder)) as process:
-        _, err = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode in (0, 1), err
+    last = warm_process.run(*COMMANDS[name], cwd=folder, timeout=PATIENCE_S)
+    assert last.returncode in (0, 1), last.stderr
     assert_kept(complete, found(name, folder))
     assert temporary(folder) == []
     assert_whole(name, folder)

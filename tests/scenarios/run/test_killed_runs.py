@@ -1,15 +1,16 @@
 """Runs killed in any phase: they leave no folder that reads as a run, and the next run removes their files."""
 
 import hashlib
-import os
 import random
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import pytest
-from support import short_run
+from support import short_run, warm_process
 from support.processes import children_of, is_dead, stop, until
 
 from scenarios.errors import OutputError
@@ -30,6 +31,7 @@ MOMENTS = 4
 def _in_a_folder_of_its_own(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     TEMPORARY.mkdir()
+    monkeypatch.setenv("TMPDIR", str(TEMPORARY.absolute()))
     short_run.write(Path())
 
 
@@ -42,30 +44,44 @@ def _in_a_folder_of_its_own(tmp_path, monkeypatch):
     ],
 )
 def test_a_killed_run_leaves_no_folder_that_reads_as_a_run(scenario, phases):
-    lasts = finish(start(scenario, EARLIER))
+    start = installed if "starts" in phases else forked
+    with start(scenario, EARLIER) as run:
+        lasts = finish(run)
     earlier = files(OUT)
     found = []
     rng = random.Random(len(phases))
     for phase in phases:
-        kill(start(scenario, KILLED), phase, lasts[phase] * rng.random())
+        with start(scenario, KILLED) as run:
+            kill(run, phase, lasts[phase] * rng.random())
         assert OUT in RUNS.iterdir()
         found += [facts(folder) for folder in RUNS.iterdir() if files(folder) != earlier]
         assert list(TEMPORARY.iterdir()) == []
-    finish(start(scenario, KILLED))
+    with start(scenario, KILLED) as run:
+        finish(run)
     assert [folder.name for folder in RUNS.iterdir()] == [OUT.name]
     whole = facts(OUT)
     assert whole is not None
     assert all(run in (None, whole) for run in found)
 
 
-def start(scenario: str, seed: int) -> subprocess.Popen:
+@contextmanager
+def installed(scenario: str, seed: int) -> Iterator[subprocess.Popen]:
     """Start the installed command on ten frames."""
-    command = [LUXLOOP, "run", scenario, "--seed", str(seed), "--duration", "0.8", "--out", str(OUT)]
-    environment = {**os.environ, "TMPDIR": str(TEMPORARY.absolute())}
-    return subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    command, quiet = [LUXLOOP, *arguments(scenario, seed)], subprocess.DEVNULL
+    with subprocess.Popen(command, stdout=quiet, stderr=quiet) as run:
+        yield run
 
 
-def finish(run: subprocess.Popen) -> dict[str, float]:
+def forked(scenario: str, seed: int) -> AbstractContextManager[warm_process.Forked]:
+    """Start the command in a forked process, where the start itself is of no interest."""
+    return warm_process.started("scenarios", *arguments(scenario, seed))
+
+
+def arguments(scenario: str, seed: int) -> list[str]:
+    return ["run", scenario, "--seed", str(seed), "--duration", "0.8", "--out", str(OUT)]
+
+
+def finish(run) -> dict[str, float]:
     """Wait for the end of a run, and return the duration of each phase [s]."""
     began = []
     for phase in PHASES:
@@ -76,18 +92,18 @@ def finish(run: subprocess.Popen) -> dict[str, float]:
     return {phase: end - begin for phase, begin, end in zip(PHASES, began, ended, strict=True)}
 
 
-def kill(run: subprocess.Popen, phase: str, delay_s: float) -> None:
+def kill(run, phase: str, delay_s: float) -> None:
     """Kill a run some time after a phase began, and wait for the end of its simulator."""
     until(lambda: is_at(run, phase), pause_s=0.001)
     time.sleep(delay_s)
     stop(run.pid)  # so that it starts no process before the kill
     simulators = children_of(run.pid)
     run.kill()
-    run.wait()
+    run.wait(timeout=60)
     until(lambda: all(map(is_dead, simulators)), patience_s=20.0)
 
 
-def is_at(run: subprocess.Popen, phase: str) -> bool:
+def is_at(run, phase: str) -> bool:
     """Return True if a run has reached a phase or has ended."""
     sign = PHASES[phase].format(pid=run.pid)
     return not sign or any(RUNS.glob(sign)) or run.poll() is not None

@@ -1,13 +1,9 @@
 """Trackers that break their contract: each ends the run with one line and a code other than 0, and writes nothing."""
 
 import json
-import os
-import subprocess
-import sys
 
 import pytest
-from support import rogue_trackers, short_run
-from support.paths import ROOT
+from support import rogue_trackers, short_run, warm_process
 
 from scenarios.cli import main
 
@@ -161,9 +157,7 @@ def test_a_tracker_that_deletes_the_results_is_one_line(capfd):
 )
 @pytest.mark.usefixtures("folder")
 def test_trackers_that_would_break_this_process(name, message):
-    environment = {**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}
-    command = [sys.executable, "-m", "scenarios", *arguments(name)]
-    run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=100)
+    run = warm_process.luxloop(*arguments(name), timeout=100)
     assert run.returncode == 4, run.stderr
     assert (run.stdout, run.stderr.count("\n")) == ("", 1)
     assert message in run.stderr

@@ -5,9 +5,11 @@ import shutil
 from pathlib import Path
 
 import pytest
+from support.dask_cluster import worker_thread
 from support.paths import NETS, ROOT
-from support.sweeps import rows, small_study, sweep
+from support.sweeps import rows, small_study
 
+from scenarios.cli import main
 from scenarios.run import device
 from scenarios.study import run_content, source_code
 from scenarios.study.design import runs
@@ -143,22 +145,35 @@ def test_an_empty_reason_is_that_of_a_new_run(tmp_path):
     assert why == f"run again: numpy 1.0 became {run.inputs['versions']['numpy']}"
 
 
-def test_a_sweep_repeats_the_runs_of_a_changed_rig_only(tmp_path: Path):
+@pytest.fixture
+def sweep(tmp_path, monkeypatch, capfd):
+    """Return a function that runs `luxloop sweep` on the small study, and returns its JSON document."""
+    monkeypatch.chdir(tmp_path)
+    with worker_thread() as scheduler:
+
+        def run(*options: str):
+            assert main(["sweep", "small.toml", "--scheduler", scheduler, "--out", "out", "--json", *options]) in (0, 1)
+            return json.loads(capfd.readouterr().out)
+
+        yield run
+
+
+def test_a_sweep_repeats_the_runs_of_a_changed_rig_only(tmp_path: Path, sweep):
     study = small_study(tmp_path, seeds=1)
     text = (tmp_path / "short.toml").read_text()
     (tmp_path / "short.toml").write_text(text.replace("[traffic]", 'rig = { file = "my_rig.toml" }\n[traffic]'))
     (tmp_path / "my_rig.toml").write_text('like = "srx_six_lux"\n')
-    assert json.loads(sweep(study, "--workers", "1", "--json")[1])["why"] == {NEW: 4}
-    again = json.loads(sweep(study, "--workers", "1", "--json")[1])
+    assert sweep()["why"] == {NEW: 4}
+    again = sweep()
     assert (again["why"], again["taken_up"]) == ({TAKEN_OVER: 4}, 4)
     first = rows(study)
     (tmp_path / "my_rig.toml").write_text('like = "srx_six_lux"\nrear_axle_x_m = -1.0\n')
-    changed = json.loads(sweep(study, "--workers", "1", "--json")[1])
+    changed = sweep()
     assert (changed["why"], changed["taken_up"]) == ({"run again: my_rig.toml changed": 4}, 0)
     assert set(rows(study)["trace_hash"]).isdisjoint(first["trace_hash"])
 
 
-def test_errors_are_repeated_on_request(tmp_path: Path):
+def test_errors_are_repeated_on_request(tmp_path: Path, sweep):
     """A tracker that needs a file outside of its folder, which nothing names."""
     study = small_study(tmp_path, seeds=1)
     flag = tmp_path / "data" / "flag"
@@ -166,12 +181,12 @@ def test_errors_are_repeated_on_request(tmp_path: Path):
     (tmp_path / "needs.py").write_text(
         f"{source}def Tracker(config):\n    pathlib.Path({str(flag)!r}).stat()\n    return Shipped(config)\n"
     )
-    options = ("--tracker", "needs.py:Tracker", "--workers", "1", "--json")
-    assert json.loads(sweep(study, *options)[1])["status"] == {"error": 4}
+    options = ("--tracker", "needs.py:Tracker")
+    assert sweep(*options)["status"] == {"error": 4}
     flag.parent.mkdir()
     flag.write_text("")
-    assert json.loads(sweep(study, *options)[1])["taken_up"] == 4
-    mended = json.loads(sweep(study, *options, "--retry-errors")[1])
+    assert sweep(*options)["taken_up"] == 4
+    mended = sweep(*options, "--retry-errors")
     assert (mended["status"], mended["why"]) == ({"passed": 4}, {"run again: it ended with an error": 4})
     assert len(rows(study)) == 4
-    assert json.loads(sweep(study, *options, "--retry-errors")[1])["why"] == {TAKEN_OVER: 4}
+    assert sweep(*options, "--retry-errors")["why"] == {TAKEN_OVER: 4}

@@ -4,8 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
+from support.dask_cluster import worker_thread
 from support.sweeps import rows, small_study, sweep
 
+from scenarios.cli import main
 from scenarios.errors import InputError, OutputError, StudyError
 from scenarios.run import device
 from scenarios.run.versions import installed
@@ -33,6 +35,18 @@ vary = [{ key = "tracker.segmentation.points_min", values = [%s] }]
 """
 
 
+@pytest.fixture
+def luxloop(tmp_path, monkeypatch, capfd):
+    """Return a function that runs `luxloop sweep` in this process; it returns exit code, output and errors."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(study: Path, *options: str) -> tuple[int, str, str]:
+        code = main(["sweep", study.name, "--out", "out", *options])
+        return code, *capfd.readouterr()
+
+    return run
+
+
 def failing_study(folder: Path, values: str) -> Path:
     study = small_study(folder)
     (folder / "failing_tracker.py").write_text(TRACKER)
@@ -40,17 +54,17 @@ def failing_study(folder: Path, values: str) -> Path:
     return study
 
 
-def test_a_run_that_fails_is_a_row_with_its_error(tmp_path: Path):
+def test_a_run_that_fails_is_a_row_with_its_error(tmp_path: Path, luxloop):
     study = failing_study(tmp_path, "3, 4")
     keep = tmp_path / "kept"
-    code, output, error = sweep(
-        study, "--tracker", "failing_tracker:failing", "--keep", keep.as_uri(), "--json", "--workers", "1"
-    )
+    with worker_thread() as scheduler:
+        options = ("--tracker", "failing_tracker.py:failing", "--keep", keep.as_uri(), "--json")
+        code, output, error = luxloop(study, "--scheduler", scheduler, *options)
     assert (code, error) == (1, "")
     document = json.loads(output)
     assert document["status"] == {"error": 1, "passed": 1}
     (line,) = document["errors"]
-    assert line.startswith("failing_tracker:failing: warm-up, start: ")
+    assert line.startswith("failing_tracker.py:failing: warm-up, start: ")
     assert line.endswith("failing_tracker.py, line 6: raised RuntimeError: four is too many")
     good, bad = rows(study).to_dict("records")
     assert good["trace_hash"]
@@ -89,17 +103,18 @@ def test_an_invalid_study_is_refused_before_the_first_run(tmp_path: Path, old: s
 ANNOUNCED = "8 runs in small (combinations: 4, seeds: 2)\n"
 
 
-def test_a_missing_tracker_is_reported_once(tmp_path: Path):
-    code, output, error = sweep(small_study(tmp_path), "--tracker", "failing_tracker:failing")
+def test_a_missing_tracker_is_reported_once(tmp_path: Path, luxloop):
+    code, output, error = luxloop(small_study(tmp_path), "--tracker", "absent_tracker:failing")
     assert (code, output) == (2, ANNOUNCED)
-    assert error.startswith("luxloop: error: --tracker failing_tracker:failing: no module failing_tracker")
+    assert error.startswith("luxloop: error: --tracker absent_tracker:failing: no module absent_tracker")
     assert not (tmp_path / "out").exists()
 
 
-def test_an_unwritable_keep_folder_ends_the_sweep(tmp_path: Path):
+def test_an_unwritable_keep_folder_ends_the_sweep(tmp_path: Path, luxloop):
     study = small_study(tmp_path)
     (tmp_path / "file").write_text("")
-    code, output, error = sweep(study, "--keep", str(tmp_path / "file" / "kept"), "--workers", "1")
+    with worker_thread() as scheduler:
+        code, output, error = luxloop(study, "--keep", str(tmp_path / "file" / "kept"), "--scheduler", scheduler)
     assert (code, output) == (2, ANNOUNCED)
     assert error.startswith(f"luxloop: error: --keep {tmp_path}/file/kept/")
     assert error.endswith("; 0 of 8 rows are in out; run the same command to resume\n")

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from support.dask_cluster import cluster
+from support.dask_cluster import cluster, worker_thread
 from support.processes import children_of
 from support.sweeps import (
     PATIENCE_S,
@@ -23,10 +23,10 @@ from support.sweeps import (
     sequential_hashes,
     small_study,
     start,
-    sweep,
     wait_for_rows,
 )
 
+from scenarios.cli import main
 from scenarios.grading.metric_names import METRICS
 from scenarios.run import device
 from scenarios.study import dask_runs, design, sweep_plan
@@ -162,7 +162,7 @@ def test_a_kill_between_the_two_files_of_a_merge_loses_no_row(tmp_path: Path):
     assert not (tmp_path / ".earlier.parquet").exists()
 
 
-def test_workers_write_the_rows_as_parts_and_a_restart_reads_them(tmp_path: Path):
+def test_workers_write_the_rows_as_parts_and_a_restart_reads_them(tmp_path: Path, monkeypatch, capfd):
     study = small_study(tmp_path, seeds=2)
     url = (tmp_path / "parts").as_uri()
     process = start(study, "--workers", "1", "--parts", url)
@@ -172,19 +172,25 @@ def test_workers_write_the_rows_as_parts_and_a_restart_reads_them(tmp_path: Path
         time.sleep(0.02)
     end(process)  # killed: no row has come through the scheduler
     assert rows_so_far(study) == 0
-    code, output, error = sweep(study, "--workers", "1", "--parts", url, "--json")
-    assert (code, error) == (0, "")
+    monkeypatch.chdir(tmp_path)
+    with worker_thread() as scheduler:
+        assert main(["sweep", study.name, "--scheduler", scheduler, "--out", "out", "--parts", url, "--json"]) == 0
+    output, error = capfd.readouterr()
+    assert error == ""
     document = json.loads(output)
     assert document["taken_up"] >= 1
     assert list(rows(study)["trace_hash"]) == sequential_hashes(study)
     assert not list((tmp_path / "parts").iterdir())
 
 
-def test_a_part_that_cannot_be_written_is_one_line(tmp_path: Path):
+def test_a_part_that_cannot_be_written_is_one_line(tmp_path: Path, monkeypatch, capfd):
     study = small_study(tmp_path)
     (tmp_path / "file").write_text("")
-    code, _, error = sweep(study, "--workers", "1", "--parts", str(tmp_path / "file" / "parts"))
-    assert code == 2
+    monkeypatch.chdir(tmp_path)
+    with worker_thread() as scheduler:
+        parts = str(tmp_path / "file" / "parts")
+        assert main(["sweep", study.name, "--scheduler", scheduler, "--out", "out", "--parts", parts]) == 2
+    error = capfd.readouterr().err
     assert "cannot write there" in error
     assert error.count("\n") == 1
 

@@ -1,4 +1,4 @@
-"""All environments of highway-env: 200 frames of each, and control of its ego."""
+"""All environments of highway-env: some hundred frames of each, and control of its ego."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -14,10 +14,15 @@ from sim.roster import EGO_ID
 from sim.source import EgoCommand, TrafficEndedError
 
 ALL_IDS = documented_environments()
-FRAMES = 200
+FRAMES, MANY = 80, 200
 RANGE_M = 150.0
 SEED = {"intersection-v2": 1}
 """Seeds with which the ego arrives; 3 for all others. IDM ignores crossing traffic."""
+LONG = (
+    *("exit-v0", "highway-fast-v0", "intersection-multi-agent-v0", "intersection-v0", "lane-keeping-v0", "merge-v0"),
+    *("parking-v0", "racetrack-v0", "roundabout-v0", "two-way-v0", "u-turn-v0"),
+)
+"""An environment of each road: it runs for longer, until vehicles have left and others have come."""
 SLOWER = {5: 4, 3: 0}
 """Index by the number of discrete actions."""
 FULL = {
@@ -54,13 +59,21 @@ def action(env):
 def test_the_list_of_environments_is_complete():
     assert registered_environments() == ALL_IDS, "the registered environments have changed; update docs/traffic.md"
     assert len(ALL_IDS) == 31, "the number of environments has changed; update the tables above"
+    assert set(LONG) <= set(ALL_IDS)
+    assert {env.partition("-")[0] for env in LONG} == {env.partition("-")[0] for env in ALL_IDS}
 
 
-@pytest.mark.parametrize("env", ALL_IDS)
-def test_every_environment_runs_200_frames_under_idm(highway, env):
+@pytest.mark.parametrize(
+    ("env", "count"),
+    [
+        *((env, MANY if env in LONG else FRAMES) for env in ALL_IDS),
+        *(pytest.param(env, MANY, marks=pytest.mark.slow) for env in ALL_IDS if env not in LONG),
+    ],
+)
+def test_every_environment_runs_under_idm(highway, env, count):
     source = highway(env)
-    seen = frames(source, FRAMES, seed=SEED.get(env, 3))
-    assert [frame.index for frame in seen] == list(range(FRAMES))
+    seen = frames(source, count, seed=SEED.get(env, 3))
+    assert [frame.index for frame in seen] == list(range(count))
     assert source.origin == pytest.approx([0.0, 0.0], abs=0)
     for frame in seen:
         check_frame(frame)
