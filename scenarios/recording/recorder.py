@@ -8,7 +8,9 @@ Rerun is imported lazily inside the functions, because its import takes half a s
 
 import os
 import shutil
+from datetime import timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,10 +29,15 @@ from sim.world import Actors, Ego, Obstacles, WorldFrame
 from tracker.records import Boxes, StepTrace, Tracks
 from tracker.scan import Scan
 
+if TYPE_CHECKING:
+    import rerun as rr
+
 LEAST_FREE_BYTES = 4 * 2**20
 """Free space that a recording needs at least [bytes]; a short one has 0.3 MB."""
 FLUSH_S = 60.0
 """Longest wait for the last frames [s]."""
+CHUNK_FRAMES = 64
+"""Frames of an entity that are written together, unless they are more than rerun's largest chunk [bytes]."""
 
 
 def _require_space(folder: Path) -> None:
@@ -81,7 +88,7 @@ class Recorder:
         self._origin_world: Floats | None = None
         self._track_layer = TrackLayer()
         self._events = EventFinder()
-        self._stream = rr.RecordingStream("luxloop")
+        self._stream = rr.RecordingStream("luxloop", batcher_config=_chunks_of_frames())
         self._stream.set_log_time_enabled(False)
         self._stream.save(path, default_blueprint=blueprint.layout(controlled=controlled))
         self._stream.send_recording_name(scenario)
@@ -204,6 +211,19 @@ class Recorder:
             self._stream.log("events", rr.TextLog(f"truth: {found.text}", level="WARN"))
         for event in self._events.update(frame, tracks, grade):
             self._stream.log("events", rr.TextLog(event.text, level=event.level))
+
+
+def _chunks_of_frames() -> "rr.ChunkBatcherConfig":
+    """Return thresholds of rerun's chunks in frames, not in wall time: a slow run has as many chunks as a fast one.
+
+    Rerun keeps an index entry of each chunk in memory until the file is closed.
+    """
+    import rerun as rr
+
+    config = rr.ChunkBatcherConfig.DEFAULT()
+    config.flush_num_rows = CHUNK_FRAMES
+    config.flush_tick = timedelta(days=1)  # never
+    return config
 
 
 def _odom_pose(ego_pose: Floats, ego_pose_odom: Floats) -> Floats:
