@@ -37,7 +37,7 @@ def positions(points: Floats, index: Ints) -> Floats:
 
 @kernel()
 def columns(points: Floats) -> tuple[Floats, Floats]:
-    """x and y (N,) of points (N, 2 or more), each contiguous: a loop over rows of unknown length is not vectorised."""
+    """(N,) x and y of points (N, 2 or more), each contiguous: loops over rows of unknown length are not vectorised."""
     return points[:, 0].copy(), points[:, 1].copy()
 
 
