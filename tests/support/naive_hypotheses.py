@@ -3,7 +3,6 @@
 import numpy as np
 
 from tracker.geometry import QUARTER, mahalanobis, rotate
-from tracker.tracking.association import shape_difference
 from tracker.tracking.hypotheses import Hypotheses
 from tracker.tracking.kernels.hypotheses import AMBIGUOUS_VARIANCE_M2, CAR_LENGTH_SPREAD_M
 from tracker.tracking.observations import uncut
@@ -97,6 +96,14 @@ def next_corner(tracks, seen, near, exact, config):
     known = tracks.known_size >= tracks.size - config.corner_margin_m
     moves = ~keeps[..., None] & (exact | known[:, None])
     return np.where(moves, near, tracked).astype(np.int64)
+
+
+def shape_difference(tracks, hypotheses, heading_variance, config):
+    """Squared normalised differences (T, B) of heading, and (T, B, 2) of length and width of boxes that are larger."""
+    turn = hypotheses.heading - tracks.heading[:, None]
+    variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
+    excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / config.growth_std_m
+    return turn**2 / variance, excess**2
 
 
 def score(tracks, hypotheses, seen, config, coasting=None):

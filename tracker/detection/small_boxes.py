@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tracker.arrays import Floats
+from tracker.arrays import Floats, Floats32
 from tracker.kernels.odometry import placed
 from tracker.records import Detection, Segments, SmallBoxes
 from tracker.scan import Scan
@@ -37,7 +37,7 @@ def small_boxes(found: Detection, scan: Scan, longer_max_m: float, wider_max_m: 
     )
 
 
-def mean_times(segments: Segments, time_offset: Floats) -> Floats:
+def mean_times(segments: Segments, time_offset: Floats32) -> Floats:
     """(S,) mean time of the points of each segment, relative to that of the scan [s]; 0 for an empty one."""
     bins = segments.label + 1  # the first one is that of points in no segment
     total, points = np.bincount(bins, time_offset, segments.count + 1), np.bincount(bins, None, segments.count + 1)

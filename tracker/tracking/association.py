@@ -56,32 +56,18 @@ def score(
     for a while, also excludes boxes that are rotated: another object may be at its place.
     """
     reach = hypotheses.reach if config.oddity_max and hypotheses.reach is not None else hypotheses.misfit
-    of_boxes = hypotheses.covariance + config.view_std_m**2 * np.eye(2)  # B = H P H' + R
     coasting = np.zeros(len(tracks.heading), dtype=np.bool_) if coasting is None else coasting
+    variances = config.view_std_m**2, config.heading_std_rad**2
     cost, admissible = kernel.score(
         (hypotheses.misfit, reach),
-        (tracks.covariance, of_boxes),
+        (tracks.covariance, hypotheses.covariance),
         tracks.probability,
-        shape_difference(tracks, hypotheses, seen.covariance[:, 2, 2], config),
-        tracks.whole,
-        coasting,
+        (tracks.heading, tracks.heading_variance, tracks.size, tracks.whole, coasting),
+        (hypotheses.heading, hypotheses.size, seen.covariance),
+        (*variances, config.growth_std_m),
         kernel.Limits(config.gate_probability_min, config.gate_chi2, config.oddity_max),
     )
     return cost, admissible
-
-
-def shape_difference(
-    tracks: Predictions, hypotheses: Hypotheses, heading_variance: Floats, config: AssociationConfig
-) -> tuple[Floats, Floats]:
-    """Squared normalised differences (T, B) of heading, and (T, B, 2) of length and width.
-
-    Only a box longer or wider than the vehicle differs: a smaller one may be truncated. The boxes' headings have
-    variances (B,) [rad^2].
-    """
-    turn = hypotheses.heading - tracks.heading[:, None]
-    variance = tracks.heading_variance[:, None] + heading_variance + config.heading_std_rad**2
-    excess = np.maximum(hypotheses.size - tracks.size[:, None], 0.0) / config.growth_std_m
-    return np.asarray(turn**2 / variance), np.asarray(excess**2)
 
 
 def assign(cost: Floats, admissible: Bools, method: str = "hungarian") -> list[tuple[int, int]]:

@@ -30,6 +30,10 @@ class TrackedCorners(NamedTuple):
     velocity: Floats
     """(T, 2) [m/s], zero if the stationary model is selected."""
 
+    def first(self, count: int) -> "TrackedCorners":
+        """Return those of the first `count` vehicles."""
+        return TrackedCorners(self.corner[:count], self.heading[:count], self.sign[:count], self.velocity[:count])
+
     def boxes(self, size: Floats) -> tuple[Floats, Floats, Floats]:
         """Return centres (T, 2) [m], headings (T,) [rad] and sizes of boxes of `size` (T, 2) [m] at these corners."""
         return kernel.centers(self.corner, self.sign, self.heading, size), self.heading, size

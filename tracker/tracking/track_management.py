@@ -16,7 +16,7 @@ from tracker.tracking.observations import Observations
 from tracker.tracking.rigid_pairs import RigidPairs
 from tracker.tracking.size_estimator import SizeEstimator
 from tracker.tracking.track import Track
-from tracker.tracking.track_arrays import TrackedCorners, likely_sizes, pieces, seen_sizes, tracked_corners, within
+from tracker.tracking.track_arrays import likely_sizes, pieces, seen_sizes, tracked_corners, within
 from tracker.tracking.track_config import TrackConfig
 from tracker.tracking.track_observation import first_observation
 from tracker.tracking.traffic_flow import TrafficFlow
@@ -111,8 +111,8 @@ class DefaultTrackManagement:
         ranked = confirmed + [track for track in tracks if not track.confirmed_now]
         corners = tracked_corners(ranked)
         center, *_ = corners.boxes(seen_sizes(ranked))
-        of_confirmed = TrackedCorners(*[column[: len(confirmed)] for column in corners])
-        rank, taken_by = np.nonzero(inside(center, *of_confirmed.boxes(likely_sizes(confirmed))))
+        vehicles = corners.first(len(confirmed)).boxes(likely_sizes(confirmed))
+        rank, taken_by = np.nonzero(inside(center, *vehicles))
         for taken in rank[taken_by < rank].tolist():  # only those before a track take its place
             ranked[taken].status = Status.DEAD
 
