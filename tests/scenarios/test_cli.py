@@ -319,7 +319,7 @@ def test_sigterm_within_a_tracker_ends_the_run(capfd):
 
 
 def test_ctrl_c_after_the_folder_is_whole_names_it(monkeypatch, capfd):
-    monkeypatch.setattr(text, "show", lambda _: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(text, "show", lambda *_: signal.raise_signal(signal.SIGINT))
     short_run.write(Path())
     assert main(["run", "short.toml", "--no-recording", "--out", "whole"]) == 130
     whole = Path("whole").resolve()
