@@ -117,7 +117,7 @@ class ScenarioItem(pytest.Item):
                 if not termination.is_interrupt(error):
                     raise
                 termination.clear_unhandled()
-                if received.number:
+                if received.exit_code != termination.CTRL_C:  # pytest has an exit code of its own for it
                     pytest.exit(f"interrupted in {self.name}", returncode=received.exit_code)
                 raise KeyboardInterrupt from error
 

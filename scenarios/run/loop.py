@@ -17,7 +17,7 @@ from scenarios.grading.frame_grade import FrameGrade
 from scenarios.grading.grader import Grader
 from scenarios.recording.recorder import NullRecorder, Recorder
 from scenarios.result import Result
-from scenarios.run import device, own_metrics, progress, versions
+from scenarios.run import device, own_metrics, progress, termination, versions
 from scenarios.run.device import DeviceFactory
 from scenarios.run.guard import guarded
 from scenarios.run.scan_source import NoiseInputError, Scans, ScanSource, ScanStart
@@ -94,6 +94,7 @@ def run(
         with closing(recorder), guarded(make_device, scenario.tracker, step_timeout_s) as tracker:
             try:
                 for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
+                    termination.raise_lost()
                     scanned = stopwatch.time(SCANNED, source.step)
                     frame, scan, truth = scanned.frame, scanned.scan, scanned.truth
                     stopwatch.add("sim", scanned.sim_s)

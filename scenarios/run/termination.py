@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP handled like Ctrl-C: temporary files are removed, and one line states what is kept."""
+"""Ctrl-C, SIGTERM and SIGHUP: temporary files are removed, and one line states what is kept."""
 
 import signal
 import time
@@ -11,9 +11,9 @@ from scenarios.run.time_limit import in_main_thread
 
 CTRL_C = 130
 """Exit code of Ctrl-C: 128 and the number of SIGINT."""
-SIGNALS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 SAME_S = 1.0
-"""[s] A further signal within this time belongs to the first: a terminal that closes sends two."""
+"""[s] A further SIGTERM or SIGHUP within this time belongs to the first: a terminal that closes sends two."""
 
 
 @dataclass
@@ -31,24 +31,40 @@ class Received:
         return 128 + self.number if self.number else CTRL_C
 
 
+_handled: list[Received] = []
+"""One per `as_interrupts` whose body runs."""
+
+
 @contextmanager
 def as_interrupts() -> Iterator[Received]:
-    """Raise a KeyboardInterrupt in the body for SIGTERM and SIGHUP, unless they are ignored, as `nohup` does."""
+    """Raise a KeyboardInterrupt in the body for all of these signals that are not ignored, as `nohup` does."""
     received = Received()
 
     def interrupt(number: int, _frame: FrameType | None) -> None:
         same = time.monotonic() - received.at_s < SAME_S
         received.number, received.at_s = number, time.monotonic()
-        if not same:
+        if not same or number == signal.SIGINT:
             raise KeyboardInterrupt
 
     used = [number for number in SIGNALS if in_main_thread() and signal.getsignal(number) is not signal.SIG_IGN]
     earlier = {number: signal.signal(number, interrupt) for number in used}
+    _handled.append(received)
     try:
         yield received
     finally:
+        _handled.pop()
         for number, handler in earlier.items():
             signal.signal(number, handler or signal.SIG_DFL)
+
+
+def raise_lost() -> None:
+    """Raise the KeyboardInterrupt of a signal again that did not end the body of `as_interrupts`.
+
+    Numpy drops every error of an attribute that it looks up, and with Python 3.11 the lookup on a member of an
+    enumeration is Python code, in which a signal may arrive.
+    """
+    if any(received.number for received in _handled):
+        raise KeyboardInterrupt
 
 
 def is_interrupt(error: BaseException) -> bool:
