@@ -107,7 +107,7 @@ def _read_requests(requests: "SimpleQueue[Any]", scratch: str) -> None:
     try:
         while True:
             requests.put(pickle.load(sys.stdin.buffer))
-    except EOFError:
+    except (EOFError, pickle.UnpicklingError):  # the latter if the parent dies while it writes a request
         _end(scratch)
     except BaseException:
         traceback.print_exc()

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.paths import TESTS
+from support.processes import until
 from support.toy_traffic import ToyTraffic
 
 from scenarios.files import shipped
@@ -23,6 +24,7 @@ from scenarios.files.scenario import Scenario
 from sim.physical.physical_config import PhysicalConfig
 from sim.process import process_source
 from sim.process.process_source import AHEAD, ProcessSource, _Process, start_early
+from sim.process.worker import Preload
 from sim.source import EgoCommand, SimulatorFailedError, TrafficEndedError, TrafficInputError
 from sim.sumo.sumo_source import SumoSource
 from sim.world import Obstacles, WorldFrame
@@ -496,3 +498,16 @@ def test_the_start_reports_what_sumo_does():
     assert reports[0].process not in (None, os.getpid())
     assert reports[1].activity.startswith("SUMO runs until the ego enters, at most 300 s")
     assert 0.0 <= reports[1].share < 1.0
+
+
+def test_a_worker_whose_parent_dies_within_a_request_leaves_no_folder(tmp_path):
+    scratch = tmp_path / "scratch"
+    program = f"from sim.process.worker import serve; serve({str(scratch)!r})"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    request = pickle.dumps(Preload("m" * 1000), protocol=5)
+    with subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, env=environment) as worker:
+        until(scratch.is_dir)
+        worker.stdin.write(request[:-500])
+        worker.stdin.close()
+        assert worker.wait(timeout=60) == 0
+    assert not scratch.exists()
