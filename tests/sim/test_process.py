@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.paths import TESTS
-from support.processes import until
 from support.toy_traffic import ToyTraffic
 
 from scenarios.files import shipped
