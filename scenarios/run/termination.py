@@ -32,7 +32,7 @@ class Received:
 
 
 _handled: list[Received] = []
-"""One per `as_interrupts` whose body runs."""
+"""Signals of the active `as_interrupts` contexts, the innermost last."""
 
 
 @contextmanager
@@ -58,7 +58,7 @@ def as_interrupts() -> Iterator[Received]:
 
 
 def raise_lost() -> None:
-    """Raise the KeyboardInterrupt of a signal again that did not end the body of `as_interrupts`.
+    """Raise a KeyboardInterrupt again that was lost inside an `as_interrupts` context.
 
     Numpy drops every error of an attribute that it looks up, and with Python 3.11 the lookup on a member of an
     enumeration is Python code, in which a signal may arrive.
