@@ -130,11 +130,13 @@ def _end(scratch: str) -> NoReturn:
 def _serve_run(start: StartRun, requests: "SimpleQueue[Any]", send: Callable[[object], None]) -> None:
     """Serve one run, from its start to `Request.CLOSE`."""
     _clear_stderr()
+    _restore_crashes()  # an earlier run may have imported pygame
     os.chdir(start.folder)
     sys.path[:] = start.path
     source: TrafficSource = pickle.loads(start.source)
     watch_start(source, _throttled(send))
     start_reply = _attempt(lambda: (source.reset(start.seed), source.origin, source.warnings, source.ego_name))
+    _restore_crashes()
     send(start_reply)
     frames = _frames(source)
     pending = 0 if isinstance(start_reply, Exception) else start.ahead
@@ -165,6 +167,16 @@ def _throttled(send: Callable[[object], None]) -> Callable[[StartStatus], None]:
             last, activity = now, status.activity
 
     return report
+
+
+def _restore_crashes() -> None:
+    """End this process by the signal of a crash itself.
+
+    pygame, which highway-env imports, handles these signals: it prints a list of modules and ends by SIGABRT.
+    """
+    for name in ("SIGSEGV", "SIGBUS", "SIGFPE"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_DFL)
 
 
 def _clear_stderr() -> None:

@@ -172,6 +172,16 @@ def test_an_error_is_raised_unchanged_after_all_frames_before_it(failure, error,
     assert capfd.readouterr() == ("", ""), "output of the process must not reach the terminal"
 
 
+@pytest.mark.parametrize("earlier", [True, False], ids=["by an earlier run", "by this run"])
+def test_a_crash_is_reported_by_its_signal_in_a_process_that_has_imported_pygame(earlier):
+    process_source._terminate_idle()
+    with closing(ProcessSource(ToyTraffic(imports="pygame" if earlier else ""), "toy")) as remote:
+        play(remote, 1)
+    crash = ProcessSource(ToyTraffic("crash", imports="" if earlier else "pygame"), "toy")
+    with closing(crash), pytest.raises(SimulatorFailedError, match=r"^toy's process died \(signal 11\) at 0\.80 s;"):
+        play(crash, 1, FRAMES + 1)
+
+
 def test_an_error_of_the_system_keeps_number_and_file():
     """The command line makes one line of it; a bug has a traceback."""
     with closing(ProcessSource(ToyTraffic("refused"), "toy")) as remote, pytest.raises(PermissionError) as error:

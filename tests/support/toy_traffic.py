@@ -1,6 +1,7 @@
 """Traffic sources for tests of the worker process: fast, deterministic, with selectable failures."""
 
 import errno
+import importlib
 import os
 import signal
 import sys
@@ -59,6 +60,8 @@ class ToyTraffic:
     """Path of a file that gets a line for every step and for the end."""
     litter: bool = False
     """Leave a temporary file behind."""
+    imports: str = ""
+    """Module to import at the start."""
     dt: float = 0.08
     origin: np.ndarray = field(default_factory=lambda: np.array([10_000.0, -20_000.0]))
     ego_name: str = "toy"
@@ -67,6 +70,8 @@ class ToyTraffic:
     def reset(self, seed: int) -> Obstacles:
         self.next, self.speed, self.rng = 0, 0.0, np.random.default_rng(seed)
         self.log(f"process {os.getpid()}")
+        if self.imports:
+            importlib.import_module(self.imports)
         if self.litter:
             tempfile.NamedTemporaryFile(suffix=".litter", delete=False).close()
         if self.failure == "no start":
