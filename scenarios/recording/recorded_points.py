@@ -3,8 +3,10 @@
 Rerun is imported lazily inside the functions, because its import takes half a second.
 """
 
+import warnings
 from collections.abc import Collection
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +14,9 @@ import pandas as pd
 
 from scenarios.recording.blueprint import BACKGROUND
 from sensor_model.truth import Cause
+
+if TYPE_CHECKING:
+    from rerun.chunk import LazyChunkStream
 
 PATH = "/world/ego/points"
 
@@ -21,11 +26,9 @@ def read_points(recording: Path, frames: Collection[int]) -> pd.DataFrame:
 
     A file that rerun cannot read has none.
     """
-    from rerun.chunk import RrdReader
-
     parts = [_rows(np.empty(0, np.int64), np.empty((0, 3), np.float32), np.empty(0, np.uint16))]
     try:
-        for chunk in RrdReader(recording).stream():
+        for chunk in chunks(recording):
             if chunk.entity_path != PATH or chunk.is_static:
                 continue
             batch = chunk.to_record_batch()
@@ -38,6 +41,16 @@ def read_points(recording: Path, frames: Collection[int]) -> pd.DataFrame:
     except (OSError, RuntimeError, ValueError):  # damaged, or of another version of rerun
         pass
     return pd.concat(parts, ignore_index=True)
+
+
+def chunks(recording: Path) -> "LazyChunkStream":
+    """Return the chunks of a recording, in the order of the file, which may have no index."""
+    from rerun.chunk import RrdReader
+    from rerun.error_utils import RerunWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RerunWarning)  # a long recording has no index
+        return RrdReader(recording).stream()
 
 
 def _rows(frame: npt.NDArray[np.int64], xyz: npt.NDArray[np.float32], classes: npt.NDArray[np.uint16]) -> pd.DataFrame:

@@ -38,6 +38,8 @@ FLUSH_S = 60.0
 """Longest wait for the last frames [s]."""
 CHUNK_FRAMES = 64
 """Frames of an entity that are written together, unless they are more than rerun's largest chunk [bytes]."""
+INDEXED_FRAMES = 7500
+"""Longest recording with an index of its chunks, ten minutes: rerun holds the index in memory until the end."""
 
 
 def _require_space(folder: Path) -> None:
@@ -76,9 +78,13 @@ class Recorder:
         Static obstacles, from `TrafficSource.reset`.
     controlled
         True for a controlled ego, which has its own plot.
+    frames
+        Number of frames, as far as it is known. With more than `INDEXED_FRAMES` the file has no index.
     """
 
-    def __init__(self, path: Path, scenario: str, obstacles: Obstacles, *, controlled: bool = False) -> None:
+    def __init__(
+        self, path: Path, scenario: str, obstacles: Obstacles, *, controlled: bool = False, frames: int = 0
+    ) -> None:
         os.environ.setdefault("RUST_LOG", "off")  # before the import: rerun prints errors that `finish` raises
         import rerun as rr
 
@@ -90,7 +96,8 @@ class Recorder:
         self._events = EventFinder()
         self._stream = rr.RecordingStream("luxloop", batcher_config=_chunks_of_frames())
         self._stream.set_log_time_enabled(False)
-        self._stream.save(path, default_blueprint=blueprint.layout(controlled=controlled))
+        layout = blueprint.layout(controlled=controlled)
+        self._stream.save(path, default_blueprint=layout, write_footer=frames <= INDEXED_FRAMES)
         self._stream.send_recording_name(scenario)
 
     def log(
@@ -214,10 +221,7 @@ class Recorder:
 
 
 def _chunks_of_frames() -> "rr.ChunkBatcherConfig":
-    """Return thresholds of rerun's chunks in frames, not in wall time: a slow run has as many chunks as a fast one.
-
-    Rerun keeps an index entry of each chunk in memory until the file is closed.
-    """
+    """Return thresholds of rerun's chunks in frames, not in wall time: a slow run has as many chunks as a fast one."""
     import rerun as rr
 
     config = rr.ChunkBatcherConfig.DEFAULT()

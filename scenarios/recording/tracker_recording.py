@@ -15,6 +15,7 @@ from scenarios.errors import InputError, OutputError
 from scenarios.files import atomic_file
 from scenarios.recording import blueprint
 from scenarios.recording.archetypes import Color, boxes, flat, texts
+from scenarios.recording.recorded_points import chunks
 from scenarios.recording.tracker_counts import FALSE, MISSED, log_counts
 from scenarios.result import Result
 
@@ -85,9 +86,7 @@ def _write(out: Path, recording: Path, results: Mapping[str, Result]) -> None:
 
 def _common(recording: Path) -> "Iterator[Chunk]":
     """Yield the chunks of a recording that do not belong to its tracker."""
-    from rerun.chunk import RrdReader
-
-    for chunk in RrdReader(recording).stream():
+    for chunk in chunks(recording):
         if not chunk.entity_path.startswith(OF_ONE_TRACKER) and "properties" not in chunk.entity_path:
             yield chunk
 

@@ -81,7 +81,7 @@ def track_recording(
         recorder: Recorder | NullRecorder = NullRecorder()
         if record:
             walls = Obstacles.from_polygons([], [])
-            recorder = Recorder(folder / run_folder.RECORDING, recording.name, walls)
+            recorder = Recorder(folder / run_folder.RECORDING, recording.name, walls, frames=len(recording))
 
         def observe(
             frame: WorldFrame, scan: Scan, truth: ScanTruth, tracks: Tracks, trace: StepTrace | None, grade: FrameGrade

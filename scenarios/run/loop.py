@@ -90,10 +90,11 @@ def run(
             warm_up(started.warm_up, unused)
         grader = Grader(scenario.grading, Ranging.of(rig, scenario.noise), rig.range_max_m)
         driver = TrackDriver(scenario.control, traffic) if scenario.control else None
-        recorder = _recorder(scenario, record_to, started.obstacles)
+        frame_count = _frame_count(scenario, source)
+        recorder = _recorder(scenario, record_to, started.obstacles, frame_count)
         with closing(recorder), guarded(make_device, scenario.tracker, step_timeout_s) as tracker:
             try:
-                for _ in progress.frames(_frame_count(scenario, source), source.dt, scenario.name):
+                for _ in progress.frames(frame_count, source.dt, scenario.name):
                     termination.raise_lost()
                     scanned = stopwatch.time(SCANNED, source.step)
                     frame, scan, truth = scanned.frame, scanned.scan, scanned.truth
@@ -178,10 +179,10 @@ def _reset(source: Scans, scenario: Scenario) -> ScanStart:
         raise ScenarioError(f"{scenario.path}: {table}: {error}") from error
 
 
-def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles) -> Recorder | NullRecorder:
+def _recorder(scenario: Scenario, record_to: Path | None, obstacles: Obstacles, frames: int) -> Recorder | NullRecorder:
     if record_to is None:
         return NullRecorder()
-    return Recorder(record_to, scenario.name, obstacles, controlled=scenario.control is not None)
+    return Recorder(record_to, scenario.name, obstacles, controlled=scenario.control is not None, frames=frames)
 
 
 def _require_scan_period(scenario: Scenario, rig: Rig, dt: float) -> None:
